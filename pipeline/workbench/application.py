@@ -27,6 +27,7 @@ from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.guard import Guard, TooLarge
 from pipeline.workbench.live_refits import OpenSession
+from pipeline.workbench.own_effect import tried_expression
 from pipeline.workbench.state import changed_lines, read_state
 from vision.errors import VisionError
 
@@ -154,6 +155,9 @@ def application(workbench: Workbench, token: str, port: int) -> Guard:
     async def refit(request: Request) -> Response:
         return await _answered(request, lambda question: _refit(workbench, question))
 
+    async def expression(request: Request) -> Response:
+        return await _answered(request, lambda question: _tried(workbench, question))
+
     async def write(request: Request) -> Response:
         return await _answered(request, workbench.write)
 
@@ -163,6 +167,7 @@ def application(workbench: Workbench, token: str, port: int) -> Guard:
         Route("/workbench.js", _script(_own("workbench.js"))),
         Route("/columns/{triad}", columns), Route("/events", events),
         Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),
+        Route("/expression", expression, methods=["POST"]),
     ]
     handlers: Any = {
         TooLarge: lambda *_: Response("larger than any question", 413),
@@ -194,6 +199,12 @@ def _refit(workbench: Workbench, question: Json) -> Json:
     if triad not in state.triads:
         raise ConfigError(f"the page said nothing of the {triad}.")
     return workbench.session().answer(state, triad, workbench.guesses(triad))
+
+
+def _tried(workbench: Workbench, question: Json) -> Json:
+    return tried_expression(
+        workbench.session(), read_state(question.get("state")), _triad(question.get("triad")),
+        str(question.get("expression")), str(question.get("per")))
 
 
 async def _answered(request: Request, answer: Callable[[Json], Json]) -> Response:

@@ -148,6 +148,17 @@ class OpenSession:
         with self._lock:
             return self._refitted(state, triad)
 
+    def input_of(self, state: Screen, triad: Triad) -> TriadInput:
+        """What the triad is calibrated from on this screen.
+
+        Raises
+        ------
+        CalibrationError, PipelineError
+            The screen is none of this session.
+        """
+        with self._lock:
+            return self._input(state, triad)
+
     def _refitted(self, state: Screen, triad: Triad) -> Refitted:
         key = _key(state, triad)
         if key not in self._fits:

@@ -35,7 +35,7 @@ def serve(workbench: Workbench, opened: Callable[[str], None], port: int = PREFE
 
     Raises
     ------
-    ConfigError
+    ConfigError, Undetermined
         The answer to a question that is none; the application turns it into a sentence.
     """
     listener = listening_socket(port)

@@ -161,6 +161,7 @@ class Bench {
       this.part(name).addEventListener("change", () => this.draw());
     }
     section.listeners.push(() => this.note());
+    for (const name of ["expression", "per"]) this.part(name).addEventListener("input", () => this.typed());
     this.note();
     fetch(`/columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
       this.columns = answer.columns;
@@ -234,6 +235,43 @@ class Bench {
     this.scatter();
     this.normal();
     this.gain();
+  }
+
+  // Once nothing more is typed the expression is tried as one more effect.
+  typed() {
+    clearTimeout(this.waiting);
+    this.waiting = setTimeout(() => this.tryExpression(this.part("expression").value), 250);
+  }
+
+  async tryExpression(text) {
+    const words = this.part("expression-words"), lines = this.part("expression-lines");
+    if (!text.trim()) return;
+    let answer;
+    try {
+      answer = await post("expression", { state: state(), triad: this.section.triad.triad,
+        expression: text, per: this.part("per").value });
+    } catch (error) {
+      answer = { problem: error.message, at: -1 };
+    }
+    if (text !== this.part("expression").value) return;  // typed on meanwhile
+    this.part("fingerprint").replaceChildren();
+    lines.hidden = Boolean(answer.problem);
+    if (answer.problem) {
+      const pointer = answer.at >= 0 ? ` At character ${answer.at + 1}: ${text.slice(0, answer.at)}▸${text.slice(answer.at)}` : "";
+      words.textContent = answer.problem + pointer;
+      return;
+    }
+    const { with: after, without: before } = answer, fall = (name) => `${page.short(before[name])} → ${page.short(after[name])}`;
+    words.textContent = `chi² ${fall("chi2")}; leave-one-out ${fall("loo")} ${this.section.triad.unit}. ${answer.words}`;
+    lines.textContent = answer.lines;
+    const pattern = before.residual.map((value, k) => value - after.residual[k]);
+    const { svg, x, y } = plot([0, pattern.length], span([0, ...before.residual, ...pattern]), "pose",
+      `residual, and what the expression explains [${this.section.triad.unit}]`, `Fingerprint of ${text} over the residuals.`);
+    pattern.forEach((value, k) => {
+      svg.append(node("path", { class: "effect", d: `M${x(k + 0.2)} ${y(value)}H${x(k + 0.8)}` }),
+        this.dot(k, x(k + 0.5), y(before.residual[k]), page.short(before.residual[k])));
+    });
+    this.part("fingerprint").replaceChildren(svg);
   }
 
   dot(k, x, y, text) {

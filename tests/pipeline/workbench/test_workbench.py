@@ -124,6 +124,28 @@ def test_axes_are_chosen_and_a_dot_picks_its_pose(tab: Tab) -> None:
     assert inside == 72  # the poses that turn
 
 
+def test_an_expression_is_tried_while_it_is_typed_and_errors_point_at_the_character(
+    tab: Tab
+) -> None:
+    def type_in(text: str) -> None:
+        tab.evaluate(
+            f"const input = {GYRO}.querySelector('[data-bench-expression]');"
+            f"input.value = {json.dumps(text)};"
+            "input.dispatchEvent(new Event('input', {bubbles: true})); return true;")
+
+    words = f"{GYRO}.querySelector('[data-bench-expression-words]').textContent"
+    type_in("f * 1")
+    before, after = map(float, tab.wait(
+        f"/chi² (\\S+) → (\\S+);/.exec({words})?.slice(1)"))
+    assert after < 0.7 * before  # along the own axis: part of the g-sensitivity
+    assert tab.evaluate(f"{GYRO}.querySelectorAll('[data-bench-fingerprint] circle').length") == 90
+    assert 'expression: "f * 1", per: axis' in tab.evaluate(
+        f"{GYRO}.querySelector('[data-bench-expression-lines]').textContent")
+    type_in("f + temperatur_c")
+    assert "did you mean 'temperature_c'" in tab.wait(
+        f"/At character 5: f \\+ ▸temperatur_c/.test({words}) && {words}")
+
+
 def test_it_works_at_the_width_of_a_phone_and_says_its_verdict_aloud(tab: Tab) -> None:
     tab.send("Emulation.setDeviceMetricsOverride", **PHONE)
     tab.painted()

@@ -1,0 +1,73 @@
+"""An effect of the user's own, tried while its expression is typed."""
+
+from dataclasses import replace
+
+from calib.effects.expression import BadExpression, read_expression
+from calib.effects.user_defined import PARAMETERS, Per, user_effect
+from calib.fit.validation.leave_one_out import compare
+from calib.poses.imu_log import Triad
+from pipeline.config.yaml_words import yaml_word
+from pipeline.errors import ConfigError
+from pipeline.report.judgement import judged_effect
+from pipeline.report.refitted import Refitted, refitted_json
+from pipeline.results.json_values import Json
+from pipeline.text.names import nearest_name
+from pipeline.workbench.live_refits import OpenSession
+from pipeline.workbench.state import Screen
+
+NAME = "own_effect"  #: name of the effect until the user writes it into the configuration
+
+
+def tried_expression(
+    session: OpenSession, screen: Screen, triad: Triad, text: str, per: str
+) -> Json:
+    """The refit of the screen with an expression as one more effect, beside that without it.
+
+    Returns
+    -------
+    dict
+        The figures of both fits, a judgement, the lines of the configuration that define the
+        effect; or ``problem`` and ``at``, the character of the expression that it concerns.
+
+    Raises
+    ------
+    CalibrationError, PipelineError
+        The poses do not determine it, or the screen is none of this session.
+    """
+    kind: Per | None = next((each for each in PARAMETERS if each == per), None)
+    if kind is None:
+        raise ConfigError(f"'{per}' is none of {', '.join(PARAMETERS)}.")
+    try:
+        expression = read_expression(text)
+    except BadExpression as error:
+        return {"problem": f"{error}{nearest_name(error.wrong, error.right)}.",
+                "at": _place(text, error)}
+    from_poses = session.input_of(screen, triad)
+    known = from_poses.poses.conditions(from_poses.poses.reading).columns
+    for name in expression.columns:
+        if name not in known:
+            return {"problem": f"'{name}' is no logged column{nearest_name(name, tuple(known))}. "
+                               f"The logs have: {', '.join(known)}.", "at": text.find(name)}
+    effect = user_effect(NAME, expression, kind, "{u}", triad)
+    section = from_poses.section
+    calibration = replace(
+        from_poses, defined={**from_poses.defined, NAME: effect},
+        section=section.model_copy(update={"model": (*section.model, NAME)})).refitted()
+    with_it = Refitted(calibration, compare(calibration.fit))
+    without = session.refitted(screen, triad)
+    judged = judged_effect(NAME, with_it, without)
+    return {
+        "with": refitted_json(with_it), "without": refitted_json(without),
+        "words": "" if judged is None else judged.text(False, True),
+        "helps": judged is not None and judged.helps,
+        "lines": f"effects:\n  {NAME}: {{expression: {yaml_word(text)}, per: {kind}, "
+                 f"unit: '{{u}}', triad: {triad}}}",
+    }
+
+
+def _place(text: str, error: BadExpression) -> int:
+    """The character, from 0, at which an expression cannot be read."""
+    if isinstance(error.__cause__, SyntaxError):
+        lead = len(text) - len(text.lstrip())
+        return lead + max((error.__cause__.offset or 1) - 1, 0)
+    return max(text.find(error.wrong), 0) if error.wrong else 0
