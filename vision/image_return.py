@@ -16,10 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import SD_PER_MAD
 
 BLOCK = 8  #: pixels, each way
 SLOW_S = 2.2  #: seconds: what is slower is light or a camera that drifts; numerical
 MOST_BLOCKS = 40  # of all blocks, one in so many is looked at
+STRONGEST = 72  #: blocks, by what varies in them; a limit of time
+NOISE_FROM = 200  # frames
+ENOUGH = 20.0  # times the noise: what varies more counts as much
 FEWEST_BLOCKS = 6  # that are looked at
 ABOUT = 0.08  #: share of a period, to both sides of where a return is expected
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
@@ -130,7 +134,9 @@ def image_return(
     seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > THRESHOLDS.beyond_noise)
     if not seen.size:
         return None
-    strength = np.minimum((blocks[seen] ** 2).mean(axis=(1, 2)), 20.0)
+    strength = (blocks[seen] ** 2).mean(axis=(1, 2))
+    strongest = np.sort(np.argsort(strength)[-STRONGEST:])
+    seen, strength = seen[strongest], np.minimum(strength[strongest], ENOUGH)
     correlation = np.stack([autocorrelation(blocks[i]) for i in seen])
     period, score = _period(correlation, max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS))
     best = np.argsort(score)[-max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS * 2) :]
@@ -197,12 +203,26 @@ def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:
     values = small.astype(np.float32)
     light = values.mean(axis=(1, 2), keepdims=True)
     values *= light.mean() / np.maximum(light, 1.0)
-    sums = np.cumsum(np.concatenate([np.zeros_like(values[:1]), values]), axis=0, dtype=np.float64)
-    at = np.arange(len(values))
-    first, last = np.maximum(at - slow // 2, 0), np.minimum(at + slow // 2 + 1, len(values))
-    values -= ((sums[last] - sums[first]) / (last - first)[:, None, None]).astype(np.float32)
-    noise = np.median(np.abs(np.diff(values, 2, axis=0)), axis=0) * 1.4826 / np.sqrt(6)
+    values = _without_slow(values - values.mean(axis=0), slow // 2)
+    thin = max(1, len(values) // NOISE_FROM)
+    second = values[2::thin] - 2 * values[1:-1:thin] + values[:-2:thin]
+    noise = SD_PER_MAD * np.median(np.abs(second), axis=0) / np.sqrt(6)
     return np.asarray(values / np.maximum(noise, np.median(noise) + 0.3), np.float32)
+
+
+def _without_slow(values: NDArray[np.float32], half: int) -> NDArray[np.float32]:
+    """Each frame (f, h, w) less the mean of those up to ``half`` before and after it."""
+    total, count = values[:half].sum(axis=0), min(half, len(values))
+    quick = np.empty_like(values)
+    for i, frame in enumerate(values):
+        if i + half < len(values):
+            total += values[i + half]
+            count += 1
+        if i > half:
+            total -= values[i - half - 1]
+            count -= 1
+        quick[i] = frame - total / count
+    return quick
 
 
 def autocorrelation(block: NDArray[np.float32]) -> FloatArray:
