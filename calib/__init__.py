@@ -28,6 +28,7 @@ The way of the data
 ``fit``          poses and a model to parameters with their uncertainty (``fit``)
 ``diagnosis``    a fit and its residuals to a verdict: what does the model miss? (``diagnose``)
 ``assess``       all of these for one triad: fit, comparison, verdict, prediction
+``lot``          many sensors of one design side by side, and what the lot is missing
 ``notebook``     the same in five lines of Python (``calib.calibrate``)
 ``mounting``     how the sensor is mounted in a vehicle (``mounting_from_logs``)
 ``consistency``  whether parts of a session, or the maker's certificate, contradict each other
@@ -44,8 +45,9 @@ This package knows nothing of video, YAML, file names or the screen.
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from calib.notebook.calibration import Calibration, calibrate
+    from calib.notebook.calibration import Calibration
     from calib.notebook.comparison import parameter_differences as compare
+    from calib.notebook.from_table import calibrate
 
 __all__ = ["Calibration", "calibrate", "compare"]
 
@@ -59,8 +61,8 @@ def __getattr__(name: str) -> Any:
     """Load what a notebook asks for when it asks: the command line imports this package too."""
     if name not in __all__:
         raise AttributeError(f"module 'calib' has no attribute {name!r}")
-    from calib.notebook import calibration, comparison
+    from calib.notebook import calibration, comparison, from_table
 
     if name == "compare":
         return comparison.parameter_differences
-    return getattr(calibration, name)
+    return getattr(from_table if name == "calibrate" else calibration, name)

@@ -62,7 +62,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("leave_one_out",), ("predicted_pose", "prediction"), ("missing_effect",),
     ],
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
-    "calib.notebook": [("tables", "display", "partial"), ("calibration",), ("comparison",)],
+    "calib.notebook": [("tables", "display", "partial"), ("calibration",),
+                       ("comparison", "from_table")],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding",), ("diagnose",), ("unseen", "untested", "population"),

@@ -1,6 +1,6 @@
-"""``calibrate(table)``: the calibration of one triad as an object to ask, extend and show."""
+"""The calibration of one triad as an object to ask, extend and show."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
@@ -9,18 +9,17 @@ import numpy as np
 
 from calib.assess import AssessedTriad, assess
 from calib.diagnosis.diagnose import Diagnosis
-from calib.effects.catalogue import BASE, UnknownEffect
+from calib.effects.catalogue import UnknownEffect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import unavailable
-from calib.errors import CalibrationError, Undetermined, UnusableLog
+from calib.errors import CalibrationError, Undetermined
 from calib.fit.model import Model
-from calib.fit.triad.evaluable import correct_other_poses
 from calib.notebook import display
 from calib.notebook.partial import partial_figure
-from calib.notebook.tables import SI, TIME, columns_of, gravity_runs, plate_runs, triad_columns
+from calib.notebook.tables import SI, TIME, columns_of, triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseSet, pose_set
+from calib.poses.pose_set import PoseSet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -64,11 +63,11 @@ class Calibration:
         Undetermined
             The poses lack a column that it needs, or do not determine it.
         """
-        return _calibrated(self.poses, (*self.model, *effects))
+        return calibrated(self.poses, (*self.model, *effects))
 
     def remove(self, *names: str) -> "Calibration":
         """The calibration without these effects."""
-        return _calibrated(self.poses, tuple(
+        return calibrated(self.poses, tuple(
             each for each in self.model if display.name_of(each) not in names))
 
     def correct(self, table: Any) -> FloatArray:
@@ -119,7 +118,7 @@ class Calibration:
 
     def _known(self, effect: str | Effect) -> Effect:
         """The effect, if it acts on this triad and is not in the model."""
-        known = effect if isinstance(effect, Effect) else _model_of([effect], {}).effects[0]
+        known = effect if isinstance(effect, Effect) else named_model([effect], {}).effects[0]
         if known.name in self.assessed.calibration.fit.model.names:
             raise CalibrationError(f"{known.name} is in the model already; remove it first, as in "
                                    f"remove({known.name!r}).plot({known.name!r}).")
@@ -133,83 +132,17 @@ class Calibration:
         return display.html(self.assessed)
 
 
-def calibrate(
-    table: Any,
-    *,
-    gravity: float | None = None,
-    gravity_sd: float = 0.0,
-    rate: float | None = None,
-    rate_sd: float = 0.0,
-    accelerometer: Calibration | None = None,
-    model: Sequence[str | Effect] = BASE,
-) -> Calibration:
-    """Calibrate an accelerometer against gravity, or a gyroscope against the plate's rate.
-
-    Parameters
-    ----------
-    table : DataFrame, mapping of columns, structured array, or array of shape (n, 3)
-        One row for each pose's mean, or the samples of poses: :mod:`calib.notebook.tables`.
-    gravity, gravity_sd : float
-        Local gravity and its sd, m/s²: the table is an accelerometer's.
-    rate, rate_sd : float
-        Rate of the plate and its sd, rad/s; without ``gravity`` the table is a gyroscope's, and
-        its column ``rate_rad_s`` may state a rate for each pose.
-    accelerometer : Calibration, optional
-        Corrects the specific force that effects on the gyroscope depend on.
-    model : sequence of str or Effect
-
-    Returns
-    -------
-    Calibration
+def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration:
+    """The calibration of one sensor by the effects of a model.
 
     Raises
     ------
-    UnusableLog
-        The table lacks a column, or holds something that is no number.
-    Undetermined
-        The poses do not determine the model.
-    Contradiction
-        The readings contradict the reference, or one another.
-    FitFailed
-        The fit does not converge.
     CalibrationError
-        An effect of ``model`` is unknown, or not for this triad.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> axes = np.vstack([np.eye(3), -np.eye(3), [[.6, .8, 0], [0, .6, .8], [.8, 0, .6],
-    ...                   [-.6, 0, .8], [.8, -.6, 0], [0, .8, -.6]]])
-    >>> calibrate(9.807 * axes * 1.01 + 0.05, gravity=9.807).correct([[0.05, 0.05, 9.95507]])
-    ... # doctest: +SKIP
-    array([[0., 0., 9.807]])
+        An effect is unknown or not for this triad, the poses do not determine the model or
+        contradict each other, or the fit does not converge.
     """
-    if gravity is not None and rate is not None:
-        raise UnusableLog("State `gravity=` for an accelerometer or `rate=` for a gyroscope, one "
-                          "of the two.")
-    if gravity is not None:
-        return _calibrated(_poses("accelerometer", gravity_runs(table, gravity, gravity_sd)),
-                           tuple(model))
-    is_named = hasattr(table, "keys")
-    if rate is None and is_named and set(triad_columns("gyroscope")).isdisjoint(table):
-        raise UnusableLog("State `gravity=` in m/s² for an accelerometer, or give a table with "
-                          "gyr_x, gyr_y, gyr_z and `rate=` in rad/s for a gyroscope.")
-    correct = correct_other_poses(accelerometer.assessed.calibration) if accelerometer else None
-    return _calibrated(_poses("gyroscope", plate_runs(table, rate, rate_sd), correct),
-                       tuple(model))
-
-
-def _poses(
-    triad: Triad, runs: Any, correct: Callable[[Conditions], FloatArray] | None = None
-) -> PoseSet:
-    times = np.array([mean.time_s for run in runs for mean in run.means])
-    origin = float(np.nanmin(times)) if np.isfinite(times).any() else 0.0
-    return pose_set(triad, runs, origin, correct)
-
-
-def _calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration:
     defined = {each.name: each for each in effects if isinstance(each, Effect)}
-    model = _model_of([display.name_of(each) for each in effects], defined)
+    model = named_model([display.name_of(each) for each in effects], defined)
     at = poses.conditions(poses.reading)
     for effect in model.effects:
         require_for_triad(effect, poses.triad)
@@ -234,8 +167,14 @@ def require_for_triad(effect: Effect, triad: Triad) -> None:
                                f"calibration of the {triad}.")
 
 
-def _model_of(names: Sequence[str], defined: dict[str, Effect]) -> Model:
-    """The model of these names; the nearest right name where one is wrong."""
+def named_model(names: Sequence[str], defined: dict[str, Effect]) -> Model:
+    """The model of these names; the nearest right name where one is wrong.
+
+    Raises
+    ------
+    CalibrationError
+        A name is no effect's.
+    """
     try:
         return Model.of(names, defined)
     except UnknownEffect as error:

@@ -1,5 +1,6 @@
 """A calibration as text, as HTML, as tables and as a figure."""
 
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from calib.assess import AssessedTriad
 from calib.effects.effect import Effect
+from calib.lot import CalibratedBlock
 from calib.poses.imu_log import AXES, SI_UNIT
 from calib.rounding import with_sd
 
@@ -91,6 +93,24 @@ def correlation_frame(assessed: AssessedTriad) -> "DataFrame":
         names += [f"{effect.name} {label}".strip() for label in labels]
     sd = np.sqrt(np.diag(fit.cov))
     return DataFrame(fit.cov / np.outer(sd, sd), index=names, columns=names)
+
+
+def lot_frame(blocks: Sequence[CalibratedBlock]) -> "DataFrame":
+    """Parameters, sds and the fit of every sensor of a lot by its name, SI."""
+    from pandas import DataFrame, concat
+
+    frames = []
+    for block in blocks:
+        value = block.parameters
+        columns: dict[str, Any] = {"poses": block.poses, "chi2": block.chi2, "dof": block.dof,
+                                   "p_value": block.p_value}
+        groups = (value.misalignment_rad, value.bias_counts, value.scale_counts_per_unit)
+        for name, of_group, sd in zip(
+                ("misalignment", "bias", "scale"), groups, value.sd, strict=True):
+            for i, axis in enumerate(AXES):
+                columns |= {f"{name}_{axis}": of_group[:, i], f"{name}_{axis}_sd": sd[:, i]}
+        frames.append(DataFrame(columns, index=list(block.sensors)))
+    return concat(frames)
 
 
 def pose_frame(assessed: AssessedTriad) -> "DataFrame":

@@ -7,7 +7,7 @@ is the mean of a pose; where several rows have the same ``pose`` they are its sa
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,39 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
     labels = [str(each) for each in table[POSE]] if POSE in names else [
         f"row {i + 1}" for i in range(rows)]
     return columns, labels
+
+
+def parts_by(table: Any, column: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The rows of a table sensor by sensor, in the order in which they first occur.
+
+    Parameters
+    ----------
+    table : DataFrame, mapping of name to sequence, or structured array
+    column : str
+        The column that names the sensor of a row.
+
+    Yields
+    ------
+    sensor : str
+    part : dict of str to array, shape (n,)
+        The other columns.
+
+    Raises
+    ------
+    UnusableLog
+        The table has no such column.
+    """
+    names = list(table.dtype.names or () if isinstance(table, np.ndarray)
+                 else table.keys() if hasattr(table, "keys") else ())
+    if column not in names:
+        raise UnusableLog(f"table: no column {column}, by which its sensors are told apart; it has "
+                          f"{', '.join(map(str, names)) or 'no named columns'}.")
+    columns = {name: np.asarray(table[name]) for name in names}
+    sensors, number = np.unique(columns.pop(column).astype(str), return_inverse=True)
+    order = np.argsort(number, kind="stable")
+    rows = np.split(order, np.cumsum(np.bincount(number))[:-1])
+    for i in sorted(range(len(sensors)), key=lambda i: rows[i][0]):
+        yield str(sensors[i]), {name: values[rows[i]] for name, values in columns.items()}
 
 
 def _renaming(names: Sequence[str], triad: Triad) -> str:

@@ -9,8 +9,12 @@ from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.poses.imu_log import FloatArray
 from pipeline.config.load import load_config
 from pipeline.config.sensor import triad_spec
+from tests.fitting import spec_of
 from tests.sessions import pipeline, quick_session, results_in
 from tests.world.bench import corner_directions, wedge_directions
+from tests.world.designs import paper_design
+from tests.world.imu import mpu6050
+from tests.world.lot import LotPlan, draw_lot
 
 G = 9.807
 SD = 0.002
@@ -147,3 +151,32 @@ def test_the_package_loads_no_engine_before_it_is_asked() -> None:
     assert calib.calibrate is calib.__getattr__("calibrate")
     with pytest.raises(AttributeError):
         calib.fitting  # noqa: B018
+
+
+def test_a_table_of_many_sensors_is_a_lot() -> None:
+    """Each sensor as by itself, whatever the order of the rows; one without poses is refused."""
+    lot = draw_lot(paper_design(mpu6050()), LotPlan(6), 2)
+    spec = spec_of(lot.triad, lot.triad.full_scale)
+    reading, sd = spec.nominal(lot.counts), lot.sd_counts * spec.nominal_scale
+    sensor = np.repeat([f"s{i}" for i in range(6)], 18)
+    table = {"sensor": sensor}
+    for i, axis in enumerate("xyz"):
+        table[f"acc_{axis}"] = reading[:, :, i].ravel()
+        table[f"sd_acc_{axis}"] = sd[:, :, i].ravel()
+    kept = np.random.default_rng(1).permutation(np.delete(np.arange(108), np.arange(80, 90)))
+    table = {name: values[kept] for name, values in table.items()}
+    gravity = float(lot.magnitude[0, 0])
+    many = calib.calibrate(table, by="sensor", gravity=gravity)
+    assert len(many) == 6
+    assert list(many.refusals) == ["s4"]
+    frame = many.to_pandas()
+    for name in ("s0", "s5"):
+        mine = table["sensor"] == name
+        part = {key: values[mine] for key, values in table.items() if key != "sensor"}
+        one = calib.calibrate(part, gravity=gravity)
+        single = one.assessed.calibration.parameters
+        assert frame.loc[name, "scale_y"] == pytest.approx(single.scale_counts_per_unit[1])
+        assert many[name].to_pandas().equals(one.to_pandas())
+    assert "5 of 6 sensors calibrated" in repr(many)
+    with pytest.raises(UnusableLog, match="no column unit, by which its sensors are told apart"):
+        calib.calibrate(table, by="unit", gravity=gravity)
