@@ -2,6 +2,7 @@
 
     python -m tests.bench.bench_lot
     python -m tests.bench.bench_lot --sensors 10000 --sizes 60 125 250 500 1000
+    python -m tests.bench.bench_lot --sensors 10000 --table /tmp/lot
 
 Accelerometers of one make, each with gains, offsets, axes, attitudes and noise of its own
 (``tests.world.lot``), 18 poses, nine parameters with their sds. SciPy and the solver set by set are
@@ -11,6 +12,7 @@ timed on a sample and scaled. The clock counts what this process computes, in on
 import argparse
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -21,6 +23,7 @@ from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
+from tests.lot_tables import lot_columns, write_design, write_lot
 from tests.lots import pose_sets_of
 from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
@@ -73,13 +76,26 @@ def stacked_seconds(sets: list[PoseSet], model: Model) -> tuple[float, int]:
     return time.process_time() - start, refused
 
 
+def write_table(folder: Path, sensors: int) -> None:
+    """A lot with an effect of half an sd as a table, and the command that calibrates it."""
+    lot = draw_lot(paper_design(mpu6050()), LotPlan(sensors, hidden="cubic", common_sd=0.5), 1)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_lot(folder / "lot.parquet", lot_columns(lot))
+    write_design(folder / "design.yaml", lot)
+    print(f"/usr/bin/time -v pipeline fleet {folder}/lot.parquet --design {folder}/design.yaml "
+          f"--output {folder}/out")
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--sensors", type=int, default=10_000)
     parser.add_argument("--sample", type=int, default=200)
     parser.add_argument("--sizes", type=int, nargs="*", default=[])
+    parser.add_argument("--table", type=Path, help="write a lot's table here, and time nothing")
     asked = parser.parse_args()
+    if asked.table is not None:
+        return write_table(asked.table, asked.sensors)
     lot = draw_lot(paper_design(mpu6050()), LotPlan(asked.sensors), 1)
     sets, model = pose_sets_of(lot), Model.of(BASE)
     stacked_seconds(sets[:500], model)
