@@ -40,6 +40,10 @@ HARDLY_SEEN = 0.25
 """Share of the variance of a typical size that the poses leave. Derived: they know it no better
 than to half of that size."""
 
+OUTWEIGHS = 3.0
+"""Times what the poses leave, that an effect adds which they hardly see: less than that a typical
+size, known to a factor of two or three, does not decide. A judgement."""
+
 ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words only
 
 LOW_COST = "MPU-6050"
@@ -146,7 +150,7 @@ def with_unseen(
         Of an effect of typical size t that shows in the rows with Λ per unit, the poses leave
         ``t²/(1 + t²Λ)`` about what is likely; what of it they know better counts as seen. Blind
         effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed, nor what
-        they hardly see where it adds less than all that they leave.
+        they hardly see where it adds less than ``OUTWEIGHS`` times all that they leave.
     """
     unseen = {}
     for effect in _not_in_the_model(calibration.fit, diagnosis):
@@ -161,7 +165,7 @@ def with_unseen(
         root = np.column_stack([size * (turns / np.sqrt(1 + shown))[:, hardly], likely])
         variance = error_by_missing(calibration, prediction, effect, held, root)
         blind = effect.name in diagnosis.blind or effect.name in diagnosis.unavailable
-        least = (LEAST_SHARE**2 if blind else 1.0) * prediction.variance.mean()
+        least = (LEAST_SHARE if blind else OUTWEIGHS) ** 2 * prediction.variance.mean()
         if np.isfinite(variance).all() and variance.mean() > least:
             unseen[effect.name] = variance
     return replace(prediction, unseen=unseen,
