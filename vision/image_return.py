@@ -61,7 +61,7 @@ class ReturnThresholds:
     other : float
         Score of a pixel that does not return with the known period. Derived: half of ``clear``.
     apart : float
-        Relative difference from a whole multiple of the known period. Derived: five sds of one.
+        Relative difference from a multiple of half the known period. Derived: five sds of one.
     """
 
     clear: float = 0.6
@@ -126,9 +126,8 @@ def image_return(
     f, h, w = small.shape
     if f < 2 * FEWEST_RETURNS * LEAST_FRAMES or min(h, w) < block:
         return None
-    varying = _varying(small, round(SLOW_S / frame_s))
     rows, columns = h // block, w // block
-    blocks = varying[:, : rows * block, : columns * block]
+    blocks = _varying(small, round(SLOW_S / frame_s))[:, : rows * block, : columns * block]
     blocks = blocks.reshape(f, rows, block, columns, block).transpose(1, 3, 0, 2, 4)
     blocks = blocks.reshape(rows * columns, f, block * block)
     seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > THRESHOLDS.beyond_noise)
@@ -156,8 +155,8 @@ def image_return(
     sd = float(np.hypot(sd, BIAS * period))
     share = np.zeros(rows * columns)
     share[seen] = score
-    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean,
-                       share.reshape(rows, columns))
+    share = share.reshape(rows, columns)
+    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean, share)
 
 
 def other_return(
@@ -194,7 +193,8 @@ def other_return(
     if second is None:
         return None
     ratio = second.period_s / period_s
-    same = abs(max(ratio, 1 / ratio) / round(max(ratio, 1 / ratio)) - 1)
+    halves = 2 * max(ratio, 1 / ratio)  # what is there every third turn returns after 3/2 too
+    same = abs(halves / round(halves) - 1)
     return second if same > THRESHOLDS.apart else None
 
 
