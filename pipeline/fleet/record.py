@@ -22,7 +22,7 @@ RECORD_NAME = "fleet.json"
 SESSIONS_FOLDER = "sessions"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class SessionRecord:
     """What a fleet keeps of one session.
 
