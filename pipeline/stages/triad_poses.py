@@ -106,7 +106,9 @@ def gyroscope_poses(
     def poses_of(each: Recorded) -> PoseSet:
         runs = [run_of(name, *one) for (name, _), one in zip(recorded, each, strict=True)]
         poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
-        return with_axes(poses, accelerometer.fit) if accelerometer else poses
+        if accelerometer is None or config.accelerometer is None or not config.accelerometer.runs:
+            return poses  # means and waves suffice beside a calibration at rest
+        return with_axes(poses, accelerometer.fit)
 
     return TriadPoses(recorded, poses_of)
 
