@@ -104,15 +104,20 @@ def rate_in_step(force: FloatArray, time_s: FloatArray, rate_rad_s: float) -> fl
         rad/s; the stated rate on a plate that is nearly level, or where it is right to
         ``RIGHT_RATE``.
     """
-    half = len(time_s) // 2
     across = force - force.mean(axis=0)
+    step_s = (time_s[-1] - time_s[0]) / (len(time_s) - 1)
     rate = rate_rad_s
     for _ in range(RATE_STEPS):
+        turn = 2 * math.pi / (rate * step_s)  # samples
+        # Over whole turns the waves that go round the other way, and twice, average out.
+        part = round(len(time_s) / turn // 2 * turn)
+        if not part:
+            return rate_rad_s
         turned = across * np.exp(-1j * rate * (time_s - time_s[0]))[:, None]
-        first, second = turned[:half].mean(axis=0), turned[half:].mean(axis=0)
+        first, second = turned[:part].mean(axis=0), turned[-part:].mean(axis=0)
         if 2 * np.linalg.norm(first + second) / 2 < LEAST_WAVE_M_S2:
             return rate_rad_s
-        between = float(time_s[half:].mean() - time_s[:half].mean())
+        between = float(time_s[-part:].mean() - time_s[:part].mean())
         rate += float(np.angle(np.vdot(first, second))) / between
     off = abs(rate / rate_rad_s - 1)
     return rate if RIGHT_RATE < off < LARGEST_RATE_ERROR else rate_rad_s

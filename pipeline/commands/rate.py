@@ -16,6 +16,7 @@ from pipeline.commands.interaction.rate_outputs import FlutterChoice, RateOutput
 from pipeline.config.units import FASTEST_RPM
 
 if TYPE_CHECKING:
+    from vision.errors import RateRefused
     from vision.rate.timebase import Timebase
 
 FILMED_S = 60.0  #: the clip that the guide asks for
@@ -172,12 +173,18 @@ def _clock(chosen: _Chosen) -> "Timebase":
     return camera_timebase(known[chosen.clock], chosen.videos)
 
 
+def _echo_refused(name: str, refused: "RateRefused") -> None:
+    from pipeline.results.rate import refusal_json
+
+    by_name = {name: refusal_json(refused)}
+    echo_json(by_name)
+
+
 def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> None:
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
     from pipeline.files import write_whole
     from pipeline.results.angles_csv import angles_csv
-    from pipeline.results.rate import refusal_json
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
@@ -202,8 +209,7 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
             if chosen.shown == "json":
                 refused_name = next((video.stem for video in chosen.videos
                                      if str(refused).startswith(f"{video.name}:")), stems[0])
-                by_clip = {refused_name: refusal_json(refused)}
-                echo_json(by_clip)
+                _echo_refused(refused_name, refused)
             raise
     rates = []
     for stem, track in zip(stems, tracks, strict=True):
@@ -217,8 +223,7 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
                 with ClipProgress(chosen.shown != "quiet") as progress:
                     draw_overlay(chosen.videos[0], track, None, outputs.overlay, progress)
             if chosen.shown == "json":
-                by_stem = {stem: refusal_json(refused)}
-                echo_json(by_stem)
+                _echo_refused(stem, refused)
             elif refused.history is not None:
                 for line in rate_history_lines(stem, refused.history):
                     click.echo(line)

@@ -194,7 +194,7 @@ def test_a_missing_library_names_the_command_that_installs_it(
     path = parquet(tmp_path)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.delitem(sys.modules, "pipeline.logs.formats.parquet", raising=False)
-    command = r"pip install 'turntable-imu-calibration\[parquet\]'"
+    command = r"pip install -e '.\[parquet\]'"
     with pytest.raises(UnreadableInput, match=command):
         read_log(path)
 

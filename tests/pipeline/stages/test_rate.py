@@ -179,7 +179,7 @@ def test_a_stated_ellipse_reaches_the_film(
 ) -> None:
     given: list[PlateOverride] = []
 
-    def taking(_path: Path, *, plate: PlateOverride, on_progress: object) -> PhaseTrack:
+    def taking(_path: Path, *, plate: PlateOverride, **_further: object) -> PhaseTrack:
         given.append(plate)
         return followed.track
 

@@ -93,9 +93,9 @@ class Poses {
       mark.classList.toggle("left-out", out.has(Number(mark.dataset.i)));
     }
     const names = [...out].map((k) => labels[k]);
-    this.root.querySelector("[data-out-note]").hidden = out.size === 0;
-    this.root.querySelector("[data-out-names]").textContent = names.join(", ");
-    this.root.querySelector("[data-out-lines]").textContent = this.lines(out);
+    this.panel.querySelector("[data-out-note]").hidden = out.size === 0;
+    this.panel.querySelector("[data-out-names]").textContent = names.join(", ");
+    this.panel.querySelector("[data-out-lines]").textContent = this.lines(out);
     if (this.picked >= 0) this.describe();
   }
 
