@@ -151,7 +151,7 @@ class Sets:
 
     @property
     def are_apart(self) -> BoolArray:
-        """Whether each column shows ``VISIBLE_SHARE`` of itself beside those before it, (B,).
+        """Whether every combination of the columns shows ``VISIBLE_SHARE`` of itself, (B,).
 
         What is less is the error of a formula. More columns than rows are never apart, and no
         member is known by one of them alone.
@@ -160,9 +160,8 @@ class Sets:
         if len(self.sizes) == 1 or p > self.noise.dof:
             return np.ones(len(self.gram), dtype=bool)
         length = np.sqrt(np.einsum("bpp->bp", self.gram))
-        cosine = self.gram / (length[:, :, None] * length[:, None, :]) + 1e-9 * np.eye(p)
-        pivots = np.einsum("bpp->bp", np.linalg.cholesky(cosine))
-        return np.asarray(pivots.min(axis=1) > VISIBLE_SHARE)
+        cosine = self.gram / (length[:, :, None] * length[:, None, :])
+        return np.asarray(np.linalg.eigvalsh(cosine)[:, 0] > VISIBLE_SHARE**2)
 
     def density_at(self, taus: FloatArray) -> FloatArray:
         """Log density (B,) with these sizes (B, blocks), V averaged."""
