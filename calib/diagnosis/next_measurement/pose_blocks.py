@@ -20,7 +20,7 @@ from calib.earth import EARTH_RATE_RAD_S
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.numbers import RPM
-from calib.poses.attitudes import natural_directions
+from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
@@ -62,6 +62,8 @@ CLIPS = Block(
 )
 
 
+CORNERS = slice(18, None)  #: natural directions after the faces and the edges; definition
+
 TILTED = Block(
     "tilt", "the same poses with 5 cm under one side of the record player, which makes 9° of tilt",
     MINUTES_PER_PASS + 1.0, ((1.0, 0.0, 0.0),), tilt_rad=float(np.radians(9.0)),
@@ -92,8 +94,9 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         return [replace(soaks[0], instruction=THROUGH_TEMPERATURES)]
     corners = Block("corners", "the 8 corner poses", one / 2, ((1.0, 0.0, 0.0),), corners=True)
     repeat = Block("repeat", "the same poses once more, in random order", one, ((1.0, 0.0, 0.0),))
+    attitudes = [repeat] if _has_corners(fit) else [corners, repeat]
     if poses.triad == "accelerometer":
-        return [corners, repeat, *(soaks if has_temperature else [])]
+        return [*attitudes, *(soaks if has_temperature else [])]
     spins = poses.spin_rad_s
     blocks = []
     if not poses.reference.is_null.any():
@@ -117,8 +120,15 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
             blocks.append(TILTED)
         blocks += [CLIPS] if shares_a_rate(poses) else []
     if not at_one_speed(poses):
-        blocks += [repeat, corners]
+        blocks += reversed(attitudes)
     return [*blocks, *(soaks if has_temperature else [])]
+
+
+def _has_corners(fit: Fit) -> bool:
+    """Whether the session has a pose near each of the 8 corners: once more they show nothing new.
+    """
+    vectors = fit.rows.vector[~fit.poses.reference.is_null]
+    return len(vectors) > 0 and len(uncovered(vectors, natural_directions()[CORNERS])) == 0
 
 
 def _ring(block: Block, axis: FloatArray, reading: FloatArray, sd: FloatArray, gravity: float
@@ -169,7 +179,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     """One pass through the poses of ``block`` as a pose set at the fitted model."""
     poses, turning = fit.poses, ~fit.poses.reference.is_null
     natural = natural_directions()
-    axis = natural[18:] if block.corners else natural[:18]
+    axis = natural[CORNERS] if block.corners else natural[:18]
     n = len(axis)
     size = abs(factor) * _least(poses.reference.magnitude[turning])
     direction = _direction(poses, factor)
