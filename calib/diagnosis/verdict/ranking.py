@@ -1,12 +1,12 @@
 """The ranking: every hypothesis by its probability, with what adding it alone would do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtrc
 
-from calib.diagnosis.search.posterior import Posterior
+from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.sizes import predicted_size
 from calib.poses.imu_log import FloatArray
@@ -75,13 +75,23 @@ def rank(posterior: Posterior) -> tuple[Candidate, ...]:
     leverage = np.asarray((posterior.table.projector.model**2).sum(axis=1))
     candidates = [
         _candidate(posterior, j, by_name[name], probability.get(name, 0.0), leverage,
-                   next((whole[k].refit for k in by_name[name] if k in whole), None))
+                   _by_itself(posterior, whole, j, by_name[name]))
         for name, j in best.items()
     ]
     candidates.append(_noise(posterior))
     lead = posterior.names(posterior.lead)
     candidates.sort(key=lambda c: (-c.probability, c.name not in lead, -c.log_evidence))
     return tuple(candidates)
+
+
+def _by_itself(
+    posterior: Posterior, whole: Mapping[int, Entry], j: int, of_name: Sequence[int]
+) -> Refit | None:
+    """The refit with hypothesis ``j`` alone: of an effect from whichever start of its shape, but of
+    a step or a pose only where it is this one."""
+    if j in whole or posterior.hypotheses[j].kind != "listed":
+        return whole[j].refit if j in whole else None
+    return next((whole[k].refit for k in of_name if k in whole), None)
 
 
 def _noise(posterior: Posterior) -> Candidate:
@@ -161,8 +171,3 @@ def _after(posterior: Posterior, j: int, leverage: FloatArray) -> tuple[float, f
     out = rest[:d] / np.maximum(1 - keeps, LEAST_LEFT)
     rms, loo = (float(np.linalg.norm(each * sd) / np.sqrt(d)) for each in (rest[:d], out))
     return drop, rms, loo
-
-
-def names_of(candidates: Sequence[Candidate], kind: str) -> list[str]:
-    """Names of the candidates of one kind, the most probable first."""
-    return [c.name for c in candidates if c.kind == kind]
