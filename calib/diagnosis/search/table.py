@@ -158,9 +158,10 @@ class Table:
         )
 
     def aliases(self, j: int, others: Sequence[int]) -> list[int]:
-        """Which of ``others`` look the same as hypothesis ``j``: canonical correlations over 0.99.
+        """Which of ``others`` can make all of what ``j`` makes: canonical correlations over 0.99.
 
-        Of as many visible directions; with fewer, all of one lies in the other.
+        They have as many visible directions; of one direction, or more. An effect of one direction
+        is thus an alias of a larger one that holds it, and not the larger one of it.
         """
         if self.is_blind(j):
             return []
@@ -170,13 +171,13 @@ class Table:
             if self.is_blind(other):
                 continue
             theirs = self.unit_block(other)
-            few = min(mine.shape[1], theirs.shape[1])
-            if mine.shape[1] != theirs.shape[1] and few > 1:
+            count = mine.shape[1]
+            if theirs.shape[1] != count and (count > 1 or theirs.shape[1] < count):
                 continue
             overlap = mine.T @ theirs
-            if (overlap**2).sum() < few * CONSTANTS.alias_correlation**2:
+            if (overlap**2).sum() < count * CONSTANTS.alias_correlation**2:
                 continue
-            singular = np.linalg.svd(overlap, compute_uv=False)[:few]
+            singular = np.linalg.svd(overlap, compute_uv=False)[:count]
             if singular.min() > CONSTANTS.alias_correlation:
                 same.append(other)
         return same
