@@ -55,7 +55,7 @@ def test_what_is_no_whole_plate_gives_no_number(name: str) -> None:
 
 
 def test_half_a_plate_seen_almost_edge_on_is_measured_in_all_its_frames() -> None:
-    """By the autocorrelation of the label the rate is 33.41 to 33.43 rpm."""
+    """The autocorrelation of the label gives 33.41 to 33.43 rpm."""
     path = recorded("real_video/turntable_33_grazing/turntable.mp4")
     rate = measure_rate(track_phase(path), timebase=Timebase())
     assert rate.rate_rad_s / RPM == pytest.approx(33.42, abs=0.03)

@@ -15,7 +15,7 @@ FAST = 5e-4  #: of the clock of the simulated logs
 
 
 def ratio(design: Design, seed: int, fast: float = FAST) -> ClockRatio | None:
-    """Of the turning run of a simulated evening, against the true rate."""
+    """The ratio of the two clocks in the turning run of a simulated evening."""
     session = simulate(design, seed)
     (run,) = (each for each in session.runs if each.run.motion is not None)
     logs = [ImuLog(pose.label, pose.time_s * (1 + fast), pose.accelerometer.astype(float),

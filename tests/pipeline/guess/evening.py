@@ -33,7 +33,7 @@ class Evening:
 
     @property
     def counts_per_rad_s(self) -> float:
-        """Of the data sheet."""
+        """Scale of the gyroscope by its data sheet."""
         return 32768 / (self.range_deg_s * DEG)
 
     def write(self, folder: Path, name: str, rpm: float, seed: int) -> list[Path]:
