@@ -55,7 +55,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("unknown_sd",),
     ],
     "calib.fit.triad": [
-        ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
+        ("correction", "determined", "run_scatter"), ("calibration", "frame_alignment", "leaning"),
         ("axis_of_turning", "evaluable"),
     ],
     "calib.fit.validation": [

@@ -34,6 +34,7 @@ DAMPING = 0.8
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least. Derived: one is a bad pose."""
 
+FROM_RUN_TO_RUN = "from run to run"  #: how the rate of the plate scatters between settings
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
@@ -248,7 +249,7 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
     if _scatter_needed(fit) > LARGEST_RATE_CHANGE:
         return []
     size = np.where(turning, 1.0, 0.0)
-    marks = [("from run to run", _by_run(poses.run, turning))]
+    marks = [(FROM_RUN_TO_RUN, _by_run(poses.run, turning))]
     if fit.poses.reference.is_null.any():
         marks.append(("from pose to pose", np.diag(size)[:, turning]))
     prior = float(np.log(CONSTANTS.odds_rare / len(marks)))

@@ -6,6 +6,7 @@ from typing import Literal
 
 import numpy as np
 
+from calib.diagnosis.hypotheses.unlisted import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.search.posterior import Inclusion
@@ -193,9 +194,8 @@ def _course(case: _Case, what: str, which: str) -> Explanation:
         f"{_nearest(case)}{beside}"
         f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
     )
-    short = f"{what}, as no listed effect does"
     return Explanation(
-        "act", short, text, "define",
+        "act", f"{what}, as no listed effect does", text, "define",
         "If you know its physics, write it as your own effect under `effects:` in the "
         "configuration; the charts below show its shape",
     )
@@ -208,9 +208,7 @@ def _nearest(case: _Case) -> str:
     if nearest is None:
         return ""
     share = 100 * (1 - nearest.loo_after / linear_loo_rms(case.fit))
-    if not share >= LEAST_FALL_PERCENT:
-        return ""
-    return (
+    return "" if not share >= LEAST_FALL_PERCENT else (
         f"The nearest listed one, '{nearest.name}', would take {share:.0f} % off the "
         f"leave-one-out error. "
     )
@@ -246,6 +244,8 @@ def _noise(case: _Case) -> Explanation:
         return Explanation("open", "its bias wanders during the session", text, "repeat",
                            "Record the poses faster, or repeat some throughout the session")
     if case.verdict.name == "plate_rate":
+        if case.verdict.details[0] == FROM_RUN_TO_RUN:
+            widened = "The sds of the parameters contain that scatter."
         text = (
             f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
             f"{instead}Film the plate with each pose, so that each has a rate of its own."
@@ -273,12 +273,12 @@ def _settle(case: _Case) -> tuple[Step, str]:
     if case.advice is not None:
         return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
-        return "record", f"What separates them: {_separates(case)}"
+        return "record", _what_separates(case)
     return "repeat", f"Record {once_more(case.fit.poses)}"
 
 
-def _separates(case: _Case) -> str:
-    return what_separates(case.verdict.group[0], case.fit.poses.triad)
+def _what_separates(case: _Case) -> str:
+    return f"What separates them: {what_separates(case.verdict.group[0], case.fit.poses.triad)}"
 
 
 def _record(case: _Case) -> str:
@@ -286,7 +286,7 @@ def _record(case: _Case) -> str:
     if case.advice is not None:
         return f" Record next: {case.advice.instruction}."
     if case.verdict.code == Code.EFFECT:
-        return f" What separates them: {_separates(case)}."
+        return f" {_what_separates(case)}."
     return f" Record next: {once_more(case.fit.poses)}."
 
 

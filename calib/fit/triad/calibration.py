@@ -17,12 +17,14 @@ from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.correction import Correction
 from calib.fit.triad.determined import LARGEST_SHARE, undetermined
+from calib.fit.triad.run_scatter import scatter_between_runs
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 
 NOISE = "noise"
+BETWEEN_RUNS = "rate, from run to run"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,8 @@ class TriadCalibration:
     widening : float
         The root of chi-square over its degrees of freedom (Birge ratio), by which noise is widened
         where the stated sds do not explain the residual (``MISFIT_P_VALUE``); else 1.
+    between_runs : array, shape (p, p)
+        What the scatter of the plate's rate between runs adds to ``fit.cov``.
     """
 
     triad: Triad
@@ -48,6 +52,13 @@ class TriadCalibration:
     fit: Fit
     parameters: TriadParameters
     widening: float
+    between_runs: FloatArray
+
+    @property
+    def noise_cov(self) -> FloatArray:
+        """Covariance (p, p) by what poses do not share: noise, widened by the misfit."""
+        common = self.fit.common_shift
+        return np.asarray(self.fit.cov - common @ common.T - self.between_runs)
 
     @property
     def p_value(self) -> float:
@@ -117,7 +128,7 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
     TriadCalibration
         Where the noise does not explain the residual, noise is widened by the Birge ratio w, and
         the errors that the references have in common are left as they were stated:
-        ``C + w² (cov - C)``, C the sum of their parts.
+        ``C + w² (cov - C)``, C the sum of their parts; and the scatter between runs is added.
 
     Raises
     ------
@@ -128,13 +139,15 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
     misfit = fit.bounded_p_value < MISFIT_P_VALUE
     widening = float(np.sqrt(fit.bounded_chi2 / fit.dof)) if misfit else 1.0
     common = fit.common_shift @ fit.common_shift.T
-    cov = common + widening**2 * (fit.cov - common)
+    between_runs = scatter_between_runs(fit)
+    cov = common + widening**2 * (fit.cov - common) + between_runs
     return TriadCalibration(
         triad=fit.poses.triad,
         spec=spec,
         fit=replace(fit, cov=cov),
         parameters=triad_parameters(fit.model, fit.theta, cov, spec),
         widening=widening,
+        between_runs=between_runs,
     )
 
 
@@ -174,7 +187,7 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
     -------
     mapping of cause to array, shape (3, 3)
         Rows are misalignment, bias and scale, columns x, y, z; NaN for what was not fitted. The
-        causes are ``NOISE`` and the common errors of the reference.
+        causes are ``NOISE``, the common errors of the reference, and ``BETWEEN_RUNS``.
     """
     fit = calibration.fit
     reference = fit.poses.reference
@@ -185,6 +198,8 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
         )
         if stated.any()  # not an error that was stated to be none
     }
+    if calibration.between_runs.any():
+        parts[BETWEEN_RUNS] = calibration.between_runs
     rest = fit.cov - sum(parts.values(), start=np.zeros_like(fit.cov))
     return {name: parameter_sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
 

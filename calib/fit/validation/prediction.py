@@ -163,7 +163,7 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
         # The next log has gravity in any direction, whatever the rate.
         variance = np.mean([_variances(calibration, magnitude, directions, up)
                             for up in spread_directions(FORCES_OF_A_MODEL)], axis=0)
-    uncommon = fit.cov - fit.common_shift @ fit.common_shift.T
+    uncommon = calibration.noise_cov
     by_noise = np.einsum("mdp,pq,mdq->md", gradient, uncommon, gradient)
     pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
     return Prediction(

@@ -1,0 +1,43 @@
+"""Rates of the runs that scatter: the scale's sd contains it, whatever was stated of each rate."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.fit.triad.calibration import BETWEEN_RUNS, calibrate_triad, uncertainty_budget
+from tests.fitting import pose_sets
+from tests.world.designs import rich_design
+from tests.world.session import simulate
+
+SEEDS = range(6)
+DESIGN = rich_design().scaled(sample_rate=0.2)
+
+
+@pytest.mark.parametrize("scatter", [1e-4, 1e-3, 5e-3])
+def test_the_scale_holds_the_truth_where_the_rates_of_the_runs_scatter(scatter: float) -> None:
+    sds_off = []
+    for seed in SEEDS:
+        session = simulate(DESIGN, seed)
+        rng = np.random.default_rng([seed, 99])
+        rates = {name: replace(rate, rate_rad_s=rate.rate_rad_s * (
+            1 + scatter * rng.standard_normal())) for name, rate in session.rates.items()}
+        _, poses, specs = pose_sets(replace(session, rates=rates))
+        found = calibrate_triad(fit(poses, Model.of(BASE)), specs[1])
+        scale, true = found.parameters.scale_counts_per_unit, session.gyroscope
+        sds_off.append((scale - true.scale_counts_per_unit) / found.parameters.sd[2])
+        parts = uncertainty_budget(found)
+        whole = np.sqrt(sum(part**2 for part in parts.values()))
+        assert np.allclose(whole, found.parameters.sd, rtol=1e-6)
+        assert BETWEEN_RUNS in parts or scatter < 1e-3
+    assert np.sqrt(np.mean(np.square(sds_off))) < 1.6  # 20 and more without it
+    assert np.abs(sds_off).max() < 4
+
+
+def test_runs_that_agree_add_nothing() -> None:
+    _, poses, specs = pose_sets(simulate(DESIGN, 3))
+    found = calibrate_triad(fit(poses, Model.of(BASE)), specs[1])
+    assert not found.between_runs.any()
