@@ -27,7 +27,7 @@ def flutter_lines(found: MeasuredFlutter) -> Iterator[str]:
         ("platter, AES6-weighted", figures.weighted, figures.weighted_noise),
         ("platter, unweighted", figures.unweighted, figures.unweighted_noise),
     ):
-        yield f"  {name:<24} {_figure(value, noise)}"
+        yield f"  {name:<24} {two_sigma(value, noise)}"
     yield f"  {'drift':<24} {60 * PPM * figures.drift_per_s:+.0f} ppm per minute"
     turns_hz = found.course.rate_rad_s / (2 * math.pi)
     for at, amplitude in strongest_waves(found):
@@ -41,7 +41,7 @@ def flutter_lines(found: MeasuredFlutter) -> Iterator[str]:
                "the platter (--gyro LOG) does not see that, and sees up to 200 Hz")
 
 
-def _figure(value: float, noise: float) -> str:
+def two_sigma(value: float, noise: float) -> str:
     """A two-sigma figure beside what the noise of the angles alone would give."""
     if not noise:
         return f"± {percent(value)} (two sigma)"

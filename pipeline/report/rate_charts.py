@@ -2,16 +2,16 @@
 
 import base64
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calib.consistency.clock_ratio import ClockRatio
 from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
+from pipeline.console.flutter_text import two_sigma
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.report.partial_residuals import PPM
 from pipeline.report.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
@@ -21,11 +21,10 @@ from pipeline.report.term_cards import TermCard, term_cards
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import count, relative, with_sd
+from vision.errors import RateRefused
 from vision.phase_track import LUMA
-from vision.rate.aes6_flutter import course_of_clip
-
-if TYPE_CHECKING:
-    from vision.rate.wow_flutter import SpeedFigures
+from vision.rate.aes6_flutter import course_of_clip, platter_flutter
+from vision.rate.measure import RateMeasurement
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,8 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     coloured = sorted({clip.channel for clip in rate.clips} - {LUMA})
     if coloured:
         yield "tracked by colour", ", ".join(coloured)
-    yield from _speed_facts([clip.speed for clip in rate.clips])
+    worst = worst_clip(rate)
+    yield from _speed_facts(rate.clips[worst], rate.sources[worst])
     rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
 
@@ -118,21 +118,15 @@ def _clock_fact(clock: ClockRatio | None) -> Iterator[tuple[str, str]]:
             f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")
 
 
-def _speed_facts(speeds: "Sequence[SpeedFigures]") -> Iterator[tuple[str, str]]:
-    """Wow, flutter and drift of the plate, the largest of all clips."""
-    waves = [(speed.once_per_rev, speed.twice_per_rev) for speed in speeds]
-    seen = [pair for pair in waves if math.isfinite(sum(pair))]
-    if seen:
-        once, twice = (relative(max(each)) for each in zip(*seen, strict=True))
-        # What repeats with every turn may also come from the view.
-        yield "wow, at most", f"{once} once per revolution, {twice} twice"
-    fastest = max(speeds, key=lambda speed: speed.flutter)
-    yield "flutter", (f"{relative(fastest.flutter)} at {fastest.flutter_hz:.3g} Hz"
-                      if fastest.flutter else "no wave stands out from the noise")
-    drift = max(speeds, key=lambda speed: abs(speed.drift_per_s))
-    per_minute = 60 * PPM
-    yield "drift of the rate", (
-        f"{with_sd(drift.drift_per_s * per_minute, drift.drift_sd * per_minute)} ppm per minute")
+def _speed_facts(clip: RateMeasurement, source: str) -> Iterator[tuple[str, str]]:
+    """Wow, flutter and drift of the plate; nothing for a clip too short or too slow for them."""
+    try:
+        figures = platter_flutter(course_of_clip(clip), source)
+    except RateRefused:
+        return
+    yield "wow and flutter, AES6-weighted", two_sigma(figures.weighted, figures.weighted_noise)
+    yield "wow and flutter, unweighted", two_sigma(figures.unweighted, figures.unweighted_noise)
+    yield "drift of the rate", f"{60 * PPM * figures.drift_per_s:+.0f} ppm per minute"
 
 
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:

@@ -203,15 +203,17 @@ def platter_flutter(course: SpeedCourse, source: str) -> PlatterFlutter:
 
 
 def _without_drift(course: SpeedCourse) -> tuple[float, FloatArray]:
-    """The drift per second, and the deviation (n,) without it.
+    """The drift per second, and the deviation (n,) without it and without its mean.
 
-    Fitted beside the waves once and twice per turn, whose last one is cut.
+    Fitted to the angle beyond the mean rate, in which noise weighs least, beside the waves once and
+    twice per turn, whose last one is cut.
     """
     time_s = course.time_s - course.seconds / 2
+    beyond = np.cumsum(course.deviation) * course.step_s
     waves = [wave(k * course.angle_rad) for k in (1, 2) for wave in (np.cos, np.sin)]
-    columns = np.column_stack([np.ones_like(time_s), time_s, *waves])
-    beta = np.linalg.lstsq(columns, course.deviation, rcond=None)[0]
-    return float(beta[1]), np.asarray(course.deviation - columns[:, :2] @ beta[:2])
+    columns = np.column_stack([np.ones_like(time_s), time_s, 0.5 * time_s**2, *waves])
+    beta = np.linalg.lstsq(columns, beyond, rcond=None)[0]
+    return float(beta[2]), np.asarray(course.deviation - beta[1] - beta[2] * time_s)
 
 
 def _noise_figure(course: SpeedCourse, gain: Gain) -> float:

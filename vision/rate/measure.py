@@ -49,7 +49,6 @@ from vision.rate.terms import (
 from vision.rate.timebase import Timebase
 from vision.rate.transients import STEADY_ENDS, MovingEnds, rate_beside_transients
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
-from vision.rate.wow_flutter import SpeedFigures, speed_figures
 
 FEWEST_USABLE = 12  # frames
 FEWEST_TURNS = 1.0  #: fact: less shows no point of the plate twice
@@ -105,8 +104,6 @@ class RateMeasurement:
         The rate by other ways.
     history : RateHistory
         The rate from turn to turn.
-    speed : SpeedFigures
-        Wow, flutter and drift.
     diagnosis : PhaseDiagnosis
         Which term the stated model misses.
     channel : str
@@ -123,7 +120,6 @@ class RateMeasurement:
     aliases: Aliases
     cross_checks: CrossChecks
     history: RateHistory
-    speed: SpeedFigures
     diagnosis: PhaseDiagnosis
     channel: str
     warnings: tuple[str, ...]
@@ -250,7 +246,6 @@ def _measured(
         aliases=aliases.about(rate),
         cross_checks=checks,
         history=history,
-        speed=speed_figures(fit, base, always, angle.frame_s),
         diagnosis=diagnose(
             stated, base.rows(fit.used), angle.angle_rad[fit.used], dropped.count
         ),

@@ -110,19 +110,3 @@ def test_two_hidden_terms_come_out_one_after_the_other() -> None:
     second = measured(seen, [first]).diagnosis.name
     assert {first, second} == {"once_per_rev", "twice_per_rev"}
     assert measured(seen, [first, second]).diagnosis.verdict == "nothing_missing"
-
-
-def test_wow_and_flutter_are_those_of_the_drive() -> None:
-    time, angle = steady()
-    slow, fast = 1e-3, 1.5e-3  # relative rate amplitudes, once per turn and at 3.1 Hz
-    rate = 33.3 * RPM
-    seen = (
-        angle
-        + slow * np.sin(angle)
-        + fast * rate / (2 * np.pi * 3.1) * np.sin(2 * np.pi * 3.1 * time)
-    )
-    speed = measured(seen).speed
-    assert speed.once_per_rev == pytest.approx(slow, rel=0.05)
-    assert speed.flutter == pytest.approx(fast, rel=0.15)
-    assert speed.flutter_hz == pytest.approx(3.1, abs=0.03)
-    assert measured(angle).speed.flutter == 0.0
