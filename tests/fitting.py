@@ -12,14 +12,14 @@ from calib.fit.model import Model
 from calib.fit.triad.axis_of_turning import with_axes
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.triad.leaning import leaning_of
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.drift_within import average_poses
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import Encoding, TriadSpec
-from calib.poses.drift_within import average_poses
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
-from calib.poses.runs import gravity_run, stopped_run, turning_run
-from calib.poses.tilted_run import NOT_FITTED, tilted_run
+from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
+from calib.poses.runs.tilted_run import NOT_FITTED, tilted_run
 from tests.world.imu import Triad
 from tests.world.session import RunLog, Session, StatedRate
 

@@ -45,6 +45,18 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("diagnosis", "mounting", "consistency", "noise"),
         ("planning", "assess", "lot"), ("notebook",),
     ],
+    "calib.poses": [
+        ("triad_kind",), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
+        ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",),
+    ],
+    "calib.poses.averaging": [
+        ("pose_mean",), ("sway",), ("average_pose",),
+        ("drift_within", "mean_noise", "session_clock"),
+    ],
+    "calib.poses.rests": [
+        ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
+    ],
+    "calib.poses.runs": [("ring",), ("pose_run",), ("reference_runs",), ("tilted_run",)],
     "calib.fit": [
         ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),
         ("least_squares",), ("triad",), ("validation",),

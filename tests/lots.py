@@ -4,7 +4,7 @@ import numpy as np
 
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, constant_reference
-from calib.poses.runs import RATE_OF
+from calib.poses.runs.reference_runs import RATE_OF
 from tests.fitting import spec_of
 from tests.world.lot import Lot
 

@@ -14,9 +14,9 @@ from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
-from calib.poses.pose_run import PoseRun
 from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs import gravity_run, stopped_run, turning_run
+from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
 from tests.fitting import averaged, plate_rate, spec_of
 from tests.trials import COMMON_PARTS, said_names
 from tests.world.bench import Design, corner_directions, wedge_directions

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.static_intervals import find_still
+from calib.poses.rests.static_intervals import find_still
 from tests.paths import REAL
 from tests.sessions import configured, pipeline, results_in
 

@@ -19,9 +19,9 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from calib.fit.parameters import TriadParameters
-from calib.poses.converter_steps import printed_unit
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
+from calib.poses.samples.converter_steps import printed_unit
 
 LARGEST_MISALIGNMENT = 0.5
 """Difference of an alignment matrix from the unit matrix in any element, at most. Derived: half of

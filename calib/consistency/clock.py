@@ -19,7 +19,7 @@ import numpy as np
 from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.errors import Contradiction
 from calib.numbers import NO_LENGTH, RPM
-from calib.poses.averaging import LEAST_PER_TURN
+from calib.poses.averaging.average_pose import LEAST_PER_TURN
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 

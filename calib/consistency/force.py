@@ -21,9 +21,9 @@ from calib.consistency.signed_axes import IDENTITY, SIGNED_PERMUTATIONS, permuta
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
 from calib.fit.triad.calibration import TriadCalibration
+from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
-from calib.poses.frozen import FALSE_ALARM
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 

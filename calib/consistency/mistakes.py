@@ -24,8 +24,8 @@ from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model, stack_columns
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.numbers import RPM
+from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.conditions import Conditions
-from calib.poses.frozen import FALSE_ALARM
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 

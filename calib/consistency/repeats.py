@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from calib.errors import Contradiction, Undetermined
 from calib.numbers import NO_LENGTH
-from calib.poses.converter_steps import value_steps
-from calib.poses.frozen import FALSE_ALARM
+from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
+from calib.poses.samples.converter_steps import value_steps
 
 Keys = NDArray[np.uint64]
 

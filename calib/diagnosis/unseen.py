@@ -30,7 +30,7 @@ from calib.fit.triad.calibration import TriadCalibration, parameter_sds
 from calib.fit.validation.missing_effect import error_by_missing
 from calib.fit.validation.prediction import Prediction, typical_force
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.runs import TIME_BASE
+from calib.poses.runs.reference_runs import TIME_BASE
 
 LEAST_SHARE = 0.1
 """Share of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is

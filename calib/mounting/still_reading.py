@@ -15,14 +15,14 @@ import numpy as np
 
 from calib.errors import Remedy, Undetermined
 from calib.fit.triad.calibration import TriadCalibration
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.mean_noise import known_step, variance_of_mean
+from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.conditions import Conditions
-from calib.poses.converter_steps import step_variance
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import known_step, variance_of_mean
-from calib.poses.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.runs import TURNING_RAD_S
+from calib.poses.runs.reference_runs import TURNING_RAD_S
+from calib.poses.samples.converter_steps import step_variance
 
 LARGEST_OFFSET_RAD_S = 0.35
 """20 °/s. Fact: the largest zero-rate output of the MPU-6050's product specification."""

@@ -19,12 +19,13 @@ from calib.earth import (
 )
 from calib.errors import UnusableLog
 from calib.numbers import RPM
-from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, average_pose, stated_means
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, TriadMean, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
-from calib.poses.pose_run import PoseRun
 from calib.poses.reference import PlateRate
-from calib.poses.runs import gravity_run, stopped_run, turning_run
+from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
 
 SI = TriadSpec(np.inf, 0, "si")
 PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}

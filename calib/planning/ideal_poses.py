@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calib.fit.rows.initial_estimate import Start
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE, noise_sd
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, noise_sd
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, constant_reference, join_references
 

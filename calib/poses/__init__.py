@@ -1,11 +1,13 @@
 """Readings to poses.
 
-    imu_log ─ static_intervals ─ averaging ─ mean_noise ─ runs ─┐
-    data_sheet (counts to SI) ───────┘                          ├─ pose_set ─ conditions
-                     reference (gravity, plate rate, null poses) ┘  (what effects see)
+    imu_log, data_sheet (counts to SI) ─ samples ─ checks ─ averaging ─ runs ─ pose_set
+                                          a long log: rests ┘     reference ┘     │
+                                            conditions (what effects see), attitudes
 
-    a long log      still_search ─ rest_candidates (running_sums) ─ attitude_fit ─ static_intervals
-    one pose        frozen ─ pose_checks (batches) ─ averaging: creep, sway, converter_steps,
-                    envelope; drift_within judges it by the other poses of its run
-    the directions  attitudes: which of them are covered, and their names
+    samples     what readings of one stretch show: batch means, waves in step with the plate, the
+                converter's steps, creep
+    checks      frozen blocks, samples that are no measurement, whether a pose is one
+    averaging   one pose to one mean with an honest sd
+    rests       where a long log lies still
+    runs        poses under one reference; the rings of a plate that leans
 """

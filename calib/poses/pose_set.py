@@ -6,15 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from calib.poses.averaging import check_alive
+from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
+from calib.poses.averaging.session_clock import on_one_clock
+from calib.poses.averaging.sway import shaken
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
-from calib.poses.pose_run import PoseRun
 from calib.poses.reference import Reference, RowIndex, join_references
-from calib.poses.ring import Ring, joined_rings, rings_of
-from calib.poses.session_clock import on_one_clock
-from calib.poses.sway import shaken
+from calib.poses.runs.pose_run import PoseRun, check_alive
+from calib.poses.runs.ring import Ring, joined_rings, rings_of
 
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""

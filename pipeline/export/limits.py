@@ -12,11 +12,11 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import UnusableLog
-from calib.poses.batches import SHORTEST_SAMPLES
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray, ImuLog
-from calib.poses.rest_candidates import WINDOW_S
+from calib.poses.rests.rest_candidates import WINDOW_S
+from calib.poses.samples.batches import SHORTEST_SAMPLES
 from pipeline.export.apply import Applied, apply_results, at_the_rails
 from pipeline.results.read import Stored, StoredTriad
 

@@ -17,7 +17,7 @@ from calib.fit.least_squares.solver import fit_sets
 from calib.fit.model import Model
 from calib.fit.triad.correction import Correction
 from calib.lot import SensorPoses
-from calib.poses.averaging import NOT_LOGGED, PoseMean, stated_means
+from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet

@@ -14,8 +14,8 @@ from calib.diagnosis.population.pool import Pool, PooledEffect, pool
 from calib.diagnosis.population.random_effects import RandomEffects
 from calib.diagnosis.population.repeatability import Repeatability, repeatability
 from calib.diagnosis.population.spread import Spread, spread_of, weighed_together
+from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE
 from calib.poses.imu_log import AXES, TRIADS, FloatArray
-from calib.poses.mean_noise import NOISE_DOF_PER_POSE
 from pipeline.fleet.record import evidence_path, kept_evidence
 from pipeline.fleet.rows import Row
 from pipeline.results.json_values import Json, number, numbers

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from calib.numbers import RPM
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import TRIADS
 from pipeline.config.types import STOPPED
 from pipeline.guess.clocks import EPOCH_S

@@ -17,14 +17,14 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
 from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
 from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_run import PoseRun
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
-from calib.poses.runs import (
+from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.reference_runs import (
     GRAVITY,
     RATE_OF,
     TIME_BASE,
@@ -32,7 +32,7 @@ from calib.poses.runs import (
     stopped_run,
     turning_run,
 )
-from calib.poses.tilted_run import tilted_run
+from calib.poses.runs.tilted_run import tilted_run
 from pipeline.config.load import Config
 from pipeline.config.sensor import sensor_specs
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting

@@ -9,9 +9,10 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.attitudes import WEDGE_DIRECTIONS, natural_directions, uncovered
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.static_intervals import find_still
+from calib.poses.rests.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     KnownRateSection,

@@ -2,10 +2,10 @@
 
 Samples are looked at in hops of a quarter of a second. A window of four hops is still while the
 variance of each triad stays near the quietest level met in this block
-(:mod:`calib.poses.static_intervals`), and under ceilings that a hand cannot keep to. On the turning
-plate its tilt moves the readings slowly: there a straight line is taken out of every hop first, and
-the rate must be steady besides. The pose itself is judged once more as a whole by the same rules as
-in the calibration.
+(:mod:`calib.poses.rests.static_intervals`), and under ceilings that a hand cannot keep to. On the
+turning plate its tilt moves the readings slowly: there a straight line is taken out of every hop
+first, and the rate must be steady besides. The pose itself is judged once more as a whole by the
+same rules as in the calibration.
 """
 
 from collections import deque
@@ -18,8 +18,8 @@ from calib.numbers import RPM
 from calib.poses.attitudes import NEAR_COSINE, direction_name
 from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
 from calib.poses.reference import PLAUSIBLE_RATIO
-from calib.poses.runs import TURNING_RAD_S
-from calib.poses.static_intervals import STILL_RATIO, quiet_level
+from calib.poses.rests.static_intervals import STILL_RATIO, quiet_level
+from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
 from pipeline.stages.planned_poses import beyond_rest

@@ -9,7 +9,8 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import NEAR_COSINE
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.sensor import Specs

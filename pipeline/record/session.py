@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from calib.poses.attitudes import direction_name, natural_directions
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Config
 from pipeline.config.sensor import sensor_specs

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.fit.validation.leave_one_out import PoseResidual
 from calib.numbers import RPM
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.console.exclude_text import exclude_lines, pose_sections

@@ -13,7 +13,7 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.predicted_pose import PredictedPose, predict_pose
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray
 from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config

@@ -1,9 +1,9 @@
 """The log of one pose without what is no measurement."""
 
-from calib.poses.frozen import without_frozen
+from calib.poses.checks.frozen import without_frozen
+from calib.poses.checks.pose_checks import check_counts, check_range
+from calib.poses.checks.stray_samples import without_strays
 from calib.poses.imu_log import TRIADS, ImuLog
-from calib.poses.pose_checks import check_counts, check_range
-from calib.poses.stray_samples import without_strays
 from pipeline.config.sensor import Specs
 
 

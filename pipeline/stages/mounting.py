@@ -10,7 +10,7 @@ from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.mounting.still_reading import require_at_rest
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.static_intervals import find_still
+from calib.poses.rests.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
 from pipeline.config.sensor import sensor_specs

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.averaging import NOT_LOGGED, PoseMean, TriadMean, stated_means
+from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, TriadMean, stated_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from pipeline.config.schema import PosesSection

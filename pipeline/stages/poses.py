@@ -9,16 +9,17 @@ import numpy as np
 from calib.consistency.clock import require_whole_turns
 from calib.consistency.clock_ratio import ClockRatio, clock_ratio
 from calib.errors import CalibrationError, Undetermined
-from calib.poses.averaging import PoseMean, average_pose
-from calib.poses.drift_within import average_poses
-from calib.poses.frozen import without_frozen
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.drift_within import average_poses
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.checks.frozen import without_frozen
+from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
+from calib.poses.checks.stray_samples import without_strays
 from calib.poses.imu_log import ImuLog, IntArray
-from calib.poses.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.rest_candidates import PLATE_STOOD
-from calib.poses.runs import TURNING_RAD_S
-from calib.poses.static_intervals import StaticIntervals, find_still, list_stops
-from calib.poses.still_search import StillSearch
-from calib.poses.stray_samples import without_strays
+from calib.poses.rests.rest_candidates import PLATE_STOOD
+from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
+from calib.poses.rests.still_search import StillSearch
+from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
 from pipeline.config.schema import RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs

@@ -17,10 +17,10 @@ from calib.effects.effect import Effect
 from calib.fit.least_squares.solver import require_determinable
 from calib.fit.triad.calibration import TriadCalibration
 from calib.numbers import RPM
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import Triad
 from calib.poses.reference import PlateRate
-from calib.poses.runs import TURNING_RAD_S
+from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
 from pipeline.config.sensor import Specs, sensor_specs, triad_spec

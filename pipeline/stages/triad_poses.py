@@ -11,13 +11,13 @@ from calib.fit.model import Model
 from calib.fit.triad.axis_of_turning import with_axes
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import correct_other_poses
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray
-from calib.poses.pose_run import PoseRun
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
-from calib.poses.runs import gravity_run, stopped_run, turning_run
-from calib.poses.tilted_run import NOT_FITTED, Leaning, tilted_run
+from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
+from calib.poses.runs.tilted_run import NOT_FITTED, Leaning, tilted_run
 from pipeline.config.load import Config
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import Recorded

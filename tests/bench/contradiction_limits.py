@@ -18,7 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from calib.poses import data_sheet as spec
-from calib.poses import frozen, pose_checks, sway
+from calib.poses.averaging import sway
+from calib.poses.checks import frozen, pose_checks
 from pipeline.stages import session_logs
 from tests.attack.mistakes import CASES
 from tests.attack.spoilt import copy_of, write_base

@@ -13,7 +13,7 @@ from types import ModuleType
 
 import numpy as np
 
-from calib.poses import attitude_fit, rest_candidates, static_intervals
+from calib.poses.rests import attitude_fit, rest_candidates, static_intervals
 from tests.calib.poses.hand_turned_logs import KINDS, count, made
 
 CONSTANTS: tuple[tuple[ModuleType, str], ...] = (

@@ -31,17 +31,20 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("pipeline.record.pose_detector", (
         "HOP_S", "WINDOW_HOPS", "STEADY_HOPS", "CEILING", "MOVED_RATIO", "STEADY_CHANGE",
         "STEADY_SD", "MOVED_DEG", "SAME_SPEED"), ("pipeline/record/test_pose_detector.py",)),
-    ("calib.poses.averaging", ("LEAST_PER_TURN", "LONGEST_PAUSE"),
+    ("calib.poses.averaging.average_pose", ("LEAST_PER_TURN", "LONGEST_PAUSE"),
      ("calib/poses/test_averaging.py",)),
-    ("calib.poses.mean_noise", (
+    ("calib.poses.averaging.mean_noise", (
         "LEAST_BY_CHANCE", "LARGEST_TYPICAL", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE",
         "LARGEST_RATIO", "FIRST_ORDER_S", "UNCERTAIN_RATIO", "RATIO_SD", "SHORTEST_S"),
      ("calib/poses/test_averaging.py", "calib/poses/test_mean_sds.py")),
-    ("calib.poses.creep", ("SEEN_CHI2",), ("calib/poses",)),
-    ("calib.poses.drift_within", ("FEWEST_OTHERS",), ("calib/poses/test_drift_within.py",)),
-    ("calib.poses.frozen", ("FALSE_ALARM", "SHORTEST_BLOCK"), ("calib/poses/test_frozen.py",)),
+    ("calib.poses.samples.creep", ("SEEN_CHI2",), ("calib/poses",)),
+    ("calib.poses.averaging.drift_within", ("FEWEST_OTHERS",),
+     ("calib/poses/test_drift_within.py",)),
+    ("calib.poses.checks.frozen", ("FALSE_ALARM", "SHORTEST_BLOCK"),
+     ("calib/poses/test_frozen.py",)),
     ("calib.poses.reference", ("PLAUSIBLE_RATIO",), ("calib/poses/test_runs.py",)),
-    ("calib.poses.runs", ("TURNING_RAD_S",), ("calib/poses/test_runs.py", "calib/mounting")),
+    ("calib.poses.runs.reference_runs", ("TURNING_RAD_S",),
+     ("calib/poses/test_runs.py", "calib/mounting")),
     ("calib.mounting.floor_slope", ("STEEPEST_FLOOR_RAD", "REVERSAL_SD_RAD"), ("calib/mounting",)),
     ("calib.mounting.heading", (
         "MEAN_S", "STRETCH_MEANS", "LARGEST_STUDENT", "SHORTEST_DRIVE_S", "WEAKEST_PUSH_M_S2",

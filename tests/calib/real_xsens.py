@@ -10,12 +10,12 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import gravity_run
-from calib.poses.static_intervals import find_still
+from calib.poses.rests.static_intervals import find_still
+from calib.poses.runs.reference_runs import gravity_run
 from tests.paths import REAL
 
 XSENS = REAL / "imu_tk_xsens"

@@ -16,9 +16,9 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis
 from calib.effects.effect import Effect, Page, per_axis
 from calib.fit.least_squares.result import Fit
+from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, BoolArray, FloatArray
-from calib.poses.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.pose_set import PoseSet
 
 TIME_WAVES, COLUMN_WAVES = 8, 5

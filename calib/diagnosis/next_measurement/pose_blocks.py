@@ -24,8 +24,8 @@ from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
-from calib.poses.ring import ANGLES, ROUND, Ring, room_names
-from calib.poses.runs import RATE_OF, TIME_BASE
+from calib.poses.runs.reference_runs import RATE_OF, TIME_BASE
+from calib.poses.runs.ring import ANGLES, ROUND, Ring, room_names
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * RPM

@@ -1,8 +1,8 @@
 """Rows of the waves that poses on a leaning plate show once per turn.
 
-Effects are evaluated at the points of a pose's ring (:mod:`calib.poses.ring`) by what evaluates
-them at poses; the harmonic of the corrected vectors s(θ) is the corrected wave, of cosine c and
-sine d. A constant error makes no wave: these rows follow no bias, no drift and no step.
+Effects are evaluated at the points of a pose's ring (:mod:`calib.poses.runs.ring`) by what
+evaluates them at poses; the harmonic of the corrected vectors s(θ) is the corrected wave, of cosine
+c and sine d. A constant error makes no wave: these rows follow no bias, no drift and no step.
 
 Accelerometer, under gravity that goes round with g sin τ:
 
@@ -33,7 +33,7 @@ from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.ring import (
+from calib.poses.runs.ring import (
     ANGLES,
     TILT_SD_RAD,
     TO_WAVE,

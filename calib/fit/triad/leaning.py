@@ -3,8 +3,8 @@
 import numpy as np
 
 from calib.fit.least_squares.result import Fit
-from calib.poses.ring import ANGLES, TO_WAVE
-from calib.poses.tilted_run import NOT_FITTED, Leaning
+from calib.poses.runs.ring import ANGLES, TO_WAVE
+from calib.poses.runs.tilted_run import NOT_FITTED, Leaning
 
 
 def leaning_of(fit: Fit) -> Leaning:

@@ -19,7 +19,7 @@ from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import ImuLog
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import gravity_run
+from calib.poses.runs.reference_runs import gravity_run
 from tests.fitting import averaged, spec_of
 from tests.world.designs import paper_design
 from tests.world.imu import Triad, mti

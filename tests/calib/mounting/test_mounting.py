@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from calib.mounting.levelling import ORDERS, Order
 from calib.mounting.mounting import MountingLogs, mounting_from_logs
-from calib.poses.mean_noise import variance_of_mean
+from calib.poses.averaging.mean_noise import variance_of_mean
 from tests.calib.mounting.simulated_reading import (
     RATE_HZ,
     TRIAD,

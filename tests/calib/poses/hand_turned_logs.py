@@ -5,7 +5,7 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.static_intervals import find_still
+from calib.poses.rests.static_intervals import find_still
 from tests.world.hand_turned import HandTurned, Stop, by_hand, on_gimbal, turn_through
 
 SI = TriadSpec(np.inf, 0, "si")

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.mean_noise import correlation_ratio, pose_mean_sd, too_short
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import correlation_ratio, pose_mean_sd, too_short
 
 RATE_HZ = 100.0
 NOISE_M_S2 = 1e-3

@@ -5,13 +5,13 @@ import pytest
 from scipy.signal import lfilter
 
 from calib.errors import Undetermined, UnusableLog
-from calib.poses import pose_checks
-from calib.poses.averaging import average_pose
-from calib.poses.batches import batch_variance
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.mean_noise import pose_mean_sd
+from calib.poses.checks import pose_checks
+from calib.poses.checks.pose_checks import is_still
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import pose_mean_sd
-from calib.poses.pose_checks import is_still
+from calib.poses.samples.batches import batch_variance
 from tests.calib.poses.pose_mean_coverage import coverage
 
 RATE_HZ = 100.0

@@ -9,11 +9,11 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
-from calib.poses.averaging import average_pose
-from calib.poses.converter_steps import least_steps, step_variance, value_steps
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.mean_noise import pose_mean_sd
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import pose_mean_sd
+from calib.poses.samples.converter_steps import least_steps, step_variance, value_steps
 from tests.fitting import pose_sets
 from tests.world.designs import paper_design
 from tests.world.imu import Triad, mpu6050

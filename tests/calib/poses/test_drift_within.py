@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.drift_within import average_poses
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.checks.pose_checks import SensorMoved
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.drift_within import average_poses
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.pose_checks import SensorMoved
 from tests.world.bench import wedge_directions
 
 SI = TriadSpec(np.inf, 0, "si")

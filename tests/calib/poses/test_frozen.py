@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.poses.frozen import frozen_samples, without_frozen
+from calib.poses.checks.frozen import frozen_samples, without_frozen
 from calib.poses.imu_log import ImuLog
 
 STEP = 0.00122  #: of the public log that has such blocks, rad/s

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.mean_noise import pose_mean_sd, shared_dof
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.mean_noise import pose_mean_sd, shared_dof
 
 IN_SI = TriadSpec(np.inf, 0, "si")
 RATE_HZ, SECONDS, NOISE = 100.0, 4.0, 1e-3

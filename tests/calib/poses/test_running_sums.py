@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from calib.poses.running_sums import RunningSums
+from calib.poses.samples.running_sums import RunningSums
 
 VALUES = np.array([9.8, 0.1, -3.0]) + 1e-3 * np.random.default_rng(1).normal(size=(50_000, 3))
 VALUES[20_000:, 0] -= 19.6  # the sensor is laid down on its other side

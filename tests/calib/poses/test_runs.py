@@ -7,11 +7,17 @@ import pytest
 
 from calib.earth import EARTH_RATE_RAD_S
 from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean, TriadMean
+from calib.poses.averaging.pose_mean import PoseMean, TriadMean
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
 from calib.poses.reference import CommonError, PlateRate, constant_reference, join_references
-from calib.poses.runs import GRAVITY, TIME_BASE, gravity_run, stopped_run, turning_run
+from calib.poses.runs.reference_runs import (
+    GRAVITY,
+    TIME_BASE,
+    gravity_run,
+    stopped_run,
+    turning_run,
+)
 
 LATITUDE = np.radians(40.0)
 VERTICAL = EARTH_RATE_RAD_S * np.sin(LATITUDE)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from calib.errors import Undetermined
-from calib.poses.attitude_fit import MODELS, best_threshold, prediction_error
+from calib.poses.checks.pose_checks import check_still
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.pose_checks import check_still
-from calib.poses.running_sums import RunningSums
-from calib.poses.static_intervals import StaticIntervals, find_still, quiet_level
-from calib.poses.still_search import StillSearch
+from calib.poses.rests.attitude_fit import MODELS, best_threshold, prediction_error
+from calib.poses.rests.static_intervals import StaticIntervals, find_still, quiet_level
+from calib.poses.rests.still_search import StillSearch
+from calib.poses.samples.running_sums import RunningSums
 from tests.calib.poses.hand_turned_logs import KINDS, count, made
 from tests.world.hand_turned import (
     GRAVITY_M_S2,

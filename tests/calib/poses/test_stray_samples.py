@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calib.errors import Undetermined
+from calib.poses.checks.stray_samples import stray_samples, without_strays
 from calib.poses.imu_log import ImuLog
-from calib.poses.stray_samples import stray_samples, without_strays
 
 Mistake = Callable[[np.ndarray, np.ndarray], None]
 NEAR_ZERO, TURNING, ON_ONE_G = (20.0, -8.0, 5.0), (100.0, -30.0, 6500.0), (16384.0, 300.0, -200.0)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.mean_noise import pose_mean_sd
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
-from calib.poses.mean_noise import pose_mean_sd
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import gravity_run
+from calib.poses.runs.reference_runs import gravity_run
 
 G = 9.8
 SI = TriadSpec(np.inf, 0, "si")

@@ -19,7 +19,7 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import gravity_run
+from calib.poses.runs.reference_runs import gravity_run
 from pipeline.config.load import load_config
 from pipeline.config.sensor import triad_spec
 from pipeline.record.session import RecordingView

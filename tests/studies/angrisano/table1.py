@@ -21,10 +21,10 @@ from calib.fit.least_squares.angrisano import (
 )
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
-from calib.poses.averaging import average_pose
+from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs import gravity_run
+from calib.poses.runs.reference_runs import gravity_run
 from pipeline.text.tables import Rows, aligned
 from tests.studies.angrisano.bench import BenchTriad, laid_directions, leaning_axes
 from tests.studies.angrisano.iteration import iterate_as_printed

@@ -21,11 +21,12 @@ from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.model import Model
 from calib.fit.parameters import TriadParameters
 from calib.fit.triad.calibration import calibrate_triad
-from calib.poses.averaging import PoseMean, average_pose
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import pose_set
 from calib.poses.reference import PlateRate
-from calib.poses.runs import turning_run
+from calib.poses.runs.reference_runs import turning_run
 from pipeline.text.tables import aligned
 from tests.studies.angrisano.bench import BenchTriad, laid_directions, leaning_axes
 from tests.studies.angrisano.published import (

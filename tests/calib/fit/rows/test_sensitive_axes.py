@@ -14,7 +14,7 @@ from calib.fit.rows.sensitive_axes import ALIGNED, solve_sensor
 from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs import gravity_run
+from calib.poses.runs.reference_runs import gravity_run
 from tests.calib.made_poses import GRAVITY, base_theta, made_poses, read_through, with_noise
 from tests.fitting import averaged, pose_sets, spec_of
 from tests.trials import DESIGNS, drawn

@@ -10,7 +10,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import NOISE, TriadCalibration, calibrate_triad, uncertainty_budget
 from calib.poses.pose_set import pose_set
-from calib.poses.runs import GRAVITY, gravity_run
+from calib.poses.runs.reference_runs import GRAVITY, gravity_run
 from tests.fitting import averaged, calibrated, spec_of
 from tests.world.designs import paper_design, rich_design
 from tests.world.session import simulate

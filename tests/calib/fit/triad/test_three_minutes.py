@@ -13,7 +13,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.triad.leaning import leaning_of
-from calib.poses.tilted_run import tilted_run
+from calib.poses.runs.tilted_run import tilted_run
 from tests.fitting import averaged, spec_of, tilted_pose_sets
 from tests.world.designs import SLOW, tilted_design
 from tests.world.hidden import Hidden

@@ -1,7 +1,7 @@
 """How well the mean of a pose is known: the one room for its sd.
 
-**Many poses of one sensor**: batch means of each pose (:mod:`calib.poses.averaging`), steadied by
-those of the run's other poses, times what correlation the batches leave out.
+**Many poses of one sensor**: batch means of each pose, steadied by those of the run's other poses,
+times what correlation the batches leave out.
 
 **One log alone** (an installed sensor): the variance of a mean is the spectral density at frequency
 zero over the length of the log. The periodogram estimates it at the lowest frequencies that the log
@@ -14,11 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.numbers import NO_LENGTH
-from calib.poses.averaging import PoseMean, TriadMean
-from calib.poses.batches import BATCHES, COARSE_BATCHES
-from calib.poses.converter_steps import same_place, step_variance
+from calib.poses.averaging.pose_mean import PoseMean, TriadMean
+from calib.poses.averaging.sway import shortfall
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.sway import shortfall
+from calib.poses.samples.batches import BATCHES, COARSE_BATCHES
+from calib.poses.samples.converter_steps import same_place, step_variance
 
 BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
 MEDIAN_OF_CHI2_5 = 4.3515  #: median of chi-square with BATCH_DOF; definition

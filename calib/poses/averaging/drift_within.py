@@ -15,11 +15,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean, average_pose
-from calib.poses.batches import batch_means
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.checks.pose_checks import SHORT_BATCHES, SensorMoved
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog, Triad
-from calib.poses.pose_checks import SHORT_BATCHES, SensorMoved
+from calib.poses.samples.batches import batch_means
 
 FEWEST_OTHERS = 3
 """Poses that show the slopes. Derived: with two unknowns on each axis, one pose that was moved

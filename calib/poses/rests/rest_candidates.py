@@ -14,13 +14,13 @@ from scipy.special import gammaincinv
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
-from calib.poses.batches import SHORTEST_SAMPLES
+from calib.poses.checks.pose_checks import is_still
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
-from calib.poses.pose_checks import is_still
 from calib.poses.reference import PLAUSIBLE_RATIO
-from calib.poses.running_sums import RunningSums
-from calib.poses.still_search import StillSearch
+from calib.poses.rests.still_search import StillSearch
+from calib.poses.samples.batches import SHORTEST_SAMPLES
+from calib.poses.samples.running_sums import RunningSums
 
 WINDOW_S = 0.5
 """The shortest stop that people make on purpose. In ``tests.bench.study_static_intervals`` a

@@ -3,10 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from calib.poses.averaging import PoseMean
-from calib.poses.imu_log import FloatArray
+import numpy as np
+
+from calib.errors import Undetermined
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.imu_log import AXES, FloatArray, Triad
 from calib.poses.reference import Reference
-from calib.poses.ring import Ring
+from calib.poses.runs.ring import Ring
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,3 +42,17 @@ class PoseRun:
     def is_stated(self) -> bool:
         """Whether its means and their sds come from a table."""
         return any(mean.stated for mean in self.means)
+
+
+def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
+    """Refuse a run in which an axis gave the very same value all the time."""
+    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
+    values = np.array([getattr(mean, triad).mean for mean in means])
+    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
+    if len(means) > 1 and stuck.any():
+        axis = AXES[int(np.argmax(stuck))]
+        raise Undetermined(
+            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
+            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
+            f"was logged twice."
+        )

@@ -1,8 +1,9 @@
 """What poses on a leaning plate read all round one turn, and what is known of that.
 
 While the plate turns, gravity goes round in the sensor's axes and a pose sees a ring of attitudes.
-The ring is the mean and the wave once per turn (:mod:`calib.poses.in_step`), evaluated at so many
-``ANGLES``: an effect stated for poses is stated for its points, and its wave is their harmonic.
+The ring is the mean and the wave once per turn (:mod:`calib.poses.samples.in_step`), evaluated at
+so many ``ANGLES``: an effect stated for poses is stated for its points, and its wave is their
+harmonic.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray, Triad
-from calib.poses.in_step import Waves
 from calib.poses.reference import RowIndex
+from calib.poses.samples.in_step import Waves
 
 ANGLES = 8
 """Round one turn. Derived: an effect of third order in gravity makes waves up to three times per

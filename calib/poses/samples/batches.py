@@ -10,7 +10,7 @@ variance better; six have five degrees of freedom."""
 
 COARSE_BATCHES = BATCHES // 2
 """Derived: twice as long, so that the ratio of both variances shows the correlation
-(:func:`calib.poses.mean_noise.correlation_factor`)."""
+(:func:`calib.poses.averaging.mean_noise.correlation_factor`)."""
 
 SHORTEST_SAMPLES = 2 * BATCHES  #: samples of a pose; derived: two in each batch
 

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.averaging import PoseMean
-from calib.poses.in_step import FEWEST_TURNS
-from calib.poses.pose_run import PoseRun
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.reference import Reference
-from calib.poses.ring import TILT_SD_RAD, ring_of_run, tilt_name, tilt_of_run
-from calib.poses.runs import GRAVITY, gravity_run
+from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.reference_runs import GRAVITY, gravity_run
+from calib.poses.runs.ring import TILT_SD_RAD, ring_of_run, tilt_name, tilt_of_run
+from calib.poses.samples.in_step import FEWEST_TURNS
 
 
 @dataclass(frozen=True)

@@ -3,40 +3,40 @@
 The samples of a pose are autocorrelated, so the sd of their mean comes from batch means: the pose
 is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts; once
 more with half as many, twice as long ones, to see what correlation the shorter left out
-(:func:`calib.poses.mean_noise.correlation_factor`).
+(:func:`calib.poses.averaging.mean_noise.correlation_factor`).
 
 On the turning plate the mean is taken over whole turns, and what comes back once and twice per
 turn (plate tilt, wow) is taken out first: it averages to nothing but would look like noise.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
 
 import numpy as np
 
 from calib.errors import Contradiction, Undetermined
-from calib.poses.batches import (
-    BATCHES,
-    COARSE_BATCHES,
-    SHORTEST_SAMPLES,
-    batch_means,
-    batch_variance,
-)
-from calib.poses.converter_steps import least_steps, value_steps
-from calib.poses.creep import creep_rate
-from calib.poses.data_sheet import TriadSpec
-from calib.poses.envelope import envelope
-from calib.poses.imu_log import AXES, TRIADS, FloatArray, ImuLog, Triad
-from calib.poses.in_step import HARMONICS, Waves, plate_angle, rate_in_step, waves_of
-from calib.poses.pose_checks import (
+from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, TriadMean
+from calib.poses.averaging.sway import check_calm, sway_square
+from calib.poses.checks.pose_checks import (
     LARGEST_STILL_SHIFT,
     check_attitude,
     check_counts,
     check_steady,
     check_still,
 )
-from calib.poses.sway import check_calm, sway_square
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
+from calib.poses.samples.batches import (
+    BATCHES,
+    COARSE_BATCHES,
+    SHORTEST_SAMPLES,
+    batch_means,
+    batch_variance,
+)
+from calib.poses.samples.converter_steps import least_steps, value_steps
+from calib.poses.samples.creep import creep_rate
+from calib.poses.samples.envelope import envelope
+from calib.poses.samples.in_step import HARMONICS, plate_angle, rate_in_step, waves_of
 
 LEAST_PER_TURN = 5
 """Samples per turn. Derived: a mean and both harmonics are five unknowns."""
@@ -46,94 +46,6 @@ LONGEST_PAUSE = 0.25
 then up to 0.08 of its amplitude."""
 
 WHOLE_TURN = 1e-9  #: turns by which a last one may fall short: rounding of the stamps
-
-
-@dataclass(frozen=True, eq=False)
-class TriadMean:
-    """Mean of one triad over one pose, in nominal SI units; NaN where it was not logged.
-
-    Attributes
-    ----------
-    mean : array, shape (3,)
-    variance, coarse_variance : array, shape (3,)
-        Of that mean, from BATCHES and from COARSE_BATCHES batches.
-    scatter : array, shape (3,)
-        Variance of the samples about it.
-    step : array, shape (3,)
-        Between neighbouring values of the log; infinite where there was one value only.
-    unit : array, shape (3,)
-        The least step that its converter or its decimals can have.
-    envelope : array, shape (e, 2, 3)
-        Lowest and highest sample of equal stretches.
-    waves : Waves or None
-        In step with the plate, where it turned.
-    """
-
-    mean: FloatArray
-    variance: FloatArray
-    coarse_variance: FloatArray
-    scatter: FloatArray
-    step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
-    unit: FloatArray = field(default_factory=lambda: np.zeros(3))
-    envelope: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
-    waves: Waves | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class PoseMean:
-    """One averaged pose.
-
-    Attributes
-    ----------
-    label : str
-    accelerometer, gyroscope : TriadMean
-    time_s, duration_s : float
-        Mean of its time stamps, and from the first to the last.
-    columns : dict of str to float
-        Mean of every further column of the log.
-    creep_rad_s : float
-        How fast it turned although at rest, as far as gravity shows that.
-    sway_rad2 : float
-        Mean square of the angle by which it rocked, rad²; NaN without a gyroscope.
-    stated : bool
-        Whether mean and sd come from a table; an sd that was not stated there is NaN.
-    """
-
-    label: str
-    accelerometer: TriadMean
-    gyroscope: TriadMean
-    time_s: float
-    duration_s: float
-    columns: dict[str, float]
-    creep_rad_s: float = 0.0
-    sway_rad2: float = math.nan
-    stated: bool = False
-
-
-_NOTHING = np.full(3, np.nan)
-NOT_LOGGED = TriadMean(_NOTHING, _NOTHING, _NOTHING, _NOTHING)
-"""The mean of a triad that was not logged."""
-
-
-def stated_means(
-    mean: FloatArray, sd: FloatArray, samples: FloatArray | None = None
-) -> list[TriadMean]:
-    """The means of n poses as a table states them.
-
-    Parameters
-    ----------
-    mean, sd : array, shape (n, 3)
-        Nominal, SI; NaN for an sd that is not stated.
-    samples : array, shape (n,), optional
-        Number of samples of each pose; the sds are then those of the samples.
-
-    Returns
-    -------
-    list of TriadMean, length n
-    """
-    variance = sd**2 if samples is None else sd**2 / samples[:, None]
-    scatter = np.full_like(sd, np.nan) if samples is None else sd**2
-    return [TriadMean(m, v, v, s) for m, v, s in zip(mean, variance, scatter, strict=True)]
 
 
 def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
@@ -277,17 +189,3 @@ def average_pose(
         creep_rad_s=creep_rad_s,
         sway_rad2=sway,
     )
-
-
-def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
-    """Refuse a run in which an axis gave the very same value all the time."""
-    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
-    values = np.array([getattr(mean, triad).mean for mean in means])
-    stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
-    if len(means) > 1 and stuck.any():
-        axis = AXES[int(np.argmax(stuck))]
-        raise Undetermined(
-            f"{run}: {triad} {axis} is stuck: it gives the same value in every sample of all "
-            f"{len(means)} poses. Check the wiring, the register settings, or whether the column "
-            f"was logged twice."
-        )

@@ -4,7 +4,7 @@ The variance of a sliding window, summed over the axes, is compared with a thres
 suits every log: on a table a sensor shows its own noise, in a hand many times as much. So
 thresholds are searched (Tedaldi, Pretto, Menegatti, ICRA 2014), from the variance of the quietest
 twentieth of the log upwards by factors of THRESHOLD_STEP, and the one whose rests make the best
-calibration is taken (:mod:`calib.poses.attitude_fit`). A rest that a threshold cuts in pieces
+calibration is taken (:mod:`calib.poses.rests.attitude_fit`). A rest that a threshold cuts in pieces
 counts once. Nothing that swings by metres per second squared is at rest, whatever the search says.
 """
 
@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.attitude_fit import best_threshold
+from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
-from calib.poses.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.rest_candidates import (
+from calib.poses.rests.attitude_fit import best_threshold
+from calib.poses.rests.rest_candidates import (
     QUIETEST_SHARE,
     WANDER_M_S2,
     DecidingTriad,
@@ -29,7 +29,7 @@ from calib.poses.rest_candidates import (
     rests_below,
     steady_part,
 )
-from calib.poses.still_search import StillSearch
+from calib.poses.rests.still_search import StillSearch
 
 STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half

@@ -7,10 +7,9 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vertical
 from calib.errors import Remedy, Undetermined
-from calib.poses.averaging import PoseMean, check_alive
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.checks.pose_checks import check_axes_alive
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_checks import check_axes_alive
-from calib.poses.pose_run import PoseRun
 from calib.poses.reference import (
     PLAUSIBLE_RATIO,
     CommonError,
@@ -18,7 +17,8 @@ from calib.poses.reference import (
     Reference,
     constant_reference,
 )
-from calib.poses.ring import ring_of_run, room_names
+from calib.poses.runs.pose_run import PoseRun, check_alive
+from calib.poses.runs.ring import ring_of_run, room_names
 
 TURNING_RAD_S = 0.09
 """5 °/s, of a pose beyond the typical one: the offset is the same in every pose, so that its noise

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.averaging import PoseMean
+from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray
 
 

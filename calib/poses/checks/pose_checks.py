@@ -12,9 +12,9 @@ import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.numbers import MEDIAN_OF_NORMAL
-from calib.poses.batches import BATCHES, batch_means
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
+from calib.poses.samples.batches import BATCHES, batch_means
 
 SHORT_BATCHES = 2 * BATCHES  #: stretches of a pose; derived: twice the batches of its sd
 FINER = 4

@@ -8,17 +8,14 @@ samples and turns nothing: it averages out.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.imu_log import FloatArray
-from calib.poses.pose_checks import LARGEST_STILL_SHIFT
-
-if TYPE_CHECKING:
-    from calib.poses.averaging import PoseMean
 
 
 def sway_square(rates: FloatArray, duration_s: float) -> float:
@@ -64,7 +61,7 @@ NOTICEABLE_M_S2 = LARGEST_STILL_SHIFT["accelerometer"]
 """Gravity that is missing. Derived: as much as a still pose may stray."""
 
 
-def shortfall(means: Sequence["PoseMean"]) -> FloatArray:
+def shortfall(means: Sequence[PoseMean]) -> FloatArray:
     """Gravity that the mean of each pose at rest of a run may lack, m/s², (n,).
 
     The scatter of the median pose is the sensor's noise; only what exceeds it can be rocking.
@@ -74,7 +71,7 @@ def shortfall(means: Sequence["PoseMean"]) -> FloatArray:
     return np.asarray(np.fmin(swept, turned))
 
 
-def shaken(means: Sequence["PoseMean"], run: str) -> str | None:
+def shaken(means: Sequence[PoseMean], run: str) -> str | None:
     """Words on poses of a run that scatter far more than the others, or None.
 
     Rocking by as much would make them ``NOTICEABLE_M_S2`` short.
@@ -99,7 +96,7 @@ def shaken(means: Sequence["PoseMean"], run: str) -> str | None:
     )
 
 
-def _swept(means: Sequence["PoseMean"]) -> tuple[FloatArray, float, FloatArray]:
+def _swept(means: Sequence[PoseMean]) -> tuple[FloatArray, float, FloatArray]:
     """Scatter of all axes (n,), its median, and what rocking by the excess would take off, (n,)."""
     scatter = np.array([mean.accelerometer.scatter.sum() for mean in means])
     gravity = np.linalg.norm([mean.accelerometer.mean for mean in means], axis=1)

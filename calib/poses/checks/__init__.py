@@ -1,0 +1,1 @@
+"""Whether readings are measurements, and a stretch of them a pose."""

@@ -1,0 +1,1 @@
+"""What the readings of one stretch of a log show."""
