@@ -91,4 +91,4 @@ def predicts_better(change: ModelChange) -> bool:
     before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
     if before is None or after is None:
         return True
-    return after.comparison.loo_rms < before.comparison.loo_rms
+    return after.comparison.predicts_better_than(before.comparison)

@@ -133,10 +133,10 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     sure = [each for each in posterior.classes
             if each.kind == "listed" and each.probability >= CONSTANTS.name]
     sure.sort(key=lambda each: -each.probability)
-    before = compare(posterior.base).loo_rms if sure else 0.0
+    before = compare(posterior.base) if sure else None
     while sure:
         joint = _refit_of(posterior, [each.name for each in sure])
-        if joint is not None and compare(joint.fit).loo_rms < before:
+        if joint and before and compare(joint.fit).predicts_better_than(before):
             size = {name: float(np.linalg.norm(_signal_rows(posterior, joint, name)))
                     for name in joint.names}
             least = CONSTANTS.tolerance * max(size.values())

@@ -29,7 +29,8 @@ class PoseResidual:
     ----------
     label, run : str
     residual : float
-        The magnitude less the reference's, or the length of what a null pose still reads.
+        The magnitude less the reference's, or the length of what a null pose still reads; what the
+        pose says of directions and waves is not in it.
     sd : float
         Of ``residual``.
     left_out : float
@@ -57,11 +58,19 @@ class Comparison:
     poses : tuple of PoseResidual, length n
     residual_rms, loo_rms : float
         Root mean squares of the residuals, and of the residuals of poses that took no part, SI.
+    loo_in_sd : float
+        The same with every row in its own sd: models are compared by this, since the rows of means,
+        waves and poses at rest differ in what they can show.
     """
 
     poses: tuple[PoseResidual, ...]
     residual_rms: float
     loo_rms: float
+    loo_in_sd: float
+
+    def predicts_better_than(self, other: "Comparison") -> bool:
+        """Whether poses that took no part are nearer to this model than to the ``other``."""
+        return self.loo_in_sd < other.loo_in_sd
 
     def worst(self, count: int) -> list[PoseResidual]:
         """The poses farthest from the model, in their own sds, the worst first."""
@@ -72,11 +81,12 @@ def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, Float
     """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``, (m, b, b).
 
     ``q`` (r, k) is an orthonormal basis of what was fitted, ``pose`` (d,) numbers the data rows'
-    poses; the rows of a pose stand together.
+    poses: the rows of a pose need not stand together, since its waves come after all means.
     """
-    _, first, count = np.unique(pose, return_index=True, return_counts=True)
+    order = np.argsort(pose, kind="stable")
+    _, first, count = np.unique(pose[order], return_index=True, return_counts=True)
     for size in np.unique(count):
-        rows = first[count == size][:, None] + np.arange(size)
+        rows = order[first[count == size][:, None] + np.arange(size)]
         part = q[rows]
         yield rows, np.eye(size) - part @ part.transpose(0, 2, 1)
 
@@ -164,27 +174,21 @@ def compare(fit: Fit) -> Comparison:
         parameters are held.
     """
     equations = fit.equations
-    pose, sd, residual = equations.row_pose, equations.row_sd, fit.residual_si
-    left_out = sd * refitted_residual(fit)
-    is_null = fit.poses.reference.is_null
-    squares = np.stack([residual**2, left_out**2, sd**2])
-    lengths = np.sqrt(np.stack([np.bincount(pose, row, len(fit.poses)) for row in squares]))
-    signed = np.zeros((2, len(fit.poses)))
-    single = ~is_null[pose]
-    signed[:, pose[single]] = residual[single], left_out[single]
-    poses = []
-    for k in range(len(fit.poses)):
-        within, out = lengths[:2, k] if is_null[k] else signed[:, k]
-        poses.append(
-            PoseResidual(
-                label=fit.poses.label[k],
-                run=fit.poses.run[k],
-                residual=float(within),
-                sd=float(lengths[2, k]),
-                left_out=float(out),
-            )
-        )
-    return Comparison(tuple(poses), fit.residual_rms, float(np.sqrt(np.mean(left_out**2))))
+    n, sd, in_sd = len(fit.poses), equations.row_sd, refitted_residual(fit)
+    left_out = sd * in_sd
+    shown = np.stack([fit.residual_si, sd, left_out])[:, : equations.whitening.order.data_count]
+    pose = equations.whitening.order.row_pose
+    values = np.sqrt(np.stack([np.bincount(pose, row**2, n) for row in shown]))
+    values[:, equations.magnitude] = shown[:, : len(equations.magnitude)]  # with their signs
+    poses = (
+        PoseResidual(label, run, *map(float, of_pose))
+        for label, run, of_pose in zip(fit.poses.label, fit.poses.run, values.T, strict=True)
+    )
+    return Comparison(tuple(poses), fit.residual_rms, _rms(left_out), _rms(in_sd))
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def refitted_residual(fit: Fit) -> FloatArray:

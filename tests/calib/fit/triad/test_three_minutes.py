@@ -13,6 +13,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.triad.leaning import leaning_of
+from calib.fit.validation.leave_one_out import compare, refitted_residual
 from calib.poses.runs.tilted_run import tilted_run
 from tests.fitting import averaged, spec_of, tilted_pose_sets
 from tests.world.designs import SLOW, tilted_design
@@ -75,6 +76,21 @@ def test_the_tilt_is_measured_and_a_clockwise_plate_is_as_good() -> None:
     z = np.array([deviations(accelerometer, evening(0, rate=-SLOW).accelerometer),
                   deviations(gyroscope, evening(0, rate=-SLOW).gyroscope)])
     assert np.sqrt(np.mean(z**2)) < 1.7
+
+
+def test_leaving_a_pose_out_takes_its_waves_too() -> None:
+    """Every row of a pose, wherever it stands, against a refit without that pose."""
+    whole = both(0)[0].fit
+    left_out, compared = refitted_residual(whole), compare(whole)
+    for k in range(len(whole.poses)):
+        others = [i for i in range(len(whole.poses)) if i != k]
+        without = fit(whole.poses.take(others), whole.model)
+        rows = whole.equations.rows(without.theta, without.eta, {})
+        mine = np.flatnonzero(whole.equations.row_pose == k)
+        assert len(mine) == 4
+        assert left_out[mine] == pytest.approx(rows.residual[mine], rel=0.02, abs=0.03)
+        assert compared.poses[k].left_out == pytest.approx(
+            rows.residual[k] * whole.equations.row_sd[k], rel=0.02, abs=0.03 * compared.poses[k].sd)
 
 
 def test_a_level_plate_is_refused_with_what_to_put_under_it() -> None:
