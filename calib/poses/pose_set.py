@@ -6,7 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE, pose_mean_sd, too_short
+from calib.poses.averaging.mean_noise import (
+    NOISE_DOF_PER_POSE,
+    pose_mean_sd,
+    sd_dof,
+    too_short,
+)
 from calib.poses.averaging.session_clock import on_one_clock
 from calib.poses.averaging.sway import shaken
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
@@ -243,6 +248,7 @@ def pose_set(
         notes=_notes(runs, triad),
         other_reading=np.array([getattr(mean, other).mean for mean in means]),
         run_time_s=np.concatenate([on_one_clock(run.means) for run in runs]),
+        sd_dof=sd_dof([run.means for run in runs if not run.is_stated], triad),
         ring=rings_of([(run.ring, len(run.means)) for run in runs]),
     )
     if correct_force is None or not np.isfinite(poses.force).all():

@@ -23,6 +23,7 @@ from calib.poses.checks.pose_checks import (
     check_counts,
     check_steady,
     check_still,
+    stray_of,
 )
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
@@ -94,6 +95,15 @@ def _angle(log: ImuLog, gyroscope: TriadSpec | None, n: int, rate_rad_s: float) 
     return plate_angle(log.time_s[:n], readings, rate_rad_s)
 
 
+def strays_of(
+    log: ImuLog, triad: Triad, spec: TriadSpec, rate_rad_s: float = 0.0
+) -> FloatArray:
+    """The stray of the readings of one pose, SI, (3,); parameters as :func:`average_pose`."""
+    values = spec.nominal(spec.signed(getattr(log, triad)))
+    return stray_of(values if rate_rad_s == 0 else
+                    _without_harmonics(values, log.time_s, abs(rate_rad_s)))
+
+
 def average_pose(
     log: ImuLog,
     accelerometer: TriadSpec | None,
@@ -101,6 +111,7 @@ def average_pose(
     rate_rad_s: float = 0.0,
     largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
     drift: Mapping[Triad, FloatArray] | None = None,
+    usual: Mapping[Triad, FloatArray] | None = None,
 ) -> PoseMean:
     """Average one pose, still or turning.
 
@@ -116,6 +127,8 @@ def average_pose(
         By how much the halves of a still pose may differ, SI.
     drift : mapping of triad to array, shape (t, 3), optional
         What is known to drift in a pose at rest, about its mean, SI; it does not move the mean.
+    usual : mapping of triad to array, shape (3,), optional
+        By how much the run's other poses stray, SI: what they all do is noise and no motion.
 
     Returns
     -------
@@ -142,6 +155,7 @@ def average_pose(
     means: list[TriadMean] = []
     angle = None if rate_rad_s == 0 else _angle(log, gyroscope, n, abs(rate_rad_s))
     creep_rad_s, sway = 0.0, math.nan
+    strays = usual or dict.fromkeys(TRIADS, np.zeros(3))
     duration_s = float(log.time_s[n - 1] - log.time_s[0])
     for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
         if spec is None or not log.has(triad):
@@ -154,7 +168,7 @@ def average_pose(
         known = np.where(np.isfinite(step), step, 0.0)
         if rate_rad_s == 0:
             rest = values if drift is None else values - drift[triad]
-            check_still(log.label, triad, rest, known, largest_shift[triad])
+            check_still(log.label, triad, rest, known, largest_shift[triad], strays[triad])
             if triad == "accelerometer":
                 creep_rad_s = creep_rate(batch_means(rest, BATCHES), duration_s)
             else:
@@ -163,7 +177,7 @@ def average_pose(
             rest = _without_harmonics(values, log.time_s[:n], abs(rate_rad_s))
             if triad == "gyroscope":
                 check_steady(log.label, rest)
-            check_attitude(log.label, triad, rest, known)
+            check_attitude(log.label, triad, rest, known, strays[triad])
         means.append(
             TriadMean(
                 mean=values.mean(axis=0),

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.average_pose import average_pose, strays_of
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.pose_checks import SHORT_BATCHES, SensorMoved
 from calib.poses.data_sheet import TriadSpec
@@ -34,8 +34,8 @@ def average_poses(
 ) -> list[PoseMean]:
     """Average the poses of one run.
 
-    A pose at rest that seems to have moved is judged once more with what drifts in all of them
-    taken off.
+    A pose that seems to have moved is judged once more beside the others: by how much they stray,
+    and at rest with what drifts in all of them taken off.
 
     Parameters
     ----------
@@ -62,14 +62,29 @@ def average_poses(
         try:
             means.append(average_pose(log, accelerometer, gyroscope, rate))
         except SensorMoved as moved:
-            others = [other for j, other in enumerate(logs) if j != i and rates_rad_s[j] == 0]
-            drift = {triad: drift_within(log, others, triad, spec)
-                     for triad, spec in specs.items() if spec is not None and log.has(triad)}
+            others = [(logs[j], its) for j, its in enumerate(rates_rad_s)
+                      if j != i and (its == 0) == (rate == 0)]
+            logged = {triad: spec for triad, spec in specs.items()
+                      if spec is not None and log.has(triad)}
+            drift = None if rate else {
+                triad: drift_within(log, [other for other, _ in others], triad, spec)
+                for triad, spec in logged.items()}
+            usual = {triad: _usual_stray(others, triad, spec) for triad, spec in logged.items()}
             try:
-                means.append(average_pose(log, accelerometer, gyroscope, rate, drift=drift))
+                means.append(average_pose(log, accelerometer, gyroscope, rate, drift=drift,
+                                          usual=usual))
             except Undetermined:
                 raise moved from None
     return means
+
+
+def _usual_stray(
+    others: Sequence[tuple[ImuLog, float]], triad: Triad, spec: TriadSpec
+) -> FloatArray:
+    """The median stray of poses, each with its rate, SI, (3,); zero where few show it."""
+    strays = [strays_of(other, triad, spec, rate) for other, rate in others
+              if other.has(triad) and len(other.time_s) >= SHORT_BATCHES]
+    return np.asarray(np.median(strays, axis=0)) if len(strays) >= FEWEST_OTHERS else np.zeros(3)
 
 
 def drift_within(

@@ -183,19 +183,33 @@ def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> floa
     short, and the more batches the more: the ratio of the estimates from 3 and from 6 of them is
     between 1 (white noise) and 2 (x without limit). For small x the factor is ``2 ratio - 1``,
     whatever the shape of the correlation; in poses shorter than ``FIRST_ORDER_S``, where noise over
-    half a second is no longer short, it is that of noise with one correlation time (Gauss-Markov).
-    In longer poses a large ratio is a drift, which has none. The ratio belongs to the sensor and
-    the length of the pose: it is taken over all ``runs``, whose poses are alike in length. The last
-    factor is Student's: an sd known with few degrees of freedom is wider than it says.
+    half a second is no longer short, and beyond ``UNCERTAIN_RATIO``, it is that of noise with one
+    correlation time (Gauss-Markov). The ratio belongs to the sensor and the length of the pose: it
+    is taken over all ``runs``, whose poses are alike in length. The last factor is Student's: an sd
+    known with few degrees of freedom is wider than it says.
     """
-    ratio = correlation_ratio(runs, triad)
+    ratio, poses = correlation_ratio(runs, triad), sum(map(len, runs))
     seconds = float(np.median([mean.duration_s for means in runs for mean in means]))
     factor = 2 * ratio - 1
-    if seconds < FIRST_ORDER_S:
+    if seconds < FIRST_ORDER_S or ratio > UNCERTAIN_RATIO:
         factor = float(np.interp(min(ratio, LARGEST_RATIO), _RATIOS, _FACTORS))
-    dof = NOISE_DOF_PER_POSE * sum(len(means) for means in runs)
+    dof = NOISE_DOF_PER_POSE * poses
     student = dof / max(dof - 2, 1.0)
     return student * max(1.0, factor)
+
+
+def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
+    """Degrees of freedom of the sds of all runs where readings wander; None where none do.
+
+    The steeper the factor at the ratio that the poses show, the less is known by it.
+    """
+    ratios = [correlation_ratio([means], triad) for means in runs]
+    if not runs or max(ratios) <= UNCERTAIN_RATIO:
+        return None
+    steep = np.gradient(np.log(_FACTORS), _RATIOS)
+    sds = RATIO_SD * np.interp(np.minimum(ratios, LARGEST_RATIO), _RATIOS, steep)
+    per_pose = np.minimum(NOISE_DOF_PER_POSE, 2 / sds**2)
+    return float(per_pose @ [len(means) for means in runs])
 
 
 def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:

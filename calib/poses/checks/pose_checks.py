@@ -49,8 +49,18 @@ one moves. Derived: an error of the data sheet by a third leaves the first, cros
 of a few per cent move a dead axis by less than the second."""
 
 
+WANDERS = 4.0
+"""Times the median stray of the run's poses. Derived: of 6000 poses of noise that stays correlated
+over a fiftieth of a pose to a hundred poses, one in 10⁴ strays by more
+(``test_noise_of_any_correlation_strays_by_four_medians_once_in_ten_thousand``)."""
+
+MOST_WANDER = 5.0
+"""Times the shift that is accepted where the poses say nothing. Derived: of two directions 1.4°
+apart, half of the pose each, the mean is short by 8e-5 of itself."""
+
+
 class SensorMoved(Undetermined):
-    """A pose at rest whose readings stray by more than noise, by the scatter within it alone."""
+    """A pose whose readings stray by more than noise, by the scatter within it alone."""
 
 
 def _median(values: FloatArray) -> FloatArray:
@@ -132,46 +142,60 @@ def is_still(values: FloatArray, step: FloatArray | float, largest_shift: float)
     return bool((_stray(means) <= _accepted(_noise(means), step, largest_shift)).all())
 
 
+def stray_of(values: FloatArray) -> FloatArray:
+    """How far the readings (t, 3) of a pose stray, as the module says, in their unit, (3,)."""
+    return _stray(batch_means(values, SHORT_BATCHES))
+
+
 def check_still(
-    label: str, triad: str, values: FloatArray, step: FloatArray, largest_shift: float
+    label: str, triad: str, values: FloatArray, step: FloatArray, largest_shift: float,
+    usual: FloatArray | float = 0.0,
 ) -> None:
     """Refuse a pose whose readings (t, 3), SI, stray by more than ``largest_shift`` and noise.
 
     ``step`` (3,) is that of the converter: to and fro between two of its values is no motion.
+    ``usual`` (3,) is by how much the run's other poses stray, where that is known.
     """
     means = batch_means(values, SHORT_BATCHES)
-    stray, limit = _stray(means), _accepted(_noise(means), step, largest_shift)
+    stray, limit = _stray(means), _accepted(_noise(means), step, largest_shift, usual)
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
         unit = SI_UNIT[triad]
         raise SensorMoved(
             f"{label}: the sensor moved: {triad} {AXES[axis]} strays by {stray[axis]:.3g} {unit} "
-            f"within the pose, where still poses stray by {limit[axis]:.2g} {unit} at most. Record "
+            f"within the pose, where still poses stray by {limit[axis]:.3g} {unit} at most. Record "
             f"the pose again, or cut the log to the part in which it lay still."
         )
 
 
-def _accepted(noise: float, step: FloatArray | float, shift: float) -> FloatArray:
+def _accepted(
+    noise: float, step: FloatArray | float, shift: float, usual: FloatArray | float = 0.0
+) -> FloatArray:
     """Largest stray of the readings of a still pose, SI, of the shape of ``step``."""
-    return np.asarray(np.maximum(np.maximum(shift, LARGEST_SHIFT_SD * noise), step))
+    wandering = np.minimum(WANDERS * np.asarray(usual), MOST_WANDER * shift)
+    return np.asarray(np.maximum.reduce(np.broadcast_arrays(
+        shift, LARGEST_SHIFT_SD * noise, step, wandering)))
 
 
-def check_attitude(label: str, triad: str, values: FloatArray, step: FloatArray) -> None:
+def check_attitude(
+    label: str, triad: str, values: FloatArray, step: FloatArray, usual: FloatArray | float = 0.0
+) -> None:
     """Refuse a pose on the turning plate that changed its attitude; ``values`` (t, 3), SI.
 
-    What comes back with every turn must be off them; ``step`` as in :func:`check_still`.
+    What comes back with every turn must be off them; ``step`` and ``usual`` as in
+    :func:`check_still`.
     """
     finer = FINER if len(values) >= 2 * FINER * SHORT_BATCHES else 1
     means = batch_means(values, SHORT_BATCHES)
     noise = _noise(means if finer == 1 else batch_means(values, finer * SHORT_BATCHES))
     size = float(np.linalg.norm(values.mean(axis=0)))
-    stray, limit = _stray(means), _accepted(noise, step, LARGEST_TURN * size)
+    stray, limit = _stray(means), _accepted(noise, step, LARGEST_TURN * size, usual)
     axis = int(np.argmax(stray - limit))
     if stray[axis] > limit[axis]:
-        raise Undetermined(
+        raise SensorMoved(
             f"{label}: the sensor was moved on the turning plate: {triad} {AXES[axis]} strays by "
             f"{stray[axis]:.3g} {SI_UNIT[triad]} within the pose, once what comes back with every "
-            f"turn is taken off; {limit[axis]:.2g} {SI_UNIT[triad]} is accepted. Record the pose "
+            f"turn is taken off; {limit[axis]:.3g} {SI_UNIT[triad]} is accepted. Record the pose "
             f"again, or cut the log to the part in which it kept its attitude."
         )
 

@@ -1,14 +1,17 @@
 """Pose means and their sds: honest where samples are correlated, refused where a pose is spoilt."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from calib.errors import Undetermined, UnusableLog
 from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.drift_within import average_poses
 from calib.poses.averaging.mean_noise import pose_mean_sd
 from calib.poses.checks import pose_checks
-from calib.poses.checks.pose_checks import is_still
+from calib.poses.checks.pose_checks import WANDERS, SensorMoved, is_still, stray_of
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.samples.batches import batch_variance
@@ -26,13 +29,14 @@ def log(
     acc: FloatArray | None = None,
     gyr: FloatArray | None = None,
     slow_sd: float = 0.0,
+    slow_tau_s: float = 0.5,
 ) -> ImuLog:
     """A pose in counts; ``acc`` and ``gyr`` are added to the noise, in SI units."""
     n = round(seconds * RATE_HZ)
     time_s = np.arange(n) / RATE_HZ
     noise = rng.standard_normal((2, n, 3))
     if slow_sd:
-        keep = np.exp(-1 / RATE_HZ / 0.5)
+        keep = np.exp(-1 / RATE_HZ / slow_tau_s)
         kick = np.sqrt(1 - keep**2) * rng.standard_normal((2, n + 500, 3))
         noise = noise + slow_sd * lfilter([1.0], [1.0, -keep], kick, axis=1)[:, 500:]
     acc = np.zeros(3) if acc is None else acc
@@ -198,3 +202,37 @@ def test_no_pose_of_white_noise_strays_by_the_limit_and_some_stray_by_half_of_it
         patch.setattr(pose_checks, "LARGEST_SHIFT_SD", still)
         moved = np.mean([not is_still(pose, 0.0, 0.0) for pose in poses])
     assert 0.005 < moved < 0.012
+
+
+def test_noise_of_any_correlation_strays_by_four_medians_once_in_ten_thousand() -> None:
+    rng = np.random.default_rng(1)
+    for correlated_over in (0.02, 0.1, 0.5, 3.0, 100.0):  # of the length of a pose
+        keep = np.exp(-1 / (correlated_over * 240))
+        noise = rng.standard_normal((240, 6000)) * np.sqrt(1 - keep**2)
+        noise[0] = rng.standard_normal(6000)
+        strays = stray_of(lfilter([1.0], [1.0, -keep], noise, axis=0))
+        assert (strays > WANDERS * np.median(strays)).sum() <= 2
+
+
+@pytest.mark.parametrize("rate", [0.0, OMEGA])
+def test_poses_that_all_stray_alike_are_noisy_and_one_that_strays_more_was_moved(
+    rate: float,
+) -> None:
+    rng = np.random.default_rng(7)
+    seconds = 20.0 if rate else 8.0
+    up = np.array([0.0, 0.0, 9.8])
+    logs = [log(rng, seconds, up, rate * up / 9.8, slow_sd=1.8 if rate else 0.8, slow_tau_s=4.0)
+            for _ in range(12)]
+    alone = 0
+    for one in logs:
+        try:
+            average_pose(one, ACC, GYR, rate)
+        except SensorMoved:
+            alone += 1
+    assert alone > 0  # by itself such a pose looks moved
+    assert len(average_poses(logs, ACC, GYR, [rate] * 12)) == 12
+    readings = logs[5].accelerometer.copy()
+    readings[len(readings) // 2 :, 0] += 0.4 / ACC.nominal_scale  # two degrees, half of the pose
+    moved = replace(logs[5], accelerometer=readings)
+    with pytest.raises(SensorMoved):
+        average_poses([*logs[:5], moved, *logs[6:]], ACC, GYR, [rate] * 12)
