@@ -21,11 +21,10 @@ HOME: Mapping[str, tuple[str, ...]] = {
     "rosbags": ("pipeline.logs.formats.ros",),
     "pyulog": ("pipeline.logs.formats.px4",),
     "pymavlink": ("pipeline.logs.formats.ardupilot",),
-    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.table",
-                "pipeline.fleet.lot_table", "pipeline.fleet.lot_run"),
+    "pyarrow": ("pipeline.logs.formats.parquet", "pipeline.fleet.lot_table"),
     "distributed": ("pipeline.fleet.cluster",),
     "h5py": ("pipeline.logs.formats.hdf5",),
-    "pandas": ("calib.notebook",),
+    "pandas": ("calib.notebook", "pipeline.fleet"),
     "av": ("vision.video.av_decoder",),
     "allantools": ("calib.noise.allan",),
 }

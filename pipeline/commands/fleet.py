@@ -2,12 +2,16 @@
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
 from pipeline.commands.interaction.output import python_option
+
+if TYPE_CHECKING:
+    from pipeline.fleet.finish import FleetSummary
 
 
 @click.command(epilog=examples(
@@ -46,28 +50,48 @@ def command(
     known time_s, temperature_c and station. All sensors are fitted side by side, without a report
     of each.
     """
-    from pipeline.commands.interaction.progress import SessionProgress
     from pipeline.errors import BUG, DONE
-    from pipeline.fleet.cluster import connected, run_fleet
-    from pipeline.fleet.finish import finish_fleet, require_own_lot
+    from pipeline.fleet.finish import require_own_lot
     from pipeline.fleet.page import PAGE_NAME
     from pipeline.fleet.population import POPULATION_NAME
-    from pipeline.fleet.record import SessionRecord
-    from pipeline.fleet.sessions import find_sessions
     from pipeline.fleet.summary_text import fleet_lines
-    from pipeline.fleet.table import require_parquet
-    from pipeline.fleet.worker import FleetTask
+    from pipeline.fleet.table import require_libraries
 
-    if design is not None:
-        return _run_table(Path(pattern), design, output, as_json, quiet, allow_python)
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers counts processes of this machine; a scheduler has its "
                                "own workers. Leave one of the two out.")
-    require_parquet()
-    sessions = find_sessions(pattern)
+    require_libraries()
     where = output.resolve()
     require_own_lot(where)
-    tasks = [FleetTask(each, where, allow_python, reports) for each in sessions]
+    if design is None:
+        summary = _sessions(pattern, where, scheduler, workers, reports, quiet, allow_python)
+    else:
+        summary = _table(Path(pattern), where, design, allow_python)
+    if as_json:
+        click.echo((output / POPULATION_NAME).read_text(encoding="utf-8"), nl=False)
+    elif quiet:
+        click.echo(output / PAGE_NAME)
+    else:
+        for line in fleet_lines(summary):
+            click.echo(paragraph(line, "  "))
+    return BUG if BUG in summary.exit_codes else DONE
+
+
+def _sessions(
+    pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
+    quiet: bool, allow_python: bool,
+) -> "FleetSummary":
+    """Run the sessions of a pattern on Dask."""
+    from pipeline.commands.interaction.progress import SessionProgress
+    from pipeline.errors import DONE
+    from pipeline.fleet.cluster import connected, run_fleet
+    from pipeline.fleet.finish import finish_fleet
+    from pipeline.fleet.record import SessionRecord
+    from pipeline.fleet.sessions import find_sessions
+    from pipeline.fleet.worker import FleetTask
+
+    tasks = [FleetTask(session, output, allow_python, reports)
+             for session in find_sessions(pattern)]
     records: list[SessionRecord] = []
     with (
         connected(scheduler, min(workers or os.cpu_count() or 1, len(tasks))) as client,
@@ -78,41 +102,19 @@ def command(
             progress.advance(record.exit_code != DONE)
 
         run_fleet(client, tasks, on_record)
-    summary = finish_fleet(records, where, reports)
-    if as_json:
-        click.echo((output / POPULATION_NAME).read_text(encoding="utf-8"), nl=False)
-    elif quiet:
-        click.echo(output / PAGE_NAME)
-    else:
-        for line in fleet_lines(summary):
-            click.echo(paragraph(line, "  "))
-    return BUG if any(record.exit_code == BUG for record in records) else DONE
+    return finish_fleet(records, output, reports)
 
 
-def _run_table(
-    table: Path, design: Path, output: Path, as_json: bool, quiet: bool, allow_python: bool
-) -> int:
-    from pipeline.errors import DONE, UnreadableInput
-    from pipeline.fleet.finish import require_own_lot
+def _table(table: Path, output: Path, design: Path, allow_python: bool) -> "FleetSummary":
+    """Calibrate the sensors of one table."""
+    from pipeline.errors import UnreadableInput
     from pipeline.fleet.lot_run import run_lot
     from pipeline.fleet.lot_sets import LotSets, load_design
     from pipeline.fleet.lot_table import is_table
-    from pipeline.fleet.page import PAGE_NAME
-    from pipeline.fleet.table import require_parquet
     from pipeline.stages.context import RunContext
 
-    require_parquet()
-    if not is_table(str(table)) or not table.is_file():
+    if not is_table(table) or not table.is_file():
         raise UnreadableInput(f"{table}: with --design one table is expected, an existing file "
                               f"whose name ends in .parquet or .csv.")
-    require_own_lot(output.resolve())
     sets = LotSets.of(load_design(design, table), table, RunContext(allow_python=allow_python))
-    summary = run_lot(sets, output.resolve())
-    if as_json:
-        click.echo(summary.population, nl=False)
-    elif quiet:
-        click.echo(output / PAGE_NAME)
-    else:
-        for line in summary.lines:
-            click.echo(paragraph(line, "  "))
-    return DONE
+    return run_lot(sets, output)

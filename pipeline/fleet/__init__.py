@@ -1,6 +1,6 @@
-"""Many sessions: whole runs on Dask, one table of them all, and what the lot shows.
+"""Many sensors: whole sessions on Dask or one table of pose means, and what the lot shows.
 
-    sessions (the files) ─ input_digest (what a result is of) ─ record (what a session leaves)
-        └─ worker: one session ─ cluster: all of them, on Dask
-                                    └─ table: rows, Parquet and CSV
+    sessions (the files) ─ worker (input_digest, record) ─ cluster ─┐
+                                                                    ├─ finish: table, population,
+    lot_table (rows of poses) ─ lot_sets ─ lot_run ─────────────────┘          page, words
 """

@@ -1,47 +1,52 @@
-"""When all sessions are done: the table, and what it shows."""
+"""When all sensors of a lot are done: the table, and what it shows."""
 
 import json
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.config.file_patterns import natural_key
+from calib.diagnosis.population.lot import LotEvidence
+from calib.diagnosis.population.pool import Pool, pool
 from pipeline.fleet.page import PAGE_NAME, fleet_html
 from pipeline.fleet.population import (
     POPULATION_NAME,
+    Pooled,
     TriadPopulation,
     population_json,
     populations_of,
 )
-from pipeline.fleet.record import SessionRecord
-from pipeline.fleet.rows import Row
-from pipeline.fleet.table import CSV_NAME, PARQUET_NAME, fleet_rows, write_table
+from pipeline.fleet.record import SessionRecord, evidence_blocks
+from pipeline.fleet.table import CSV_NAME, PARQUET_NAME, fleet_table, write_table
+from pipeline.results.json_values import Json
 from pipeline.results.written import require_written, write_output
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True, eq=False)
 class FleetSummary:
-    """What a fleet run has made.
+    """What a lot shows.
 
-    ``rows`` of the table, the ``records`` by session, what the lot shows of each triad, and the
-    median ``seconds`` of each stage.
+    ``table`` of all sessions, what the lot shows of each triad, the median ``seconds`` of each
+    stage of a session, ``notes`` for the terminal.
     """
 
     output: Path
-    rows: Sequence[Row]
-    records: Sequence[SessionRecord]
+    table: "DataFrame"
     populations: Sequence[TriadPopulation]
     seconds: Mapping[str, float]
+    notes: Sequence[str] = ()
 
     @property
-    def failures(self) -> Mapping[int, int]:
-        """How many sessions ended with each exit code that is not 0."""
-        codes = Counter(record.exit_code for record in self.records)
-        return {code: count for code, count in sorted(codes.items()) if code}
+    def exit_codes(self) -> Mapping[int, int]:
+        """How many sessions ended with each exit code, 0 first."""
+        ended = self.table.groupby("session")["exit_code"].max().value_counts()
+        return {int(code): int(ended[code]) for code in sorted(ended.index)}
 
 
 def require_own_lot(output: Path) -> None:
@@ -65,19 +70,60 @@ def finish_fleet(
     UnwritableOutput
         A file cannot be written, or is none that a fleet wrote.
     """
-    rows = fleet_rows(records)
-    ordered = sorted(records, key=lambda record: natural_key(record.name))
-    populations = populations_of(rows, output)
-    text = json.dumps(population_json(populations), indent=1, ensure_ascii=False, allow_nan=False)
+    from pandas import DataFrame
+
+    table = fleet_table([DataFrame.from_records([row for one in records for row in one.rows])])
+
+    def pooled(triad: str, rows: "DataFrame") -> Pool | None:
+        def blocks() -> Iterator[LotEvidence]:
+            pairs = zip(rows["session"], rows["sensor"], strict=True)
+            return evidence_blocks(pairs, triad, output)
+
+        return pool(blocks) if next(blocks(), None) is not None else None
+
     title = f"Fleet {output.absolute().name}"
-    page = fleet_html(title, ordered, populations, reports, datetime.now().astimezone())
-    write_table(rows, output)
+    return write_lot(title, table, pooled, output, reports, seconds=_typical_seconds(records))
+
+
+def write_lot(
+    title: str, table: "DataFrame", pooled: Pooled, output: Path, reports: bool = False, *,
+    seconds: Mapping[str, float] | None = None, more: Mapping[str, Json] | None = None,
+    notes: Sequence[str] = (),
+) -> FleetSummary:
+    """Write the table of a lot, its population and its page.
+
+    Parameters
+    ----------
+    title : str
+    table : DataFrame
+        As :func:`pipeline.fleet.table.fleet_table` makes it.
+    pooled : callable
+    output : Path
+    reports : bool
+        Whether each session has a report to link to.
+    seconds : mapping of str to float, optional
+    more : mapping of str to object, optional
+        Further keys of population.json by triad.
+    notes : sequence of str
+
+    Raises
+    ------
+    UnwritableOutput
+        A file cannot be written, or is none that a fleet wrote.
+    """
+    populations = populations_of(table, pooled)
+    whole = {triad: section | (more or {}).get(triad, {})
+             for triad, section in population_json(populations).items()}
+    text = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False)
+    page = fleet_html(title, table, populations, reports, datetime.now().astimezone())
+    write_table(table, output)
     write_output(output, output / POPULATION_NAME, text + "\n")
     write_output(output, output / PAGE_NAME, page)
-    return FleetSummary(output, rows, ordered, populations, _typical_seconds(ordered))
+    return FleetSummary(output, table, populations, seconds or {}, notes)
 
 
 def _typical_seconds(records: Sequence[SessionRecord]) -> dict[str, float]:
-    stages = dict.fromkeys(stage for record in records for stage in record.seconds)
+    ordered = sorted(records, key=lambda record: record.name)
+    stages = dict.fromkeys(stage for record in ordered for stage in record.seconds)
     return {stage: float(np.median([record.seconds[stage] for record in records
                                     if stage in record.seconds])) for stage in stages}

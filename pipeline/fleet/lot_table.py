@@ -33,9 +33,9 @@ class SensorRows:
     numbers: Mapping[str, FloatArray]
 
 
-def is_table(path: str) -> bool:
+def is_table(path: Path) -> bool:
     """Whether a lot is one table, by its name."""
-    return Path(path).suffix.lower() in (".parquet", ".csv")
+    return path.suffix.lower() in (".parquet", ".csv")
 
 
 def sensor_blocks(

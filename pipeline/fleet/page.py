@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
@@ -13,12 +13,16 @@ from calib.diagnosis.population.spread import Spread
 from calib.rounding import with_sd
 from pipeline.errors import DONE
 from pipeline.fleet.histogram import histogram
-from pipeline.fleet.population import TriadPopulation, parameter_unit
-from pipeline.fleet.record import SESSIONS_FOLDER, SessionRecord
+from pipeline.fleet.population import TriadPopulation
+from pipeline.fleet.record import SESSIONS_FOLDER
+from pipeline.fleet.table import parameter_unit
 from pipeline.fleet.words import copies_text, p_text, pool_headline, pool_text, repeat_text
 from pipeline.report.page import css_text
 from pipeline.report.page_templates import page_templates
 from pipeline.results.names import REPORT_NAME
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 PAGE_NAME = "fleet.html"
 MOST_ROWS = 100
@@ -27,8 +31,8 @@ sensors leave the page under 2 MB."""
 
 
 def fleet_html(
-    title: str, records: Sequence[SessionRecord], populations: Sequence[TriadPopulation],
-    reports: bool, when: datetime | None = None,
+    title: str, table: "DataFrame", populations: Sequence[TriadPopulation], reports: bool,
+    when: datetime | None = None,
 ) -> str:
     """The whole page.
 
@@ -36,24 +40,26 @@ def fleet_html(
     ----------
     title : str
         What the lot is called.
-    records : sequence of SessionRecord
+    table : DataFrame
+        Its rows.
     populations : sequence of TriadPopulation
     reports : bool
         Whether each session has a report to link to.
     when : datetime, optional
         Local time, for the head of the page.
     """
-    failed = [record for record in records if record.exit_code != DONE]
+    failed = table[table["exit_code"] != DONE].drop_duplicates("session")
+    sessions = table["session"].nunique()
     return page_templates().get_template(PAGE_NAME).render(
         title=title,
         title_css=css_text(title),
         when=f"{when:%Y-%m-%d %H:%M}" if when else "",
-        sessions=len(records),
-        calibrated=len(records) - len(failed),
-        sensors=len({record.sensor for record in records}),
-        triads=[_triad_view(each, reports) for each in populations],
-        failed=[{"name": each.name, "code": each.exit_code, "reason": each.reason}
-                for each in failed[:MOST_ROWS]],
+        sessions=sessions,
+        calibrated=sessions - len(failed),
+        sensors=table["sensor"].nunique(),
+        triads=[_triad_view(one, reports) for one in populations],
+        failed=[{"name": row.session, "code": row.exit_code, "reason": row.reason}
+                for row in failed[:MOST_ROWS].itertuples()],
         failed_count=len(failed),
         most=MOST_ROWS,
         level=FALSE_ALARM,
@@ -63,8 +69,9 @@ def fleet_html(
 
 def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
     """What the page shows of one triad."""
-    verdicts = Counter(row["verdict"] for row in population.rows)
-    named = Counter(name for row in population.rows for name in row["missing"].split(" + ") if name)
+    verdicts = Counter(population.rows["verdict"])
+    named = Counter(name for missing in population.rows["missing"]
+                    for name in missing.split(" + ") if name)
     unlike, moved = _unlike(population, reports), _moved(population, reports)
     return {
         "name": population.triad,

@@ -1,26 +1,24 @@
 """What the table and the evidence of all sessions show of a lot, triad by triad."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property, partial
-from pathlib import Path
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from calib.diagnosis.population.evidence import Evidence
-from calib.diagnosis.population.lot import AT_ONCE, LotEvidence
-from calib.diagnosis.population.pool import Pool, PooledEffect, pool
+from calib.diagnosis.population.pool import Pool, PooledEffect
 from calib.diagnosis.population.random_effects import RandomEffects
 from calib.diagnosis.population.repeatability import Repeatability, repeatability
 from calib.diagnosis.population.spread import Spread, spread_of, weighed_together
 from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE
-from calib.poses.imu_log import AXES, TRIADS, FloatArray
-from pipeline.fleet.record import evidence_path, kept_evidence
-from pipeline.fleet.rows import Row
+from calib.poses.imu_log import TRIADS
+from pipeline.errors import DONE
+from pipeline.fleet.table import PARAMETER_NAMES, column
 from pipeline.results.json_values import Json, number, numbers
-from pipeline.results.names import PARAMETERS
-from pipeline.results.units import unit_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 POPULATION_NAME = "population.json"
 
@@ -32,7 +30,7 @@ class TriadPopulation:
     Parameters
     ----------
     triad : str
-    rows : sequence of Row
+    rows : DataFrame
         Those of its sessions that were calibrated, each measurement once.
     copies : mapping of str to str
         Sessions that hold the very measurements of another one, and that one: they tell nothing
@@ -48,7 +46,7 @@ class TriadPopulation:
     """
 
     triad: str
-    rows: Sequence[Row]
+    rows: "DataFrame"
     copies: Mapping[str, str]
     sensors: tuple[str, ...]
     spreads: tuple[Spread, ...]
@@ -57,99 +55,60 @@ class TriadPopulation:
 
     def sessions_of(self, sensor: int) -> list[str]:
         """The names of a sensor's sessions."""
-        return self._sessions.get(self.sensors[sensor], [])
+        return self._sessions[self.sensors[sensor]]
 
     @cached_property
     def _sessions(self) -> dict[str, list[str]]:
-        sessions: dict[str, list[str]] = {}
-        for row in self.rows:
-            sessions.setdefault(row["sensor"], []).append(row["session"])
-        return sessions
+        return {str(name): list(each)
+                for name, each in self.rows.groupby("sensor")["session"]}
 
 
-def populations_of(rows: Sequence[Row], output: Path) -> tuple[TriadPopulation, ...]:
-    """Every triad of which a session was calibrated; the evidence stands in ``output``."""
-    populations = []
-    for triad in TRIADS:
-        calibrated = [row for row in rows if row["triad"] == triad and row["exit_code"] == 0]
-        if calibrated:
-            populations.append(_population(triad, calibrated, output))
-    return tuple(populations)
+Pooled = Callable[[str, "DataFrame"], Pool | None]
+"""The pool of a triad over the sessions of these rows."""
 
 
-def _population(triad: str, calibrated: Sequence[Row], output: Path) -> TriadPopulation:
+def populations_of(table: "DataFrame", pooled: Pooled) -> tuple[TriadPopulation, ...]:
+    """Every triad of which a session was calibrated; ``pooled`` says what its lot is missing."""
+    calibrated = table[table["exit_code"] == DONE]
+    return tuple(_population(triad, rows, pooled) for triad in TRIADS
+                 if len(rows := calibrated[calibrated["triad"] == triad]))
+
+
+def _population(triad: str, calibrated: "DataFrame", pooled: Pooled) -> TriadPopulation:
     rows, copies = _distinct(calibrated)
-    sensors = tuple(dict.fromkeys(row["sensor"] for row in rows))
-    number_of = {sensor: i for i, sensor in enumerate(sensors)}
-    sensor = np.array([number_of[row["sensor"]] for row in rows])
-    noise_dof = NOISE_DOF_PER_POSE * _column(rows, "n_poses")
+    sensor, names = rows["sensor"].factorize()
+    noise_dof = NOISE_DOF_PER_POSE * column(rows, "n_poses")
     spreads, repeats = [], []
-    for name in parameter_names():
-        value = _column(rows, name)
+    for name in PARAMETER_NAMES:
+        value = column(rows, name)
         spread = spread_of(
-            name, *weighed_together(value, _column(rows, f"{name}_sd"), sensor, len(sensors)))
+            name, *weighed_together(value, column(rows, f"{name}_sd"), sensor, len(names)))
         if spread is not None:
             spreads.append(spread)
             repeats.append(repeatability(
-                name, value, _column(rows, f"{name}_noise_sd"), noise_dof, sensor, len(sensors)))
-    blocks = partial(_evidence_blocks, rows, triad, output)
-    has_evidence = next(blocks(), None) is not None
+                name, value, column(rows, f"{name}_noise_sd"), noise_dof, sensor, len(names)))
     return TriadPopulation(
-        triad, rows, copies, sensors, tuple(spreads), tuple(each for each in repeats if each.dof),
-        pool(blocks) if has_evidence else None,
-    )
+        triad, rows, copies, tuple(map(str, names)), tuple(spreads),
+        tuple(one for one in repeats if one.dof), pooled(triad, rows))
 
 
-def _distinct(rows: Sequence[Row]) -> tuple[list[Row], dict[str, str]]:
+def _distinct(rows: "DataFrame") -> "tuple[DataFrame, dict[str, str]]":
     """Rows with measurements of their own; names of the others with whose they repeat.
 
     No two measurements give the same chi-square and parameters to the last bit.
     """
-    first: dict[tuple[Any, ...], Row] = {}
-    copies = {}
-    for row in rows:
-        key = (row["chi2"], *(row.get(name) for name in parameter_names()))
-        if key in first:
-            copies[row["session"]] = first[key]["session"]
-        else:
-            first[key] = row
-    return list(first.values()), copies
+    key = ["chi2", *(name for name in PARAMETER_NAMES if name in rows)]
+    copied = rows.duplicated(key)
+    first = rows[~copied]
+    if not copied.any():
+        return first, {}
+    of_first = rows[copied].merge(first[[*key, "session"]], on=key, suffixes=("", "_first"))
+    return first, dict(zip(of_first["session"], of_first["session_first"], strict=True))
 
 
-def parameter_names() -> list[str]:
-    """The columns of the nine parameters."""
-    return [f"{key}_{axis}" for key in PARAMETERS for axis in AXES]
-
-
-def parameter_unit(name: str, triad: str) -> str:
-    """The unit of one of them."""
-    return unit_of(name.rpartition("_")[0], triad)
-
-
-def _column(rows: Sequence[Row], name: str) -> FloatArray:
-    return np.array([np.nan if row.get(name) is None else row[name] for row in rows], float)
-
-
-def _evidence_blocks(rows: Sequence[Row], triad: str, output: Path) -> Iterator[LotEvidence]:
-    """The evidence of all sessions, so many at once that memory holds them."""
-    for first in range(0, len(rows), AT_ONCE):
-        lot = LotEvidence.of(_evidence(rows[first : first + AT_ONCE], triad, output))
-        if lot is not None:
-            yield lot
-
-
-def _evidence(
-    rows: Sequence[Row], triad: str, output: Path
-) -> Iterator[tuple[str, Evidence]]:
-    for row in rows:
-        evidence = kept_evidence(evidence_path(output, row["session"], triad))
-        if evidence is not None:
-            yield row["sensor"], evidence
-
-
-def population_json(populations: Sequence[TriadPopulation]) -> Json:
+def population_json(populations: Iterable[TriadPopulation]) -> Json:
     """The same for programs: SI units and those of results.json; null for what is not known."""
-    return {each.triad: _triad_json(each) for each in populations}
+    return {one.triad: _triad_json(one) for one in populations}
 
 
 def _triad_json(population: TriadPopulation) -> Json:
@@ -158,22 +117,22 @@ def _triad_json(population: TriadPopulation) -> Json:
         "sensors": len(population.sensors),
         "sessions": len(population.rows),
         "copies": dict(population.copies),
-        "missing": [] if pooled is None else [_effect_json(each) for each in pooled.effects],
+        "missing": [] if pooled is None else [*map(_effect_json, pooled.effects)],
         "candidates": [] if pooled is None else [
-            {"name": each.trial.name, "shape": each.trial.shape, "sessions": each.sessions,
-             "p_common_size": each.p_common, "p_any_size": each.p_any}
-            for each in pooled.candidates
+            {"name": one.trial.name, "shape": one.trial.shape, "sessions": one.sessions,
+             "p_common_size": one.p_common, "p_any_size": one.p_any}
+            for one in pooled.candidates
         ],
         "parameters": {
-            each.name: _effects_json(each.of_lot) | {
-                "unlike": [population.sensors[i] for i in np.flatnonzero(each.unlike)]}
-            for each in population.spreads
+            one.name: _effects_json(one.of_lot) | {
+                "unlike": [population.sensors[i] for i in np.flatnonzero(one.unlike)]}
+            for one in population.spreads
         },
         "repeatability": {
-            each.name: {"birge_ratio": number(each.birge), "dof": each.dof,
-                        "p_value": number(each.p_value),
-                        "moved": [population.sensors[i] for i in np.flatnonzero(each.moved)]}
-            for each in population.repeats
+            one.name: {"birge_ratio": number(one.birge), "dof": one.dof,
+                       "p_value": number(one.p_value),
+                       "moved": [population.sensors[i] for i in np.flatnonzero(one.moved)]}
+            for one in population.repeats
         },
     }
 

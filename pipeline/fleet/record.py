@@ -7,15 +7,17 @@ keeps it.
 import io
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from calib.diagnosis.population.evidence import Evidence, Trial
+from calib.diagnosis.population.lot import AT_ONCE, LotEvidence
 from pipeline.files import write_whole
 
 RECORD_NAME = "fleet.json"
@@ -102,6 +104,22 @@ def kept_evidence(path: Path) -> Evidence | None:
     information[upper] = packed
     information.T[upper] = packed
     return Evidence(trials, score, information, chi2, dof, noise_dof)
+
+
+def evidence_blocks(
+    sessions: Iterable[tuple[str, str]], triad: str, output: Path
+) -> Iterator[LotEvidence]:
+    """The evidence that is kept of sessions, so many at once that memory holds them.
+
+    ``sessions`` are pairs of a session's name and its sensor's.
+    """
+    waiting = iter(sessions)
+    while block := list(islice(waiting, AT_ONCE)):
+        parts = ((sensor, kept_evidence(evidence_path(output, name, triad)))
+                 for name, sensor in block)
+        lot = LotEvidence.of((sensor, one) for sensor, one in parts if one is not None)
+        if lot is not None:
+            yield lot
 
 
 @cache

@@ -1,80 +1,89 @@
-"""The rows of all sessions as one table, Parquet and CSV; the same whoever made them, and when."""
+"""The rows of a lot as one table, Parquet and CSV; the same whoever made them, and when."""
 
-import csv
 import io
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from calib.poses.imu_log import TRIADS
+from calib.poses.imu_log import AXES, TRIADS, FloatArray
 from pipeline.config.file_patterns import natural_key
 from pipeline.errors import ConfigError
-from pipeline.fleet.record import SessionRecord
-from pipeline.fleet.rows import SIZE, Row
+from pipeline.fleet.rows import SIZE
+from pipeline.results.names import PARAMETERS
+from pipeline.results.units import unit_of
 from pipeline.results.written import write_output
 from pipeline.text.names import DISTRIBUTION
 from pipeline.text.plain import cell
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 CSV_NAME, PARQUET_NAME = "fleet.csv", "fleet.parquet"
-WHOLE = {"exit_code", "warnings", "n_poses", "dof"}
+WHOLE = ("exit_code", "warnings", "n_poses", "dof")
+MOST_IN_CSV = 200_000  #: rows; a limit of memory: more have the Parquet table alone
+
+PARAMETER_NAMES = tuple(f"{key}_{axis}" for key in PARAMETERS for axis in AXES)
+"""Columns of the nine parameters."""
 
 
-def require_parquet() -> None:
-    """Refuse before anything slow where the library of the Parquet format is not installed.
+def require_libraries() -> None:
+    """Refuse before anything slow where a library of the table is not installed.
 
     Raises
     ------
     ConfigError
         With the command that installs it.
     """
-    if find_spec("pyarrow") is None:
-        raise ConfigError(f"`pipeline fleet` writes Parquet, whose library is not installed. "
-                          f"Type: pip install '{DISTRIBUTION}[fleet]'")
+    for library in ("pyarrow", "pandas"):
+        if find_spec(library) is None:
+            raise ConfigError(f"`pipeline fleet` writes a table (Parquet), and {library} is not "
+                              f"installed. Type: pip install '{DISTRIBUTION}[fleet]'")
 
 
-def fleet_rows(records: Sequence[SessionRecord]) -> list[Row]:
-    """All rows, by session and triad, each with every column; None where it has no value."""
+def fleet_table(parts: "Sequence[DataFrame]") -> "DataFrame":
+    """All rows of a lot, by session and triad, each with every column; NaN where it has no value.
+    """
+    from pandas import concat
+
+    table = concat(parts, ignore_index=True)
     order = {triad: i for i, triad in enumerate(TRIADS)}
-    rows = [dict(row) for record in records for row in record.rows]
-    rows.sort(key=lambda row: (natural_key(row["session"]), order.get(row["triad"], -1)))
-    names = dict.fromkeys(name for row in sorted(rows, key=lambda row: -len(row)) for name in row)
-    columns = [*(name for name in names if not name.startswith(SIZE)),
-               *sorted(name for name in names if name.startswith(SIZE))]
-    return [{name: row.get(name) for name in columns} for row in rows]
+    sessions = sorted(table["session"].unique(), key=natural_key)
+    place = {name: i for i, name in enumerate(sessions)}
+    rows = table["session"].map(place) * (len(order) + 1) + table["triad"].map(order).fillna(-1)
+    table = table.iloc[rows.argsort(kind="stable")].reset_index(drop=True)
+    columns = [name for name in table.columns if not name.startswith(SIZE)]
+    columns += sorted(name for name in table.columns if name.startswith(SIZE))
+    whole = {name: "Int64" for name in WHOLE if name in columns}
+    return table[columns].astype(whole)
 
 
-def write_table(rows: Sequence[Row], output: Path) -> None:
-    """Write ``fleet.csv`` and ``fleet.parquet``."""
-    write_output(output, output / CSV_NAME, csv_text(rows))
-    write_output(output, output / PARQUET_NAME, _parquet(rows))
+def column(table: "DataFrame", name: str) -> FloatArray:
+    """A column as numbers (n,) in its unit; NaN where a row has none."""
+    import numpy as np
+
+    if name not in table:
+        return np.full(len(table), np.nan)
+    return np.asarray(table[name].to_numpy(float, na_value=np.nan))
 
 
-def csv_text(rows: Sequence[Row]) -> str:
-    """The table as CSV; what has no value is empty, and no text is run as a formula."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: cell(each) if isinstance(each, str) else each
-                         for name, each in row.items()})
-    return text.getvalue()
+def parameter_unit(name: str, triad: str) -> str:
+    """The unit of one of the nine parameters."""
+    return unit_of(name.rpartition("_")[0], triad)
 
 
-def _parquet(rows: Sequence[Row]) -> bytes:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+def write_table(table: "DataFrame", output: Path) -> None:
+    """Write ``fleet.parquet``, and ``fleet.csv`` of a lot that is not too large for it.
 
-    columns = {name: pa.array([row[name] for row in rows], type=_type(pa, name, rows))
-               for name in rows[0]}
+    In CSV what has no value is empty, and no text is run as a formula.
+    """
     buffer = io.BytesIO()
-    pq.write_table(pa.table(columns), buffer)
-    return buffer.getvalue()
+    table.to_parquet(buffer, index=False)
+    write_output(output, output / PARQUET_NAME, buffer.getvalue())
+    if len(table) <= MOST_IN_CSV:
+        plain = table.map(_plain, na_action="ignore")
+        write_output(output, output / CSV_NAME, plain.to_csv(index=False, lineterminator="\n"))
 
 
-def _type(pa: Any, name: str, rows: Sequence[Row]) -> Any:
-    """Type of a column: text where it has any, else numbers, of which some are counts."""
-    if name in WHOLE:
-        return pa.int64()
-    is_text = any(isinstance(row[name], str) for row in rows)
-    return pa.string() if is_text else pa.float64()
+def _plain(value: Any) -> Any:
+    return cell(value) if isinstance(value, str) else value

@@ -185,7 +185,8 @@ def test_workers_and_a_scheduler_exclude_each_other(lot: Path, tmp_path: Path) -
                     "--scheduler", "tcp://127.0.0.1:9") == USAGE
 
 
-@pytest.mark.parametrize(("library", "named"), [("distributed", "Dask"), ("pyarrow", "Parquet")])
+@pytest.mark.parametrize(("library", "named"), [
+    ("distributed", "Dask"), ("pyarrow", "Parquet"), ("pandas", "pandas")])
 def test_a_missing_library_is_named_with_what_installs_it(
     library: str, named: str, lot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
