@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +25,9 @@ from pipeline.text.formatting import count, relative, with_sd
 from vision.errors import RateRefused
 from vision.phase_track import LUMA
 from vision.rate.aes6_flutter import course_of_clip, platter_flutter
-from vision.rate.measure import RateMeasurement
+
+if TYPE_CHECKING:
+    from vision.rate.measure import RateMeasurement
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ def _clock_fact(clock: ClockRatio | None) -> Iterator[tuple[str, str]]:
             f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")
 
 
-def _speed_facts(clip: RateMeasurement, source: str) -> Iterator[tuple[str, str]]:
+def _speed_facts(clip: "RateMeasurement", source: str) -> Iterator[tuple[str, str]]:
     """Wow, flutter and drift of the plate; nothing for a clip too short or too slow for them."""
     try:
         figures = platter_flutter(course_of_clip(clip), source)
