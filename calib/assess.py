@@ -6,13 +6,14 @@ The one way from a set of poses to a result, of the command, of a notebook and o
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.consistency.mistakes import require_no_mistake
+from calib.consistency.one_sensor import require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.unseen import LOW_COST, among_what_is_seen, with_unseen
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
-from calib.errors import FitFailed
+from calib.errors import FitFailed, Undetermined
 from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
@@ -139,7 +140,7 @@ def _fitted(
     try:
         fitted = (fit_paper(replace(poses, ring=None), model, spec) if solver == "paper"
                   else fit(poses, model, robust=loss == "huber"))
-    except FitFailed:  # not where the directions of the poses determine too little
+    except (FitFailed, Undetermined):
         if seek_mistakes:
             require_no_mistake(poses, model, None)
         raise

@@ -1,7 +1,7 @@
 """What one part of a session knows that contradicts another.
 
     logs ─ repeats ─ clipping ─ clock ─┐                            same samples, limits, turns
-    poses ─ force ─ plate_axes ────────┼─ mistakes ─ contradiction  gravity, axes, runs
+    poses ─ force ─ plate_axes ────────┼─ mistakes ─ one_sensor    gravity, axes, runs
     parameters ─ data_sheet ───────────┘
     parameters ─ certificate                                        beside the factory's
 

@@ -24,7 +24,7 @@ from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
@@ -33,10 +33,16 @@ UNKNOWN_SD = 5.0
 """Sds of the calibrated |f| within which nothing is contradicted. Derived: normal noise is beyond
 them in 6e-7 of poses, so that none of a session's hundreds contradicts by chance."""
 
-FACTORS: Mapping[float, str] = {
-    1.0: "", 2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
-    0.125: "eightfold", STANDARD_GRAVITY_M_S2: "in g instead of m/s²",
-    1 / STANDARD_GRAVITY_M_S2: "in m/s² instead of g",
+_RANGES = {2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
+           0.125: "eightfold"}
+_G = STANDARD_GRAVITY_M_S2
+FACTORS: Mapping[Triad, Mapping[float, str]] = {
+    "accelerometer": {
+        **_RANGES, _G: "in g instead of m/s²", 1 / _G: "in m/s² instead of g",
+        1e-3: "in mg instead of g", 1e3: "in g instead of mg", 1e-3 * _G: "in mg instead of m/s²",
+    },
+    "gyroscope": {**_RANGES, np.pi / 180: "in °/s instead of rad/s",
+                  180 / np.pi: "in rad/s instead of °/s"},
 }
 """What brings readings of a common mistake of range, unit or bits back, and what they are."""
 
@@ -173,7 +179,7 @@ def _likely_mistake(
     only_axes: bool,
 ) -> str | None:
     """The mistake that explains the contradiction, in words."""
-    factors = [1.0] if only_axes else list(FACTORS)
+    factors = [1.0] if only_axes else [1.0, *FACTORS["accelerometer"]]
     looks = [(i, f) for i, f in product(range(len(SIGNED_PERMUTATIONS)), factors)
              if (i, f) != (IDENTITY, 1.0)]
     squares = np.array([np.mean(misfit(f * nominal @ SIGNED_PERMUTATIONS[i].T) ** 2)
@@ -189,7 +195,7 @@ def _likely_mistake(
     if i != IDENTITY:
         parts.append(permutation_words(SIGNED_PERMUTATIONS[i].T))
     if factor != 1.0:
-        parts.append(f"the readings are {FACTORS[factor]}")
+        parts.append(f"the readings are {FACTORS['accelerometer'][factor]}")
     return (
         f"It fits if {' and '.join(parts)} in the accelerometer of these poses, or the other way "
         f"round in those at rest. Bring both to the same columns, range and unit."

@@ -65,8 +65,10 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.consistency.force", ("PLATE_RADIUS_M", "FEWEST_POSES", "UNKNOWN_SD", "NOTICEABLE"),
      ("calib/consistency/test_force.py",)),
     ("calib.consistency.mistakes", (
-        "LEFT_OVER", "SAME_RATE", "OTHER_GAIN", "CERTAIN_SD", "BOUND_SLACK", "FEWEST_OF_BLOCK",
-        "WORST_POSES"), ("calib/consistency/test_mistakes.py",)),
+        "LEFT_OVER", "SAME_RATE", "BOUND_SLACK", "FEWEST_OF_BLOCK", "WORST_POSES"),
+     ("calib/consistency/test_mistakes.py",)),
+    ("calib.consistency.one_sensor", ("OTHER_GAIN", "CERTAIN_SD"),
+     ("calib/consistency/test_mistakes.py",)),
     ("calib.consistency.plate_axes", (
         "FEWEST_POSES", "LEAST_SPREAD", "MOST_RUNS", "LARGEST_SCATTER", "OTHER_POSE"),
      ("calib/consistency/test_plate_axes.py",)),

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.consistency.mistakes import require_no_mistake
+from calib.consistency.one_sensor import require_one_sensor
 from calib.effects.catalogue import BASE
-from calib.errors import Contradiction, FitFailed
+from calib.errors import Contradiction, FitFailed, Undetermined
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -38,9 +39,10 @@ def session(triad: Triad, seed: int = 0) -> PoseSet:
 
 def turned(poses: PoseSet, matrix: FloatArray, member: BoolArray) -> PoseSet:
     """The readings of some poses multiplied by a matrix."""
-    reading = poses.reading.copy()
+    reading, sd = poses.reading.copy(), poses.sd.copy()
     reading[member] = reading[member] @ matrix.T
-    return replace(poses, reading=reading)
+    sd[member] = sd[member] @ np.abs(matrix.T)
+    return replace(poses, reading=reading, sd=sd)
 
 
 def at_rates(poses: PoseSet, factors: dict[str, float]) -> PoseSet:
@@ -62,7 +64,7 @@ def largest_y(poses: PoseSet) -> int:
 def fitted_if_possible(poses: PoseSet) -> Fit | None:
     try:
         return fit(poses, MODEL)
-    except FitFailed:
+    except (FitFailed, Undetermined):
         return None
 
 
@@ -84,6 +86,9 @@ CASES: dict[str, tuple[Triad, Callable[[PoseSet], PoseSet], str]] = {
     "an axis of one pose": (
         "accelerometer", lambda p: turned(p, Y_MIRRORED, np.arange(len(p)) == largest_y(p)),
         rf"y has the opposite sign in pose {largest_y(session('accelerometer')) + 1} "),
+    "the unit of one pose": (
+        "accelerometer", lambda p: turned(p, 1e3 * np.eye(3), np.arange(len(p)) == 4),
+        r"in mg instead of g in pose 5 "),
 }
 
 
@@ -92,6 +97,14 @@ def test_a_mistake_is_named_with_its_place(case: str) -> None:
     triad, spoil, words = CASES[case]
     poses = spoil(session(triad))
     with pytest.raises(Contradiction, match=words):
+        require_no_mistake(poses, MODEL, fitted_if_possible(poses))
+
+
+@pytest.mark.parametrize("factor", [0.52, 1.3, 1.9, 7.6, 300.0])
+def test_a_pose_that_no_common_mistake_mends_is_not_said_to_be_mended(factor: float) -> None:
+    for seed in range(3):
+        whole = session("accelerometer", seed)
+        poses = turned(whole, factor * np.eye(3), np.arange(len(whole)) == 4)
         require_no_mistake(poses, MODEL, fitted_if_possible(poses))
 
 
