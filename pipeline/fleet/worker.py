@@ -1,6 +1,7 @@
 """One session of a fleet: run it as ``pipeline run`` does, unless that was done before."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,10 +28,13 @@ from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.run import Outcome, StageObserver, run_stages
+from pipeline.stages.run import Outcome, StageResult, run_stages
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
 from vision.errors import VisionError
+
+STAGES: Mapping[type, str] = {
+    SettingRate: "rates", Recordings: "logs", Mounting: "installation"}
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class FleetTask:
     reports: bool
 
 
-class StageClock(StageObserver):
+class StageClock:
     """Processor time of each stage of a run, s, all threads of this process together."""
 
     def __init__(self) -> None:
@@ -59,21 +63,9 @@ class StageClock(StageObserver):
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
         self._since = now
 
-    def on_rate(self, rate: SettingRate) -> None:
-        """Clips are measured."""
-        self.lap("rates")
-
-    def on_recordings(self, recordings: Recordings) -> None:
-        """Logs are averaged."""
-        self.lap("logs")
-
-    def on_triad(self, result: TriadResult) -> None:
-        """A triad is fitted and diagnosed."""
-        self.lap(result.triad)
-
-    def on_installation(self, installation: Mounting) -> None:
-        """The mounting is measured."""
-        self.lap("installation")
+    def on_result(self, result: StageResult) -> None:
+        """A stage has made its result."""
+        self.lap(result.triad if isinstance(result, TriadResult) else STAGES[type(result)])
 
 
 def work_on(task: FleetTask) -> SessionRecord:
@@ -114,7 +106,7 @@ def _run(task: FleetTask, key: str) -> SessionRecord:
     session, clock = task.session, StageClock()
     with working_on(session.config, folder_of(task.output, session.name)) as (config, folder):
         context = RunContext(folder / "cache", allow_python=task.allow_python)
-        outcome = run_stages(config, context, clock)
+        outcome = run_stages(config, context, clock.on_result)
         clock.lap("end")
         results = results_of(outcome)
         if task.reports:

@@ -8,38 +8,32 @@ nothing of what a wrong rate would make of them.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from calib.assess import calibrate
 from calib.consistency.data_sheet import SHEET_TOLERANCE
-from calib.effects.effect import Effect
 from calib.fit.least_squares.solver import require_determinable
 from calib.fit.triad.calibration import TriadCalibration
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import TRIADS
 from calib.poses.reference import PlateRate
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
-from pipeline.config.sensor import Specs, sensor_specs, triad_spec
+from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.stages.force_check import KNOWN_FORCE, check_force
-from pipeline.stages.leaning_poses import leaning_poses
+from pipeline.stages.context import RunContext
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import stated_rate
 from pipeline.stages.poses import Recording, Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
 from pipeline.stages.session_logs import SessionLogs, Setting
-from pipeline.stages.site import Gravity, gravity_of
-from pipeline.stages.triad_poses import (
-    gyroscope_poses,
-    model_on,
-    senses_of,
-)
-from pipeline.stages.triads import doubts_of
+from pipeline.stages.site import gravity_of
+from pipeline.stages.triad_poses import gyroscope_poses, model_on
+from pipeline.stages.triads import doubts_of, triad_input
 from pipeline.stages.user_effects import user_effects
 
 READ_SD = 0.01  #: relative, of a rate that the gyroscope reads; it weighs rows, no result has it
@@ -70,8 +64,10 @@ def rehearse(config: Config) -> Rehearsal:
     stated = {name: stated_rate(name, rate) for name, rate in config.rate.items()
               if isinstance(rate, KnownRateSection)}
     recordings = average_recordings(config, logs, stated)
-    accelerometer, gravity = _accelerometer(config, recordings)
-    gyroscope, notes = _gyroscope(config, logs, stated, recordings, accelerometer, gravity)
+    config = _without_python(config)
+    gravity = gravity_of(config.site) if config.site is not None else None
+    accelerometer = _accelerometer(config, recordings)
+    gyroscope, notes = _gyroscope(config, logs, stated, recordings, accelerometer)
     if accelerometer is not None:
         measure_mounting(config, accelerometer, gravity, reading_at_rest(config, recordings))
     of_triads = tuple(
@@ -82,21 +78,23 @@ def rehearse(config: Config) -> Rehearsal:
                      (*recordings.warnings, *of_triads, *notes))
 
 
-def _accelerometer(
-    config: Config, recordings: Recordings
-) -> tuple[TriadCalibration | None, Gravity | None]:
-    section, sheet = config.accelerometer, config.sensor.accelerometer
-    defined = _expressions(config, "accelerometer")
-    if section is None or sheet is None or defined is None:
-        return None, None
-    assert config.site is not None  # by the configuration's rules
-    gravity = gravity_of(config.site)
-    if not all(Setting.of(run) in recordings.by_setting for run in section.sections):
-        return None, gravity  # the clip decides the rate by which the waves are found
-    poses = leaning_poses(config, recordings, gravity).used
-    model, _, _ = model_on(section.model, defined, poses)
-    return calibrate(poses, model, triad_spec(sheet), solver=section.solver,
-                     loss=section.loss), gravity
+def _without_python(config: Config) -> Config:
+    """The configuration without effects in Python, and without the triads that need one."""
+    effects = {name: each for name, each in config.effects.items() if each.python is None}
+    python = config.effects.keys() - effects.keys()
+    changes: dict[str, Any] = {
+        triad: None for triad in TRIADS
+        if (section := getattr(config, triad)) is not None and python & {*section.model}}
+    return config.model_copy(update={"effects": effects, **changes})
+
+
+def _accelerometer(config: Config, recordings: Recordings) -> TriadCalibration | None:
+    """The calibration; None where the clip decides the rate by which the waves are found."""
+    section = config.accelerometer
+    if section is None or not all(
+            Setting.of(run) in recordings.by_setting for run in section.sections):
+        return None
+    return triad_input("accelerometer", config, RunContext(), {}, recordings).calibrated()
 
 
 def _gyroscope(
@@ -105,35 +103,26 @@ def _gyroscope(
     stated: Mapping[str, SettingRate],
     recordings: Recordings,
     accelerometer: TriadCalibration | None,
-    gravity: Gravity | None,
 ) -> tuple[TriadCalibration | None, tuple[str, ...]]:
     """The calibration where no clip is needed for it, and what is doubtful of the readings."""
-    section, sheet = config.gyroscope, config.sensor.gyroscope
-    defined = _expressions(config, "gyroscope")
-    if section is None or sheet is None or defined is None:
+    section = config.gyroscope
+    if section is None:
         return None, ()
     rates = {name: rate.plate for name, rate in stated.items()}
     filmed = [run for run in section.runs if run.rate not in (STOPPED, *stated)]
-    if filmed:
-        specs = sensor_specs(config.sensor)
-        felt = _felt(logs, [Setting.of(run) for run in filmed], specs)
-        if felt is None:
-            return None, ()
-        recordings = Recordings({**recordings.by_setting, **felt[0]})
-        rates |= felt[1]
+    if not filmed:
+        read_in = triad_input("gyroscope", config, RunContext(), rates, recordings, accelerometer)
+        return read_in.calibrated(), read_in.notes
+    felt = _felt(logs, [Setting.of(run) for run in filmed], sensor_specs(config.sensor))
+    if felt is None:
+        return None, ()
+    recordings = Recordings({**recordings.by_setting, **felt[0]})
+    rates |= felt[1]
     poses = gyroscope_poses(config, rates, recordings, accelerometer).used
-    model, _, _ = model_on(section.model, defined, poses)
-    if filmed:
-        if not (config.accelerometer and config.accelerometer.runs):  # whose waves count too
-            require_determinable(poses, model)
-        return None, tuple(_off_the_nominal(config, rates))
-    force = KNOWN_FORCE
-    if accelerometer is not None and gravity is not None:
-        force = check_force(poses, accelerometer, gravity.value_m_s2)
-    calibration = calibrate(
-        poses, model, triad_spec(sheet), solver=section.solver, loss=section.loss,
-        senses=senses_of(config, recordings) if accelerometer and force.is_known else None)
-    return calibration, force.notes
+    model, _, _ = model_on(section.model, user_effects(config, "gyroscope", False), poses)
+    if not (config.accelerometer and config.accelerometer.runs):  # whose waves count too
+        require_determinable(poses, model)
+    return None, tuple(_off_the_nominal(config, rates))
 
 
 def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator[str]:
@@ -148,17 +137,6 @@ def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator
                    f"nominal {abs(nominal):g} rpm. Either its range is not the stated one, or the "
                    f"plate did not turn at this speed. Check the gyroscope's full scale, and "
                    f"nominal_rpm.")
-
-
-def _expressions(config: Config, triad: Triad) -> dict[str, Effect] | None:
-    """The user's effects without those in Python; None where the model needs one of these."""
-    section = getattr(config, triad)
-    python = {name for name, each in config.effects.items() if each.python is not None}
-    if section is not None and python & set(section.model):
-        return None
-    return user_effects(
-        config.model_copy(update={"effects": {name: each for name, each in config.effects.items()
-                                              if name not in python}}), triad, False)
 
 
 def _felt(

@@ -13,7 +13,7 @@ What is written and shown afterwards is in ``pipeline.results``, ``pipeline.repo
 ``pipeline.console``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from calib.mounting.mounting import Mounting
@@ -25,12 +25,7 @@ from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import SessionLogs, read_session
-from pipeline.stages.triads import (
-    TriadResult,
-    calibrate_accelerometer,
-    calibrate_gyroscope,
-    require_fittable,
-)
+from pipeline.stages.triads import TriadResult, require_fittable, triad_result
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +53,13 @@ class Outcome:
         return of_rates + self.recordings.warnings + of_triads + of_mounting
 
 
-class StageObserver:
-    """Receives each stage's result as soon as it is made; this one ignores them."""
+StageResult = SettingRate | Recordings | TriadResult | Mounting
+OnResult = Callable[[StageResult], None]
+"""Receives what a stage has made before the next one begins."""
 
-    def on_rate(self, rate: SettingRate) -> None:
-        """One plate setting is measured."""
 
-    def on_recordings(self, recordings: Recordings) -> None:
-        """All poses are read and averaged."""
-
-    def on_triad(self, result: TriadResult) -> None:
-        """One triad is calibrated, compared and diagnosed."""
-
-    def on_installation(self, installation: Mounting) -> None:
-        """The mounting of the sensor is measured."""
+def ignore_result(_result: StageResult) -> None:
+    """For runs that nobody watches."""
 
 
 def check_session(config: Config) -> SessionLogs:
@@ -95,7 +83,7 @@ def check_session(config: Config) -> SessionLogs:
 
 
 def run_stages(
-    config: Config, context: RunContext, observer: StageObserver | None = None
+    config: Config, context: RunContext, on_result: OnResult = ignore_result
 ) -> Outcome:
     """Run every stage of a configuration.
 
@@ -105,37 +93,38 @@ def run_stages(
         Checked; the files it names exist.
     context : RunContext
         The cache of phase tracks, the progress display, what is allowed.
-    observer : StageObserver, optional
-        Receives each result before the next stage begins.
+    on_result : callable
+        Receives the result of every stage as soon as it is there: of each plate setting and triad.
 
     Raises
     ------
     PipelineError, CalibrationError, VisionError
         The first stage that refuses ends the run.
     """
-    observer = observer or StageObserver()
     logs = check_session(config)
 
     rates = measure_rates(config, context)
     for rate in rates.values():
-        observer.on_rate(rate)
+        on_result(rate)
 
     recordings = average_recordings(config, logs, rates)
-    observer.on_recordings(recordings)
+    on_result(recordings)
 
-    accelerometer = calibrate_accelerometer(config, context, recordings)
+    plates = {name: rate.plate for name, rate in rates.items()}
+    accelerometer = triad_result("accelerometer", config, context, plates, recordings)
     if accelerometer is not None:
-        observer.on_triad(accelerometer)
+        on_result(accelerometer)
 
-    gyroscope = calibrate_gyroscope(config, context, rates, recordings, accelerometer)
+    gyroscope = triad_result("gyroscope", config, context, plates, recordings,
+                                accelerometer.calibration if accelerometer else None)
     if gyroscope is not None:
-        observer.on_triad(gyroscope)
+        on_result(gyroscope)
 
     installation = None
     if accelerometer is not None:
         installation = measure_mounting(config, accelerometer.calibration, accelerometer.gravity,
                                         reading_at_rest(config, recordings))
     if installation is not None:
-        observer.on_installation(installation)
+        on_result(installation)
 
     return Outcome(config, rates, recordings, accelerometer, gyroscope, installation)

@@ -1,4 +1,4 @@
-"""The two calibration stages: averaged poses to a calibrated, compared and diagnosed triad."""
+"""The calibration stage: averaged poses to a calibrated, compared and diagnosed triad."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,8 +15,9 @@ from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
@@ -27,7 +28,6 @@ from pipeline.stages.force_check import KNOWN_FORCE, check_force
 from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
-from pipeline.stages.rate import SettingRate
 from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
     TriadPoses,
@@ -79,19 +79,19 @@ class TriadInput:
     senses: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
 
-    def refitted(self) -> TriadCalibration:
-        """The calibration alone, as :func:`calibrate_accelerometer` and its like make it.
+    def calibrated(self, seek_mistakes: bool = True) -> TriadCalibration:
+        """The calibration alone, without what it leaves and misses.
 
-        What contradicts it in the files is not searched for.
+        ``seek_mistakes`` as :func:`calib.assess.calibrate` has it.
 
         Raises
         ------
         CalibrationError
-            As they do.
+            As :func:`triad_result`.
         """
         model, _, _ = model_on(self.section.model, self.defined, self.poses)
         return calibrate(self.poses, model, self.spec, solver=self.section.solver,
-                         loss=self.section.loss, seek_mistakes=False)
+                         loss=self.section.loss, senses=self.senses, seek_mistakes=seek_mistakes)
 
 
 def require_fittable(config: Config) -> None:
@@ -103,10 +103,8 @@ def require_fittable(config: Config) -> None:
         With the line of every such model.
     """
     problems = []
-    sections: tuple[tuple[Triad, AccelerometerSection | GyroscopeSection | None], ...] = (
-        ("accelerometer", config.accelerometer), ("gyroscope", config.gyroscope)
-    )
-    for triad, section in sections:
+    for triad in TRIADS:
+        section = getattr(config, triad)
         if section is None:
             continue
         where = (triad, "model")
@@ -139,65 +137,28 @@ def part_of(config: Config) -> str:
     return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
 
 
-def calibrate_accelerometer(
-    config: Config, context: RunContext, recordings: Recordings
-) -> TriadResult | None:
-    """Calibrate the accelerometer against gravity.
-
-    Returns
-    -------
-    TriadResult or None
-        None where the configuration has no such section.
-
-    Raises
-    ------
-    Undetermined
-        The poses do not determine the model.
-    """
-    if config.accelerometer is None:
-        return None
-    return _calibrated(accelerometer_input(config, context, recordings), config)
-
-
-def accelerometer_input(
-    config: Config, context: RunContext, recordings: Recordings
-) -> TriadInput:
-    """What the accelerometer is calibrated from; the configuration has such a section.
-
-    Raises
-    ------
-    Undetermined
-        Its poses make no set.
-    """
-    # The configuration's rules refuse an accelerometer without a site and a data sheet.
-    assert config.accelerometer is not None
-    assert config.site is not None
-    assert config.sensor.accelerometer is not None
-    gravity = gravity_of(config.site)
-    recorded = leaning_poses(config, recordings, gravity)
-    return TriadInput(
-        config.accelerometer, recorded, recorded.used, triad_spec(config.sensor.accelerometer),
-        user_effects(config, "accelerometer", context.allow_python), gravity)
-
-
-def calibrate_gyroscope(
+def triad_result(
+    triad: Triad,
     config: Config,
     context: RunContext,
-    rates: Mapping[str, SettingRate],
+    rates: Mapping[str, PlateRate],
     recordings: Recordings,
-    accelerometer: TriadResult | None,
+    accelerometer: TriadCalibration | None = None,
 ) -> TriadResult | None:
-    """Calibrate the gyroscope against the plate's rates, all runs jointly.
+    """Calibrate one triad, all its runs jointly: against gravity, or against the plate's rates.
 
     Parameters
     ----------
-    rates : mapping of str to SettingRate
+    triad : str
+    config : Config
+    context : RunContext
+    rates : mapping of str to PlateRate
         The plate's rates by setting.
     recordings : Recordings
         The averaged poses.
-    accelerometer : TriadResult or None
-        Corrects the specific force of the poses, and is the frame that the gyroscope's rotation is
-        measured against.
+    accelerometer : TriadCalibration, optional
+        Corrects the specific force in the poses of another triad, and is the frame that its
+        rotation is measured against.
 
     Returns
     -------
@@ -209,50 +170,56 @@ def calibrate_gyroscope(
     Undetermined
         The poses do not determine the model.
     """
-    if config.gyroscope is None:
+    if getattr(config, triad) is None:
         return None
-    calibration = accelerometer.calibration if accelerometer else None
-    from_poses = gyroscope_input(config, context, rates, recordings, calibration)
-    result = _calibrated(from_poses, config)
-    poses = from_poses.poses
-    filmed = [rates[run].plate.direction if run in rates else None for run in poses.run]
+    read_in = triad_input(triad, config, context, rates, recordings, accelerometer)
+    result = _calibrated(read_in, config)
+    if triad == "accelerometer":
+        return result
+    poses = read_in.poses
+    filmed = [rates[run].direction if run in rates else None for run in poses.run]
     return replace(
         result,
         frame=rotation_between_frames(
-            result.calibration.fit, calibration.fit if calibration else None),
-        warnings=(*result.warnings, *from_poses.notes, *direction_against_clip(poses, filmed)),
+            result.calibration.fit, accelerometer.fit if accelerometer else None),
+        warnings=(*result.warnings, *read_in.notes, *direction_against_clip(poses, filmed)),
     )
 
 
-def gyroscope_input(
+def triad_input(
+    triad: Triad,
     config: Config,
     context: RunContext,
-    rates: Mapping[str, SettingRate],
+    rates: Mapping[str, PlateRate],
     recordings: Recordings,
-    accelerometer: TriadCalibration | None,
+    accelerometer: TriadCalibration | None = None,
 ) -> TriadInput:
-    """What the gyroscope is calibrated from; the configuration has such a section.
+    """What a triad is calibrated from; the configuration has its section.
+
+    The parameters are those of :func:`triad_result`.
 
     Raises
     ------
     Undetermined
         Its poses make no set.
     Contradiction
-        The calibrated accelerometer does not read gravity in its poses.
+        The calibrated accelerometer does not read gravity in the poses of another triad.
     """
-    assert config.gyroscope is not None
-    assert config.sensor.gyroscope is not None
-    plates = {name: rate.plate for name, rate in rates.items()}
-    recorded = gyroscope_poses(config, plates, recordings, accelerometer)
-    poses = recorded.used
-    force = KNOWN_FORCE
-    if accelerometer is not None and config.site is not None:
-        force = check_force(poses, accelerometer, gravity_of(config.site).value_m_s2)
+    # The configuration's rules refuse a triad without a data sheet, and gravity without a site.
+    section, spec = getattr(config, triad), triad_spec(getattr(config.sensor, triad))
+    defined = user_effects(config, triad, context.allow_python)
+    gravity = gravity_of(config.site) if config.site is not None else None
+    if triad == "accelerometer":
+        assert gravity is not None
+        recorded = leaning_poses(config, recordings, gravity)
+        return TriadInput(section, recorded, recorded.used, spec, defined, gravity)
+    recorded = gyroscope_poses(config, rates, recordings, accelerometer)
+    poses, force = recorded.used, KNOWN_FORCE
+    if accelerometer is not None and gravity is not None:
+        force = check_force(poses, accelerometer, gravity.value_m_s2)
     return TriadInput(
-        config.gyroscope, recorded, poses, triad_spec(config.sensor.gyroscope),
-        user_effects(config, "gyroscope", context.allow_python),
-        senses=senses_of(config, recordings) if accelerometer and force.is_known else None,
-        notes=force.notes)
+        section, recorded, poses, spec, defined, notes=force.notes,
+        senses=senses_of(config, recordings) if accelerometer and force.is_known else None)
 
 
 def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
@@ -273,10 +240,7 @@ def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
         **vars(assessed),
         unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
         gravity=triad.gravity,
-        warnings=(
-            *notes,
-            *doubts_of(assessed.calibration),
-        ),
+        warnings=(*notes, *doubts_of(assessed.calibration)),
     )
     return _with_excluded(result, triad.recorded)
 

@@ -30,7 +30,7 @@ from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
-from pipeline.stages.triads import TriadInput, accelerometer_input, gyroscope_input
+from pipeline.stages.triads import TriadInput, triad_input
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.state import Screen, TriadScreen, model_of, text_of
 
@@ -165,7 +165,7 @@ class OpenSession:
             if len(self._fits) >= MOST_KEPT:
                 self._fits.clear()
             try:
-                calibration = self._input(state, triad).refitted()
+                calibration = self._input(state, triad).calibrated(seek_mistakes=False)
                 self._fits[key] = Refitted(calibration, compare(calibration.fit))
             except CalibrationError as error:
                 self._fits[key] = error
@@ -180,11 +180,9 @@ class OpenSession:
         if key not in self._inputs:
             config = parse_config(self.config.source.path, self.text(replace(state, terms={})))
             recordings = self._averaged(config)
-            if triad == "accelerometer":
-                read_in = accelerometer_input(config, self.context, recordings)
-            else:
-                read_in = gyroscope_input(config, self.context, self.rates, recordings,
-                                       self._accelerometer(state))
+            beside = None if triad == "accelerometer" else self._accelerometer(state)
+            plates = {name: rate.plate for name, rate in self.rates.items()}
+            read_in = triad_input(triad, config, self.context, plates, recordings, beside)
             if len(self._inputs) >= MOST_KEPT:
                 self._inputs.clear()
             self._inputs[key] = read_in

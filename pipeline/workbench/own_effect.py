@@ -50,9 +50,9 @@ def tried_expression(
                                f"The logs have: {', '.join(known)}.", "at": text.find(name)}
     effect = user_effect(NAME, expression, kind, "{u}", triad)
     section = from_poses.section
-    calibration = replace(
-        from_poses, defined={**from_poses.defined, NAME: effect},
-        section=section.model_copy(update={"model": (*section.model, NAME)})).refitted()
+    tried = replace(from_poses, defined={**from_poses.defined, NAME: effect},
+                    section=section.model_copy(update={"model": (*section.model, NAME)}))
+    calibration = tried.calibrated(seek_mistakes=False)
     with_it = Refitted(calibration, compare(calibration.fit))
     without = session.refitted(screen, triad)
     judged = judged_effect(NAME, with_it, without)

@@ -1,6 +1,6 @@
 """Running the stages at the terminal: a line for each, warnings, progress of the clips."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -14,7 +14,7 @@ from pipeline.console.run_text import installation_line, recordings_line, triad_
 from pipeline.stages.context import CACHE_NAME, RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.run import Outcome, StageObserver, run_stages
+from pipeline.stages.run import OnResult, Outcome, StageResult, run_stages
 from pipeline.stages.triads import TriadResult
 
 
@@ -24,37 +24,31 @@ def say_waiting(folder: Path) -> None:
                f"(Ctrl-C to give up)", err=True)
 
 
-class StageDisplay(StageObserver):
-    """Shows each stage: its warnings on standard error, its line on standard output.
+def stage_display(progress: ClipProgress, lines: bool) -> OnResult:
+    """What shows each stage: its warnings on standard error, its line on standard output.
 
     ``progress`` is closed before anything is written; ``lines`` is False for commands that show
     what they compare, and then only the warnings are written.
     """
-
-    def __init__(self, progress: ClipProgress, lines: bool) -> None:
-        self._progress, self._lines = progress, lines
-
-    def on_rate(self, rate: SettingRate) -> None:
-        """The rate of a plate setting."""
-        self._show(rate.warnings, rate_line(rate))
-
-    def on_recordings(self, recordings: Recordings) -> None:
-        """How many poses are averaged."""
-        self._show(recordings.warnings, recordings_line(recordings))
-
-    def on_triad(self, result: TriadResult) -> None:
-        """Residual and leave-one-out error of a triad."""
-        self._show(result.warnings, triad_line(result))
-
-    def on_installation(self, installation: Mounting) -> None:
-        """The mounting angles."""
-        self._show(installation.notes, installation_line(installation))
-
-    def _show(self, warnings: Iterable[str], line: str) -> None:
-        self._progress.close()
-        echo_warnings(warnings)
-        if self._lines and line:
+    def show(result: StageResult) -> None:
+        progress.close()
+        echo_warnings(result.notes if isinstance(result, Mounting) else result.warnings)
+        line = _line(result)
+        if lines and line:
             click.echo(line)
+
+    return show
+
+
+def _line(result: StageResult) -> str:
+    match result:
+        case SettingRate():
+            return rate_line(result)
+        case Recordings():
+            return recordings_line(result)
+        case TriadResult():
+            return triad_line(result)
+    return installation_line(result)
 
 
 def run_watched(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
@@ -87,4 +81,4 @@ def _run(
 ) -> Outcome:
     with ClipProgress(bars) as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)
-        return run_stages(config, context, StageDisplay(progress, lines))
+        return run_stages(config, context, stage_display(progress, lines))

@@ -5,56 +5,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.mounting.mounting import Mounting
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
 from pipeline.stages import session_logs
 from pipeline.stages.context import RunContext
-from pipeline.stages.poses import Recordings
-from pipeline.stages.rate import SettingRate
-from pipeline.stages.run import StageObserver, run_stages
-from pipeline.stages.triads import TriadResult
+from pipeline.stages.run import StageResult, run_stages
 from tests.pipeline.conftest import RunSession
 from tests.sessions import edit, pipeline, results_in, rewrite_rows
 
 
-class Notes(StageObserver):
-    """Notes which stage handed over what."""
-
-    def __init__(self) -> None:
-        self.results: list[tuple[str, object]] = []
-
-    def on_rate(self, rate: SettingRate) -> None:
-        self.results.append(("rate", rate))
-
-    def on_recordings(self, recordings: Recordings) -> None:
-        self.results.append(("recordings", recordings))
-
-    def on_triad(self, result: TriadResult) -> None:
-        self.results.append((result.triad, result))
-
-    def on_installation(self, installation: Mounting) -> None:
-        self.results.append(("installation", installation))
-
-
-def test_an_observer_receives_the_results_of_the_stages_in_their_order(session: Path) -> None:
-    notes = Notes()
-    outcome = run_stages(load_config(session), RunContext(), notes)
-    assert notes.results == [
-        ("rate", outcome.rates["17rpm"]),
-        ("recordings", outcome.recordings),
-        ("accelerometer", outcome.accelerometer),
-        ("gyroscope", outcome.gyroscope),
-    ]
+def test_the_results_of_the_stages_are_handed_over_in_their_order(session: Path) -> None:
+    results: list[StageResult] = []
+    outcome = run_stages(load_config(session), RunContext(), results.append)
+    assert results == [outcome.rates["17rpm"], outcome.recordings, outcome.accelerometer,
+                       outcome.gyroscope]
 
 
 def test_a_stage_without_a_section_makes_nothing_and_is_not_announced(session: Path) -> None:
     text = session.read_text(encoding="utf-8")
     session.write_text(text[: text.index("\ngyroscope:")] + "\n", encoding="utf-8")
-    notes = Notes()
-    outcome = run_stages(load_config(session), RunContext(), notes)
+    results: list[StageResult] = []
+    outcome = run_stages(load_config(session), RunContext(), results.append)
     assert outcome.gyroscope is None
-    assert "gyroscope" not in dict(notes.results)
+    assert results[2:] == [outcome.accelerometer]
 
 
 def test_a_run_prints_a_line_for_each_stage_and_the_report_last(
