@@ -267,7 +267,7 @@ def _device(name: str) -> str:
 
 def _pattern(text: str) -> str:
     try:
-        LinePattern.of(text)
+        LinePattern.stated(text)
     except ValueError as error:
         raise refusal(str(error)) from error
     return text

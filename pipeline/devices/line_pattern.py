@@ -1,17 +1,17 @@
 """Any line format, described by a pattern: ``{time_ms},{acc_x},{acc_y},{acc_z},{skip}``.
 
 Names in braces stand for numbers, everything else for itself; a blank stands for any blanks, or
-none. ``{skip}`` is anything up to the next comma, semicolon or blank. Times are ``{time_s}``,
-``{time_ms}`` or ``{time_us}``, ``{counter}`` counts samples; further names become columns.
+none, but between two numbers for one blank at least. ``{skip}`` is anything up to the next comma,
+semicolon or blank. Times are ``{time_s}``, ``{time_ms}`` or ``{time_us}``, ``{counter}`` counts
+samples; further names become columns.
 """
 
 import re
 from dataclasses import dataclass
 
-from pipeline.devices.sample import AS_LABELLED, NOT_SENT, DeviceClock, Sample
-from pipeline.devices.text_dialects import CLOCKS
+from pipeline.devices.sample import AS_LABELLED, CLOCKS, DeviceClock, Sample, clock_among, sample_of
 from pipeline.devices.text_lines import LineReader
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP, missing_columns
+from pipeline.logs.columns import SKIP, missing_columns
 
 PLACE = re.compile(r"\{([^{}]*)\}")
 NUMBER = r"([-+]?\d{1,12}(?:\.\d{0,12})?(?:[eE][-+]?\d{1,2})?)"
@@ -20,15 +20,27 @@ ANYTHING = r"([^,;\s]{0,60})"
 
 @dataclass(frozen=True)
 class LinePattern:
-    """A pattern as the configuration states it, and what it means."""
+    """A pattern of a line, and what it means; ``head`` is the text before its first number."""
 
     text: str
     names: tuple[str, ...]
-    expression: re.Pattern[str]
+    head: re.Pattern[str]
+    whole: re.Pattern[str]
 
     @classmethod
     def of(cls, text: str) -> "LinePattern":
-        """Read a pattern.
+        """Read a pattern."""
+        first, *pieces = PLACE.split(text)
+        numbers = [ANYTHING if name == SKIP else NUMBER for name in pieces[::2]]
+        between = [r"\s+" if piece.isspace() and i < len(numbers) - 1 else _literal(piece)
+                   for i, piece in enumerate(pieces[1::2])]
+        rest = "".join(number + after for number, after in zip(numbers, between, strict=True))
+        return cls(text, tuple(pieces[::2]), re.compile(rf"\s*{_literal(first)}"),
+                   re.compile(rf"\s*{_literal(first)}{rest}\s*"))
+
+    @classmethod
+    def stated(cls, text: str) -> "LinePattern":
+        """Read a pattern that has to describe a whole sample.
 
         Raises
         ------
@@ -48,12 +60,14 @@ class LinePattern:
         if sum(name in CLOCKS for name in names) > 1:
             raise ValueError("it names more than one time or counter; keep the finer one and "
                              "write {skip} for the other")
-        pieces = PLACE.split(text)
-        expression = "".join(
-            (ANYTHING if piece == SKIP else NUMBER) if i % 2 else _literal(piece)
-            for i, piece in enumerate(pieces)
-        )
-        return cls(text, names, re.compile(rf"\s*{expression}\s*"))
+        return cls.of(text)
+
+    def values(self, line: str) -> dict[str, float] | None:
+        """The numbers in a line by their names; None where it does not fit."""
+        match = self.whole.fullmatch(line)
+        return None if match is None else {
+            name: float(text) for name, text in zip(self.names, match.groups(), strict=True)
+            if name != SKIP}
 
 
 def _literal(text: str) -> str:
@@ -67,11 +81,8 @@ class LinePatternParser:
     unit = AS_LABELLED
 
     def __init__(self, pattern: LinePattern, from_start: bool = False) -> None:
-        self.clock: DeviceClock | None = None
-        self._factor = 1.0
-        for name in pattern.names:
-            if name in CLOCKS:
-                self.clock, self._factor = CLOCKS[name]
+        stamp = clock_among(pattern.names)
+        self.clock: DeviceClock | None = CLOCKS[stamp][0] if stamp else None
         self._pattern = pattern
         self._lines = LineReader(from_start)
         self._damaged = 0
@@ -102,18 +113,11 @@ class LinePatternParser:
     def _samples(self, lines: list[str]) -> list[Sample]:
         samples = []
         for line in lines:
-            match = self._pattern.expression.fullmatch(line)
-            if match is None:
+            values = self._pattern.values(line)
+            if values is None:
                 self._damaged += bool(line.strip())
                 self._last = line
                 continue
             self._read += 1
-            values = {name: float(text) for name, text in
-                      zip(self._pattern.names, match.groups(), strict=True) if name != SKIP}
-            stamp = next((name for name in CLOCKS if name in values), None)
-            ticks = None if stamp is None else round(values.pop(stamp) * self._factor)
-            triads = [tuple(values.pop(name) for name in triad) if triad[0] in values else NOT_SENT
-                      for triad in (ACCELEROMETER, GYROSCOPE)]
-            (ax, ay, az), (gx, gy, gz) = triads
-            samples.append(Sample((ax, ay, az), (gx, gy, gz), ticks, tuple(values.items())))
+            samples.append(sample_of(values))
         return samples

@@ -5,11 +5,9 @@ else on the line counts.
 """
 
 import math
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 
-from calib.poses.imu_log import TEMPERATURE
-from pipeline.devices.sample import COUNTS, NOT_SENT, DeviceClock, Sample, Triple
+from pipeline.devices.sample import COUNTS, MICROS, DeviceClock, Sample, sample_of
 from pipeline.devices.sketch_lines import (
     HEADER,
     header_settings,
@@ -18,20 +16,17 @@ from pipeline.devices.sketch_lines import (
 )
 from pipeline.devices.text_dialects import (
     ARDUINO_STAMP,
-    BLOCK_LINES,
-    CLOCKS,
-    MICROS,
-    PLOTTER,
+    DIALECTS,
     PLX_DAQ,
-    RAW,
-    SI,
-    BlockLine,
     HeaderTable,
+    SketchDialect,
     advice_on,
     header_table,
 )
 from pipeline.devices.text_lines import LineReader
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP
+
+READINGS = (*ACCELEROMETER, *GYROSCOPE)
 
 WORD = (-(2**15), 2**15 - 1)  #: what a 16-bit converter can give
 BARE_LINES = 4
@@ -62,8 +57,10 @@ class Mpu6050TextParser:
         self._damaged = 0
         self._own = False
         self._table: HeaderTable | None = None
-        self._block: dict[str, tuple[float, ...]] = {}
-        self._whole: set[str] = set()
+        self._dialect: SketchDialect | None = None
+        self._block: dict[str, float] = {}
+        self._seen: set[int] = set()
+        self._whole: set[int] = set()
         self._bare = 0
 
     @property
@@ -97,54 +94,45 @@ class Mpu6050TextParser:
             return sample
         if self._own or not line.strip():
             return None
-        if line.startswith("a/g:"):
-            return self._six(RAW.fullmatch(line), COUNTS)
-        if line.startswith("AccelX:"):
-            return self._six(PLOTTER.fullmatch(line), SI)
-        for kind in BLOCK_LINES:
-            if line.startswith(kind.begins):
-                return self._block_line(kind, line)
+        plain = line.replace(",", " ")
+        begun = [(dialect, i) for dialect in DIALECTS for i, pattern in enumerate(dialect.lines)
+                 if pattern.head.match(plain)]
+        for dialect, i in begun:
+            values = dialect.lines[i].values(plain)
+            if values is not None and (dialect.unit != COUNTS or _are_words(values)):
+                return self._dialect_line(dialect, i, values)
+        if begun:
+            self._damaged += 1
+            return None
         return self._row(PLX_DAQ.sub("", line, count=1))
 
-    def _six(self, match: re.Match[str] | None, unit: str) -> Sample | None:
-        numbers = _numbers(match)
-        if numbers is None or (unit == COUNTS and not _are_words(numbers)):
-            self._damaged += 1
-            return None
-        self.unit, self.advice = unit, ""
-        a, b, c, d, e, f = numbers
-        return Sample((a, b, c), (d, e, f))
-
-    def _block_line(self, kind: BlockLine, line: str) -> Sample | None:
-        """One line of a block; the sample of the block before where this line begins a new one."""
-        numbers = _numbers(kind.pattern.fullmatch(line.rstrip()))
-        if numbers is None:
-            self._damaged += 1
-            return None
-        self.unit, self.advice = kind.unit, ""
-        done = self._end_block() if kind.holds in self._block else None
-        if kind.holds == "accelerometer" or self._block:  # a block begins with the accelerometer
-            self._block[kind.holds] = numbers
-        return done
+    def _dialect_line(
+        self, dialect: SketchDialect, i: int, values: Mapping[str, float]
+    ) -> Sample | None:
+        """A line of a dialect's block; the sample of the block before where a new one begins."""
+        if dialect is not self._dialect:
+            self._dialect, self._block, self._seen, self._whole = dialect, {}, set(), set()
+        self.unit, self.advice = dialect.unit, ""
+        done = self._end_block() if i in self._seen else None
+        if i == 0 or self._seen:  # a block begins with the accelerometer
+            self._block.update(values)
+            self._seen.add(i)
+        return self._end_block() if len(dialect.lines) == 1 else done
 
     def _end_block(self) -> Sample | None:
         """The sample of the block so far, None where lines of it were lost."""
-        block, self._block = self._block, {}
-        if not block:
+        block, seen = self._block, self._seen
+        self._block, self._seen = {}, set()
+        if not seen:
             return None
-        if block.keys() < self._whole or "accelerometer" not in block:
+        if seen < self._whole:
             self._damaged += 1
             return None
-        self._whole = set(block)
-        columns = ((TEMPERATURE, block["temperature"][0]),) if "temperature" in block else ()
-        return Sample(_triple(block["accelerometer"]), _triple(block.get("gyroscope", NOT_SENT)),
-                      None, columns)
+        self._whole = seen
+        return sample_of(block)
 
     def _row(self, line: str) -> Sample | None:
         """A row of numbers under a header, or six numbers without one; else words."""
-        if self._table is None and (table := header_table(line)) is not None:
-            self._table, self.clock, self.unit = table, table.clock, table.unit
-            return None
         if self._table is not None:
             return self._table_row(self._table, line)
         separated = "," in line or ";" in line
@@ -152,11 +140,15 @@ class Mpu6050TextParser:
         numbers = [_number(cell) for cell in cells]
         if None in numbers:
             self._bare = 0
-            self.advice = self.advice or advice_on(line)
+            self._table = header_table(line)
+            if self._table is not None:
+                self.clock, self.unit = self._table.clock, self._table.unit
+            else:
+                self.advice = self.advice or advice_on(line)
             return None
         values = [number for number in numbers if number is not None]
         self._bare += 1
-        if len(values) != 6:
+        if len(values) != len(READINGS):
             self.advice = (
                 f"lines hold {len(values)} numbers and no header names them; describe "
                 f"the line by `pattern` with `device: lines`, or upload the sketch in data/arduino"
@@ -165,25 +157,17 @@ class Mpu6050TextParser:
         if not separated and self._bare < BARE_LINES:
             return None
         self.advice = ""
-        a, b, c, d, e, f = values
-        return Sample((a, b, c), (d, e, f))
+        return sample_of(dict(zip(READINGS, values, strict=True)))
 
     def _table_row(self, table: HeaderTable, line: str) -> Sample | None:
         cells = line.split(table.delimiter)
-        values = {name: _number(cell) for name, cell in zip(table.names, cells, strict=False)
-                  if name != SKIP}
-        triads = [[values.get(name) for name in triad] if triad[0] in table.names else NOT_SENT
-                  for triad in (ACCELEROMETER, GYROSCOPE)]
-        if len(cells) != len(table.names) or any(None in triad for triad in triads):
+        values = {name: number for name, cell in zip(table.names, cells, strict=False)
+                  if name != SKIP and (number := _number(cell)) is not None}
+        if len(cells) != len(table.names) or any(
+                name in READINGS and name not in values for name in table.names):
             self._damaged += header_table(line) is None  # the header again is no damage
             return None
-        stamp = next((name for name in CLOCKS if name in values), None)
-        ticks = values.get(stamp) if stamp else None
-        columns = tuple((name, value) for name, value in values.items() if value is not None
-                        and name not in CLOCKS and name not in ACCELEROMETER + GYROSCOPE)
-        return Sample(_triple(triads[0]), _triple(triads[1]),
-                      None if ticks is None or stamp is None else
-                      round(ticks * CLOCKS[stamp][1]), columns)
+        return sample_of(values)
 
 
 def _number(cell: str) -> float | None:
@@ -195,15 +179,6 @@ def _number(cell: str) -> float | None:
     return value if math.isfinite(value) and "_" not in cell else None
 
 
-def _numbers(match: re.Match[str] | None) -> tuple[float, ...] | None:
-    return None if match is None else tuple(float(group) for group in match.groups())
-
-
-def _are_words(numbers: tuple[float, ...]) -> bool:
-    return all(WORD[0] <= number <= WORD[1] and number == int(number) for number in numbers)
-
-
-def _triple(values: Sequence[float | None]) -> Triple:
-    """Three numbers, none of which is missing."""
-    x, y, z = (math.nan if value is None else value for value in values)
-    return (x, y, z)
+def _are_words(values: Mapping[str, float]) -> bool:
+    return all(WORD[0] <= value <= WORD[1] and value == int(value)
+               for name, value in values.items() if name in READINGS)

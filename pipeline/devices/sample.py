@@ -1,8 +1,11 @@
 """One reading as a device sent it, and the clock that the device stamped it with."""
 
 import math
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import Protocol
+
+from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, TIME
 
 Triple = tuple[float, float, float]
 NOT_SENT: Triple = (math.nan, math.nan, math.nan)
@@ -49,6 +52,34 @@ class DeviceClock:
     name: str
     tick_s: float | None
     modulus: int | None
+
+
+MICROS = DeviceClock("board microseconds", 1e-6, CLOCK_MODULUS)
+#: Column of times, or of a counter -> the clock it is, and how many of its ticks the number 1 is;
+#: of several columns the first counts.
+CLOCKS: Mapping[str, tuple[DeviceClock, float]] = {
+    "time_us": (MICROS, 1.0),
+    "time_ms": (DeviceClock("board milliseconds", 1e-3, CLOCK_MODULUS), 1.0),
+    TIME: (DeviceClock("board seconds, in microseconds", 1e-6, None), 1e6),
+    COUNTER: (DeviceClock("row counter", None, None), 1.0),
+}
+
+
+def clock_among(names: Container[str]) -> str | None:
+    """The column of :data:`CLOCKS` that stamps samples with these columns; None without one."""
+    return next((clock for clock in CLOCKS if clock in names), None)
+
+
+def sample_of(values: Mapping[str, float]) -> Sample:
+    """The sample of one reading from its numbers by the names of a log's columns."""
+    stamp = clock_among(values)
+    ticks = None if stamp is None else round(values[stamp] * CLOCKS[stamp][1])
+    (ax, ay, az), (gx, gy, gz) = (
+        [values[name] for name in triad] if triad[0] in values else NOT_SENT
+        for triad in (ACCELEROMETER, GYROSCOPE))
+    return Sample((ax, ay, az), (gx, gy, gz), ticks, tuple(
+        (name, value) for name, value in values.items()
+        if name not in (*CLOCKS, *ACCELEROMETER, *GYROSCOPE)))
 
 
 class Parser(Protocol):

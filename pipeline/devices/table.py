@@ -65,5 +65,5 @@ DEVICES: Mapping[str, Device] = {
     "mpu-6050-binary": Device("MPU-6050 on an Arduino, twelve bytes a sample", ARDUINO_BAUDS, None,
                               lambda settings: Mpu6050BinaryParser(settings.counts_per_g)),
     "lines": Device("any lines of text, described by `pattern`", ARDUINO_BAUDS, None,
-                    lambda settings: LinePatternParser(LinePattern.of(settings.pattern))),
+                    lambda settings: LinePatternParser(LinePattern.stated(settings.pattern))),
 }

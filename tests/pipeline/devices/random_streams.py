@@ -18,7 +18,8 @@ PARSERS: dict[str, Callable[[], Parser]] = {
     "xsens-mti-mtdata2": MtData2Parser,
     "mpu-6050": Mpu6050TextParser,
     "mpu-6050-binary": Mpu6050BinaryParser,
-    "lines": lambda: LinePatternParser(LinePattern.of("{time_s},{acc_x},{acc_y},{acc_z} {skip}")),
+    "lines": lambda: LinePatternParser(
+        LinePattern.stated("{time_s},{acc_x},{acc_y},{acc_z} {skip}")),
 }
 #: Pieces of every protocol, so that chance gets beyond the first byte.
 FRAGMENTS = (

@@ -86,7 +86,7 @@ def test_its_lines_are_read_whole_with_numbers_times_and_settings(printed: bytes
 
 
 def test_its_clock_wraps_and_its_samples_come_at_the_rate_it_states(printed: bytes) -> None:
-    from pipeline.devices.text_dialects import MICROS
+    from pipeline.devices.sample import MICROS
     from pipeline.devices.time_base import Unwrap
 
     parser, unwrap = Mpu6050TextParser(from_start=True), Unwrap(MICROS)

@@ -154,7 +154,7 @@ def test_the_sketch_is_preferred_to_everything_else_on_the_line() -> None:
 
 
 def test_any_line_can_be_described_by_a_pattern() -> None:
-    pattern = LinePattern.of("t={time_ms} A {acc_x}/{acc_y}/{acc_z} {skip} T{temperature_c}")
+    pattern = LinePattern.stated("t={time_ms} A {acc_x}/{acc_y}/{acc_z} {skip} T{temperature_c}")
     parser = LinePatternParser(pattern, from_start=True)
     (sample,) = parser.feed(b"t=12  A 1/-2/3.5 ok  T21.5\r\nnonsense\n")
     assert sample.accelerometer == (1, -2, 3.5)
@@ -172,10 +172,18 @@ def test_any_line_can_be_described_by_a_pattern() -> None:
 ])
 def test_a_pattern_that_makes_no_log_is_refused(pattern: str, says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        LinePattern.of(pattern)
+        LinePattern.stated(pattern)
 
 
 def test_a_pattern_no_line_fits_is_answered_with_the_line() -> None:
-    parser = LinePatternParser(LinePattern.of("{acc_x},{acc_y},{acc_z}"), from_start=True)
+    parser = LinePatternParser(LinePattern.stated("{acc_x},{acc_y},{acc_z}"), from_start=True)
     parser.feed(b"hello\n")
     assert "'hello'" in parser.advice
+
+
+def test_a_number_is_never_cut_in_two_to_fit_a_pattern() -> None:
+    """A blank between two numbers is a blank: a line of five numbers is none of six."""
+    pattern = LinePattern.stated("{acc_x} {acc_y} {acc_z} {gyr_x} {gyr_y} {gyr_z}")
+    parser = LinePatternParser(pattern, from_start=True)
+    assert parser.feed(b"1000 2 3 4 5\n") == []
+    assert parser.bad == 1
