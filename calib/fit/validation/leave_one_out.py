@@ -170,8 +170,8 @@ def compare(fit: Fit) -> Comparison:
     Returns
     -------
     Comparison
-        Leave-one-out errors are those of refits without the pose, with the loss of the fit; shape
-        parameters are held.
+        Leave-one-out errors are those of refits without the pose; shape parameters and the weights
+        of a robust loss are held.
     """
     equations = fit.equations
     n, sd, in_sd = len(fit.poses), equations.row_sd, refitted_residual(fit)
@@ -197,10 +197,12 @@ def refitted_residual(fit: Fit) -> FloatArray:
     Each refit starts from the closed form of :func:`left_out_residual`, which is exact for a linear
     model and plain squares; where the step is too small for lengths to bend, that is the refit. A
     pose without which the model is not determined keeps the closed form, too. The refits are a
-    stack, in which the rows of another pose have no weight in every set.
+    stack, in which the rows of another pose have no weight in every set. Weights of a robust loss
+    are held: what a pose does to those of others is of second order, and its own is zero.
     """
     equations, root = fit.equations, np.sqrt(fit.weight)
-    problem = Problem.of(equations.take(None), fit.basis[None], fit.is_robust).with_shapes_held()
+    problem = Problem.of(equations.take(None), fit.basis[None], weight=fit.weight[None])
+    problem = problem.with_shapes_held()
     directions, pose = problem.directions[0], equations.row_pose
     jacobian = fit.rows.jacobian @ directions * root[:, None]
     closed = left_out_residual(fit.rows.residual * root, jacobian, pose)
@@ -210,7 +212,7 @@ def refitted_residual(fit: Fit) -> FloatArray:
     # A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
     relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
     bend = np.abs(step @ jacobian.T).max(axis=1) ** 2 * relative_sd / 2
-    far = np.flatnonzero((bend >= LINEAR_SD) | fit.is_robust)
+    far = np.flatnonzero(bend >= LINEAR_SD)
     if far.size:
         rows, known = _refitted(fit, problem, mine[far], step[far] @ directions.T)
         chosen = mine[far] & known[:, None]
@@ -233,7 +235,7 @@ def _refitted(
     at = Estimate.of(stack.equations, fit.theta + move[:, :p], fit.eta + move[:, p:], shapes)
     residual, known = at.rows.residual.copy(), at.rows.is_solved
     far = np.flatnonzero(known)
-    if far.size and not fit.is_robust:
+    if far.size:
         _, row_step = step_from(stack.take(far), at.take(far))
         residual[far] += row_step
         far = far[np.abs(row_step).max(axis=1) >= LINEAR_SD**0.5]

@@ -77,7 +77,10 @@ def spoilt(pose: int, factor: float) -> PoseSet:
 @pytest.mark.parametrize("robust", [False, True])
 @pytest.mark.parametrize("pose", [2, 11])
 def test_the_error_of_a_spoilt_pose_is_that_of_a_refit_without_it(robust: bool, pose: int) -> None:
-    """A tenth of gravity off in one of eighteen poses, far from where the fit is linear."""
+    """A tenth of gravity off in one of eighteen poses, far from where the fit is linear.
+
+    The weights of a robust loss are held, which moves a sound pose by a part of its sd.
+    """
     read = spoilt(pose, 0.9)
     fitted = fit(read, MODEL, robust=robust)
     compared = compare(fitted)
@@ -86,7 +89,8 @@ def test_the_error_of_a_spoilt_pose_is_that_of_a_refit_without_it(robust: bool, 
         without = fit(read.take(rest), MODEL, robust=robust)
         rows = fitted.equations.rows(without.theta, without.eta, {})
         expected = rows.residual[k] * fitted.equations.row_sd[k]
-        assert compared.poses[k].left_out == pytest.approx(expected, rel=2e-3, abs=1e-4)
+        within = compared.poses[k].sd / 2 if robust else 1e-4
+        assert compared.poses[k].left_out == pytest.approx(expected, rel=2e-3, abs=within)
     assert compared.poses[pose].left_out == pytest.approx(-0.98, abs=0.05)  # what was done to it
 
 
