@@ -11,7 +11,7 @@ HOME: Mapping[str, tuple[str, ...]] = {
     "yaml": ("pipeline.config", "pipeline.export"),
     "pydantic": ("pipeline.config", "pipeline.results.schema"),
     "pydantic_core": ("pipeline.config",),
-    "jinja2": ("pipeline.report", "pipeline.export.certificate"),
+    "jinja2": ("pipeline.report", "pipeline.export"),
     "rich": ("pipeline.cli", "pipeline.commands"),
     "starlette": ("pipeline.workbench",),
     "uvicorn": ("pipeline.workbench",),

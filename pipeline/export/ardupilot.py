@@ -18,8 +18,9 @@ import numpy as np
 
 from calib.effects.effect import REFERENCE_TEMPERATURE_C
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.export.firmware import gains, hash_comments, what_is_left
+from pipeline.export.firmware import gains, what_is_left
 from pipeline.export.parts import Export, no_effects, no_sds, origin, temperatures
+from pipeline.export.programs.syntax import hash_comment
 from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
 
@@ -64,7 +65,7 @@ def to_ardupilot(stored: Stored) -> Export:
         "offsets of 0, scales of 1 and INS_TCAL1_ENABLE 0.",
         *no_effects(stored, "ArduPilot", {each.triad: (HELD,) for each in warmed}),
     ]
-    lines = hash_comments(origin(stored))
+    lines = [hash_comment(line) for line in origin(stored)]
     lines += [f"{name},{value:.9g}" for name, value in values.items()]
     return Export({"ardupilot.param": "\n".join(lines) + "\n"}, tuple(loses))
 

@@ -1,7 +1,6 @@
 """Formats of microcontrollers: C headers, and the parameters of two flight controllers."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,10 +17,9 @@ from pipeline.export.parts import (
     plain_row,
     triad_named,
 )
-from pipeline.export.programs.c import c_comments, c_row
+from pipeline.export.programs.syntax import c_comment, c_row, hash_comment
 from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
-from pipeline.text.plain import ascii_line
 
 #: Ranges that INAV sets the sensors of this family to, counts over the 16-bit half range.
 INAV_ACCELEROMETER = 16 * STANDARD_GRAVITY_M_S2 / 32768  #: m/s² per count
@@ -32,8 +30,9 @@ INAV_UNIT_GAIN = 4096  #: accgain of an axis that is right
 def to_fusion(stored: Stored) -> Export:
     """``fusion_calibration.h`` for ``FusionModelInertial(counts, M, sensitivity, offset)``."""
     lines = [
-        *c_comments([*origin(stored), "FusionModelInertial(counts, misalignment, sensitivity, "
-                   "offset) gives degrees per second and g"]),
+        *map(c_comment, origin(stored)),
+        c_comment("FusionModelInertial(counts, misalignment, sensitivity, offset) gives degrees "
+                  "per second and g"),
         "#ifndef FUSION_CALIBRATION_H",
         "#define FUSION_CALIBRATION_H",
     ]
@@ -42,8 +41,8 @@ def to_fusion(stored: Stored) -> Export:
         counts, si = example(each)
         lines += [
             "",
-            *c_comments([f"{each.triad}: counts ({plain_row(counts)}) are "
-                       f"({plain_row(si * per_si)}) {unit}"]),
+            c_comment(f"{each.triad}: counts ({plain_row(counts)}) are "
+                      f"({plain_row(si * per_si)}) {unit}"),
             f"static const FusionMatrix {each.triad}Misalignment = "
             f"{{.element = {{{c_row(each.alignment.ravel())}}}}};",
             f"static const FusionVector {each.triad}Sensitivity = "
@@ -70,7 +69,7 @@ def to_px4(stored: Stored) -> Export:
     ``Accelerometer::Correct`` and ``Gyroscope::Correct`` of PX4 (``src/lib/sensor_calibration``)
     rotate what comes out into the body.
     """
-    lines = hash_comments(origin(stored))
+    lines = [hash_comment(line) for line in origin(stored)]
     lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; this file "
                  "does not set them.")
     loses = [*no_sds(stored)]
@@ -91,7 +90,7 @@ def to_px4(stored: Stored) -> Export:
 
 def to_inav(stored: Stored) -> Export:
     """INAV's CLI: zeros in counts of the ranges that it sets, gains in 1/4096."""
-    lines = hash_comments(origin(stored))
+    lines = [hash_comment(line) for line in origin(stored)]
     loses = [*no_sds(stored)]
     accelerometer = triad_named(stored, "accelerometer")
     if accelerometer is not None:
@@ -139,8 +138,3 @@ def what_is_left(
         f"{100 * share:.2g} % of the reading remains, {error_text(share * largest, each.triad)} at "
         f"the largest reading of the session."
     )
-
-
-def hash_comments(lines: Sequence[str]) -> list[str]:
-    """Comments of the parameter files and of the command line."""
-    return [f"# {ascii_line(line)}" for line in lines]

@@ -19,9 +19,6 @@ from pipeline.results.read import StoredTriad
 from pipeline.text.plain import one_line
 
 STEPS = 50  #: steps of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
-DOUBLE_TOLERANCE = "1e-14"
-"""Relative change that ends the fixed point in double precision: 45 roundings. As text, since each
-language writes it so."""
 
 #: Conditions with a name of their own, and what they are.
 MEANINGS: Mapping[str, str] = {
@@ -68,6 +65,11 @@ class Routine:
     inputs: tuple[Input, ...]
     left_out: tuple[str, ...]
     example: str
+
+    @property
+    def unit(self) -> str:
+        """SI unit of what comes out."""
+        return SI_UNIT[self.triad]
 
     @property
     def arguments(self) -> tuple[tuple[str, str], ...]:

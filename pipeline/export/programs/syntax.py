@@ -1,42 +1,52 @@
-"""Expressions in the syntax of a programming language."""
+"""Expressions, numbers and comments in the syntax of three programming languages."""
 
 import ast
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 
 from calib.poses.imu_log import AXES
 from pipeline.export.programs.errors import FORCE, Product
 from pipeline.export.programs.routine import Routine
+from pipeline.text.plain import ascii_line
 
 OPERATORS: Mapping[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
 }
+COMMENT_SIGNS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
+DOUBLE_TOLERANCE = "1e-14"
+"""Relative change that ends the fixed point in double precision: 45 roundings. As text, since each
+language writes it so."""
+FLOAT_TOLERANCE = "1e-6f"  #: the same of a float, which has 6e-8
 
 
 @dataclass(frozen=True)
 class Syntax:
-    """How a language writes numbers, powers, functions, operators and its variables.
+    """How a language writes numbers, powers, functions, operators, variables and comments.
 
     ``operators`` replaces those of Python; ``functions`` maps ours to templates of one argument.
     ``component`` writes a component 0, 1, 2 of the vector ``u`` or ``force``, ``column`` the
-    argument of a logged column.
+    argument of a logged column; ``comment`` a line without control characters; ``tolerance`` ends
+    the fixed point.
     """
 
     number: Callable[[float], str]
     power: Callable[[str, float], str]
     functions: Mapping[str, str]
-    operators: Mapping[str, str]
     component: Callable[[str, int], str]
-    column: Callable[[str], str]
+    comment: Callable[[str], str]
+    tolerance: str = DOUBLE_TOLERANCE
+    column: str = "{0}"
+    operators: Mapping[str, str] = field(default_factory=dict)
 
     def errors(self, routine: Routine) -> list[str]:
         """The error e(u) of x, y and z by all effects of a routine."""
-        names = {each: self.component("u", i) for i, each in enumerate(AXES)}
-        names |= {each: self.component("force", i) for i, each in enumerate(FORCE)}
-        names |= {each.column: self.column(each.identifier) for each in routine.inputs}
-        return [" + ".join(self._product(each, names) for formula in routine.formulas
-                           for each in formula.axes[i]) for i in range(len(AXES))]
+        names = {axis: self.component("u", i) for i, axis in enumerate(AXES)}
+        names |= {axis: self.component("force", i) for i, axis in enumerate(FORCE)}
+        names |= {one.column: self.column.format(one.identifier) for one in routine.inputs}
+        return [" + ".join(self._product(product, names) for formula in routine.formulas
+                           for product in formula.axes[i]) for i in range(len(AXES))]
 
     def _product(self, product: Product, names: Mapping[str, str]) -> str:
         value = self._text(product.value, names)
@@ -63,3 +73,75 @@ class Syntax:
             case ast.Call(func=ast.Name(id=name), args=[argument]):
                 return self.functions[name].format(self._text(argument, names))
         raise AssertionError(ast.dump(node))  # read_expression lets nothing else through
+
+
+def c_float(value: float) -> str:
+    """A C constant of type float: it needs a point or an exponent before its f."""
+    text = f"{value + 0.0:.9g}"
+    return f"{text}f" if any(sign in text for sign in ".e") else f"{text}.0f"
+
+
+def c_row(values: Iterable[float]) -> str:
+    """Constants separated by commas."""
+    return ", ".join(c_float(float(value)) for value in values)
+
+
+def c_comment(line: str) -> str:
+    """A C comment; text that would end or begin a comment is parted, trigraphs too."""
+    return f"/* {COMMENT_SIGNS.sub(' ', ascii_line(line))} */"
+
+
+def hash_comment(line: str) -> str:
+    """A comment of Python, of parameter files and of command lines."""
+    return f"# {ascii_line(line)}"
+
+
+def _c_power(base: str, exponent: float) -> str:
+    whole = int(exponent)
+    if whole == exponent and whole > 0:
+        return f"({' * '.join([base] * whole)})"
+    return f"powf({base}, {c_float(exponent)})"
+
+
+def _python_power(base: str, exponent: float) -> str:
+    whole = int(exponent)
+    return f"({base} ** {whole})" if whole == exponent else f"(math.pow({base}, {exponent!r}))"
+
+
+def _exact(value: float) -> str:
+    return repr(float(value))
+
+
+SMOOTH = ("cos", "exp", "log", "sin", "sqrt", "tanh")  #: what every language has by these names
+
+#: C89 but for ``inline``, single precision, nothing but ``math.h``.
+C = Syntax(
+    number=c_float,
+    power=_c_power,
+    functions={name: f"{name}f({{0}})" for name in SMOOTH}
+    | {"abs": "fabsf({0})", "sign": "(float)(({0} > 0.0f) - ({0} < 0.0f))"},
+    component=lambda vector, i: f"{vector}[{i}]",
+    comment=c_comment,
+    tolerance=FLOAT_TOLERANCE,
+)
+
+#: A module that imports nothing but ``math``.
+PYTHON = Syntax(
+    number=_exact,
+    power=_python_power,
+    functions={name: f"math.{name}({{0}})" for name in SMOOTH}
+    | {"abs": "abs({0})", "sign": "(({0} > 0) - ({0} < 0))"},
+    component=lambda vector, i: f"{vector}[{i}]",
+    comment=hash_comment,
+)
+
+#: MATLAB and Octave, of whole logs: a row for each sample.
+MATLAB = Syntax(
+    number=_exact,
+    power=lambda base, exponent: f"({base} .^ ({exponent!r}))",
+    functions={name: f"{name}({{0}})" for name in (*SMOOTH, "abs", "sign")},
+    component=lambda vector, i: f"{vector}(:, {i + 1})",
+    comment=lambda line: f"% {ascii_line(line)}",
+    column="{0}(:)",
+    operators={"*": ".*", "/": "./"},
+)
