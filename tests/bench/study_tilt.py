@@ -47,10 +47,15 @@ def unit_of(seed: int) -> tuple[Sensor, FloatArray]:
 
 
 def evening(seed: int, tilt_deg: float, hide: bool) -> tuple[Session, FloatArray]:
-    """The published design on a plate that leans, and the truth of its g-sensitivity."""
+    """The published design on a plate that leans, and the truth of its g-sensitivity.
+
+    The way it leans is drawn: along it the Earth's rate looks like a g-sensitivity.
+    """
     sensor, size = unit_of(seed)
     design = paper_design(sensor, MOTION)
-    table = replace(design.turntable, tilt_rad=(float(np.radians(tilt_deg)), 0.0))
+    heading = np.random.default_rng([FRESH + seed, 3]).uniform(0, 2 * np.pi)
+    tilt = np.radians(tilt_deg) * np.array([np.cos(heading), np.sin(heading)])
+    table = replace(design.turntable, tilt_rad=(float(tilt[0]), float(tilt[1])))
     hidden = (Hidden("g_sensitivity", "gyroscope", size),) if hide else ()
     session = simulate(replace(design, turntable=table, sample_rate_hz=50.0), FRESH + seed, hidden)
     return session, size * hide

@@ -20,13 +20,18 @@ PER_SI = np.radians(G_SENSITIVITY_DEG_S_PER_G) / 9.80665
 
 @lru_cache
 def gyro_poses(
-    tilt_deg: float, hide: bool = True, wow: float = 1.0, rate: float = SLOW, seed: int = 1
+    tilt_deg: float, hide: bool = True, wow: float = 1.0, rate: float = SLOW, seed: int = 1,
+    heading_deg: float = 0.0, noise: float = 1.0,
 ) -> tuple[PoseSet, TriadSpec]:
-    """The published design with an MPU-6050 on a plate that leans; ``wow`` times an ordinary one.
+    """The published design with an MPU-6050 on a plate that leans about this heading.
+
+    ``wow`` and ``noise`` are times an ordinary one.
     """
     motion = PlateMotion(rate, wow=tuple((order, wow * size, at) for order, size, at in WOW))
-    design = paper_design(mpu6050(), motion)
-    table = replace(design.turntable, tilt_rad=(np.radians(tilt_deg), 0.0))
+    design = paper_design(mpu6050().with_noise(noise), motion)
+    about = np.radians([heading_deg])
+    lean = np.radians(tilt_deg) * np.concatenate([np.cos(about), np.sin(about)])
+    table = replace(design.turntable, tilt_rad=(float(lean[0]), float(lean[1])))
     design = replace(design, turntable=table, sample_rate_hz=25.0)
     hidden = (Hidden("g_sensitivity", "gyroscope", PER_SI),) if hide else ()
     _, gyro, specs = pose_sets(simulate(design, seed, hidden))

@@ -146,6 +146,7 @@ def _ring(block: Block, axis: FloatArray, reading: FloatArray, sd: FloatArray, g
         place=np.arange(n), reading=np.repeat(reading[:, None], ANGLES, axis=1),
         force=gravity * up, sd=np.sqrt(2) * sd, tilt_rad=np.full(n, block.tilt_rad),
         gravity_m_s2=np.full(n, np.nan), room_rad_s=np.full(n, EARTH_RATE_RAD_S / np.sqrt(2)),
+        vertical_rad_s=np.zeros(n),
         force_sd=np.full(n, np.nan), axis=np.full((n, 3), np.nan), axis_moved=np.zeros((n, 3, 0)),
     )
 

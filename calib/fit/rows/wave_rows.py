@@ -14,8 +14,9 @@ step but what is fixed in the room:
 
     t·(c - h_c),   t·(d - h_d),   t the two unit vectors across n
 
-with h the Earth's horizontal rate, of known size and two unknown components for each run, along and
-across the way the plate leans. What goes along n is wow, and no row has it.
+with h the Earth's rate: of its vertical part sin τ, which is known, and of its horizontal part, of
+known size, two unknown components for each run, along and across the way the plate leans. What goes
+along n is wow, and no row has it.
 """
 
 from dataclasses import dataclass, replace
@@ -57,8 +58,8 @@ class WaveRows(Stacked):
         The sds of the rows, SI.
     across : array, shape (..., w, 2, 3)
         Of a gyroscope the directions t; (..., 0, 2, 3) of an accelerometer.
-    size : array, shape (..., w)
-        Of an accelerometer g sin τ, m/s².
+    stated : array, shape (..., d')
+        What the rows should show, SI.
     common : array, shape (..., d', q)
         What an sd of each common error adds to a row's reference, in its sds.
     """
@@ -67,7 +68,7 @@ class WaveRows(Stacked):
     places: tuple[int, ...]
     row_sd: FloatArray
     across: FloatArray
-    size: FloatArray
+    stated: FloatArray
     common: FloatArray
 
     @classmethod
@@ -79,13 +80,13 @@ class WaveRows(Stacked):
         place = rings[0].place
         parts = [_of_set(poses, start.take(k)) for k, poses in enumerate(surroundings.sets)]
         sets = tuple(part[0] for part in parts)
-        row_sd, across, size, common = (np.array(values) for values in
+        row_sd, across, stated, common = (np.array(values) for values in
                                         zip(*(part[1:] for part in parts), strict=True))
         reading = np.array([poses.reading for poses in sets])
         vector = start.corrected(reading).reshape(-1, 3)
         of_points = Surroundings(sets, vector, vector, _previous(surroundings, place))
         return cls(Readings.of(reading, of_points, model), tuple(map(int, place)), row_sd, across,
-                   size, common)
+                   stated, common)
 
     def after(self, surroundings: Surroundings) -> "WaveRows":
         """The same after other poses before, those of the poses in ``surroundings``."""
@@ -128,7 +129,7 @@ class WaveRows(Stacked):
         if slope is not None:
             errors = solutions(slope, errors)
         value, shown = self._values(_waves(s, -2))
-        residual = value / self.row_sd - times(self.common, eta)
+        residual = (value - self.stated) / self.row_sd - times(self.common, eta)
         jacobian = -np.einsum("...wrci,...wcip->...wrp", shown, _waves(errors, -3))
         jacobian = jacobian.reshape(*residual.shape, -1) / self.row_sd[..., None]
         return residual, np.concatenate([jacobian, -self.common], axis=-1), s
@@ -180,10 +181,10 @@ class WaveRows(Stacked):
         shown = np.zeros((*lead, w, 3, 2, 3))
         length = np.linalg.norm(wave, axis=-1)
         shown[..., [0, 1], [0, 1], :] = wave / length[..., None]
-        twice = np.sqrt(2) * self.size[..., None]
+        twice = np.sqrt(2) * self.stated[..., ::3, None]  # g sin τ
         shown[..., 2, :, :] = wave[..., ::-1, :] / twice[..., None]
         mixed = (wave[..., 0, :] * wave[..., 1, :]).sum(axis=-1, keepdims=True) / twice
-        values = np.concatenate([length - self.size[..., None], mixed], axis=-1)
+        values = np.concatenate([length, mixed], axis=-1)
         return values.reshape(*lead, 3 * w), shown
 
 
@@ -207,7 +208,7 @@ def _previous(surroundings: Surroundings, place: IntArray) -> FloatArray:
 def _of_set(
     poses: PoseSet, start: Start
 ) -> tuple[PoseSet, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The points of the rings of one set as poses; row_sd, across, size and common of its rows."""
+    """The points of the rings of one set as poses; row_sd, across, stated, common of its rows."""
     ring = poses.ring
     assert ring is not None
     index = np.repeat(ring.place, ANGLES)
@@ -217,8 +218,10 @@ def _of_set(
         across = _across(poses, ring, start.matrix, start.offset)
         sd = np.sqrt(np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, ring.sd**2))
         row_sd = np.tile(sd, (1, 2))  # cosine, then sine
-        size = np.zeros(0)
-        common = _room(poses, ring, across) / row_sd.reshape(-1, 1)
+        along, ahead = _of_the_room(ring, across).transpose(1, 0, 2)  # (w, 4)
+        stated = (ring.vertical_rad_s * np.sin(ring.tilt_rad))[:, None] * along
+        shown = np.stack([along * np.cos(ring.tilt_rad)[:, None], ahead])
+        common = _room(poses, ring, shown) / row_sd.reshape(-1, 1)
     else:
         wave = _waves(ring.reading.reshape(-1, 3) @ start.matrix.T, -2)
         across = np.zeros((0, 2, 3))
@@ -226,8 +229,9 @@ def _of_set(
         unit = wave / np.linalg.norm(wave, axis=2, keepdims=True)
         sd = np.sqrt(np.einsum("wci,wi->wc", (unit @ start.matrix) ** 2, ring.sd**2))
         row_sd = np.column_stack([sd, np.sqrt((sd**2).mean(axis=1))])
+        stated = np.column_stack([size, size, np.zeros(len(size))])
         common = _gravity_and_tilt(poses, ring, size) / row_sd.reshape(-1, 1)
-    return of_points, row_sd.ravel(), across, size, common
+    return of_points, row_sd.ravel(), across, stated.ravel(), common
 
 
 def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) -> FloatArray:
@@ -241,18 +245,26 @@ def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) 
     return np.stack([lean, np.cross(up, lean)], axis=1)
 
 
-def _room(poses: PoseSet, ring: Ring, across: FloatArray) -> FloatArray:
-    """What an sd of the Earth's horizontal rate along and across the lean adds to each row, SI."""
-    names = poses.reference.common_names
-    common = np.zeros((len(ring.place), 4, len(names)))
+def _of_the_room(ring: Ring, across: FloatArray) -> FloatArray:
+    """What vectors fixed in the room along t1 and t2 where the wave begins show, (w, 2, 4)."""
     sine = _waves(ring.force.reshape(-1, 3), -2)[:, 1]
     turned = np.sign(np.einsum("wi,wi->w", sine, across[:, 1]))  # +1: gravity goes t1 to t2
+    quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    begin = np.broadcast_to(np.eye(2), (len(turned), 2, 2))
+    return np.concatenate([begin, turned[:, None, None] * quarter], axis=2)
+
+
+def _room(poses: PoseSet, ring: Ring, shown: FloatArray) -> FloatArray:
+    """What an sd of the Earth's horizontal rate along and across the lean adds to each row, SI.
+
+    ``shown`` (2, w, 4) is what a unit of each adds.
+    """
+    names = poses.reference.common_names
+    common = np.zeros((len(ring.place), 4, len(names)))
     for i, place in enumerate(ring.place):
         for j, name in enumerate(room_names(poses.run[place])):
             if name in names:
-                rate = ring.room_rad_s[i] * np.eye(2)[j]
-                ahead = turned[i] * np.array([-rate[1], rate[0]])
-                common[i, :, names.index(name)] = np.concatenate([rate, ahead])
+                common[i, :, names.index(name)] = ring.room_rad_s[i] * shown[j, i]
     return common.reshape(-1, len(names))
 
 

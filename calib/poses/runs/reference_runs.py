@@ -138,10 +138,12 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
         common.append(sign * EARTH_RATE_RAD_S / np.sqrt(3))
         names.append("Earth rate, latitude not given")
     horizontal = EARTH_RATE_RAD_S if latitude_rad is None else earth_rate_horizontal(latitude_rad)
-    ring = ring_of_run(means, "gyroscope", room_rad_s=horizontal / np.sqrt(2))
-    if ring is not None:  # errors of its waves alone
+    room = horizontal / np.sqrt(2)
+    ring = ring_of_run(means, "gyroscope", room_rad_s=room, vertical_rad_s=vertical)
+    if ring is not None:  # up = n cos(tilt) + t sin(tilt), with n the axis and t along the lean
         names += room_names(rate.name)
-        common += [np.zeros(n), np.zeros(n)]
+        common += [-sign * room * np.sin(ring.tilt_rad[0]), np.zeros(n)]
+        vertical *= np.cos(ring.tilt_rad[0])
     return PoseRun(
         name=rate.name,
         means=means,

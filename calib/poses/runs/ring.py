@@ -63,6 +63,8 @@ class Ring:
         What goes round in an accelerometer, NaN of a gyroscope.
     room_rad_s : array, shape (w,)
         Sd of each horizontal component of what is fixed in the room and turns: the Earth.
+    vertical_rad_s : array, shape (w,)
+        Vertical part of the Earth's rate, as far as it is known.
     force_sd : array, shape (w,)
         Of the amplitudes of the specific force, m/s².
     axis : array, shape (w, 3)
@@ -79,6 +81,7 @@ class Ring:
     tilt_rad: FloatArray
     gravity_m_s2: FloatArray
     room_rad_s: FloatArray
+    vertical_rad_s: FloatArray
     force_sd: FloatArray
     axis: FloatArray
     axis_moved: FloatArray
@@ -175,7 +178,7 @@ def is_leaning(means: Sequence[PoseMean]) -> bool:
 
 def ring_of_run(
     means: Sequence[PoseMean], triad: Triad, tilt_rad: float | None = None,
-    gravity_m_s2: float = np.nan, room_rad_s: float = np.nan,
+    gravity_m_s2: float = np.nan, room_rad_s: float = np.nan, vertical_rad_s: float = 0.0,
 ) -> Ring | None:
     """The rings of the poses of one run; their specific force is nominal.
 
@@ -185,7 +188,7 @@ def ring_of_run(
     triad : str
     tilt_rad : float, optional
         Where it is known better than by the nominal accelerometer.
-    gravity_m_s2, room_rad_s : float
+    gravity_m_s2, room_rad_s, vertical_rad_s : float
         As of :class:`Ring`.
 
     Returns
@@ -207,9 +210,9 @@ def ring_of_run(
                       for i in used])
     sd = _steadied([each.waves for each in of_triad])
     of_force = _steadied([means[i].accelerometer.waves for i in used])
-    tilts, gravity, room = (np.full(len(used), value)
-                            for value in (tilt, gravity_m_s2, room_rad_s))
-    return Ring(np.array(used), reading, force, sd, tilts, gravity, room,
+    tilts, gravity, room, vertical = (
+        np.full(len(used), value) for value in (tilt, gravity_m_s2, room_rad_s, vertical_rad_s))
+    return Ring(np.array(used), reading, force, sd, tilts, gravity, room, vertical,
                 force_sd=np.sqrt((of_force**2).mean(axis=1)),
                 axis=np.full((len(used), 3), np.nan), axis_moved=np.zeros((len(used), 3, 0)))
 

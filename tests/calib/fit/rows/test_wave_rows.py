@@ -11,6 +11,7 @@ from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import PER_SI, gyro_poses
+from tests.world.bench import Site
 from tests.world.designs import SLOW
 from tests.world.imu import mpu6050
 from tests.world.truth import g_sensitivity_seen
@@ -61,6 +62,21 @@ def test_they_show_all_nine_elements_of_a_g_sensitivity(tilt_deg: float, sd: flo
     assert np.degrees(stated).max() * 9.80665 < 1.5 * sd
     assert 0.6 < fitted.chi2 / fitted.dof < 1.5
     assert assess(poses, Model.of(BASE), spec).diagnosis.names == ("g_sensitivity",)
+
+
+@pytest.mark.parametrize("rate", [SLOW, -SLOW])
+def test_the_vertical_part_of_the_rate_of_the_earth_is_no_g_sensitivity(rate: float) -> None:
+    """That of the horizontal part has two signs where the plate leans to and away from north."""
+    isotropic = []
+    for heading_deg in (90.0, 270.0):
+        poses, _ = gyro_poses(20.0, False, rate=rate, heading_deg=heading_deg, noise=0.1)
+        fitted = fit(poses, WITH_G)
+        isotropic.append(fitted.theta[fitted.model.slices()["g_sensitivity"]][::4].mean())
+    as_rate = np.array(isotropic) * Site().gravity_m_s2 * np.sin(np.radians(20.0))
+    vertical = Site().earth_rate()[2] * np.sin(np.radians(20.0))
+    horizontal = Site().earth_rate()[0] * np.cos(np.radians(20.0))
+    assert abs(as_rate.mean()) < 0.2 * vertical
+    assert np.ptp(as_rate) / 2 == pytest.approx(horizontal, rel=0.1)
 
 
 @pytest.mark.parametrize("changes", [
