@@ -55,7 +55,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.poses.rests": [
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
     ],
-    "calib.poses.runs": [("ring",), ("pose_run",), ("reference_runs",), ("tilted_run",)],
+    "calib.poses.runs": [
+        ("ring",), ("pose_run", "ideal_ring"), ("reference_runs",), ("tilted_run",),
+    ],
     "calib.fit": [
         ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),
         ("least_squares",), ("triad",), ("validation",),

@@ -9,6 +9,7 @@ from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
 from calib.numbers import RPM
 from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
+from calib.poses.runs.ideal_ring import ADVISED_TILT
 from pipeline.plan.outlook import TriadPlan
 from pipeline.text.formatting import DISPLAY, relative
 from pipeline.text.tables import table_lines
@@ -89,8 +90,7 @@ def _determined(
     if prospect.blind:
         yield f"  cannot determine: {', '.join(prospect.blind)}"
     if "g_sensitivity" in prospect.blind:
-        yield ("  put 5 cm under one side of the record player: 9° of tilt show g_sensitivity at "
-               "this one speed")
+        yield f"  put {ADVISED_TILT}: that shows g_sensitivity at this one speed"
     for name, (visible, total) in prospect.partly.items():
         yield f"  determines {visible} of the {total} parameters of {name}"
     for group in prospect.aliases:

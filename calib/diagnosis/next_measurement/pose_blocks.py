@@ -16,7 +16,6 @@ from calib.diagnosis.next_measurement.kind import (
     in_a_chamber,
     shares_a_rate,
 )
-from calib.earth import EARTH_RATE_RAD_S
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.numbers import RPM
@@ -24,8 +23,9 @@ from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import Reference
+from calib.poses.runs.ideal_ring import ADVISED_TILT, ADVISED_TILT_RAD, ideal_ring
 from calib.poses.runs.reference_runs import RATE_OF, TIME_BASE
-from calib.poses.runs.ring import ANGLES, ROUND, Ring, room_names
+from calib.poses.runs.ring import room_names
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * RPM
@@ -65,8 +65,8 @@ CLIPS = Block(
 CORNERS = slice(18, None)  #: natural directions after the faces and the edges; definition
 
 TILTED = Block(
-    "tilt", "the same poses with 5 cm under one side of the record player, which makes 9° of tilt",
-    MINUTES_PER_PASS + 1.0, ((1.0, 0.0, 0.0),), tilt_rad=float(np.radians(9.0)),
+    "tilt", f"the same poses with {ADVISED_TILT}", MINUTES_PER_PASS + 1.0, ((1.0, 0.0, 0.0),),
+    tilt_rad=ADVISED_TILT_RAD,
 )
 
 
@@ -131,26 +131,6 @@ def _has_corners(fit: Fit) -> bool:
     return len(vectors) > 0 and len(uncovered(vectors, natural_directions()[CORNERS])) == 0
 
 
-def _ring(block: Block, axis: FloatArray, reading: FloatArray, sd: FloatArray, gravity: float
-          ) -> Ring | None:
-    """What poses about ``axis`` (n, 3) would read all round one turn; None on a level plate."""
-    if block.tilt_rad == 0.0:
-        return None
-    n = len(axis)
-    lean = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=1)])
-    lean /= np.linalg.norm(lean, axis=1, keepdims=True)
-    across = np.stack([lean, np.cross(axis, lean)], axis=1)
-    turn = np.column_stack([np.cos(ROUND), np.sin(ROUND)])
-    up = np.cos(block.tilt_rad) * axis[:, None] + np.sin(block.tilt_rad) * turn @ across
-    return Ring(
-        place=np.arange(n), reading=np.repeat(reading[:, None], ANGLES, axis=1),
-        force=gravity * up, sd=np.sqrt(2) * sd, tilt_rad=np.full(n, block.tilt_rad),
-        gravity_m_s2=np.full(n, np.nan), room_rad_s=np.full(n, EARTH_RATE_RAD_S / np.sqrt(2)),
-        vertical_rad_s=np.zeros(n),
-        force_sd=np.full(n, np.nan), axis=np.full((n, 3), np.nan), axis_moved=np.zeros((n, 3, 0)),
-    )
-
-
 def _typical(values: FloatArray, like: BoolArray) -> FloatArray:
     """Median of the rows of ``values`` where ``like`` holds, of all where it nowhere does."""
     return np.asarray(np.median(values[like] if like.any() else values, axis=0))
@@ -201,7 +181,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
         run=(block.code,) * n,
         reading=reading,
         sd=sd,
-        ring=_ring(block, axis, reading, sd, gravity),
+        ring=ideal_ring(axis, block.tilt_rad, gravity, reading, sd) if block.tilt_rad else None,
         force=gravity * np.cos(block.tilt_rad) * axis,
         vibration=np.tile(vibration, (n, 1)),
         spin_rad_s=np.full(n, direction * abs(factor) * _least(np.abs(poses.spin_rad_s[turning]))),

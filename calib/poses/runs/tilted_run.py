@@ -8,6 +8,7 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.reference import Reference
+from calib.poses.runs.ideal_ring import ADVISED_TILT
 from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import GRAVITY, gravity_run
 from calib.poses.runs.ring import TILT_SD_RAD, ring_of_run, tilt_name, tilt_of_run
@@ -70,9 +71,9 @@ def tilted_run(
         seen_as = "no wave" if seen is None else f"a tilt of {np.degrees(seen):.1f}°"
         raise Undetermined(
             f"{name}: gravity must go round once per turn in the accelerometer of every pose, and "
-            f"{seen_as} was found. Put 5 cm under one side of the record player, which makes 9° of "
-            f"tilt, and log each pose for at least {FEWEST_TURNS} whole turns; or take the poses "
-            f"of the accelerometer at rest (`accelerometer.poses`)."
+            f"{seen_as} was found. Put {ADVISED_TILT}, and log each pose for at least "
+            f"{FEWEST_TURNS} whole turns; or take the poses of the accelerometer at rest "
+            f"(`accelerometer.poses`)."
         )
     n = len(means)
     along = gravity_m_s2 * np.cos(tilt)
