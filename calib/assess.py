@@ -10,7 +10,8 @@ from calib.consistency.mistakes import require_no_mistake
 from calib.consistency.one_sensor import require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
-from calib.diagnosis.unseen import LOW_COST, among_what_is_seen, with_unseen
+from calib.diagnosis.seen import among_what_is_seen
+from calib.diagnosis.unseen import LOW_COST, with_unseen
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
 from calib.errors import FitFailed, Undetermined

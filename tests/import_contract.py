@@ -79,7 +79,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
                        ("comparison", "from_table")],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding",), ("diagnose",), ("unseen", "untested", "population"),
+        ("finding",), ("diagnose",), ("unseen", "untested", "population"), ("seen",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [

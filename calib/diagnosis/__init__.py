@@ -9,6 +9,7 @@
 ``finding``           the verdict on one fit
 ``diagnose``          the way through these rooms
 ``unseen``            what effects that no residual shows do to the parameters, if they are typical
+``seen``              the verdict with what it rests on where poses are blind or turn with a plate
 ``untested``          the verdict where the noise of the poses is not known
 ``constants``         every number that is decided by, with its origin
 """

@@ -7,7 +7,8 @@ An effect that the base absorbs whole leaves no residual and moves the parameter
 per unit of its parameters, with C its whitened columns. With the catalogue's typical size for each
 parameter, independent of the others, that is a covariance, and a line of its own in the budget.
 Whether this sensor is typical is not in the data: the sds of the parameters do not contain it. What
-a corrected log will err by does, and the verdict says what it rests on.
+a corrected log will err by does, and the verdict says what it rests on. A lever on a turning plate
+is the one error of a bench that no stated sd contains; a length shows its square alone.
 """
 
 from collections.abc import Iterable, Mapping
@@ -16,13 +17,9 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.diagnose import Diagnosis
-from calib.diagnosis.hypotheses.signature import vector_columns, whole_columns
-from calib.diagnosis.next_measurement.advice import Rival, best_block, sufficient_blocks
+from calib.diagnosis.hypotheses.signature import square_vectors, vector_columns, whole_columns
 from calib.diagnosis.verdict.decision import Code
-from calib.diagnosis.verdict.explain import Explanation
-from calib.diagnosis.verdict.wording import NOTHING_MISSING, enumeration, what_separates
 from calib.effects.effect import EFFECTS, Effect
-from calib.effects.units import display_unit
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import sensor_columns
@@ -43,8 +40,6 @@ than to half of that size."""
 OUTWEIGHS = 3.0
 """Times what the poses leave, that an effect adds which they hardly see: less than that a typical
 size, known to a factor of two or three, does not decide. A judgement."""
-
-ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words only
 
 LOW_COST = "MPU-6050"
 """The class of parts that a sensor is taken for where nothing else is known; see the catalogue."""
@@ -103,11 +98,14 @@ def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
 
 
 def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, FloatArray]:
-    """What the parameters absorb of an effect (p, k), and what it leaves in the rows (r, k)."""
+    """What the parameters absorb of an effect (p, k), and what it leaves in the rows (r, k).
+
+    Of one that a length shows in square, k is the number of products of its parameters.
+    """
     fit = calibration.fit
     root = np.sqrt(fit.weight)[:, None]
-    columns = np.zeros((len(fit.rows.residual), len(effect.parameters)))
     seen = _columns(fit, effect)
+    columns = np.zeros((len(fit.rows.residual), seen.shape[1]))
     columns[: len(seen)] = seen
     basis = with_common(fit.basis, len(fit.eta))
     model = fit.rows.jacobian @ basis * root
@@ -119,6 +117,8 @@ def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, 
 def _columns(fit: Fit, effect: Effect) -> FloatArray:
     """Whitened columns (d, k); gravity is along the axis of the plate where nobody logged it."""
     poses = fit.poses
+    if effect.in_square:
+        return vector_columns(fit, _square_vectors(fit, effect))
     if "force" not in effect.needs or np.isfinite(poses.force).all():
         return whole_columns(fit, effect)
     along = np.sign(poses.spin_rad_s)[:, None] * fit.rows.vector
@@ -127,12 +127,32 @@ def _columns(fit: Fit, effect: Effect) -> FloatArray:
     return vector_columns(fit, sensor_columns((effect,), at, {}, fit.rows.axes))
 
 
+def _square_vectors(fit: Fit, effect: Effect) -> FloatArray:
+    """Errors (n, 3, k) by the products of parameters; none of the waves' poses, which have it."""
+    vectors = square_vectors(fit, effect)
+    if fit.poses.ring is not None:
+        vectors[fit.poses.ring.place] = 0.0
+    return vectors
+
+
+def _typical_root(effect: Effect, size: float) -> FloatArray:
+    """A square root (k, j) of the mean of t tᵀ: of normal parameters, or of their products."""
+    count = len(effect.parameters)
+    if not effect.in_square:
+        return size * np.eye(count)
+    i, j = np.triu_indices(count)
+    squares = (i == j).astype(float)
+    mean = np.diag(1 + squares) + np.outer(squares, squares)  # of x²x² three, of x²y² one
+    return np.asarray(size**2 * np.linalg.cholesky(mean))
+
+
 def with_unseen(
     prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis, part: str
 ) -> Prediction:
     """``prediction`` with what these poses cannot see, and what the verdict leaves open.
 
-    Effects of the bench are left out: the stated sds of the references contain them.
+    Effects of the bench are left out: the stated sds of the references contain them, but for a
+    lever on the turning plate.
 
     Parameters
     ----------
@@ -150,7 +170,8 @@ def with_unseen(
         Of an effect of typical size t that shows in the rows with Λ per unit, the poses leave
         ``t²/(1 + t²Λ)`` about what is likely; what of it they know better counts as seen. Blind
         effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed, nor what
-        they hardly see where it adds less than ``OUTWEIGHS`` times all that they leave.
+        they hardly see where it adds less than ``OUTWEIGHS`` times all that they leave; a lever is
+        on every plate.
     """
     unseen = {}
     for effect in _not_in_the_model(calibration.fit, diagnosis):
@@ -158,13 +179,14 @@ def with_unseen(
         if size is None:
             continue
         held, remainder = _parted(calibration, effect)
-        shown, turns = np.linalg.eigh(size**2 * remainder.T @ remainder)
+        typical = _typical_root(effect, size)
+        shown, turns = np.linalg.eigh(typical.T @ remainder.T @ remainder @ typical)
         hardly = 1 / (1 + shown) > HARDLY_SEEN
-        score = size * turns.T @ remainder.T @ _residual(calibration.fit)
-        likely = size * (turns * (score / (1 + shown)))[:, hardly].sum(axis=1)
-        root = np.column_stack([size * (turns / np.sqrt(1 + shown))[:, hardly], likely])
+        score = turns.T @ typical.T @ remainder.T @ _residual(calibration.fit)
+        likely = typical @ (turns * (score / (1 + shown)))[:, hardly].sum(axis=1)
+        root = np.column_stack([typical @ (turns / np.sqrt(1 + shown))[:, hardly], likely])
         variance = error_by_missing(calibration, prediction, effect, held, root)
-        blind = effect.name in diagnosis.blind or effect.name in diagnosis.unavailable
+        blind = effect.in_square or effect.name in (*diagnosis.blind, *diagnosis.unavailable)
         least = (LEAST_SHARE if blind else OUTWEIGHS) ** 2 * prediction.variance.mean()
         if np.isfinite(variance).all() and variance.mean() > least:
             unseen[effect.name] = variance
@@ -184,9 +206,8 @@ def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
         name for name in diagnosis.unavailable if EFFECTS[name].needs == ("force",))
     listed = (each.name for each in diagnosis.ranking if each.kind == "listed")
     names = dict.fromkeys((*diagnosis.blind, *listed, *by_gravity))
-    return [EFFECTS[name] for name in names if name in EFFECTS
-            and name not in fit.model.names and EFFECTS[name].belongs_to == "sensor"
-            and not EFFECTS[name].in_square]
+    return [EFFECTS[name] for name in names if name in EFFECTS and name not in fit.model.names
+            and (EFFECTS[name].belongs_to == "sensor" or EFFECTS[name].in_square)]
 
 
 def _left_open(
@@ -201,67 +222,13 @@ def _left_open(
         effect, candidate = EFFECTS.get(each.name), listed.get(each.name)
         if effect is None or candidate is None or not candidate.size.size:
             continue
+        size = candidate.size
+        if effect.in_square:
+            size = np.outer(size, size)[np.triu_indices(len(size))]
         variance = error_by_missing(calibration, prediction, effect,
-                                    absorbed(calibration, effect), candidate.size[:, None])
+                                    absorbed(calibration, effect), size[:, None])
         total += each.probability * np.where(np.isfinite(variance), variance, 0.0)
     return total
-
-
-def among_what_is_seen(
-    diagnosis: Diagnosis, fit: Fit, prediction: Prediction | None, part: str, full_scale: float
-) -> Diagnosis:
-    """``diagnosis`` with what "nothing is missing" rests on: what these poses cannot see.
-
-    Where a typical size says more of what corrected readings err by than the poses do, the session
-    is not complete, and what to record next makes the effect visible.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-        Of ``fit``.
-    fit : Fit
-    prediction : Prediction or None
-        :func:`with_unseen`.
-    part : str
-        Class of the sensor, as the pages of the catalogue call it.
-    full_scale : float
-        Of the triad, SI; keeps what to record next to what the sensor can measure.
-    """
-    if diagnosis.verdict != Code.NOTHING_MISSING or prediction is None or not prediction.unseen:
-        return diagnosis
-    said = diagnosis.explanation
-    largest_first = sorted(prediction.by_unseen, key=lambda name: -prediction.by_unseen[name])
-    near = "" if set(largest_first) <= set(diagnosis.blind) else "nearly "
-    words = enumeration([_sized(EFFECTS[name], part, fit.poses.triad) for name in largest_first],
-                        "and")
-    text = said.text.replace(NOTHING_MISSING, f"{NOTHING_MISSING} among what these poses can see",
-                             1) + f" They are {near}blind to {words}."
-    if said.standing != "good" or not prediction.is_mostly_unseen:
-        return replace(diagnosis, explanation=replace(said, text=text))
-    name = largest_first[0]
-    rivals = [Rival(EFFECTS[name], None)]
-    advice = best_block(fit, rivals, full_scale)
-    if advice is None:
-        following = f"What shows {name}: {what_separates(name, fit.poses.triad)}"
-        text += f" {following}."
-    else:
-        following = f"Record {advice.instruction}; name the new logs in the configuration"
-        others = [f"{each.instruction} ({each.minutes:.0f} minutes)"
-                  for each in sufficient_blocks(fit, rivals, full_scale)
-                  if each.block != advice.block][:ALSO_NAMED]
-        text += f" Record next: {advice.instruction} ({advice.minutes:.0f} minutes)"
-        text += f". As good: {enumeration(others, 'or')}." if others else "."
-    short = f"its poses are blind to {enumeration(largest_first, 'and')}"
-    return replace(diagnosis, advice=advice,
-                   explanation=Explanation("open", short, text, "record", following))
-
-
-def _sized(effect: Effect, part: str, triad: Triad) -> str:
-    """``g_sensitivity, typically 0.1 °/s per g``."""
-    size = typical_size(effect, part, triad)
-    assert size is not None  # it would not have been listed
-    unit, factor = display_unit(effect.unit_for(triad), [size])
-    return f"{effect.name}, typically {size * factor:.2g} {unit}"
 
 
 def together(budget: Mapping[str, FloatArray]) -> FloatArray:

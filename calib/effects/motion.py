@@ -70,11 +70,10 @@ def g_squared_sensitivity(at: Conditions) -> FloatArray:
     page=Page(
         formula="e = Ω² (u (u·r) − r),  u the axis of the plate",
         typical={
-            "MPU-6050": typical(
-                between(0.5, 2, "mm"), note="in the chip; 13 mm off the spindle is common"),
-            "MTi": typical(quoted(5, "mm")),
+            "on a record player": typical(
+                between(13, 100, "mm"), note="off the spindle, which keeps a board beside it"),
         },
-        source="Kalibr size effect; centripetal acceleration",
+        source="centripetal acceleration",
         confounded="nothing in still poses: it is not there",
         separates="accelerometer logged on the plate at two speeds",
     ),

@@ -19,7 +19,6 @@ from calib.diagnosis.verdict.wording import (
     curves,
     enumeration,
     odds_in_words,
-    on_the_plate,
     physics,
     readable,
     remedy_of_noise,
@@ -94,10 +93,6 @@ def explain(
 
 def _nothing(case: _Case) -> Explanation:
     text = f"{NOTHING_MISSING}: the poses' own noise explains the residual ({case.misfit})."
-    if turned := on_the_plate(case.fit):
-        again = "Take these poses with the plate stopped, or add accelerometer.lever_arm"
-        return Explanation("open", "its poses were taken on the turning plate",
-                           f"{text} {turned}{again}.", "repeat", again)
     if case.advice is not None and case.prediction is not None:
         return Explanation(
             "open", "directions are missing among its poses",

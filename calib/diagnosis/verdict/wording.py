@@ -2,12 +2,9 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from calib.diagnosis.next_measurement.advice import list_labels
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
-from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
@@ -156,21 +153,6 @@ def remedy_of_noise(factor: float) -> str:
             "moved, for files of another sensor, range or unit, and for exchanged columns."
         )
     return "Longer poses and a firmer base usually help."
-
-
-def on_the_plate(fit: Fit) -> str:
-    """What the verdict lacks where poses of an accelerometer turned with the plate; or nothing."""
-    turned = np.flatnonzero(fit.poses.spin_rad_s)
-    if fit.poses.ring is not None:
-        turned = np.setdiff1d(turned, fit.poses.ring.place)
-    if fit.poses.triad != "accelerometer" or not turned.size or "lever_arm" in fit.model.names:
-        return ""
-    per_cm = 0.01 * float(np.square(fit.poses.spin_rad_s).max())
-    return (
-        f"But {turned.size} of the {len(fit.poses)} poses were taken on the turning plate, where "
-        f"every centimetre off the spindle adds up to {per_cm:.2g} m/s² across gravity, which "
-        f"these poses do not tell from gain and misalignment. "
-    )
 
 
 def unsupported(prediction: Prediction) -> str:

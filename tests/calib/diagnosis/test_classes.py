@@ -1,6 +1,5 @@
 """Effects that poses do not tell apart are named as one class, and a verdict says all it must."""
 
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,14 +63,3 @@ def test_more_signal_is_no_less_verdict() -> None:
     found = find(hidden_in("rich", "hysteresis", 100.0, 32008))
     assert "hysteresis" in found.verdict.names
     assert found.verdict.share > 0.9
-
-
-def test_poses_on_the_turning_plate_are_in_the_verdict() -> None:
-    design = design_of("paper", 34)
-    poses = poses_of(design, 34, "accelerometer", [])
-    assert diagnose(fit(poses, Model.of(BASE))).explanation.step == "apply"
-    turned = replace(poses, spin_rad_s=np.where(np.arange(len(poses)) < 4, 3.5, 0.0))
-    found = diagnose(fit(turned, Model.of(BASE)))
-    assert found.explanation.standing == "open"
-    assert "But 4 of the 18 poses were taken on the turning plate" in found.text
-    assert "0.12 m/s²" in found.text

@@ -8,13 +8,18 @@ import pytest
 from calib.assess import AssessedTriad, assess
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.unseen import absorbed, together, typical_size, unseen_budget
+from calib.effects.catalogue import BASE
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import gyro_poses
 from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy
+from tests.calib.plate_poses import on_the_plate
+from tests.fitting import spec_of
+from tests.world.imu import mpu6050
 
 ONE_SPEED = noisy(made_poses("gyroscope", (SLOW,)), 4)
 """Gravity is parallel to the plate's axis: g-sensitivity is scale and misalignment."""
@@ -104,3 +109,36 @@ def test_the_tilted_run_is_priced_beside_the_others() -> None:
     assert "Record next: the same poses with the plate stopped (10 minutes). As good: " in said.text
     assert "5 cm under one side of the record player, which makes 9° of tilt (11 minutes)" in (
         said.text)
+
+
+def of_plate(rpm: tuple[float, ...]) -> tuple[AssessedTriad, float]:
+    """An accelerometer 70 mm off the spindle, and by how much it errs in poses at rest, m/s²."""
+    accelerometer = mpu6050().accelerometer
+    found = assess(on_the_plate(1, rpm), MODEL, spec_of(accelerometer, accelerometer.full_scale))
+    rest = on_the_plate(1, (0.0,))
+    corrected = found.calibration.correct(rest.conditions(rest.reading))
+    error = np.linalg.norm(corrected, axis=1) - rest.reference.magnitude
+    return found, float(np.sqrt(np.mean(error**2)))
+
+
+def test_a_lever_on_the_turning_plate_is_in_the_verdict_and_in_the_error_to_expect() -> None:
+    found, error = of_plate((100 / 3,))
+    assert found.prediction is not None
+    assert error > 10 * found.prediction.by_poses  # the scale is off by that, with a small residual
+    assert found.prediction.sd_median == pytest.approx(error, rel=0.5)
+    assert (found.diagnosis.verdict, found.diagnosis.group) == ("ambiguous", ("lever_arm",))
+    assert "every centimetre off the spindle adds up to 0.1" in found.diagnosis.text
+    slow, error = of_plate((50 / 3,))
+    assert slow.prediction is not None
+    assert slow.prediction.sd_median == pytest.approx(error, rel=0.5)
+    assert "blind to lever_arm" in slow.diagnosis.text
+
+
+def test_a_stopped_plate_and_a_lever_in_the_model_leave_no_lever_open() -> None:
+    assert of_plate((0.0,))[0].diagnosis.explanation.standing == "good"
+    accelerometer = mpu6050().accelerometer
+    spec = spec_of(accelerometer, accelerometer.full_scale)
+    fitted = assess(on_the_plate(1, (0.0, 100 / 3)), Model.of([*BASE, "lever_arm"]), spec)
+    assert fitted.diagnosis.verdict == "nothing_missing"
+    assert fitted.prediction is not None
+    assert "lever_arm" not in fitted.prediction.by_unseen

@@ -11,20 +11,13 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import ALIGNED, solve_sensor
-from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
-from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.runs.reference_runs import gravity_run
+from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import GRAVITY, base_theta, made_poses, read_through, with_noise
-from tests.fitting import averaged, pose_sets, spec_of
+from tests.calib.plate_poses import CHIP_M, on_the_plate
+from tests.fitting import pose_sets
 from tests.trials import DESIGNS, drawn
-from tests.world.bench import Design, Run, Turntable
-from tests.world.imu import mpu6050
-from tests.world.plate import PlateMotion
 from tests.world.session import simulate
-
-CHIP_M = np.array([0.06, 0.03, -0.02])
-RPM = np.pi / 30
 
 
 @pytest.fixture(scope="module", params=["quadratic", "asymmetry"])
@@ -74,29 +67,6 @@ def test_a_memory_of_any_width_is_found_with_it(width: float) -> None:
     assert found.theta[9:] == pytest.approx(theta[9:], rel=0.1)
 
 
-def on_the_plate(seed: int, rpm: tuple[float, ...]) -> PoseSet:
-    """An accelerometer 70 mm off the spindle, at rest and on the turning plate."""
-    sensor = replace(mpu6050(), chip_m=CHIP_M)
-    runs = tuple(
-        Run(f"{each:g}", PlateMotion(each * RPM) if each else None, natural_directions(),
-            seconds=20.0, in_accelerometer_section=True, lead_s=60.0)
-        for each in rpm
-    )  # fmt: skip
-    table = Turntable(offset_m=(0.0, 0.0), placement_sd_m=0.0, tilt_rad=(0.0, 0.0))
-    design = Design(title="lever", sensor=sensor, runs=runs, turntable=table, jitter_deg=2.0,
-                    sample_rate_hz=50.0)  # fmt: skip
-    session = simulate(design, seed)
-    specs = (
-        spec_of(sensor.accelerometer, sensor.accelerometer.full_scale),
-        spec_of(sensor.gyroscope, sensor.gyroscope.full_scale),
-    )
-    gravity = session.design.site.gravity_m_s2
-    return pose_set("accelerometer", [
-        gravity_run(run.run.name, averaged(run, specs, each * RPM), gravity, 0.0)
-        for run, each in zip(session.runs, rpm, strict=True)
-    ], 0.0)  # fmt: skip
-
-
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_lever_arm_is_fitted_although_its_derivative_vanishes_at_zero(seed: int) -> None:
     poses = on_the_plate(seed, (0.0, 50 / 3, 100 / 3))
@@ -106,7 +76,7 @@ def test_a_lever_arm_is_fitted_although_its_derivative_vanishes_at_zero(seed: in
     assert found.chi2 / found.dof < 1.5
     sd = np.sqrt(np.diag(found.cov))[9:]
     assert (sd < 0.004).all()
-    assert np.abs((found.theta[9:] - CHIP_M) / sd).max() < 3.5
+    assert np.abs((found.theta[9:] - np.array(CHIP_M)) / sd).max() < 3.5
 
 
 def test_a_lever_arm_is_refused_where_nothing_turned() -> None:

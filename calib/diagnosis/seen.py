@@ -1,0 +1,106 @@
+"""A verdict with what it rests on: what its poses cannot see, and the lever of a turning plate."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from calib.diagnosis.diagnose import Diagnosis
+from calib.diagnosis.next_measurement.advice import Rival, best_block, sufficient_blocks
+from calib.diagnosis.unseen import typical_size
+from calib.diagnosis.verdict.decision import Code
+from calib.diagnosis.verdict.explain import Explanation
+from calib.diagnosis.verdict.wording import NOTHING_MISSING, enumeration, what_separates
+from calib.effects.effect import EFFECTS, Effect
+from calib.effects.units import display_unit
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.prediction import Prediction
+from calib.poses.imu_log import Triad
+
+ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words only
+
+
+def among_what_is_seen(
+    diagnosis: Diagnosis, fit: Fit, prediction: Prediction | None, part: str, full_scale: float
+) -> Diagnosis:
+    """``diagnosis`` with what "nothing is missing" rests on: what these poses cannot see.
+
+    Where a typical size says more of what corrected readings err by than the poses do, the session
+    is not complete, and what to record next makes the effect visible.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+        Of ``fit``.
+    fit : Fit
+    prediction : Prediction or None
+        :func:`with_unseen`.
+    part : str
+        Class of the sensor, as the pages of the catalogue call it.
+    full_scale : float
+        Of the triad, SI; keeps what to record next to what the sensor can measure.
+    """
+    if diagnosis.verdict != Code.NOTHING_MISSING or prediction is None or not prediction.unseen:
+        return diagnosis
+    turned = _on_the_plate(diagnosis, fit, prediction)
+    if turned is not None:
+        return turned
+    said = diagnosis.explanation
+    largest_first = sorted(prediction.by_unseen, key=lambda name: -prediction.by_unseen[name])
+    near = "" if set(largest_first) <= set(diagnosis.blind) else "nearly "
+    words = enumeration([_sized(EFFECTS[name], part, fit.poses.triad) for name in largest_first],
+                        "and")
+    text = said.text.replace(NOTHING_MISSING, f"{NOTHING_MISSING} among what these poses can see",
+                             1) + f" They are {near}blind to {words}."
+    if said.standing != "good" or not prediction.is_mostly_unseen:
+        return replace(diagnosis, explanation=replace(said, text=text))
+    name = largest_first[0]
+    rivals = [Rival(EFFECTS[name], None)]
+    advice = best_block(fit, rivals, full_scale)
+    if advice is None:
+        following = f"What shows {name}: {what_separates(name, fit.poses.triad)}"
+        text += f" {following}."
+    else:
+        following = f"Record {advice.instruction}; name the new logs in the configuration"
+        others = [f"{each.instruction} ({each.minutes:.0f} minutes)"
+                  for each in sufficient_blocks(fit, rivals, full_scale)
+                  if each.block != advice.block][:ALSO_NAMED]
+        text += f" Record next: {advice.instruction} ({advice.minutes:.0f} minutes)"
+        text += f". As good: {enumeration(others, 'or')}." if others else "."
+    short = f"its poses are blind to {enumeration(largest_first, 'and')}"
+    return replace(diagnosis, advice=advice,
+                   explanation=Explanation("open", short, text, "record", following))
+
+
+def _on_the_plate(
+    diagnosis: Diagnosis, fit: Fit, prediction: Prediction
+) -> Diagnosis | None:
+    """The verdict where a lever of the turning plate may weigh more than all that the poses leave.
+
+    A plate that turns has one, and only its size is open.
+    """
+    lever = prediction.by_unseen.get("lever_arm", 0.0)
+    if lever <= prediction.by_poses:
+        return None
+    turned = np.abs(fit.poses.spin_rad_s)
+    again = ("Take these poses with the plate stopped, or some of them at another speed and add "
+             "accelerometer.lever_arm")
+    text = (
+        f"{np.count_nonzero(turned)} of the {len(fit.poses)} poses were taken on the turning "
+        f"plate, where every centimetre off the spindle adds up to "
+        f"{0.01 * float(turned.max()) ** 2:.2g} m/s² across gravity, which these poses do not tell "
+        f"from gain and misalignment: corrected readings err by {lever:.2g} m/s² where the sensor "
+        f"stood as far off as one usually does. Beside that nothing is missing "
+        f"(p = {diagnosis.p_value:.2g}). {again}."
+    )
+    return replace(
+        diagnosis, verdict=Code.AMBIGUOUS, group=("lever_arm",),
+        explanation=Explanation("open", "its poses were taken on the turning plate", text,
+                                "repeat", again))
+
+
+def _sized(effect: Effect, part: str, triad: Triad) -> str:
+    """``g_sensitivity, typically 0.1 °/s per g``."""
+    size = typical_size(effect, part, triad)
+    assert size is not None  # it would not have been listed
+    unit, factor = display_unit(effect.unit_for(triad), [size])
+    return f"{effect.name}, typically {size * factor:.2g} {unit}"
