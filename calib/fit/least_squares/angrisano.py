@@ -114,19 +114,23 @@ def _system(
     a = jacobian(x, counts, printed_sign)
     turning, null = equations.magnitude, equations.null
     s = equations.poses.reference.magnitude[turning]
-    share = 1 - equations.common_relative @ eta  # the common errors, on |N| itself
+    shares = 1 - equations.row_common @ eta  # the common errors, on |N| itself
     size = np.linalg.norm(n[turning], axis=1)
     magnitude_rows = np.einsum("ni,nij->nj", n[turning], a[turning])  # NᵀA of eq. (10)
     design = np.zeros((equations.data_count + len(eta), 9 + len(eta)))
     rows, rest = len(turning), equations.data_count
+    share, of_null = shares[:rows], shares[rows:]
+    null_rows = (n[null] - equations.poses.expected[null]).ravel()
     design[:rows, :9] = magnitude_rows * share[:, None] ** 2
     design[:rows, 9:] = equations.common_relative * (share * size**2)[:, None]
-    design[rows:rest, :9] = a[null].reshape(-1, 9)  # eq. (4) itself, where s is known: at rest
+    # eq. (4) itself, where s is known: at rest
+    design[rows:rest, :9] = a[null].reshape(-1, 9) * of_null[:, None]
+    design[rows:rest, 9:] = equations.row_common[rows:] * null_rows[:, None]
     design[rest:, 9:] = np.eye(len(eta))
     misclosure = np.concatenate(
         [
             ((share * size) ** 2 - s**2) / 2,
-            (n[null] - equations.poses.expected[null]).ravel(),
+            null_rows * of_null,
             -eta,
         ]
     )

@@ -159,7 +159,7 @@ def undetermined_sets(equations: Equations, at: Estimate, basis: FloatArray) -> 
 def _undetermined(
     equations: Equations, condition: float, combination: FloatArray, limit: float
 ) -> Undetermined:
-    number = "without limit (rank deficient)" if np.isinf(condition) else f"{condition:.0f}"
+    number = "without limit (rank deficient)" if condition > limit**2 else f"{condition:.0f}"
     poses = equations.poses
     return Undetermined(
         f"{poses.triad}: these {len(poses)} poses do not determine "

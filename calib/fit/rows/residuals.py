@@ -1,16 +1,16 @@
 """The rows that are fitted, and their exact derivatives.
 
     magnitude row   (|s_i| (1 - R_i eta) - m_i - D_i theta) / sd_i
-    null row        (s_i - expected_i) / sd_i, three of them
+    null row        (s_i - expected_i) (1 - R eta) / sd_i, three of them, R the mean of the R_i
     axis row, wave row    of a plate that leans, :mod:`calib.fit.rows.axis_rows`, ``wave_rows``
     prior row       eta_j, one for each error that several references have in common
 
 All rows have unit variance when the stated sds hold. ``eta`` are the common errors of the
 references in units of their own sd; carrying them as unknowns with a prior puts the sd of a shared
 rate into the scale, where it does not average down. R is their size relative to the reference, and
-it acts on the magnitude of the model, not on the one that was measured: otherwise a gain that
-shrinks together with the reference would shrink any misfit too, and gain would be lost to it
-(Peelle's puzzle).
+it acts on the magnitude of the model, not on the one that was measured, and on the rows of a
+gyroscope that have no reference as on the others: otherwise a gain that shrinks together with the
+reference would shrink any misfit too, and gain would be lost to it (Peelle's puzzle).
 
 Arrays have a leading axis for the S sets of a stack, and none for one set: (..., n, 3).
 """
@@ -180,6 +180,11 @@ class Equations(Stacked):
         """Sds of the common errors over the reference, without a unit, (..., k, q)."""
         return self.whitening.common_relative
 
+    @cached_property
+    def row_common(self) -> FloatArray:
+        """Sds of the common errors over the gain that a data row rests on, no unit, (..., d, q)."""
+        return self.whitening.common_of_rows(self.data_count, self.poses.triad)
+
     @property
     def magnitude_sd(self) -> FloatArray:
         """Sds of the magnitude rows, SI, (..., k)."""
@@ -261,12 +266,12 @@ class Equations(Stacked):
         directions, points = self.directions(s, slope), None
         k, d, p, q = len(self.magnitude), self.data_count, theta.shape[-1], eta.shape[-1]
         size = lengths(s[..., self.magnitude, :])
-        share = 1 - times(self.common_relative, eta)  # of the true magnitude
+        share = 1 - times(self.row_common, eta)  # of the true magnitude
 
-        magnitude_rows = (size * share - whitening.stated) / self.magnitude_sd
+        magnitude_rows = (size * share[..., :k] - whitening.stated) / self.magnitude_sd
         rest = (s - whitening.expected)[..., self.null, :] / self.null_sd
         parts = [magnitude_rows, rest.reshape(*rest.shape[:-2], 3 * len(self.null))]
-        directions[..., :k, :] *= share[..., None]
+        directions[..., :k, :] *= share[..., :k, None]
         jacobian = np.zeros((*eta.shape[:-1], d + q, p + q))
         jacobian[..., :d, :p] = -self._shown(directions, errors)
         jacobian[..., :k, p:] = -self.common_relative * (size / self.magnitude_sd)[..., None]
@@ -280,6 +285,9 @@ class Equations(Stacked):
                 theta, eta, shapes)
             parts.append(waves)
         residual = np.concatenate([*parts, eta], axis=-1)
+        jacobian[..., k:d, :] *= share[..., k:, None]
+        jacobian[..., k:d, p:] -= self.row_common[..., k:, :] * residual[..., k:d, None]
+        residual[..., k:d] *= share[..., k:]
         if terms.on_reference:
             of_reference, where = self.reference_columns(shapes), terms.reference_index
             residual[..., :k] -= times(of_reference, theta[..., where])

@@ -68,8 +68,7 @@ def shape_derivatives(
     (*lead, r), p, h = rows.residual.shape, model.size, len(names)
     slope, curvature = np.zeros((2, *lead, r, h))
     mixed = np.zeros((*lead, r, p, h))
-    true_share = np.ones((*lead, d))
-    true_share[..., :k] = 1 - times(equations.common_relative, eta)
+    true_share = 1 - times(equations.row_common, eta)
     effects = {effect.name: effect for effect in model.effects}
     for j, effect in enumerate(effects[name] for name in names):
         where = model.positions((effect,))

@@ -10,7 +10,7 @@ from calib.fit.rows.initial_estimate import Start, starts_of
 from calib.fit.small_systems import solutions
 from calib.fit.stacked import Stacked
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet
 
 
@@ -116,6 +116,19 @@ class Whitening(Stacked):
         """Sd of every row in SI units, shape (..., d)."""
         *lead, m, _ = self.null_sd.shape
         return np.concatenate([self.magnitude_sd, self.null_sd.reshape(*lead, 3 * m)], axis=-1)
+
+    def common_of_rows(self, count: int, triad: Triad) -> FloatArray:
+        """The common errors over the gain that each data row rests on, no unit, (..., count, q).
+
+        What has no reference, the rows of a gyroscope at rest, across its axis and of its waves,
+        rests on the gain by all references: its noise is that of the counts.
+        """
+        *lead, k, q = self.common_relative.shape
+        rows = np.zeros((*lead, count, q))
+        rows[..., :k, :] = self.common_relative
+        if k and triad == "gyroscope":
+            rows[..., k:, :] = self.common_relative.mean(axis=-2, keepdims=True)
+        return rows
 
     def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
         """What every row shows of an error of its pose's vector, (..., d, 3), per SI unit.

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.diagnosis.diagnose import diagnose
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad, uncertainty_budget
 from calib.poses.pose_set import PoseSet
-from tests.calib.made_poses import MODEL, SLOW, SPECS, base_theta, made_poses, noisy
+from tests.calib.made_poses import GRAVITY, MODEL, SLOW, SPECS, base_theta, made_poses, noisy
 
 CLOCK = 5000e-6
 
@@ -36,6 +37,29 @@ def test_a_misfit_does_not_turn_into_gain_by_way_of_the_clock() -> None:
     sd = np.sqrt(np.diag(doubtful.cov))[3:6]
     alone = np.sqrt(np.diag(known.cov))[3:6]
     assert sd == pytest.approx(np.hypot(alone, CLOCK), rel=0.05)
+
+
+def at_rest_too(clock: float) -> PoseSet:
+    """One speed and the plate stopped, a g-sensitivity of 0.1 °/s per g in every element."""
+    poses = noisy(made_poses("gyroscope", (SLOW, 0.0), shared_sd=1e-9), 1)
+    size = np.radians(0.1) / GRAVITY * np.random.default_rng(3).choice([-1.0, 1.0], (3, 3))
+    reference = poses.reference
+    return replace(poses, reading=poses.reading + poses.force @ size.T,
+                   reference=replace(reference, common=clock * reference.magnitude[:, None]))
+
+
+@pytest.mark.parametrize("clock", [CLOCK, 0.01, 0.03])
+def test_a_misfit_at_rest_does_not_turn_into_gain_either(clock: float) -> None:
+    """A gain that shrinks with the clock would shrink what a g-sensitivity leaves at rest."""
+    known = fit(at_rest_too(0.0), MODEL)
+    doubtful = fit(at_rest_too(clock), MODEL)
+    assert known.chi2 / known.dof > 20
+    assert doubtful.theta[3:6] == pytest.approx(known.theta[3:6], abs=0.01 * clock)
+    assert np.abs(doubtful.eta).max() < 0.01
+    named = diagnose(doubtful)
+    assert named.names == ("g_sensitivity",)
+    added = fit(at_rest_too(clock), Model.of([*BASE, "g_sensitivity"]))
+    assert added.p_value > 0.01
 
 
 def test_two_settings_that_disagree_by_a_clock_still_pull_it() -> None:
