@@ -83,8 +83,6 @@ class PhaseTrack:
     phase_rad : array, shape (f,)
         Refined plate angle in (-π, π], zero where the template has its azimuth zero, at the time
         when the row of the mark was read; NaN where the plate was not seen.
-    mark_angle_rad : array, shape (f,)
-        Angle of the mark's centroid, in (-π, π], on its own zero; NaN without a mark.
     quality : array, shape (f,)
         Correlation of the frame with the template, -1 to 1.
     duplicate : array of bool, shape (f,)
@@ -115,7 +113,6 @@ class PhaseTrack:
     plate: PlateLayout
     time_s: FloatArray
     phase_rad: FloatArray
-    mark_angle_rad: FloatArray
     quality: FloatArray
     duplicate: BoolArray
     coding: NDArray[np.uint8]

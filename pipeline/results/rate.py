@@ -21,9 +21,9 @@ from pipeline.stages.rate import SettingRate
 
 if TYPE_CHECKING:
     from vision.errors import RateRefused
+    from vision.rate.cross_checks import FrameCount
     from vision.rate.diagnosis import PhaseDiagnosis
     from vision.rate.measure import RateMeasurement
-    from vision.rate.other_rates import FrameCount
 
 
 def rate_section(rate: SettingRate) -> RateResult:

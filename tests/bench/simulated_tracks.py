@@ -224,12 +224,8 @@ def rolling(rng: np.random.Generator) -> Case:
 
 
 def disagreeing(rng: np.random.Generator) -> Case:
-    """The mark's centroid, or what lies around the plate, turns at another rate."""
+    """What lies around the plate turns at another rate."""
     time, angle, rate, _ = _even(rng)
-    if rng.random() < 0.5:
-        other = np.angle(np.exp(1j * (angle + 10 ** rng.uniform(-3.6, -2.5) * rate * time)))
-        track = phase_track(time, angle, noise_rad=1e-3, mark_angle_rad=other)
-        return Case("disagreeing", track, rate, warning="centroid")
     off = angle + rng.uniform(0.01, 0.03) * rate * time
     track = phase_track(time, angle, noise_rad=1e-3)
     other_track = phase_track(time, off)

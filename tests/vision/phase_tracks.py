@@ -55,7 +55,6 @@ def phase_track(
         "plate": PlateLayout(**plate),
         "time_s": np.asarray(time_s, float),
         "phase_rad": np.angle(np.exp(1j * phase)),
-        "mark_angle_rad": np.angle(np.exp(1j * (phase + noise_rad * rng.standard_normal(n)))),
         "quality": np.full(n, 0.99),
         "duplicate": np.zeros(n, bool),
         "coding": np.full(n, ord("B"), np.uint8),

@@ -1,10 +1,9 @@
-"""The mark on the plate and the fixed mark beside it, and the centroid of a mark in a frame."""
+"""The mark on the plate, the fixed mark beside it, and the symmetry of the plate."""
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
 from vision.numbers import SD_PER_MAD
@@ -29,11 +28,9 @@ class MarkThresholds:
     Attributes
     ----------
     edge : float
-        Of the highest contrast: what belongs to the mark, also for its centroid.
+        Of the highest contrast: what belongs to the mark.
     widest_rad : float
         Width of a mark in rad, at most.
-    rival : float
-        Of the mark's contrast: a second spot as strong along the same rings makes it ambiguous.
     fixed_contrast : float
         Times the scatter around it, that a fixed mark stands out.
     alike : float
@@ -42,7 +39,6 @@ class MarkThresholds:
 
     edge: float = 0.5
     widest_rad: float = 0.7
-    rival: float = 0.75
     fixed_contrast: float = 6.0
     alike: float = 0.9
 
@@ -52,28 +48,10 @@ THRESHOLDS = MarkThresholds()
 
 @dataclass(frozen=True)
 class PlateMark:
-    """A compact spot on the plate.
-
-    Attributes
-    ----------
-    azimuth_rad, radius : float
-        Centroid at plate angle zero.
-    first_ring, last_ring : int
-        Rings of the template it covers.
-    width_rad : float
-    sign : int
-        +1 brighter than the plate, -1 darker.
-    unique : bool
-        No other spot on the same rings can be taken for it.
-    """
+    """A compact spot on the plate: the azimuth of its centroid at plate angle zero, its radius."""
 
     azimuth_rad: float
     radius: float
-    first_ring: int
-    last_ring: int
-    width_rad: float
-    sign: int
-    unique: bool
 
 
 def find_mark(template: Template) -> PlateMark | None:
@@ -98,66 +76,8 @@ def find_mark(template: Template) -> PlateMark | None:
             columns = (inside.sum(axis=0) * np.arange(width)).sum() / inside.sum()
             azimuth = (first + columns) * 2 * np.pi / n
             ring = (inside.sum(axis=1) * radius[top : top + height]).sum() / inside.sum()
-            mark = PlateMark(
-                azimuth_rad=float(np.angle(np.exp(1j * azimuth))),
-                radius=float(ring),
-                first_ring=int(top),
-                last_ring=int(top + height),
-                width_rad=float(width_rad),
-                sign=sign,
-                unique=True,
-            )
-            best = (strength, mark)
-    if best is None:
-        return None
-    mark = best[1]
-    profile = mark.sign * turning[mark.first_ring : mark.last_ring].sum(axis=0)
-    away = np.abs(np.angle(np.exp(1j * (_azimuths(n) - mark.azimuth_rad)))) > mark.width_rad
-    unique = bool(profile[away].max() < THRESHOLDS.rival * profile[~away].max())
-    return PlateMark(**{**vars(mark), "unique": unique})
-
-
-def centroid(
-    along: NDArray[np.float32], mark: PlateMark, expected_rad: FloatArray
-) -> FloatArray:
-    """Azimuth of the mark in some frames.
-
-    Parameters
-    ----------
-    along : array, shape (f, n)
-        The frames less what stands still, summed over the rings of the mark.
-    mark : PlateMark
-    expected_rad : array, shape (f,)
-        Where the mark should be; only an ambiguous mark needs it.
-
-    Returns
-    -------
-    azimuth_rad : array, shape (f,)
-        NaN where no spot stands out.
-    """
-    n = along.shape[1]
-    profile = mark.sign * along
-    half = max(2, round(mark.width_rad / 2 * n / (2 * np.pi)))
-    padded = np.hstack([profile[:, -3 * half :], profile, profile[:, : 3 * half]])
-    running = np.cumsum(padded, axis=1, dtype=float)
-    around = running[:, 4 * half : 4 * half + n] - running[:, 2 * half - 1 : 2 * half - 1 + n]
-    if not mark.unique:
-        distance = np.abs(np.angle(np.exp(1j * (_azimuths(n) - expected_rad[:, None]))))
-        around = np.where(distance < mark.width_rad, around, -np.inf)
-    peak = around.argmax(axis=1)
-    nearby = np.arange(-2 * half, 2 * half + 1)
-    window = np.take_along_axis(padded, (peak + 3 * half)[:, None] + nearby, axis=1)
-    highest = window.max(axis=1)
-    weight = np.maximum(window - THRESHOLDS.edge * highest[:, None], 0.0)
-    total = weight.sum(axis=1)
-    clear = (highest > 0) & (total > 0)
-    offset = (weight * nearby).sum(axis=1) / np.where(clear, total, 1.0)
-    azimuth = np.angle(np.exp(1j * (peak + offset) * 2 * np.pi / n))
-    return np.where(clear, azimuth, np.nan)
-
-
-def _azimuths(n: int) -> FloatArray:
-    return np.arange(n) * 2 * np.pi / n
+            best = (strength, PlateMark(float(np.angle(np.exp(1j * azimuth))), float(ring)))
+    return None if best is None else best[1]
 
 
 def find_fixed_mark(background: Luma, view: PlateView) -> tuple[float, float] | None:

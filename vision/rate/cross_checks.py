@@ -1,51 +1,92 @@
 """Three more ways to the rate, none as exact, that would show if the first went wrong.
 
-The centroid of the mark, the count of frames between alignments, and the return of the frames after
-whole turns. They are compared with the rate, not averaged with it. The last two use the time
-stamps as they are, without the time of dropped frames, and are compared with the rate on these.
+The count of frames between alignments, the return of the frames after whole turns, and a return of
+what does not return with them. They use the time stamps as they are, without the time of dropped
+frames, and are compared with the rate on these, not averaged with it.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.image_return import other_return
-from vision.numbers import RPM
+from vision.image_return import (
+    ABOUT,
+    FEWEST_RETURNS,
+    ImageReturn,
+    autocorrelation,
+    fitted_period,
+    other_return,
+    returns_near,
+)
 from vision.phase_track import PhaseTrack, PlateAngle
-from vision.rate.least_squares import least_squares
-from vision.rate.other_rates import END_SD, EVEN, FrameCount, LagRate, count_frames, lag_rate
 from vision.rate.unwrap import frame_time
 
-FEWEST_CENTROIDS = 12  #: frames; two per parameter of the ellipse and spindle
-SLIPPED_RAD = 0.5  # between the mark's centroid and the refined angle: not the same mark
+END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
+LONGEST = 4000  # frames that are correlated
+EVEN = 0.05  # of the frame time: stamps nearer to a grid are evenly spaced
 
 
 @dataclass(frozen=True)
 class CrossCheckThresholds:
-    """When another way to the rate disagrees with it.
+    """What counts as an alignment or a return, and when a return disagrees with the rate.
 
     Attributes
     ----------
+    gap : float
+        Frame times between the frames before and after an alignment; more is a gap in which nobody
+        sees the alignment. Derived: between one and two.
+    clear_peak : float
+        Correlation that the return of the image must reach.
     apart : float
         Sds. Derived: five, beyond every chance.
-    centroid_matters, lag_matters : float
-        Relative difference that matters. Facts: half a poor clock (100 ppm); the lag's own bias
-        where the frames change during the clip (``tests.bench.vision_films``).
-    count_apart : float
-        Frames. Derived: rounding both ends gives up to one, and a margin of a twentieth.
-    slipped : float
-        Share of frames with the centroid elsewhere than the refined angle.
+    matters : float
+        Relative difference that matters. Fact: the lag's own bias where the frames change during
+        the clip (``tests.bench.vision_films``).
     """
 
+    gap: float = 1.5
+    clear_peak: float = 0.25
     apart: float = 5.0
-    centroid_matters: float = 50e-6
-    lag_matters: float = 2e-3
-    count_apart: float = 1.05
-    slipped: float = 0.02
+    matters: float = 2e-3
 
 
 THRESHOLDS = CrossCheckThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class FrameCount:
+    """Rate from counted frames.
+
+    Attributes
+    ----------
+    rate_rad_s, sd_rad_s : float
+        Positive, rad/s.
+    alignments : array of int, shape (m,)
+        Frames in which the marks are aligned.
+    """
+
+    rate_rad_s: float
+    sd_rad_s: float
+    alignments: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class LagRate:
+    """Rate from the returns of the frames after whole turns.
+
+    Attributes
+    ----------
+    rate_rad_s, sd_rad_s : float
+        Positive, rad/s.
+    turns : int
+        Of the latest clear return.
+    """
+
+    rate_rad_s: float
+    sd_rad_s: float
+    turns: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,21 +95,24 @@ class CrossChecks:
 
     Attributes
     ----------
+    by_stamps_rad_s : float
+        The measured rate on these stamps, positive.
     frame_count : FrameCount or None
         None with fewer than two alignments of the marks.
     lag : LagRate or None
         None where the frames have no clear return or the stamps are not evenly spaced.
-    contradiction_rad_s : float
+    second : ImageReturn or None
+        Of something else that turns.
+    apart_rad_s : float
         How far the return of the frames is from the rate, where that is beyond every chance: which
         of them is right the clip does not show. Else 0.
-    warnings : tuple of str
-        A paragraph for each way that disagrees.
     """
 
+    by_stamps_rad_s: float
     frame_count: FrameCount | None
     lag: LagRate | None
-    contradiction_rad_s: float
-    warnings: tuple[str, ...]
+    second: ImageReturn | None
+    apart_rad_s: float
 
 
 def cross_check(
@@ -86,108 +130,99 @@ def cross_check(
     rate_rad_s, sd_rad_s : float
         The measured rate, signed, and its sd without the clock's.
     """
-    by_stamps = abs(rate_rad_s) * _stretch(angle, 0, -1)
-    count = count_frames(angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad)
-    lag = lag_rate(track, time_s, by_stamps)
-    apart = _lag_apart(lag, by_stamps, sd_rad_s)
-    paragraphs = (
-        _compare_centroid(track, angle, rate_rad_s, sd_rad_s),
-        _compare_count(track.source, count, angle, abs(rate_rad_s)),
-        _lag_warning(track.source, lag, by_stamps) if apart else "",
-        _another_rate(track, time_s, by_stamps),
-    )
-    return CrossChecks(count, lag, apart, tuple(text for text in paragraphs if text))
-
-
-def _stretch(angle: PlateAngle, first: int, last: int) -> float:
-    """Time between two rows with that of dropped frames put back, over that of their stamps."""
-    repaired = angle.repaired_time_s
-    return float((repaired[last] - repaired[first]) / (angle.time_s[last] - angle.time_s[first]))
-
-
-def _compare_count(
-    source: str, count: FrameCount | None, angle: PlateAngle, rate_rad_s: float
-) -> str:
-    if count is None:
-        return ""
-    first, last = np.searchsorted(angle.index, count.alignments[[0, -1]])
-    rate_rad_s *= _stretch(angle, first, last)
-    frames = abs(count.rate_rad_s - rate_rad_s) / count.sd_rad_s * END_SD
-    if frames <= THRESHOLDS.count_apart:
-        return ""
-    return (
-        f"{source}: counting frames between alignments gives {count.rate_rad_s / RPM:.4f} ± "
-        f"{count.sd_rad_s / RPM:.4f} rpm, the regression {rate_rad_s / RPM:.4f} rpm: they differ "
-        f"by more than one frame. Check with --overlay that the mark is the mark."
-    )
-
-
-def _lag_apart(lag: LagRate | None, rate_rad_s: float, sd_rad_s: float) -> float:
-    """How far the rate by the return of the frames is away, 0 where that does not matter."""
-    if lag is None:
-        return 0.0
-    apart = abs(lag.rate_rad_s - rate_rad_s)
-    limit = THRESHOLDS.apart * float(np.hypot(lag.sd_rad_s, sd_rad_s))
-    return apart if apart > max(limit, THRESHOLDS.lag_matters * rate_rad_s) else 0.0
-
-
-def _lag_warning(source: str, lag: LagRate | None, rate_rad_s: float) -> str:
-    if lag is None:
-        return ""
-    return (
-        f"{source}: the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} ± "
-        f"{lag.sd_rad_s / RPM:.4f} rpm, the regression gives {rate_rad_s / RPM:.4f} rpm. Something "
-        f"else in the frame may be turning, or turns were miscounted; the sd spans both. Put one "
-        f"bold mark near the rim and film again."
-    )
-
-
-def _another_rate(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> str:
-    """Whether something else in the frame turns at a rate of its own."""
+    repaired_s = float(np.ptp(angle.repaired_time_s))
+    by_stamps = abs(rate_rad_s) * repaired_s / float(np.ptp(angle.time_s))
     frame_s = frame_time(time_s)
-    if track.plate.symmetry > 1 or np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
-        return ""
-    other = other_return(track.thumbnail, frame_s, 2 * np.pi / rate_rad_s)
-    if other is None:
-        return ""
-    return (
-        f"{track.source}: two things turn in the frame at two rates, {rate_rad_s / RPM:.4g} rpm "
-        f"and {other.rate_rad_s / RPM:.4g} rpm ± {other.sd_s / other.period_s:.1%}. The rate is "
-        f"that of the first, which shows more. If the sensor turns with the second, cover the "
-        f"first or state the rim of the second (--rim, or plate: centre_px, radii_px)."
-    )
+    is_even = np.abs(np.diff(time_s) - frame_s).max() <= EVEN * frame_s
+    lag = second = None
+    apart = 0.0
+    if is_even:
+        lag = lag_rate(track, frame_s, by_stamps)
+        if track.plate.symmetry == 1:
+            second = other_return(track.thumbnail, frame_s, 2 * np.pi / by_stamps)
+    if lag is not None:
+        chance = THRESHOLDS.apart * float(np.hypot(lag.sd_rad_s, sd_rad_s))
+        away = abs(lag.rate_rad_s - by_stamps)
+        apart = away if away > max(chance, THRESHOLDS.matters * by_stamps) else 0.0
+    count = count_frames(angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad)
+    return CrossChecks(by_stamps, count, lag, second, apart)
 
 
-def _compare_centroid(
-    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, sd_rad_s: float
-) -> str:
-    difference = np.angle(np.exp(1j * (track.mark_angle_rad - track.phase_rad)))[angle.index]
-    seen = np.isfinite(difference)
-    if seen.sum() < FEWEST_CENTROIDS:
-        return ""
-    middle = float(np.angle(np.mean(np.exp(1j * difference[seen]))))
-    difference = np.angle(np.exp(1j * (difference - middle)))
-    off = float((np.abs(difference[seen]) > SLIPPED_RAD).mean())
-    if off > THRESHOLDS.slipped:
-        return (
-            f"{track.source}: in {off:.0%} of the frames the mark's centroid is not where the "
-            f"angle of the whole plate puts it. The mark may be hidden at times, or is none. The "
-            f"rate is that of the whole plate."
-        )
-    time = angle.repaired_time_s[seen]
-    slope = least_squares(_waves(time - time.mean(), angle.angle_rad[seen]), difference[seen])
-    apart = abs(float(slope.beta[1]))
-    limit = THRESHOLDS.apart * np.hypot(slope.sd[1], sd_rad_s)
-    if apart < max(limit, THRESHOLDS.centroid_matters * abs(rate_rad_s)):
-        return ""
-    return (
-        f"{track.source}: the rate of the mark's centroid differs by "
-        f"{apart / abs(rate_rad_s) * 1e6:.0f} ppm from that of the whole plate. The light may "
-        f"change during the clip."
-    )
+def count_frames(
+    angle: PlateAngle, mark_rad: float, fixed_mark_rad: float
+) -> FrameCount | None:
+    """The rate by counting frames between alignments of the plate's mark with the fixed mark.
+
+    As in Angrisano et al.: M turns between the first alignment and the last took n frames, so the
+    rate is 2πM/(n frame times). Each end is a whole frame, so n is uncertain by up to one frame
+    whatever the scatter of the single counts: at 15 frames per second three of the four record
+    speeds give a whole number of frames per turn, all counts agree and their scatter is zero. The
+    term stays.
+
+    Parameters
+    ----------
+    angle : PlateAngle
+    mark_rad : float
+        Azimuth of the plate's mark at plate angle zero; NaN takes the plate's own zero.
+    fixed_mark_rad : float
+        Azimuth of the fixed mark; NaN takes the place where the plate's mark was first.
+
+    Returns
+    -------
+    FrameCount or None
+        None with fewer than two alignments.
+    """
+    mark = angle.angle_rad + (0.0 if np.isnan(mark_rad) else mark_rad)
+    fixed = mark[0] if np.isnan(fixed_mark_rad) else fixed_mark_rad
+    turns = (mark - fixed) / (2 * np.pi)
+    sign = 1.0 if turns[-1] >= turns[0] else -1.0
+    progress = np.maximum.accumulate(sign * turns)
+    whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
+    after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
+    # Nobody sees an alignment that falls where frames are missing.
+    frame_s = frame_time(angle.time_s)
+    seen = np.diff(angle.time_s)[after - 1] < THRESHOLDS.gap * frame_s
+    whole, after = whole[seen], after[seen]
+    if len(whole) < 2:
+        return None
+    nearer = np.abs(progress[after - 1] - whole) < np.abs(progress[after] - whole)
+    aligned = np.where(nearer, after - 1, after)
+    time = float(angle.time_s[aligned[-1]] - angle.time_s[aligned[0]])
+    rate = float(2 * np.pi * (whole[-1] - whole[0])) / time
+    return FrameCount(rate, rate * END_SD * frame_s / time, angle.index[aligned])
 
 
-def _waves(time_s: FloatArray, angle_rad: FloatArray) -> FloatArray:
-    parts = [np.ones_like(time_s), time_s]
-    parts += [f(k * angle_rad) for k in (1, 2) for f in (np.cos, np.sin)]
-    return np.stack(parts, axis=1)
+def lag_rate(track: PhaseTrack, frame_s: float, rate_rad_s: float) -> LagRate | None:
+    """The rate by autocorrelation: after how many frames does the image look the same again?
+
+    No plate, no centre, no mark: the surroundings of the plate at a few hundred pixels are
+    correlated with themselves over time. The highest peak near each multiple of a turn gives the
+    time of that many turns.
+
+    Parameters
+    ----------
+    track : PhaseTrack
+    frame_s : float
+        From frame to frame, always the same.
+    rate_rad_s : float
+        Near which returns are looked for.
+
+    Returns
+    -------
+    LagRate or None
+        None without clear returns; none where the plate looks the same again in less than the turn
+        that is looked through about a return.
+    """
+    if 2 * ABOUT * track.plate.symmetry > 1:
+        return None
+    values = track.thumbnail[:LONGEST].astype(np.float32)
+    values -= values.mean(axis=0)
+    values -= values.mean(axis=1, keepdims=True)  # flicker
+    per_turn = 2 * np.pi / (abs(rate_rad_s) * frame_s)
+    lags, count, shown = returns_near(autocorrelation(values), per_turn)
+    clear = shown >= THRESHOLDS.clear_peak
+    if clear.sum() < FEWEST_RETURNS:
+        return None
+    period, sd = fitted_period(lags[clear], count[clear])
+    rate = 2 * np.pi / (period * frame_s)
+    return LagRate(rate, rate * sd / period, int(count[clear].max()))

@@ -1,88 +1,112 @@
-"""Frames that a recorder dropped without a gap in its time stamps.
+"""Frames that a recorder dropped without a gap in its time stamps: a switching model of the angle.
 
-A dropped frame makes the angle jump by rate × frame time, n frames by n times that. Jumps are
-candidates only: a plate that shows little at one angle jumps there as well, once per turn, and
-creeps back. Time is put back where the angles confirm it. With t_i the stamp of a frame, m_i its
-turn, s_i its sector of the turn, f_i its angle within the sector, T the frame time and K_i the
-candidates so far,
+What the plate turns beyond its usual rate, r, has a level that wanders slowly, grows by whole frame
+times where frames were dropped, and is left by single frames that are mismeasured, repeated, or
+blended by an encoder,
 
-    t_i = P m_i + h(s_i) + c(s_i) f_i - A T K_i + noise.
+    L_i = L_(i-1) + {0 | ±Δ/8 slow wander | nΔ where n frames were dropped},      Δ = Ω T,
+    r_i = L_i + {noise | anything, of a stray frame}.
+
+The probabilities of all levels in every frame follow from those before and after it (forward and
+backward sums: Rabiner, Proc. IEEE 77, 1989). That the level grew is not yet that frames were
+dropped: a plate that shows little at one angle jumps there as well, once per turn, and creeps back.
+Two things tell them apart. With t_i the stamp of a frame, m_i its turn, s_i its sector of the turn,
+f_i its angle within the sector, and K_i the frames dropped so far,
+
+    t_i = P m_i + h(s_i) + c(s_i) f_i - A T K_i + noise,
 
 h and c take whatever the angle errs by at each place of the plate, turn after turn, so A is 1 for
-dropped frames and 0 for errors of the angle. A is not determined where each turn has its jump at
-the same place. Frames are dropped at any angle, so such jumps are errors of the angle; Rayleigh's
-test (Mardia and Jupp, Directional Statistics, 2000, section 6.3) compares their angles with
-uniform ones.
+dropped frames and 0 for errors of the angle. And frames are dropped at any angle of the plate,
+errors come at one: the resultant R of n jumps has the probability exp(-n R²) of chance (Mardia and
+Jupp, Directional Statistics, 2000, section 6.3). Both together are the odds of dropped frames.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.phase_track import PhaseTrack, PlateAngle, RateHistory
-from vision.rate.jumps import frame_jumps
+from vision.numbers import SD_PER_MAD
+from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.least_squares import least_squares
-from vision.rate.stability import THRESHOLDS as STABILITY
+from vision.rate.unwrap import LOCAL_STEPS, running_median
 
 SECTORS = 24  # of a turn, each with its own error of the angle
 FEWEST_FREE = 6  # frames more than parameters, for a share to be determined
 FEWEST_REGULAR = 3  # two jumps and two ends are never far from a straight line
+LOCAL_S = 1.0  # over which the usual rate is taken, at least
+LEVELS = 8  #: steps of the level in a frame time; numerical
+MOST_AT_ONCE = 6  #: frames dropped in one place, at most
+MOST_DROPPED = 100  #: frame times that the level grows in a stretch, at most; a limit of memory
+STRETCH, MARGIN = 480, 32  #: frames that are looked at together, and to both sides; numerical
+SEEN = 0.25  # frame times: of a jump that an encoder spreads over three steps, one is larger
+SURE = 30.0  # of the logarithm of odds, beyond which nothing changes
 
 
 @dataclass(frozen=True)
 class DroppedFrameThresholds:
-    """When a jump of the angle is a dropped frame.
+    """Probabilities before the angles are looked at, and what they can show.
 
     Attributes
     ----------
-    confirmed : float
-        Share of the candidates, from 1 where frames were dropped and from 0 where none were.
-        Derived: half of the half that lies between.
-    determined : float
-        Sds between a share of 0 and one of 1. Derived: 5 sds from their middle to either.
-    clustered : float
-        Probability of angles as close as those of the jumps, were they uniform, below which the
-        jumps are errors of the angle. Derived: one clip in a thousand.
+    drops : float
+        That frames are dropped before a frame. A judgement: one in a thousand is.
+    wanders : float
+        That the level goes an eighth of a frame time up or down. Derived: a frame time in 80
+        frames, what the usual rate is off where it is taken over some dozen of them.
+    stray, stays : float
+        That a frame is a stray one; that the next one is too. A judgement.
+    clear : float
+        Times the noise of a level, that a frame time must be for a jump to be seen. Derived: half
+        of it is then three sds.
+    some_false : float
+        Sd of the share where frames were dropped: one jump in ten may be none. A judgement.
+    creeps : float
+        Sd of the share where the angle errs. Measured by ``tests.bench.rate_thresholds``: -0.05 to
+        0.53.
+    blind : float
+        Frames from one that shows its angle to the next; over more of them the angle is carried on
+        by the usual rate, which a view that is off by some degrees makes a few per cent too large
+        or too small along an arc. Derived: a quarter of a frame time at 4 %.
     """
 
-    confirmed: float = 0.25
-    determined: float = 10.0
-    clustered: float = 1e-3
+    drops: float = 1e-3
+    wanders: float = 0.05
+    stray: float = 0.01
+    stays: float = 0.5
+    clear: float = 6.0
+    some_false: float = 0.1
+    creeps: float = 0.3
+    blind: float = 6.0
 
 
 THRESHOLDS = DroppedFrameThresholds()
 
-Judgement = Literal["none", "dropped", "mismeasured", "undecided"]
-
 
 @dataclass(frozen=True, eq=False)
 class DroppedFrames:
-    """Whether frames were dropped, and the angle with their time put back where they were.
+    """The angle with the time of dropped frames put back where that is the likelier.
 
     Attributes
     ----------
-    judgement : str
-        "none": no frame is missing. "dropped": frames were dropped. "mismeasured": the angle
-        errs and no frame is missing. "undecided": neither can be excluded.
     angle : PlateAngle
-        Counts the dropped frames where the judgement is "dropped", else none.
-    candidates : int
+        Counts the dropped frames, or none.
+    jumps : int
         Frame times by which the angle jumps in all.
+    probability : float
+        That frames were dropped, and not the angle mismeasured; 0 without jumps.
     share, share_sd : float
-        A of the module's equation; NaN without candidates, sd infinite where not determined.
+        A of the module's equation; NaN without jumps, sd infinite where not determined.
     at_rad : float
         Mean plate angle of the jumps.
     """
 
-    judgement: Judgement
     angle: PlateAngle
-    candidates: int = 0
+    jumps: int = 0
+    probability: float = 0.0
     share: float = np.nan
-    share_sd: float = np.nan
+    share_sd: float = np.inf
     at_rad: float = np.nan
 
     @property
@@ -91,12 +115,14 @@ class DroppedFrames:
         return int(self.angle.dropped.sum())
 
     @property
+    def change(self) -> float:
+        """Relative change of the rate by the time of all jumps."""
+        return self.jumps * self.angle.frame_s / float(np.ptp(self.angle.time_s))
+
+    @property
     def sd_of_rate(self) -> float:
-        """Relative sd of the rate: where undecided, what all candidates together would change."""
-        if self.judgement != "undecided":
-            return 0.0
-        span_s = float(self.angle.time_s[-1] - self.angle.time_s[0])
-        return self.candidates * self.angle.frame_s / span_s
+        """Relative sd of the rate, by what the less likely of the two would change."""
+        return float(np.sqrt(min(self.probability, 1 - self.probability))) * self.change
 
 
 def dropped_frames(track: PhaseTrack, angle: PlateAngle) -> DroppedFrames:
@@ -109,31 +135,102 @@ def dropped_frames(track: PhaseTrack, angle: PlateAngle) -> DroppedFrames:
     angle : PlateAngle
         On the stamps as they are, without dropped frames.
     """
-    count = np.concatenate([[0], frame_jumps(angle)])
-    candidates = int(count.sum())
-    if not candidates:
-        return DroppedFrames("none", angle)
-    at_rad = angle.angle_rad[count > 0]
-    resultant = complex(np.exp(1j * at_rad).mean())
-    uniform = float(np.exp(-len(at_rad) * abs(resultant) ** 2))  # n R² is exponential
+    count = frame_jumps(angle)
+    jumps = int(count.sum())
+    if not jumps or _repeats_keep_time(track, angle, jumps):
+        return DroppedFrames(angle)
     repaired = replace(angle, dropped=count)
     share, sd = confirmed_share(repaired)
-    judgement = _judge(share, sd, uniform)
-    if judgement == "dropped" and _repeats_keep_time(track, angle, candidates):
-        return DroppedFrames("none", angle)
-    return DroppedFrames(
-        judgement, repaired if judgement == "dropped" else angle, candidates, share, sd,
-        float(np.angle(resultant)),
-    )
+    resultant = complex(np.exp(1j * angle.angle_rad[count > 0]).mean())
+    log_odds = 1 - np.count_nonzero(count) * abs(resultant) ** 2  # 0 on average of uniform angles
+    if np.isfinite(sd):
+        log_odds += _log_normal(share - 1, np.hypot(sd, THRESHOLDS.some_false))
+        log_odds -= _log_normal(share, np.hypot(sd, THRESHOLDS.creeps))
+    probability = float(1 / (1 + np.exp(-np.clip(log_odds, -SURE, SURE))))
+    return DroppedFrames(repaired if probability > 0.5 else angle, jumps, probability, share, sd,
+                      float(np.angle(resultant)))
 
 
-def _judge(share: float, sd: float, uniform: float) -> Judgement:
-    determined = THRESHOLDS.determined * sd < 1
-    if determined and abs(share - 1) < THRESHOLDS.confirmed:
-        return "dropped"
-    if determined and share < THRESHOLDS.confirmed:
-        return "mismeasured"
-    return "mismeasured" if uniform < THRESHOLDS.clustered else "undecided"
+def _log_normal(away: float, sd: float) -> float:
+    return float(-0.5 * (away / sd) ** 2 - np.log(sd))
+
+
+def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
+    """Whole frame times by which the angle jumps before each frame, shape (u,)."""
+    step, step_s = np.diff(angle.angle_rad), np.diff(angle.time_s)
+    # Of a fast camera, more steps: each has all the noise and less of the motion.
+    over = max(LOCAL_STEPS, 2 * round(LOCAL_S / angle.frame_s / 2) + 1)
+    rate = running_median(step / step_s, over)
+    blind = np.diff(angle.index) > THRESHOLDS.blind
+    per_frame = rate * angle.frame_s
+    beyond = np.zeros_like(step)
+    np.divide(step - rate * step_s, per_frame, out=beyond, where=~blind & (per_frame != 0))
+    noise = SD_PER_MAD * float(np.median(np.abs(beyond))) / np.sqrt(2)
+    expected = np.zeros(len(angle.time_s))
+    if THRESHOLDS.clear * noise > 1:
+        return expected.astype(np.int64)
+    for start in range(0, len(beyond), STRETCH):
+        first = max(start - MARGIN, 0)
+        part = slice(first, start + STRETCH + MARGIN)
+        if beyond[part].max() > SEEN:
+            grown = _grown(beyond[part], max(noise, 0.5 / LEVELS), blind[part])
+            expected[start + 1 : start + STRETCH + 1] = grown[start - first :][:STRETCH]
+    # Beside a stray frame, which of two steps it was does not show, but how many there were.
+    return np.diff(np.round(np.cumsum(expected)), prepend=0.0).astype(np.int64)
+
+
+def _grown(beyond: FloatArray, noise: float, blind: NDArray[np.bool_]) -> FloatArray:
+    """Frames dropped in each step, (s,), by the forward and backward sums of the switching model.
+
+    Parameters
+    ----------
+    beyond : array, shape (s,)
+        Steps of the angle beyond the usual rate, in frame times.
+    noise : float
+        Sd of a frame, in frame times.
+    blind : array of bool, shape (s,)
+        Steps in which no drop can be seen.
+    """
+    level = np.concatenate([[0.0], np.cumsum(beyond)])
+    highest = min(float(np.ptp(level)), MOST_DROPPED)
+    grid = np.arange(-LEVELS, LEVELS * (highest + 1)) / LEVELS + level.min()
+    n, g = len(level), len(grid)
+    near = np.exp(-0.5 * ((level[:, None] - grid) / noise) ** 2) / (np.sqrt(2 * np.pi) * noise)
+    shown = np.stack([near, np.full_like(near, 1 / np.ptp(grid))], axis=1)  # (n, 2, g)
+    t = THRESHOLDS
+    switch = np.array([[1 - t.stray, t.stray], [1 - t.stays, t.stays]])
+    at_once = t.drops / 2.0 ** np.arange(1, MOST_AT_ONCE + 1)
+
+    def moved(p: FloatArray, sign: int, drop: bool) -> FloatArray:
+        out = (1 - 2 * t.wanders) * p
+        out[:, 1:] += t.wanders * p[:, :-1]
+        out[:, :-1] += t.wanders * p[:, 1:]
+        if drop:
+            for k, chance in enumerate(at_once, start=1):
+                by = k * LEVELS
+                if by >= g:
+                    break
+                here, there = (slice(by, None), slice(None, -by))[::sign]
+                out[:, here] += chance * p[:, there]
+        return out
+
+    forward = np.empty((n, 2, g))
+    forward[0] = shown[0] / shown[0].sum()
+    for i in range(1, n):
+        now = shown[i] * (switch.T @ moved(forward[i - 1], 1, not blind[i - 1]))
+        forward[i] = now / now.sum()
+    later = np.ones((2, g))
+    expected = np.zeros(n)
+    for i in range(n - 1, 0, -1):
+        weighed = switch @ (shown[i] * later)
+        later = moved(weighed, -1, not blind[i - 1])
+        if not blind[i - 1]:
+            for k, chance in enumerate(at_once, start=1):
+                by = min(k * LEVELS, g)
+                grew = float((forward[i - 1][:, : g - by] * weighed[:, by:]).sum())
+                expected[i] += k * chance * grew / float((forward[i - 1] * later).sum())
+        later /= later.sum()
+    return expected[1:]
 
 
 def confirmed_share(angle: PlateAngle) -> tuple[float, float]:
@@ -192,60 +289,3 @@ def _repeats_keep_time(track: PhaseTrack, angle: PlateAngle, candidates: int) ->
     line = np.polynomial.Polynomial.fit(angle.angle_rad, angle.time_s, 1)
     low, high = np.quantile(angle.time_s - line(angle.angle_rad), (0.01, 0.99))
     return bool(high - low < angle.frame_s)
-
-
-def refuse_undecided(source: str, dropped: DroppedFrames, history: RateHistory) -> None:
-    """Raise where neither can be excluded, and the rates differ by more than a steady one may.
-
-    Parameters
-    ----------
-    source : str
-        Name of the clip.
-    dropped : DroppedFrames
-    history : RateHistory
-        Of the angle as stamped; goes with the refusal.
-
-    Raises
-    ------
-    RateRefused
-    """
-    if dropped.sd_of_rate < STABILITY.unsteady:
-        return
-    raise RateRefused(
-        f"{source}: the angle jumps by {dropped.candidates} frame time(s) in all, at about "
-        f"{_place(dropped)}. This clip cannot determine whether frames were dropped or the angle "
-        f"is mismeasured there, and the rates differ by {dropped.sd_of_rate:.1%}. Put a bold "
-        f"mark near the rim; where there is one, film over more turns.",
-        history,
-    )
-
-
-def dropped_frame_warnings(source: str, dropped: DroppedFrames) -> tuple[str, ...]:
-    """What the jumps of the angle are, and what was done about them."""
-    angle, n = dropped.angle, dropped.candidates
-    if dropped.judgement == "none":
-        return ()
-    if dropped.judgement == "dropped":
-        return (
-            f"{source}: the recorder dropped {n} frame(s) without a gap in the time stamps "
-            f"({n / len(angle.time_s):.1%}): the angle jumps by whole frame times. Their time was "
-            f"put back; of all that time the angles before and after confirm "
-            f"{dropped.share:.3f} ± {dropped.share_sd:.3f}.",
-        )
-    if dropped.judgement == "mismeasured":
-        return (
-            f"{source}: the angle jumps by {n} frame time(s) in all, at about {_place(dropped)}, "
-            f"and returns within a turn. No frame is missing: the angle is mismeasured there. The "
-            f"rate uses the time stamps as they are. Film the whole plate, with a mark near the "
-            f"rim.",
-        )
-    return (
-        f"{source}: the angle jumps by {n} frame time(s) in all, at about {_place(dropped)}. "
-        f"This clip cannot determine whether frames were dropped or the angle is mismeasured "
-        f"there; the sd covers both ({dropped.sd_of_rate:.2%} of the rate). Film over more turns, "
-        f"or put a bold mark near the rim.",
-    )
-
-
-def _place(dropped: DroppedFrames) -> str:
-    return f"{np.degrees(dropped.at_rad) % 360:.0f}° of plate angle"

@@ -19,23 +19,13 @@ from vision.errors import RateRefused
 from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
+from vision.rate.camera_roll import camera_roll
+from vision.rate.checks import Seen, refuse, warnings
 from vision.rate.cross_checks import CrossChecks, cross_check
 from vision.rate.diagnosis import PhaseDiagnosis, diagnose
-from vision.rate.dropped_frames import (
-    dropped_frame_warnings,
-    dropped_frames,
-    refuse_undecided,
-)
+from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
 from vision.rate.slow_camera import FrameTimes, frame_times
-from vision.rate.stability import (
-    camera_roll,
-    noise_of_turns,
-    refuse_unsteady,
-    refuse_wandering,
-    roll_warnings,
-    stability_warnings,
-)
 from vision.rate.steady_part import WHOLE, ClipPart, the_steady_part
 from vision.rate.terms import (
     CONSTANT_RATE,
@@ -51,7 +41,6 @@ from vision.rate.transients import STEADY_ENDS, MovingEnds, rate_beside_transien
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
 
 FEWEST_USABLE = 12  # frames
-FEWEST_TURNS = 1.0  #: fact: less shows no point of the plate twice
 
 
 @dataclass(frozen=True)
@@ -182,7 +171,7 @@ def measure_rate(
         refusal, history = error, error.history
     steady = None
     if history is not None and part == WHOLE:
-        steady = the_steady_part(history, noise_of_turns(history))
+        steady = the_steady_part(history)
     if history is not None and steady is not None and (
             refusal or steady.moving_ends(history)):
         with suppress(RateRefused):
@@ -207,14 +196,13 @@ def _measured(
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm)
     dropped = dropped_frames(track, continuous_angle(track, stamps, aliases.chosen_rad_s))
     angle = dropped.angle
-    history = rate_history(angle)
-    refuse_undecided(track.source, dropped, history)
-    refuse_unsteady(track.source, history)
-    _require_a_turn(track.source, history, aliases)
+    seen = Seen(track.source, rate_history(angle), dropped, aliases)
+    refuse(seen)
     fit, base, always = fit_rate(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
     )
-    refuse_wandering(track.source, history, fit.noise)
+    seen = replace(seen, scatter_rad=fit.noise)
+    refuse(seen)
     rate, sd = float(fit.beta[1]), float(fit.sd[1])
     if ends:
         x = design(always, base, base.time_s)
@@ -233,8 +221,9 @@ def _measured(
         frames.relative_sd * rate,
     )
     checks = cross_check(track, stamps, angle, rate, float(np.linalg.norm(parts)))
+    seen = replace(seen, rate_rad_s=rate, roll=roll, others=checks)
     uncertainty = RateUncertainty(
-        image_rad_s=float(np.linalg.norm((*parts, checks.contradiction_rad_s))),
+        image_rad_s=float(np.linalg.norm((*parts, checks.apart_rad_s))),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,
     )
     return RateMeasurement(
@@ -245,7 +234,7 @@ def _measured(
         fit=fit_stated(track.source, stated, angle, base, fit.used),
         aliases=aliases.about(rate),
         cross_checks=checks,
-        history=history,
+        history=seen.history,
         diagnosis=diagnose(
             stated, base.rows(fit.used), angle.angle_rad[fit.used], dropped.count
         ),
@@ -254,11 +243,8 @@ def _measured(
             *track.notes,
             *frames.warnings,
             *aliases.warnings,
-            *dropped_frame_warnings(track.source, dropped),
-            *stability_warnings(track.source, history, fit.noise, dropped.count),
-            *roll_warnings(track.source, roll, rate),
+            *warnings(seen),
             *exposure_warnings(track.source, exposure),
-            *checks.warnings,
         ),
     )
 
@@ -269,15 +255,6 @@ def _require_usable(track: PhaseTrack) -> None:
         raise RateRefused(
             f"{track.source}: the plate is seen clearly in {count} frame(s), at least "
             f"{FEWEST_USABLE} are needed. Film it with nothing in the way."
-        )
-
-
-def _require_a_turn(source: str, history: RateHistory, aliases: Aliases) -> None:
-    if history.revolutions < FEWEST_TURNS:
-        raise RateRefused(
-            f"{source}: the plate makes {history.revolutions:.2f} of a turn in the clip, at least "
-            f"one is needed to separate the rate from an off-centre view. {aliases.advice}",
-            history,
         )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.numbers import RPM
 from vision.phase_track import RateHistory
 from vision.rate.transients import MovingEnds
 
@@ -37,6 +38,9 @@ class SteadyPartThresholds:
     other : float
         Relative difference from which another steady part is one at another speed. Fact: the
         change that is no constant rate.
+    peak_to_peak : float
+        Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
+        independent values (Tippett), and a margin for the heavy tails of late stamps.
     """
 
     within: float = 0.002
@@ -44,6 +48,7 @@ class SteadyPartThresholds:
     trend: float = 0.001
     tail: float = 6.0
     other: float = 0.01
+    peak_to_peak: float = 8.0
 
 
 THRESHOLDS = SteadyPartThresholds()
@@ -105,16 +110,14 @@ class SteadyPart:
         )
 
 
-def steady_parts(history: RateHistory, noise: float) -> list[SteadyPart]:
-    """Parts that are steady for some turns, the longest first; they do not overlap.
+def noise_of_turns(history: RateHistory) -> float:
+    """Relative range of the rate from turn to turn by the noise of the angles alone."""
+    return float(THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi))
 
-    Parameters
-    ----------
-    history : RateHistory
-    noise : float
-        Relative range of the rate from turn to turn by the noise of the angles alone.
-    """
-    within = max(THRESHOLDS.within, noise)
+
+def steady_parts(history: RateHistory) -> list[SteadyPart]:
+    """Parts that are steady for some turns, the longest first; they do not overlap."""
+    within = max(THRESHOLDS.within, noise_of_turns(history))
     # The rates are means over a turn, half a turn apart.
     fewest = round(2 * THRESHOLDS.turns) - 1
     free = np.ones(len(history.rate_rad_s), bool)
@@ -134,9 +137,9 @@ def steady_parts(history: RateHistory, noise: float) -> list[SteadyPart]:
     return parts
 
 
-def the_steady_part(history: RateHistory, noise: float) -> SteadyPart | None:
+def the_steady_part(history: RateHistory) -> SteadyPart | None:
     """The steady part, None without one, with two of different rates, or if it is the clip."""
-    parts = steady_parts(history, noise)
+    parts = steady_parts(history)
     if not parts:
         return None
     best = parts[0]
@@ -145,6 +148,18 @@ def the_steady_part(history: RateHistory, noise: float) -> SteadyPart | None:
     whole = history.angle.time_s
     beyond = max(best.start_s - whole[0], whole[-1] - best.stop_s)
     return best if beyond > np.pi / abs(best.rate_rad_s) else None
+
+
+def steady_advice(history: RateHistory) -> str:
+    """What to do, with the parts that could be used, if there are some."""
+    parts = steady_parts(history)
+    if not parts:
+        return "Let the plate settle and film again."
+    named = " and ".join(
+        f"from {part.start_s:.1f} s to {part.stop_s:.1f} s ({part.rate_rad_s / RPM:+.2f} rpm)"
+        for part in sorted(parts, key=lambda part: part.start_s)
+    )
+    return f"It is steady {named}: measure one such part alone (--from, --to, or from_s, to_s)."
 
 
 def _longest(

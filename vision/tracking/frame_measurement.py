@@ -39,7 +39,7 @@ class FrameMeasurements:
         self._plate = plate
         view = plate.template.grid.view
         self._mark = find_mark(plate.template) if plate.symmetry <= MOST_FOLD else None
-        self._tracker = PlateTracker(plate.template, self._mark, plate.rate_rad_s)
+        self._tracker = PlateTracker(plate.template, plate.rate_rad_s)
         x, y = view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = shown.luma.shape
         self._columns, self._rows = _samples(x, w), _samples(y, h)
@@ -104,7 +104,6 @@ class FrameMeasurements:
             plate=layout,
             time_s=np.array(self._time_s),
             phase_rad=_wrapped(angles.angle_rad + turned_on),
-            mark_angle_rad=_wrapped(angles.mark_angle_rad + turned_on),
             quality=angles.match,
             duplicate=repeated(angles.change) & np.isfinite(angles.angle_rad),
             coding=np.array(self._coding).astype(np.uint8),

@@ -178,7 +178,6 @@ def _track(
         plate=layout,
         time_s=np.array(small.time_s),
         phase_rad=np.asarray(np.angle(np.exp(1j * angle))),
-        mark_angle_rad=np.full(len(angle), np.nan),
         quality=pixels.match,
         duplicate=repeated(np.concatenate([[np.inf], change])),
         coding=np.array(small.coding).astype(np.uint8),

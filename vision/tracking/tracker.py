@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.plate.mark import PlateMark, centroid
 from vision.plate.polar import Strips, ring_spectra
 from vision.plate.template import Template
 from vision.video.reader import Luma
@@ -79,8 +78,6 @@ class MeasuredAngles:
         Continuous as far as the expectation goes; NaN where the frame shows none.
     match : array
         Correlation with the template at that angle.
-    mark_angle_rad : array
-        Angle by the centroid of the mark alone; NaN where no spot stands out.
     change : array
         Mean change of luma since the frame before; infinite for the very first.
     smear_rad2 : array
@@ -90,7 +87,6 @@ class MeasuredAngles:
 
     angle_rad: FloatArray
     match: FloatArray
-    mark_angle_rad: FloatArray
     change: FloatArray
     smear_rad2: FloatArray
 
@@ -108,14 +104,12 @@ class PlateTracker:
     Parameters
     ----------
     template : Template
-    mark : PlateMark or None
     rate_rad_s : float
         Rough rate to begin with.
     """
 
-    def __init__(self, template: Template, mark: PlateMark | None, rate_rad_s: float) -> None:
+    def __init__(self, template: Template, rate_rad_s: float) -> None:
         self.template = template
-        self._mark = mark
         self._rate = rate_rad_s
         grid = template.grid
         self._n = grid.azimuths
@@ -165,21 +159,13 @@ class PlateTracker:
         """
         f = len(time_s)
         angle, match, change, smear = np.empty((4, f))
-        along_mark = np.empty((f, self._n), np.float32)
         for i, strip in enumerate(strips):
             before, self._before = self._before, strip
             change[i] = np.inf if before is None else cv2.norm(strip, before, cv2.NORM_L1)
             difference = self._less_background(strip)
             angle[i], match[i] = self._angle_of(difference, float(time_s[i]))
             smear[i] = self._smear(difference, angle[i]) if np.isfinite(angle[i]) else np.nan
-            if self._mark is not None:
-                rings = difference[self._mark.first_ring : self._mark.last_ring]
-                np.sum(rings, axis=0, out=along_mark[i])
-        mark_angle = np.full(f, np.nan)
-        if self._mark is not None:
-            at = self._mark.azimuth_rad
-            mark_angle = centroid(along_mark, self._mark, at + angle) - at
-        return MeasuredAngles(angle, match, mark_angle, change / self._seen.size, smear)
+        return MeasuredAngles(angle, match, change / self._seen.size, smear)
 
     def _less_background(self, strip: Luma) -> NDArray[np.float32]:
         cv2.subtract(strip, self._background, dst=self._difference, dtype=cv2.CV_32F)

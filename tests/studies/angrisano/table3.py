@@ -39,8 +39,8 @@ from tests.studies.angrisano.published import (
 )
 from tests.studies.angrisano.table1 import implied_pose_sds
 from vision.phase_track import PlateAngle
+from vision.rate.cross_checks import count_frames
 from vision.rate.least_squares import least_squares
-from vision.rate.other_rates import count_frames
 
 SESSIONS = 40
 POSE_S = 20.0

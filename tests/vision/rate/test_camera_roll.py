@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vision.rate.camera_roll import camera_roll
 from vision.rate.measure import measure_rate
-from vision.rate.stability import camera_roll
 from vision.tracking.track import track_phase
 
 pytest.importorskip("av", reason="rendering clips needs PyAV")

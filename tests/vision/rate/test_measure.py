@@ -254,15 +254,6 @@ def test_frames_that_are_mismeasured_are_no_dropped_ones(
     assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
 
 
-def test_a_centroid_that_turns_otherwise_is_reported() -> None:
-    time, angle = steady()
-    track = phase_track(
-        time, angle, noise_rad=NOISE, mark_angle_rad=np.angle(np.exp(1j * angle * (1 + 3e-4)))
-    )
-    rate = measure_rate(track, timebase=CLOCK)
-    assert any("centroid" in text for text in rate.warnings)
-
-
 def test_a_frame_that_returns_at_another_rate_is_reported() -> None:
     time, angle = steady(33.3)
     other = phase_track(*steady(33.3 * 1.02))

@@ -1,0 +1,299 @@
+"""Whether one number can stand for the rate of a clip: one table of checks of what was measured.
+
+Each check is a size over the size from which it matters, and a sentence. The first check of
+``REFUSALS`` that reaches one refuses the clip; each one of ``WARNINGS`` that does adds a paragraph.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vision.errors import RateRefused
+from vision.geometry import FloatArray
+from vision.numbers import RPM
+from vision.phase_track import RateHistory
+from vision.rate.aliases import Aliases
+from vision.rate.camera_roll import CameraRoll
+from vision.rate.cross_checks import CrossChecks
+from vision.rate.dropped_frames import DroppedFrames
+from vision.rate.steady_part import noise_of_turns, steady_advice
+
+FEWEST_STRETCHES = 3  # that a clip is averaged in
+
+
+@dataclass(frozen=True)
+class CheckThresholds:
+    """Sizes from which something matters.
+
+    Attributes
+    ----------
+    turns : float
+        That the plate must make. Fact: less shows no point of the plate twice.
+    unsteady : float
+        Relative change of the rate within a clip that is refused, and relative sd by frames that
+        may have been dropped. Fact: the scale of a sensor calibrated against a mean rate errs by up
+        to as much.
+    uneven : float
+        Relative change that is worth a warning. Fact: ten times a poor clock (100 ppm).
+    stopped : float
+        Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
+        It chooses the words, not the refusal.
+    hidden_drop : float
+        Of the angle from frame to frame: a scatter that hides a dropped frame.
+    wandering : float
+        Times the noise of single frames: a scatter that is no noise.
+    scattered_rad : float
+        Scatter about an even rotation worth a warning, rad. Ten times that of a poor clip
+        (``tests.bench.vision_films``).
+    """
+
+    turns: float = 1.0
+    unsteady: float = 0.01
+    uneven: float = 0.001
+    stopped: float = 0.5
+    hidden_drop: float = 0.5
+    wandering: float = 5.0
+    scattered_rad: float = 0.0122
+
+
+THRESHOLDS = CheckThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What of a clip the checks look at.
+
+    Attributes
+    ----------
+    source : str
+        Name of the clip.
+    history : RateHistory
+    dropped : DroppedFrames
+    aliases : Aliases
+    scatter_rad : float
+        Noise of the rate's fit, rad; NaN before the fit.
+    rate_rad_s : float
+        Of the fit, signed; NaN before it.
+    roll : CameraRoll or None
+        Of a camera that rolled.
+    others : CrossChecks or None
+        The rate by other ways; None before the fit.
+    """
+
+    source: str
+    history: RateHistory
+    dropped: DroppedFrames
+    aliases: Aliases
+    scatter_rad: float = np.nan
+    rate_rad_s: float = np.nan
+    roll: CameraRoll | None = None
+    others: CrossChecks | None = None
+
+    @cached_property
+    def even_history(self) -> tuple[FloatArray, float]:
+        """Rates from turn to turn, (m,) in rad/s, and the relative range of noise alone.
+
+        Positive in the direction of most of them; averaged over as many turns as it takes to see an
+        unsteady plate through the noise of single frames.
+        """
+        rate = self.history.rate_rad_s
+        if len(rate) >= 5:  # without strays
+            rate = np.median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
+        # The mean over n windows of a turn, half a turn apart, keeps the noise of two frames at
+        # either end, over n half turns.
+        spread = noise_of_turns(self.history)
+        wanted = int(np.ceil(spread / THRESHOLDS.unsteady))
+        span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
+        rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
+        return rate * (np.sign(np.median(rate)) or 1.0), spread / span
+
+    @cached_property
+    def change(self) -> float:
+        """Relative change of the rate from turn to turn."""
+        rate, _ = self.even_history
+        return float(np.ptp(rate) / max(abs(np.median(rate)), 1e-9))
+
+    @cached_property
+    def step_rad(self) -> float:
+        """Usual angle from frame to frame."""
+        return float(np.median(np.abs(np.diff(self.history.angle.angle_rad))))
+
+
+@dataclass(frozen=True)
+class Check:
+    """How far something goes, 1 and more where it matters, and what is said then."""
+
+    size: Callable[[Seen], float]
+    sentence: Callable[[Seen], str]
+
+
+def refuse(seen: Seen) -> None:
+    """Raise for the first refusal that a clip gives cause for.
+
+    Raises
+    ------
+    RateRefused
+        With the rate against time.
+    """
+    for check in REFUSALS:
+        if check.size(seen) >= 1:
+            raise RateRefused(f"{seen.source}: {check.sentence(seen)}", seen.history)
+
+
+def warnings(seen: Seen) -> tuple[str, ...]:
+    """A paragraph for everything that is worth a warning."""
+    return tuple(f"{seen.source}: {check.sentence(seen)}" for check in WARNINGS
+                 if check.size(seen) >= 1)
+
+
+def _jumps(seen: Seen) -> str:
+    return (f"the angle jumps by {seen.dropped.jumps} frame time(s) in all, at about "
+            f"{np.degrees(seen.dropped.at_rad) % 360:.0f}° of plate angle")
+
+
+def _says_undecided(seen: Seen) -> str:
+    return (
+        f"{_jumps(seen)}. This clip cannot determine whether frames were dropped or the angle is "
+        f"mismeasured there (the odds of dropped frames are {seen.dropped.probability:.0%}), and "
+        f"the rates differ by {seen.dropped.change:.1%}. Put a bold mark near the rim; where there "
+        f"is one, film over more turns."
+    )
+
+
+def _says_unsteady(seen: Seen) -> str:
+    rate, history = seen.even_history[0], seen.history
+    first, last, fastest = rate[0] / RPM, rate[-1] / RPM, rate.max() / RPM
+    if rate.min() < -THRESHOLDS.stopped * rate.max():
+        kind = "changes its direction"
+    elif last < THRESHOLDS.stopped * fastest:
+        kind = "slows down"
+    elif first < THRESHOLDS.stopped * fastest:
+        kind = "is still running up"
+    else:
+        kind = "does not turn steadily"
+    return (
+        f"the plate {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it goes "
+        f"from {first:.2f} to {last:.2f} rpm (slowest {rate.min() / RPM:.2f}, fastest "
+        f"{fastest:.2f}) in {history.revolutions:.2f} turns. A constant rate may change by at most "
+        f"{THRESHOLDS.unsteady:.0%}. {steady_advice(history)}"
+    )
+
+
+def _says_less_than_a_turn(seen: Seen) -> str:
+    return (
+        f"the plate makes {seen.history.revolutions:.2f} of a turn in the clip, at least one is "
+        f"needed to separate the rate from an off-centre view. {seen.aliases.advice}"
+    )
+
+
+def _says_wandering(seen: Seen) -> str:
+    return (
+        f"the angle wanders by {np.degrees(seen.scatter_rad):.2f}° about an even rotation, while "
+        f"the noise of a frame is {np.degrees(seen.history.phase_noise_rad):.2f}° and the plate "
+        f"turns by {np.degrees(seen.step_rad):.2f}° from frame to frame: this clip cannot "
+        f"determine whether frames were dropped. Put a bold mark near the rim; where there is one, "
+        f"film with fewer frames per second."
+    )
+
+
+def _says_jumps(seen: Seen) -> str:
+    dropped = seen.dropped
+    if dropped.sd_of_rate > THRESHOLDS.uneven:
+        return (
+            f"{_jumps(seen)}. This clip cannot determine whether frames were dropped or the angle "
+            f"is mismeasured there; the sd covers both ({dropped.sd_of_rate:.2%} of the rate). "
+            f"Film over more turns, or put a bold mark near the rim."
+        )
+    if dropped.count:
+        return (
+            f"the recorder dropped {dropped.count} frame(s) without a gap in the time stamps "
+            f"({dropped.count / len(dropped.angle.time_s):.1%}): the angle jumps by whole frame "
+            f"times. Their time was put back; of all that time the angles before and after confirm "
+            f"{dropped.share:.3f} ± {dropped.share_sd:.3f}."
+        )
+    return (
+        f"{_jumps(seen)}, and returns within a turn. No frame is missing: the angle is mismeasured "
+        f"there. The rate uses the time stamps as they are. Film the whole plate, with a mark near "
+        f"the rim."
+    )
+
+
+def _says_uneven(seen: Seen) -> str:
+    return (f"the rate changes by {seen.change:.2%} within the clip. The result is its mean; a "
+            f"sensor logged at another time may have seen another rate.")
+
+
+def _says_hidden_drop(seen: Seen) -> str:
+    return (
+        f"the plate turns by {np.degrees(seen.step_rad):.2f}° from frame to frame and the angle "
+        f"scatters by {np.degrees(seen.scatter_rad):.2f}°: a dropped frame would not be noticed, "
+        f"and one in a hundred makes the rate 1 % too high. Put a bold mark near the rim; where "
+        f"there is one, film with fewer frames per second."
+    )
+
+
+def _says_scattered(seen: Seen) -> str:
+    late_ms = 1e3 * seen.scatter_rad / abs(seen.rate_rad_s)
+    return (
+        f"the angle scatters by {np.degrees(seen.scatter_rad):.1f}° about an even rotation; a "
+        f"plate filmed from a stand gives some hundredths. The cause is noise in the frames, time "
+        f"stamps that are late by {late_ms:.0f} ms, a camera that moves, or an object that is no "
+        f"plate. The sd includes it; --overlay shows what was tracked."
+    )
+
+
+def _says_rolled(seen: Seen) -> str:
+    roll = seen.roll or CameraRoll(0.0, 0.0)
+    ppm = abs(roll.rate_rad_s / seen.rate_rad_s) * 1e6
+    return (f"the camera rolled by {np.degrees(roll.range_rad):.1f}° while it filmed, as what lies "
+            f"around the plate shows. Up to {ppm:.0f} ppm of the rate may come from the camera; "
+            f"the sd includes them. Fix the camera to a stand and film again.")
+
+
+def _says_returns(seen: Seen) -> str:
+    others = seen.others
+    assert others is not None
+    lag = others.lag
+    assert lag is not None
+    return (
+        f"the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} ± "
+        f"{lag.sd_rad_s / RPM:.4f} rpm, the regression gives {others.by_stamps_rad_s / RPM:.4f} "
+        f"rpm. Something else in the frame may be turning, or turns were miscounted; the sd spans "
+        f"both. Put one bold mark near the rim and film again."
+    )
+
+
+def _says_two_rates(seen: Seen) -> str:
+    others = seen.others
+    assert others is not None
+    assert others.second is not None
+    return (
+        f"two things turn in the frame at two rates, {others.by_stamps_rad_s / RPM:.4g} rpm and "
+        f"{others.second.rate_rad_s / RPM:.4g} rpm ± "
+        f"{others.second.sd_s / others.second.period_s:.1%}. The rate is that of the first, which "
+        f"shows more. If the sensor turns with the second, cover the first or state the rim of the "
+        f"second (--rim, or plate: centre_px, radii_px)."
+    )
+
+
+REFUSALS = (
+    Check(lambda seen: seen.dropped.sd_of_rate / THRESHOLDS.unsteady, _says_undecided),
+    Check(lambda seen: seen.change / THRESHOLDS.unsteady, _says_unsteady),
+    Check(lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
+    Check(lambda seen: seen.scatter_rad / max(
+        THRESHOLDS.hidden_drop * seen.step_rad,
+        THRESHOLDS.wandering * seen.history.phase_noise_rad), _says_wandering),
+)
+WARNINGS = (  # in the order in which they are printed
+    Check(lambda seen: seen.dropped.jumps, _says_jumps),
+    Check(lambda seen: seen.change / max(THRESHOLDS.uneven, seen.even_history[1]), _says_uneven),
+    Check(lambda seen: seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad)
+          * (seen.dropped.count == 0), _says_hidden_drop),
+    Check(lambda seen: seen.scatter_rad / THRESHOLDS.scattered_rad, _says_scattered),
+    Check(lambda seen: seen.roll is not None, _says_rolled),
+    Check(lambda seen: seen.others is not None and seen.others.apart_rad_s > 0, _says_returns),
+    Check(lambda seen: seen.others is not None and seen.others.second is not None,
+          _says_two_rates),
+)
