@@ -96,12 +96,16 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "vision.video": [("orientation", "reduction", "av_decoder"), ("reader",)],
     "pipeline": [
-        ("errors", "text", "drawings"), ("files",), ("logs", "cameras"), ("devices",),
+        ("errors", "text"), ("drawings", "files"), ("logs", "cameras"), ("devices",),
         ("config",), ("stages",),
         ("results", "record", "plan", "model_change", "guess", "clock"),
         ("console", "export", "next_change"), ("report",), ("session_folder",),
         ("fleet", "workbench", "notebook"), ("commands",),
         ("cli",),
         ("__main__",),
+    ],
+    "pipeline.report": [
+        ("layout",), ("triad",), ("plate", "mounting_view", "noise_figure"), ("page",),
+        ("outputs",),
     ],
 }

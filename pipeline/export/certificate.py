@@ -5,43 +5,22 @@ parameters, figures and residuals; the references with their traceability; how t
 HTML with a style sheet for A4: a browser prints it, or saves it as PDF.
 """
 
-from dataclasses import dataclass
 from functools import cache
 from itertools import groupby
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
+from pipeline.drawings.charts import Canvas, Chart, rightward, upward
 from pipeline.export.certificate_content import Residuals, certificate_content
 from pipeline.export.parts import Export
 from pipeline.results.read import Stored
 from pipeline.text.formatting import with_minus_signs
 
 FILE_NAME = "certificate.html"
-WIDTH, HEIGHT = 320.0, 110.0  #: size of a chart, in the units of its drawing; layout
-LEFT, TOP, BOTTOM = 34.0, 4.0, 96.0  #: edges of its frame; layout
+CANVAS = Canvas(320.0, 122.0, 34.0, 20.0, "chart", margin_right=0.0, margin_top=4.0)
 REACH = 1.1  #: length of the axis in largest residuals with their sd; layout
-
-
-@dataclass(frozen=True)
-class Bar:
-    """The noise and the residual of one pose, in the units of the drawing."""
-
-    x: float
-    width: float
-    top: float
-    height: float
-    y: float
-    is_length: bool
-
-
-@dataclass(frozen=True)
-class ResidualChart:
-    """Residuals in the order of the poses over their noise; runs and ticks as (place, text)."""
-
-    bars: tuple[Bar, ...]
-    runs: tuple[tuple[float, str], ...]
-    ticks: tuple[tuple[float, str], ...]
+LONGEST_RUN = 24  #: letters of a run's name; layout
 
 
 def to_certificate(stored: Stored) -> Export:
@@ -58,26 +37,22 @@ def _template() -> Template:
     return environment.get_template(FILE_NAME)
 
 
-def residual_chart(residuals: Residuals) -> ResidualChart:
-    """The drawing of a triad's residuals."""
-    reach = REACH * float(np.max(np.abs(residuals.value) + residuals.sd))
-    low = 0.0 if residuals.is_length.all() else -reach
-    step = (WIDTH - LEFT) / len(residuals.value)
-
-    def height(value: float) -> float:
-        return round(BOTTOM - (value - low) / (reach - low) * (BOTTOM - TOP), 2)
-
-    bars = []
-    for i, (value, sd, is_length) in enumerate(
-        zip(residuals.value, residuals.sd, residuals.is_length, strict=True)
-    ):
-        top, bottom = height(sd), height(0.0 if is_length else -sd)
-        bars.append(Bar(round(LEFT + (i + 0.05) * step, 2), round(0.9 * step, 2), top,
-                        round(bottom - top, 2), height(value), bool(is_length)))
-    runs, place = [], 0
+def residual_chart(residuals: Residuals, triad: str) -> str:
+    """Residuals in the order of the poses over their noise, as SVG; a square marks a length."""
+    largest = float(np.max(np.abs(residuals.value) + residuals.sd))
+    low = 0.0 if residuals.is_length.all() else -largest
+    place = np.arange(len(residuals.value), dtype=float)
+    chart = Chart(rightward(-0.5, len(place) - 0.5, CANVAS),
+                  upward(REACH * low, REACH * largest, canvas=CANVAS), "", "", CANVAS)
+    chart.y_axis([(value, with_minus_signs(f"{value:.2g}"))
+                  for value in sorted({0.0, low, largest})])
+    runs, first = [], 0
     for run, poses in groupby(residuals.run):
-        runs.append((round(LEFT + place * step, 2), run))
-        place += len(list(poses))
-    ticks = tuple((height(value), with_minus_signs(f"{value:.2g}"))
-                  for value in sorted({0.0, low / REACH, reach / REACH}))
-    return ResidualChart(tuple(bars), tuple(runs), ticks)
+        last = first + len(list(poses))
+        runs.append(((first + last - 1) / 2, run[:LONGEST_RUN]))
+        first = last
+    chart.x_axis(runs)
+    chart.bars(place, np.where(residuals.is_length, 0.0, -residuals.sd), residuals.sd, "band")
+    for x, value, is_length in zip(place, residuals.value, residuals.is_length, strict=True):
+        chart.mark(x, value, int(is_length), "mark")
+    return chart.svg(f"Residuals of the {triad}")

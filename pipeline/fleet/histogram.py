@@ -3,7 +3,7 @@
 import numpy as np
 
 from calib.poses.imu_log import BoolArray, FloatArray
-from pipeline.report.svg import SMALL, Chart, across, pixel, upward
+from pipeline.drawings.charts import SMALL, Chart, across, pixel, upward
 
 MOST_BARS = 40
 """Bars of a chart 320 units wide; derived: narrower ones are lines."""

@@ -17,8 +17,8 @@ from pipeline.fleet.population import TriadPopulation
 from pipeline.fleet.record import SESSIONS_FOLDER
 from pipeline.fleet.table import parameter_unit
 from pipeline.fleet.words import copies_text, p_text, pool_headline, pool_text, repeat_text
+from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.page import css_text
-from pipeline.report.page_templates import page_templates
 from pipeline.results.names import REPORT_NAME
 
 if TYPE_CHECKING:

@@ -1,5 +1,5 @@
 """The outcome of a run as one self-contained page.
 
-    summary, tables, pose_charts, rate_charts, history_chart (svg) ─────────┐
-    refitted (exact fits of other models) ─ refit_table (the tick boxes) ───┴─ page ─ outputs
+    layout ─ triad ─ plate ─ mounting_view ─ page ─ outputs (all that a run leaves)
+    noise_figure: the picture of `pipeline noise`
 """

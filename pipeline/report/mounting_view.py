@@ -12,7 +12,7 @@ from calib.mounting.both_orders import OrderTrial
 from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.console.mounting_text import mounting_text
-from pipeline.report.svg import Chart, Figure, across, upward
+from pipeline.drawings.charts import Chart, Figure, across, upward
 from pipeline.text.formatting import with_sd
 
 ROOM = 0.08  #: share of the range of the forces, above and below; layout

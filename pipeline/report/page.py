@@ -8,25 +8,25 @@ from typing import Any
 from calib.diagnosis.verdict.decision import Code
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.run_text import triad_figures
-from pipeline.report.axis_charts import axis_charts, lead_panel
-from pipeline.report.candidate_table import RANKED, candidate_rows, limit_rows
-from pipeline.report.effect_cards import effect_cards
-from pipeline.report.glossary import TERMS
-from pipeline.report.history_chart import staircase
+from pipeline.report.layout.glossary import TERMS
+from pipeline.report.layout.page_templates import page_templates
+from pipeline.report.layout.payload import script_json
 from pipeline.report.mounting_view import mounting_view
-from pipeline.report.page_templates import page_templates
-from pipeline.report.payload import script_json
-from pipeline.report.pose_charts import (
+from pipeline.report.plate.rate_charts import rate_view
+from pipeline.report.triad.axis_charts import axis_charts, lead_panel
+from pipeline.report.triad.candidate_table import RANKED, candidate_rows, limit_rows
+from pipeline.report.triad.effect_cards import effect_cards
+from pipeline.report.triad.history_chart import staircase
+from pipeline.report.triad.pose_charts import (
     covariate_figures,
     coverage_figure,
     residual_figure,
     run_legend,
 )
-from pipeline.report.pose_sphere import excluded_rows, pose_rows, sphere_json
-from pipeline.report.rate_charts import rate_view
-from pipeline.report.refit_table import constants_json, refit_json
-from pipeline.report.refitted import Refits
-from pipeline.report.tables import budget_rows, parameter_groups
+from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
+from pipeline.report.triad.refit_table import constants_json, refit_json
+from pipeline.report.triad.refitted import Refits
+from pipeline.report.triad.tables import budget_rows, parameter_groups
 from pipeline.results.schema.history import HistoryLine
 from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate

@@ -19,8 +19,8 @@ from calib.errors import CalibrationError
 from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.load import Config, parse_config
 from pipeline.errors import ConfigError, PipelineError
+from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.outputs import outputs_of
-from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
 from pipeline.session_folder import working_on, write_session

@@ -22,8 +22,8 @@ from calib.poses.imu_log import AXES, TRIADS, Triad
 from pipeline.config.load import Config, load_config, parse_config
 from pipeline.console.exclude_text import PoseSection, pose_sections
 from pipeline.errors import ConfigError
-from pipeline.report.judgement import changes_json
-from pipeline.report.refitted import Refitted, refitted_json
+from pipeline.report.triad.judgement import changes_json
+from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates

@@ -8,8 +8,8 @@ from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
 from pipeline.config.yaml_words import yaml_word
 from pipeline.errors import ConfigError
-from pipeline.report.judgement import judged_effect
-from pipeline.report.refitted import Refitted, refitted_json
+from pipeline.report.triad.judgement import judged_effect
+from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.text.names import nearest_name
 from pipeline.workbench.live_refits import OpenSession

@@ -1,6 +1,7 @@
 """``--to certificate``: one page that states what the results hold, whatever the names are."""
 
 import json
+import re
 import shutil
 import subprocess
 from dataclasses import replace
@@ -92,15 +93,20 @@ def test_without_a_history_the_date_is_not_invented(finished: RunSession, tmp_pa
 def test_the_chart_shows_every_residual_over_its_noise() -> None:
     chart = residual_chart(Residuals(
         "°/s", np.array([1.0, -2.0, 0.5]), np.array([0.5, 1.0, 0.25]), ("slow", "slow", "stopped"),
-        np.array([False, False, True])))
-    high, low, at_rest = chart.bars
-    (_, zero), = [(text, y) for y, text in chart.ticks if text == "0"]
-    assert high.y < zero < low.y
-    assert zero - high.y == pytest.approx((low.y - zero) / 2, abs=0.02)
-    assert high.top + high.height / 2 == pytest.approx(zero, abs=0.02)  # noise on both sides of 0
-    assert at_rest.top + at_rest.height == pytest.approx(zero, abs=0.02)  # a length is above it
-    assert [name for _, name in chart.runs] == ["slow", "stopped"]
-    assert chart.runs[1][0] == pytest.approx(at_rest.x, abs=0.1 * at_rest.width)
+        np.array([False, False, True])), "gyroscope")
+    marks = [(float(x), float(y)) for x, y in re.findall(
+        r'class="mark" transform="translate\(([\d.]+) ([\d.]+)\)', chart)]
+    (zero,) = (float(y) for y in re.findall(r'y="([\d.]+)"[^>]*>0</text>', chart))
+    bars = [(float(start), float(end)) for start, end in re.findall(
+        r"M[\d.]+ ([\d.]+)V([\d.]+)", re.search(r'class="band" d="([^"]+)"', chart)[1])]
+    (_, high), (_, low), (at, _) = marks
+    assert high < zero < low
+    assert zero - high == pytest.approx((low - zero) / 2, abs=0.1)
+    assert sum(bars[0]) / 2 == pytest.approx(zero, abs=0.1)  # noise on both sides of 0
+    assert bars[2][0] == pytest.approx(zero, abs=0.1)  # a length is above it
+    runs = re.findall(r'x="([\d.]+)"[^>]*text-anchor="middle">(\w+)<', chart)
+    assert [name for _, name in runs] == ["slow", "stopped"]
+    assert float(runs[1][0]) == pytest.approx(at, abs=0.1)
 
 
 @pytest.mark.parametrize("name", [

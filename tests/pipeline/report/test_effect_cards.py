@@ -11,11 +11,11 @@ from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
-from pipeline.report.effect_cards import EffectCard, effect_cards, formula_html
-from pipeline.report.fingerprint import fingerprint
-from pipeline.report.page_templates import page_templates
-from pipeline.report.refit_table import refit_json, tickable
-from pipeline.report.refitted import Refits
+from pipeline.report.layout.page_templates import page_templates
+from pipeline.report.triad.effect_cards import EffectCard, effect_cards, formula_html
+from pipeline.report.triad.fingerprint import fingerprint
+from pipeline.report.triad.refit_table import refit_json, tickable
+from pipeline.report.triad.refitted import Refits
 from pipeline.stages.triads import TriadResult
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession

@@ -12,11 +12,11 @@ from calib.diagnosis.verdict.explain import SIGNS
 from pipeline.config.load import load_config
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
-from pipeline.report.glossary import TERMS, Term, with_terms
-from pipeline.report.history_chart import staircase
+from pipeline.drawings.charts import nice_limit, tick_text, upward
+from pipeline.report.layout.glossary import TERMS, Term, with_terms
 from pipeline.report.page import css_text, report_html
-from pipeline.report.refit_table import constants_json
-from pipeline.report.svg import nice_limit, tick_text, upward
+from pipeline.report.triad.history_chart import staircase
+from pipeline.report.triad.refit_table import constants_json
 from pipeline.results.schema.history import HistoryLine, HistoryTriad
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages

@@ -1,12 +1,14 @@
 """Templates are compiled once and kept as Python keeps the bytecode of its modules."""
 
 import sys
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
 from jinja2 import Environment
 
-from pipeline.report.page_templates import page_templates
+import pipeline.report.layout.page_templates as module
+from pipeline.report.layout.page_templates import page_templates
 
 NAME = "poses.css"
 
@@ -16,6 +18,7 @@ def bytecode(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of all bytecode that is written from here on."""
     monkeypatch.setattr(sys, "pycache_prefix", str(tmp_path))
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    Path(cache_from_source(module.__file__)).parent.mkdir(parents=True)  # as its import makes it
     return tmp_path
 
 

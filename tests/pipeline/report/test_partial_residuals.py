@@ -17,9 +17,9 @@ from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from pipeline.config.load import load_config
-from pipeline.report.axis_charts import axis_charts, lead_panel
-from pipeline.report.partial_residuals import Panel, panels
-from pipeline.report.refitted import Refits
+from pipeline.report.triad.axis_charts import axis_charts, lead_panel
+from pipeline.report.triad.partial_residuals import Panel, panels
+from pipeline.report.triad.refitted import Refits
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.world.designs import rich_design

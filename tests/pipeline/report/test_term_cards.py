@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.console.effect_pages import page_lines
-from pipeline.report.term_cards import TermCard, term_cards
+from pipeline.report.plate.term_cards import TermCard, term_cards
 from pipeline.stages.rate import measure_setting
 from tests.vision.phase_tracks import phase_track, steady
 from vision.rate.term_pages import TERM_PAGES

@@ -14,7 +14,7 @@ import pytest
 import vision.tracking.track
 from pipeline.config.schema import PlateSection
 from pipeline.console.rate_text import clip_lines
-from pipeline.report.rate_charts import rate_view
+from pipeline.report.plate.rate_charts import rate_view
 from pipeline.results.rate import rate_section
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import rim

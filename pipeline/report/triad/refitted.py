@@ -1,6 +1,7 @@
 """Other models of a triad, each fitted exactly to the same poses: what a tick box shows.
 
-The page carries a table of them (:mod:`pipeline.report.refit_table`); ``pipeline open`` makes any.
+The page carries a table of them (:mod:`pipeline.report.triad.refit_table`); ``pipeline open`` makes
+any.
 """
 
 from collections.abc import Mapping, Sequence

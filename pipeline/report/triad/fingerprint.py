@@ -14,8 +14,8 @@ import numpy as np
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
-from pipeline.report.refitted import Refits
-from pipeline.report.svg import PLAIN, Canvas, drawing, pixel, tick_text
+from pipeline.drawings.charts import PLAIN, Canvas, drawing, pixel, tick_text
+from pipeline.report.triad.refitted import Refits
 
 LEFT, RIGHT = 44.0, 4.0  #: px of the drawing beside the strips; layout
 STRIP, GAP, TOP, FOOT = 52.0, 28.0, 16.0, 16.0  #: height of a strip, and the room about it

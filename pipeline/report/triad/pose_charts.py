@@ -12,8 +12,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, FloatArray
 from calib.poses.pose_set import PoseSet
 from pipeline.console.run_text import leading_covariate
-from pipeline.report.coverage import coverage_of
-from pipeline.report.svg import (
+from pipeline.drawings.charts import (
     SHAPES,
     Canvas,
     Chart,
@@ -27,6 +26,7 @@ from pipeline.report.svg import (
     tick_text,
     upward,
 )
+from pipeline.report.triad.coverage import coverage_of
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, with_sd
 

@@ -6,7 +6,7 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from pipeline.report.svg import Chart, Figure, rightward, upward
+from pipeline.drawings.charts import Chart, Figure, rightward, upward
 from pipeline.results.schema.history import HistoryLine, HistoryTriad
 from pipeline.text.formatting import DISPLAY, count
 from pipeline.text.model_name import short_model

@@ -8,7 +8,7 @@ import zlib
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
-from pipeline.report.svg import (
+from pipeline.drawings.charts import (
     PLAIN,
     Canvas,
     Chart,

@@ -12,11 +12,11 @@ from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.fit.least_squares.result import MISFIT_P_VALUE
-from pipeline.report.judgement import changes_json
-from pipeline.report.payload import rounded
-from pipeline.report.pose_charts import SHOWN_SD
-from pipeline.report.refitted import Refits, refitted_json, toggled
-from pipeline.report.svg import NICE
+from pipeline.drawings.charts import NICE
+from pipeline.report.layout.payload import rounded
+from pipeline.report.triad.judgement import changes_json
+from pipeline.report.triad.pose_charts import SHOWN_SD
+from pipeline.report.triad.refitted import Refits, refitted_json, toggled
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
@@ -72,7 +72,7 @@ def refit_row(
 ) -> Json:
     """One set of effects: its figures, and what each change of the run's model is worth.
 
-    ``config`` and ``guesses`` as :func:`pipeline.report.judgement.changes_json` has them.
+    ``config`` and ``guesses`` as :func:`pipeline.report.triad.judgement.changes_json` has them.
     """
     refitted = refits.of(ticked)
     if refitted is None:

@@ -9,8 +9,8 @@ axes per unit of each parameter,
 
 the sums over the rows of the pose (Cook & Weisberg, Residuals and Influence in Regression, 1982,
 2.3). An effect proportional to the reading of its axis is shown as a change of scale; an effect on
-the reference as a relative error of the reference, pose by pose; :mod:`pipeline.report.drivers`
-says against what.
+the reference as a relative error of the reference, pose by pose;
+:mod:`pipeline.report.triad.drivers` says against what.
 """
 
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ from calib.fit.validation.leave_one_out import compare
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import FIELDS, Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray
-from pipeline.report.drivers import Dependence, Driver, dependence
+from pipeline.report.triad.drivers import Dependence, Driver, dependence
 from pipeline.text.formatting import DISPLAY
 
 Rows = tuple[FloatArray, FloatArray]

@@ -10,7 +10,7 @@ from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
 from calib.effects.units import display_unit
 from calib.numbers import NO_LENGTH
-from pipeline.report.svg import tick_text
+from pipeline.drawings.charts import tick_text
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from calib.numbers import RPM
 from pipeline.console.flutter_text import flutter_lines
-from pipeline.report.page_templates import page_templates
-from pipeline.report.speed_charts import polar_figure, spectrogram_figure, spectrum_figure
-from pipeline.report.svg import Figure
+from pipeline.drawings.charts import Figure
+from pipeline.report.layout.page_templates import page_templates
+from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure, spectrum_figure
 from pipeline.stages.flutter import MeasuredFlutter
 
 

@@ -2,7 +2,7 @@
 
 A pose stands where the vertical points in the axes of the sensor: the side that faces up. The
 script of the page draws the sphere, so that it can be rotated; on paper the two hemispheres of
-:func:`pipeline.report.pose_charts.coverage_figure` take its place.
+:func:`pipeline.report.triad.pose_charts.coverage_figure` take its place.
 """
 
 import base64
@@ -17,7 +17,7 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.console.exclude_text import exclude_lines, pose_sections
-from pipeline.report.coverage import coverage_of
+from pipeline.report.triad.coverage import coverage_of
 from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome

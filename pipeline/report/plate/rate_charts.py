@@ -14,11 +14,11 @@ from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.console.flutter_text import two_sigma
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
-from pipeline.report.partial_residuals import PPM
-from pipeline.report.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
-from pipeline.report.speed_charts import polar_figure, spectrogram_figure
-from pipeline.report.svg import Chart, Figure, across, nice_limit, upward
-from pipeline.report.term_cards import TermCard, term_cards
+from pipeline.drawings.charts import Chart, Figure, across, nice_limit, upward
+from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
+from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure
+from pipeline.report.plate.term_cards import TermCard, term_cards
+from pipeline.report.triad.partial_residuals import PPM
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import count, relative, with_sd

@@ -14,9 +14,9 @@ import numpy as np
 from calib.diagnosis.verdict.wording import enumeration
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
-from pipeline.report.effect_cards import STANDINGS, Standing, formula_html
-from pipeline.report.rate_terms import ANGLE_BINS, LEAST_LIMIT_DEG, angle_bins
-from pipeline.report.svg import PLAIN, Chart, nice_limit, rightward, upward
+from pipeline.drawings.charts import PLAIN, Chart, nice_limit, rightward, upward
+from pipeline.report.plate.rate_terms import ANGLE_BINS, LEAST_LIMIT_DEG, angle_bins
+from pipeline.report.triad.effect_cards import STANDINGS, Standing, formula_html
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import with_minus_signs, with_sd
 from vision.rate.term_pages import TERM_PAGES, TermPage

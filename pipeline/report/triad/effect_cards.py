@@ -20,8 +20,8 @@ from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES, FloatArray, Triad
-from pipeline.report.fingerprint import Fingerprint, fingerprint, fingerprint_svg
-from pipeline.report.refitted import Refits
+from pipeline.report.triad.fingerprint import Fingerprint, fingerprint, fingerprint_svg
+from pipeline.report.triad.refitted import Refits
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import with_minus_signs, with_sd
@@ -97,7 +97,7 @@ def effect_cards(
     ----------
     result : TriadResult
     payload : dict
-        :func:`pipeline.report.refit_table.refit_json` of the same triad.
+        :func:`pipeline.report.triad.refit_table.refit_json` of the same triad.
     refits : Refits
         Of the same triad.
     drawings : sequence of str

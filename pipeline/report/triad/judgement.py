@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.fit.least_squares.result import MISFIT_P_VALUE
-from pipeline.report.refitted import RefitSource, Refitted, toggled
+from pipeline.report.triad.refitted import RefitSource, Refitted, toggled
 from pipeline.results.json_values import Json
 from pipeline.text.commands import command
 

@@ -8,9 +8,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import OF_COLUMN, Effect
-from pipeline.report.partial_residuals import REFERENCE, Panel, panels
-from pipeline.report.refitted import Refits
-from pipeline.report.svg import (
+from pipeline.drawings.charts import (
     PLAIN,
     SMALL,
     Canvas,
@@ -21,6 +19,8 @@ from pipeline.report.svg import (
     tick_text,
     upward,
 )
+from pipeline.report.triad.partial_residuals import REFERENCE, Panel, panels
+from pipeline.report.triad.refitted import Refits
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import count, with_minus_signs, with_sd
 
