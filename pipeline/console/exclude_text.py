@@ -1,6 +1,7 @@
 """The lines of a configuration that exclude poses of a triad, for terminal and report."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from calib.poses.imu_log import Triad
@@ -10,6 +11,7 @@ from pipeline.config.yaml_words import yaml_word
 from pipeline.stages.excluded_poses import PoseName, short_names
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
+from pipeline.stages.session_logs import run_sections
 from pipeline.stages.triads import TriadResult
 
 
@@ -53,22 +55,23 @@ class PoseSection:
     name: str
     number: int
 
+    @property
+    def word(self) -> str:
+        """Its name as it stands in a YAML list."""
+        return yaml_name(self.name)
+
 
 def pose_sections(
     config: Config, recordings: Recordings, triad: Triad
 ) -> tuple[PoseSection, ...]:
     """Name and section of every pose of a triad's fit, in its order."""
-    sections: Iterable[RunSection] = ()
-    if triad == "accelerometer" and config.accelerometer is not None:
-        sections = config.accelerometer.sections
-    elif config.gyroscope is not None:
-        sections = config.gyroscope.runs
     places = []
-    for number, section in enumerate(sections):
+    for number, section in enumerate(run_sections(config, triad)):
         recording = recordings.of(section)
         labels = [mean.label for mean in recording.means]
         every = [*labels, *(each.label for each in recording.excluded)]
-        places += [PoseSection(yaml_name(shortest_name(label, every)), number) for label in labels]
+        names = shortest_names(every)[: len(labels)]
+        places += [PoseSection(name, number) for name in names]
     return tuple(places)
 
 
@@ -79,14 +82,15 @@ def lines_to_exclude(outcome: Outcome, result: TriadResult, labels: Sequence[str
     every = zip(result.calibration.fit.poses.label, places, strict=True)
     for label, place in every:
         if label in labels:
-            names.setdefault(place.number, []).append(place.name)
+            names.setdefault(place.number, []).append(place.word)
     return exclude_lines(outcome.config, result.triad).text(names)
 
 
-def shortest_name(label: str, labels: Sequence[str]) -> str:
-    """The shortest name that means ``label`` alone among ``labels``."""
-    return next((name for name in short_names(label)
-                 if sum(name in short_names(other) for other in labels) == 1), label)
+def shortest_names(labels: Sequence[str]) -> list[str]:
+    """The shortest name of each of ``labels`` that means it alone."""
+    count = Counter(name for label in labels for name in short_names(label))
+    return [next((name for name in short_names(label) if count[name] == 1), label)
+            for label in labels]
 
 
 def yaml_name(name: PoseName) -> str:

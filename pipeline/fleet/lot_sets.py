@@ -191,7 +191,7 @@ class LotSets:
             index = np.array([i for i, run in enumerate(rows.run) if run == setting.rate], int)
             if not len(index):
                 continue
-            recordings[setting] = Recording(tuple(means[i] for i in index), _begin(rows),
+            recordings[setting] = Recording(tuple(means[i] for i in index), (_begin(rows),),
                                             np.arange(len(index)))
             places[setting.rate] = index
         try:

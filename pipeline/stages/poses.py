@@ -1,7 +1,7 @@
 """Logs in, pose means out: every set of poses that the configuration names."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.checks.stray_samples import without_strays
-from calib.poses.imu_log import ImuLog, IntArray
+from calib.poses.imu_log import TRIADS, ImuLog, IntArray
 from calib.poses.rests.rest_candidates import PLATE_STOOD
 from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.rests.still_search import StillSearch
@@ -24,10 +24,16 @@ from pipeline.config.load import Config
 from pipeline.config.schema import RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.stages.excluded_poses import ExcludedMean, chosen
+from pipeline.errors import ConfigError
+from pipeline.stages.excluded_poses import ExcludedMean, PoseName, chosen, short_names
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.session_logs import SessionLogs, Setting, sections_by_setting
+from pipeline.stages.session_logs import (
+    SessionLogs,
+    Setting,
+    run_sections,
+    sections_by_setting,
+)
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
@@ -37,14 +43,15 @@ SMALLEST_SHARE_AT_REST = 0.25
 class Recording:
     """The averaged poses of one setting.
 
-    ``start_s`` is when its first log begins; ``warnings`` say which found poses were left out;
-    ``sense`` is how the plate turns by the accelerometer alone, +1 ccw, -1 cw, 0 unknown.
-    ``places`` (n,) are those of ``means`` among all recorded poses, some of which the configuration
-    excludes. ``clock`` compares the clock of turning poses with that of their clip.
+    ``starts_s`` are when the log of each mean begins, or one value where it is the same of all;
+    ``warnings`` say which found poses were left out; ``sense`` is how the plate turns by the
+    accelerometer alone, +1 ccw, -1 cw, 0 unknown. ``places`` (n,) are those of ``means`` among all
+    recorded poses, some of which the configuration excludes. ``clock`` compares the clock of
+    turning poses with that of their clip.
     """
 
     means: tuple[PoseMean, ...]
-    start_s: float
+    starts_s: tuple[float, ...]
     places: IntArray
     warnings: tuple[str, ...] = ()
     sense: float = 0.0
@@ -65,7 +72,7 @@ class Recordings:
     @property
     def origin_s(self) -> float:
         """When the session began: the earliest sample of all logs; 0 where no time is known."""
-        start_s = min(recording.start_s for recording in self.by_setting.values())
+        start_s = min(min(recording.starts_s) for recording in self.by_setting.values())
         return start_s if math.isfinite(start_s) else 0.0
 
     @property
@@ -112,6 +119,47 @@ def average_recordings(
     return Recordings(recordings)
 
 
+def recordings_without(
+    recordings: Recordings, config: Config, more: Config
+) -> Recordings:
+    """The recordings of ``config`` without the poses that ``more`` excludes beside its own.
+
+    No log is read again: a mean is that of its own samples. ``more`` names every pose by a text
+    that means it alone.
+
+    Raises
+    ------
+    ConfigError
+        No pose of a section remains.
+    """
+    by_setting = {}
+    for triad in TRIADS:
+        for section, then in zip(run_sections(config, triad), run_sections(more, triad),
+                                 strict=True):
+            of_section = recordings.of(section)
+            names = {name for name in then.exclude if name not in section.exclude}
+            by_setting[Setting.of(then)] = _without(
+                of_section, names, bool(section.poses.log)) if names else of_section
+    return Recordings(by_setting)
+
+
+def _without(recording: Recording, names: Set[PoseName], from_log: bool) -> Recording:
+    """A recording without the poses of these names."""
+    out = [not names.isdisjoint(short_names(mean.label)) for mean in recording.means]
+    kept = [i for i, is_out in enumerate(out) if not is_out]
+    if not kept:
+        raise ConfigError("all poses of a section are left out. Take one back.")
+    starts = recording.starts_s
+    excluded = tuple(ExcludedMean(mean.label, int(place), mean) for mean, place, is_out in
+                     zip(recording.means, recording.places, out, strict=True) if is_out)
+    return replace(
+        recording,
+        means=tuple(recording.means[i] for i in kept),
+        starts_s=tuple(starts[i] for i in kept) if len(starts) == len(out) else starts,
+        places=np.arange(len(kept)) if from_log else recording.places[kept],
+        excluded=(*recording.excluded, *excluded))
+
+
 def _tabled(
     section: RunSection, config: Config, specs: Specs
 ) -> Recording:
@@ -119,7 +167,7 @@ def _tabled(
     choice = chosen([mean.label for mean in means], section, config)
     excluded = tuple(ExcludedMean(means[i].label, i, means[i]) for i in map(int, choice.excluded))
     kept = tuple(means[i] for i in choice.kept)
-    return Recording(kept, min(_known(mean.time_s) for mean in kept), choice.kept,
+    return Recording(kept, tuple(_known(mean.time_s) for mean in kept), choice.kept,
                      excluded=excluded)
 
 
@@ -144,7 +192,7 @@ def _averaged(
         ExcludedMean(label, int(i), _by_itself(log, specs, float(of_all[i])))
         for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))
     notes = (ratio.warning(f"rate.{setting.rate}"),) if ratio and ratio.contradicts else ()
-    return Recording(tuple(means), min(float(log.time_s[0]) for log in used), choice.kept, notes,
+    return Recording(tuple(means), tuple(float(log.time_s[0]) for log in used), choice.kept, notes,
                      sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)
 
 
@@ -170,7 +218,8 @@ def _pooled(recordings: Sequence[Recording]) -> Recording:
     notes = tuple(note for each in recordings for note in each.warnings)
     note = (f"{len(recordings)} logs hold the same triads: their poses are pooled ({counts}), and "
             f"nothing is joined in time.")
-    return Recording(means, min(each.start_s for each in recordings), np.arange(len(means)),
+    return Recording(means, (min(min(each.starts_s) for each in recordings),),
+                     np.arange(len(means)),
                      (note, *notes),
                      excluded=tuple(one for each in recordings for one in each.excluded))
 
@@ -225,7 +274,7 @@ def _of_search(
                     for mean in turning]
     notes = [*filter(None, [frozen]), *stray_notes, *(f"Left out: {error}" for error in refused)]
     notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
-    return Recording(tuple(means), float(log.time_s[0]), np.arange(len(means)), tuple(notes),
+    return Recording(tuple(means), (float(log.time_s[0]),), np.arange(len(means)), tuple(notes),
                      excluded=excluded)
 
 

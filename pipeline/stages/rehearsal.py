@@ -158,6 +158,6 @@ def _felt(
             return None
         rate = float(np.median(turning))
         recordings[setting] = Recording(
-            means, min(float(log.time_s[0]) for log in each), logs.choices[setting].kept)
+            means, tuple(float(log.time_s[0]) for log in each), logs.choices[setting].kept)
         rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([READ_SD * rate]))
     return recordings, rates

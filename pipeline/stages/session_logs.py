@@ -72,10 +72,11 @@ class SessionLogs:
 
 def settings_of(config: Config, triad: Triad) -> list[Setting]:
     """The settings that the section of ``triad`` names, in its order."""
-    return [Setting.of(section) for section in _sections(config, triad)]
+    return [Setting.of(section) for section in run_sections(config, triad)]
 
 
-def _sections(config: Config, triad: Triad) -> Sequence[RunSection]:
+def run_sections(config: Config, triad: Triad) -> Sequence[RunSection]:
+    """The sections with poses of a triad, in their order; none where it has no section."""
     if triad == "accelerometer":
         return config.accelerometer.sections if config.accelerometer else ()
     return config.gyroscope.runs if config.gyroscope else ()
@@ -85,7 +86,7 @@ def sections_by_setting(config: Config) -> dict[Setting, RunSection]:
     """Every setting of a configuration with the first section that names it."""
     sections: dict[Setting, RunSection] = {}
     for triad in TRIADS:
-        for section in _sections(config, triad):
+        for section in run_sections(config, triad):
             sections.setdefault(Setting.of(section), section)
     return sections
 

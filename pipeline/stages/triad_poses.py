@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
@@ -32,7 +33,7 @@ class TriadPoses:
     recorded: tuple[tuple[str, Recording], ...]
     poses_of: Callable[[Recorded], PoseSet]
 
-    @property
+    @cached_property
     def used(self) -> PoseSet:
         """All poses that the configuration does not exclude."""
         return self.poses_of([(each.means, each.places) for _, each in self.recorded])

@@ -1,7 +1,7 @@
 """Exact refits of a session that is open: any set of effects, without any poses.
 
 Each is made as a run makes it, from the configuration that the screen would write, so that its
-digits are those of ``pipeline add``. Poses are averaged once for each choice of poses.
+digits are those of ``pipeline add``. Logs are read once; leaving a pose out leaves out its mean.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import compare
 from calib.numbers import RPM
 from calib.poses.imu_log import AXES, TRIADS, Triad
-from pipeline.config.load import Config, load_config, parse_config
+from pipeline.config.load import load_config
 from pipeline.console.exclude_text import PoseSection, pose_sections
 from pipeline.errors import ConfigError
 from pipeline.report.triad.judgement import changes_json
@@ -27,15 +27,15 @@ from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates
-from pipeline.stages.poses import Recordings, average_recordings
+from pipeline.stages.poses import average_recordings, recordings_without
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
-from pipeline.stages.triads import TriadInput, triad_input
+from pipeline.stages.triads import TriadInput, require_fittable, triad_input
 from pipeline.text.formatting import DISPLAY
-from pipeline.workbench.state import Screen, TriadScreen, model_of, text_of
+from pipeline.workbench.state import Screen, TriadScreen, config_of, text_of
 
 BAND = (0.025, 0.975)  #: band of an ordered residual. Definition: 95 %
-MOST_KEPT = 2000  #: fits that are kept; of 90 poses 30 kB each. Chosen
+MOST_KEPT = 200_000  #: poses in the fits that are kept; about 300 bytes each. Chosen
 
 
 class OpenSession:
@@ -51,13 +51,14 @@ class OpenSession:
         self.config = load_config(path)
         self.context = RunContext(cache, allow_python=allow_python)
         self.rates: Mapping[str, SettingRate] = measure_rates(self.config, self.context)
-        self._recordings: dict[str, Recordings] = {}
         self._fits: dict[tuple[Any, ...], Refitted | CalibrationError] = {}
         self._inputs: dict[tuple[Any, ...], TriadInput] = {}
+        self._answers: dict[tuple[Any, ...], Json] = {}
         self._lock = Lock()
-        recordings = self._averaged(self.config)
+        self.recordings = average_recordings(
+            self.config, check_session(self.config), self.rates)
         self.sections: dict[Triad, Sequence[PoseSection]] = {
-            triad: pose_sections(self.config, recordings, triad)
+            triad: pose_sections(self.config, self.recordings, triad)
             for triad in TRIADS if getattr(self.config, triad) is not None}
 
     def text(self, state: Screen) -> str:
@@ -97,20 +98,24 @@ class OpenSession:
         CalibrationError, PipelineError
             Its poses do not determine it, or the state is none of this session.
         """
+        key = (*_key(state, triad), tuple(guesses))
+        with self._lock:
+            if key not in self._answers:
+                self._make_room()
+                self._answers[key] = self._answered(state, triad, guesses)
+            return self._answers[key]
+
+    def _answered(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
         ticked = state.triads[triad].ticked
         refits = _OfTriad(self, state, triad)
-        with self._lock:
-            refitted = self._refitted(state, triad)
-            steps = [refits.of(ticked[:k]) for k in range(len(ticked))] + [refitted]
-            changes = changes_json(refits, ticked, refitted, self.config.source.path, guesses)
-        out = state.triads[triad].out
-        factor = DISPLAY[triad][1]
-        left_out = [pose.left_out * factor for pose in refitted.comparison.poses]
-        answer = refitted_json(refitted) | changes | {
+        refitted = self._refitted(state, triad)
+        steps = [refits.of(ticked[:k]) for k in range(len(ticked))] + [refitted]
+        out, factor = state.triads[triad].out, DISPLAY[triad][1]
+        answer = refitted_json(refitted) | {
             "steps": [] if None in steps else [
                 {"chi2": each.fit.chi2, "dof": each.fit.dof} for each in steps if each],
-            "left_out": left_out,
-        }
+            "left_out": [pose.left_out * factor for pose in refitted.comparison.poses],
+        } | changes_json(refits, ticked, refitted, self.config.source.path, guesses)
         return answer | self._with_poses_out(answer, state, triad, out) if out else answer
 
     def _with_poses_out(
@@ -118,13 +123,12 @@ class OpenSession:
     ) -> Json:
         """Residuals of all poses of the page: those left out as the fit without them predicts."""
         n, factor = len(self.sections[triad]), DISPLAY[triad][1]
-        with self._lock:
-            whole = self._refitted(_taken_back(state, triad), triad).comparison.poses
-            predicted = self._predicted(state, triad)
+        labels = self._input(_taken_back(state, triad), triad).poses.label
+        predicted = self._predicted(state, triad)
         kept = [k for k in range(n) if k not in out]
         values = {key: dict(zip(kept, answer[key], strict=True))
                   for key in ("residual", "left_out")}
-        lost = {k: predicted.get(whole[k].label, float("nan")) * factor for k in out}
+        lost = {k: predicted.get(labels[k], float("nan")) * factor for k in out}
         return {key: [each.get(k, lost.get(k)) for k in range(n)] for key, each in values.items()}
 
     def _predicted(self, state: Screen, triad: Triad) -> dict[str, float]:
@@ -159,11 +163,16 @@ class OpenSession:
         with self._lock:
             return self._input(state, triad)
 
+    def _make_room(self) -> None:
+        """Forget what was asked for, once it is much."""
+        poses = sum(map(len, self.sections.values()))
+        if (len(self._fits) + len(self._answers)) * poses > MOST_KEPT:
+            for kept in (self._fits, self._inputs, self._answers):
+                kept.clear()
+
     def _refitted(self, state: Screen, triad: Triad) -> Refitted:
         key = _key(state, triad)
         if key not in self._fits:
-            if len(self._fits) >= MOST_KEPT:
-                self._fits.clear()
             try:
                 calibration = self._input(state, triad).calibrated(seek_mistakes=False)
                 self._fits[key] = Refitted(calibration, compare(calibration.fit))
@@ -177,33 +186,20 @@ class OpenSession:
     def _input(self, state: Screen, triad: Triad) -> TriadInput:
         """What the triad is calibrated from on this screen, with its model."""
         key = _key(state, triad, model=False)
+        config = config_of(self.config, state, self.sections)
+        require_fittable(config)
         if key not in self._inputs:
-            config = parse_config(self.config.source.path, self.text(replace(state, terms={})))
-            recordings = self._averaged(config)
+            recordings = recordings_without(self.recordings, self.config, config)
             beside = None if triad == "accelerometer" else self._accelerometer(state)
             plates = {name: rate.plate for name, rate in self.rates.items()}
             read_in = triad_input(triad, config, self.context, plates, recordings, beside)
-            if len(self._inputs) >= MOST_KEPT:
-                self._inputs.clear()
             self._inputs[key] = read_in
-        section = getattr(self.config, triad)
-        model = model_of(section.model, state.triads[triad].ticked)
-        return replace(self._inputs[key], section=section.model_copy(update={"model": model}))
+        return replace(self._inputs[key], section=getattr(config, triad))
 
     def _accelerometer(self, state: Screen) -> TriadCalibration | None:
         if "accelerometer" not in state.triads:
             return None
         return self._refitted(state, "accelerometer").calibration
-
-    def _averaged(self, config: Config) -> Recordings:
-        """The averaged poses of a configuration; models change nothing in them."""
-        sections = [*(config.accelerometer.sections if config.accelerometer else ()),
-                    *(config.gyroscope.runs if config.gyroscope else ())]
-        key = repr([section.exclude for section in sections])
-        if key not in self._recordings:
-            logs = check_session(config)
-            self._recordings[key] = average_recordings(config, logs, self.rates)
-        return self._recordings[key]
 
 
 class _OfTriad:

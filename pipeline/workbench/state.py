@@ -13,12 +13,12 @@ from calib.effects.catalogue import BASE
 from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.edit import with_item, with_list, without_item
 from pipeline.config.load import Config
-from pipeline.config.schema import RunSection
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
 from pipeline.console.exclude_text import PoseSection, yaml_name
 from pipeline.errors import ConfigError
 from pipeline.model_change import CONSTANT_RATE
 from pipeline.stages.excluded_poses import section_path
+from pipeline.stages.session_logs import run_sections
 
 MOST_NAMES = 200  #: effects or terms of a state; no model has as many. Derived: more is no question
 
@@ -128,16 +128,51 @@ def _without_poses(
     source: YamlSource, config: Config, triad: Triad, out: Sequence[int],
     poses: Sequence[PoseSection],
 ) -> YamlSource:
+    sections = run_sections(config, triad)
+    for number, names in _left_out(triad, out, poses).items():
+        words = [*map(yaml_name, sections[number].exclude), *map(yaml_name, names)]
+        path = section_path(sections[number], config)
+        source = parse_source(source.path, with_list(source, path, "exclude", words))
+    return source
+
+
+def _left_out(
+    triad: Triad, out: Sequence[int], poses: Sequence[PoseSection]
+) -> dict[int, list[str]]:
+    """The names of the poses left out, by the number of their section."""
     if any(not 0 <= k < len(poses) for k in out):
         raise ConfigError(f"the {triad} has no such pose; load the page again.")
-    of_triad = getattr(config, triad)
-    sections: Sequence[RunSection] = getattr(of_triad, "sections", of_triad.runs)
-    for number in dict.fromkeys(poses[k].number for k in out):
-        names = [*map(yaml_name, sections[number].exclude),
-                 *(poses[k].name for k in out if poses[k].number == number)]
-        path = section_path(sections[number], config)
-        source = parse_source(source.path, with_list(source, path, "exclude", names))
-    return source
+    names: dict[int, list[str]] = {}
+    for k in out:
+        names.setdefault(poses[k].number, []).append(poses[k].name)
+    return names
+
+
+def config_of(
+    config: Config, state: Screen, poses: Mapping[Triad, Sequence[PoseSection]]
+) -> Config:
+    """The configuration of :func:`text_of`, whose text is not made, without the plate's terms.
+
+    Raises
+    ------
+    ConfigError
+        As :func:`text_of`; and effects that no triad has.
+    """
+    changed: dict[str, Any] = {}
+    for triad, of_triad in state.triads.items():
+        section = getattr(config, triad)
+        if section is None:
+            raise ConfigError(f"{config.source.path} has no section '{triad}'.")
+        names = _left_out(triad, of_triad.out, poses[triad])
+        then = [each.model_copy(update={"exclude": (*each.exclude, *names.get(i, ()))})
+                for i, each in enumerate(run_sections(config, triad))]
+        at_rest = len(then) - len(section.runs)
+        update = {"model": model_of(section.model, of_triad.ticked),
+                  "runs": tuple(then[at_rest:])}
+        if at_rest:
+            update["exclude"] = then[0].exclude
+        changed[triad] = section.model_copy(update=update)
+    return config.model_copy(update=changed)
 
 
 def changed_lines(before: str, after: str) -> list[dict[str, Any]]:

@@ -9,6 +9,7 @@ from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import Estimate, Problem
+from calib.fit.rows.residuals import Equations
 from calib.fit.small_systems import inverse_square
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -207,17 +208,29 @@ def refitted_residual(fit: Fit) -> FloatArray:
     jacobian = fit.rows.jacobian @ directions * root[:, None]
     closed = left_out_residual(fit.rows.residual * root, jacobian, pose)
     out = closed / np.maximum(root[: len(pose)], NO_LENGTH)
-    mine = pose == np.arange(len(fit.poses))[:, None]
-    step = (mine * closed) @ jacobian[: len(pose)] @ inverse_square(jacobian)
-    # A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
-    relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
-    bend = np.abs(step @ jacobian.T).max(axis=1) ** 2 * relative_sd / 2
-    far = np.flatnonzero(bend >= LINEAR_SD)
+    moved = np.zeros((len(fit.poses), jacobian.shape[1]))
+    np.add.at(moved, pose, closed[:, None] * jacobian[: len(pose)])
+    step = moved @ inverse_square(jacobian)
+    far = _bent(equations, jacobian, step)
     if far.size:
-        rows, known = _refitted(fit, problem, mine[far], step[far] @ directions.T)
-        chosen = mine[far] & known[:, None]
+        mine = pose == far[:, None]
+        rows, known = _refitted(fit, problem, mine, step[far] @ directions.T)
+        chosen = mine & known[:, None]
         out[np.nonzero(chosen)[1]] = rows[:, : len(pose)][chosen]
     return out
+
+
+def _bent(equations: Equations, jacobian: FloatArray, step: FloatArray) -> IntArray:
+    """Which of the steps (n, k) are so long that lengths bend on the way.
+
+    A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
+    """
+    relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
+    q = orthonormal_columns(jacobian)
+    bound = np.linalg.norm(step @ (jacobian.T @ q), axis=1) * np.linalg.norm(q, axis=1).max()
+    long = np.flatnonzero(bound**2 * relative_sd / 2 >= LINEAR_SD)
+    bend = np.abs(step[long] @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
+    return np.asarray(long[bend >= LINEAR_SD])
 
 
 def _refitted(

@@ -21,6 +21,7 @@ from pipeline.report.triad.coverage import coverage_of
 from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
+from pipeline.stages.session_logs import run_sections
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 
@@ -70,7 +71,7 @@ def _exclude_json(outcome: Outcome, result: TriadResult) -> Json:
     """The lines that exclude a pose, in parts, for the script of the page to put together."""
     lines = exclude_lines(outcome.config, result.triad)
     return {"head": lines.head, "before": list(lines.before), "known": list(map(list, lines.known)),
-            "poses": [[each.name, each.number] for each in pose_sections(
+            "poses": [[each.word, each.number] for each in pose_sections(
                 outcome.config, outcome.recordings, result.triad)]}
 
 
@@ -99,14 +100,8 @@ def _upward(triad: Triad, vector: FloatArray, poses: PoseSet) -> FloatArray:
 
 def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
     """The averaged poses in the order of the fit."""
-    config, recordings = outcome.config, outcome.recordings
-    if result.triad == "accelerometer":
-        assert config.accelerometer is not None
-        runs = config.accelerometer.sections
-    else:
-        assert config.gyroscope is not None
-        runs = config.gyroscope.runs
-    return [mean for run in runs for mean in recordings.of(run).means]
+    return [mean for run in run_sections(outcome.config, result.triad)
+            for mean in outcome.recordings.of(run).means]
 
 
 def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
