@@ -1,7 +1,7 @@
 """Logs in, pose means out: every set of poses that the configuration names."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.checks.stray_samples import without_strays
-from calib.poses.imu_log import TRIADS, ImuLog, IntArray
+from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.rests.rest_candidates import PLATE_STOOD
 from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.rests.still_search import StillSearch
@@ -24,16 +24,10 @@ from pipeline.config.load import Config
 from pipeline.config.schema import RunSection, StillSection
 from pipeline.config.sensor import Specs, sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.errors import ConfigError
-from pipeline.stages.excluded_poses import ExcludedMean, PoseName, chosen, short_names
+from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.session_logs import (
-    SessionLogs,
-    Setting,
-    run_sections,
-    sections_by_setting,
-)
+from pipeline.stages.session_logs import SessionLogs, Setting, sections_by_setting
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
@@ -117,47 +111,6 @@ def average_recordings(
         notes = (*logs.notes[setting], *recording.warnings)
         recordings[setting] = replace(recording, warnings=notes)
     return Recordings(recordings)
-
-
-def recordings_without(
-    recordings: Recordings, config: Config, more: Config
-) -> Recordings:
-    """The recordings of ``config`` without the poses that ``more`` excludes beside its own.
-
-    No log is read again: a mean is that of its own samples. ``more`` names every pose by a text
-    that means it alone.
-
-    Raises
-    ------
-    ConfigError
-        No pose of a section remains.
-    """
-    by_setting = {}
-    for triad in TRIADS:
-        for section, then in zip(run_sections(config, triad), run_sections(more, triad),
-                                 strict=True):
-            of_section = recordings.of(section)
-            names = {name for name in then.exclude if name not in section.exclude}
-            by_setting[Setting.of(then)] = _without(
-                of_section, names, bool(section.poses.log)) if names else of_section
-    return Recordings(by_setting)
-
-
-def _without(recording: Recording, names: Set[PoseName], from_log: bool) -> Recording:
-    """A recording without the poses of these names."""
-    out = [not names.isdisjoint(short_names(mean.label)) for mean in recording.means]
-    kept = [i for i, is_out in enumerate(out) if not is_out]
-    if not kept:
-        raise ConfigError("all poses of a section are left out. Take one back.")
-    starts = recording.starts_s
-    excluded = tuple(ExcludedMean(mean.label, int(place), mean) for mean, place, is_out in
-                     zip(recording.means, recording.places, out, strict=True) if is_out)
-    return replace(
-        recording,
-        means=tuple(recording.means[i] for i in kept),
-        starts_s=tuple(starts[i] for i in kept) if len(starts) == len(out) else starts,
-        places=np.arange(len(kept)) if from_log else recording.places[kept],
-        excluded=(*recording.excluded, *excluded))
 
 
 def _tabled(

@@ -26,8 +26,9 @@ from pipeline.report.triad.judgement import changes_json
 from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
+from pipeline.stages.fewer_poses import recordings_without
 from pipeline.stages.plate_settings import measure_rates
-from pipeline.stages.poses import average_recordings, recordings_without
+from pipeline.stages.poses import average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
 from pipeline.stages.triads import TriadInput, require_fittable, triad_input

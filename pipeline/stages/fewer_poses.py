@@ -1,0 +1,54 @@
+"""Recordings without some of their poses, no log of which is read again."""
+
+from collections.abc import Set
+from dataclasses import replace
+
+import numpy as np
+
+from calib.poses.imu_log import TRIADS
+from pipeline.config.load import Config
+from pipeline.errors import ConfigError
+from pipeline.stages.excluded_poses import ExcludedMean, PoseName, short_names
+from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.session_logs import Setting, run_sections
+
+
+def recordings_without(
+    recordings: Recordings, config: Config, more: Config
+) -> Recordings:
+    """The recordings of ``config`` without the poses that ``more`` excludes beside its own.
+
+    No log is read again: a mean is that of its own samples. ``more`` names every pose by a text
+    that means it alone.
+
+    Raises
+    ------
+    ConfigError
+        No pose of a section remains.
+    """
+    by_setting = {}
+    for triad in TRIADS:
+        for section, then in zip(run_sections(config, triad), run_sections(more, triad),
+                                 strict=True):
+            of_section = recordings.of(section)
+            names = {name for name in then.exclude if name not in section.exclude}
+            by_setting[Setting.of(then)] = _without(
+                of_section, names, bool(section.poses.log)) if names else of_section
+    return Recordings(by_setting)
+
+
+def _without(recording: Recording, names: Set[PoseName], from_log: bool) -> Recording:
+    """A recording without the poses of these names."""
+    out = [not names.isdisjoint(short_names(mean.label)) for mean in recording.means]
+    kept = [i for i, is_out in enumerate(out) if not is_out]
+    if not kept:
+        raise ConfigError("all poses of a section are left out. Take one back.")
+    starts = recording.starts_s
+    excluded = tuple(ExcludedMean(mean.label, int(place), mean) for mean, place, is_out in
+                     zip(recording.means, recording.places, out, strict=True) if is_out)
+    return replace(
+        recording,
+        means=tuple(recording.means[i] for i in kept),
+        starts_s=tuple(starts[i] for i in kept) if len(starts) == len(out) else starts,
+        places=np.arange(len(kept)) if from_log else recording.places[kept],
+        excluded=(*recording.excluded, *excluded))
