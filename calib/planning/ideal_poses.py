@@ -11,6 +11,8 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, constant_reference, join_references
+from calib.poses.runs.ideal_ring import ideal_ring, up_round_axis
+from calib.poses.runs.ring import Ring, rings_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +42,8 @@ class PlannedRun:
         Variance of the accelerometer within the poses, (m/s²)²; none by default.
     columns : mapping of name to array, shape (n,)
         The logged columns.
+    tilt_rad : float
+        Of the axis about which the poses turn against gravity; ``up`` then points along that axis.
     """
 
     name: str
@@ -53,6 +57,7 @@ class PlannedRun:
     time_s: FloatArray
     vibration: FloatArray | None = None
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
+    tilt_rad: float = 0.0
 
     def turned(self, up: FloatArray, time_s: FloatArray) -> "PlannedRun":
         """Other poses at the same setting; vibration and columns go on as they were.
@@ -134,17 +139,27 @@ def ideal_poses(
     def joined(rows: list[FloatArray]) -> FloatArray:
         return np.concatenate(rows)
 
+    def ring_of(run: PlannedRun, mean: FloatArray) -> Ring | None:
+        if not run.tilt_rad or not np.isfinite(run.force_m_s2):
+            return None
+        gravity = run.force_m_s2 * up_round_axis(run.up, run.tilt_rad)
+        goes_round = triad == "accelerometer"
+        reading = readings_of(gravity.reshape(-1, 3), sensor).reshape(gravity.shape)
+        return ideal_ring(run.up, run.tilt_rad, run.force_m_s2, reading if goes_round else mean,
+                          np.tile(run.sd, (len(run.up), 1)), of_gravity=goes_round)
+
     sense = [np.sign(run.spin_rad_s) if triad == "gyroscope" else 1.0 for run in runs]
     zeros = joined([np.zeros_like(run.up) for run in runs])
     shared = set.intersection(*(set(run.columns) for run in runs))
+    readings = [readings_of(sign * run.magnitude * run.up, sensor)
+                for run, sign in zip(runs, sense, strict=True)]
     return PoseSet(
         triad=triad,
         label=tuple(f"{run.name} {i + 1}" for run in runs for i in range(len(run.up))),
         run=tuple(run.name for run in runs for _ in run.up),
-        reading=readings_of(joined([sign * run.magnitude * run.up
-                                    for run, sign in zip(runs, sense, strict=True)]), sensor),
+        reading=joined(readings),
         sd=joined([np.tile(run.sd, (len(run.up), 1)) for run in runs]),
-        force=joined([run.force_m_s2 * run.up for run in runs]),
+        force=joined([run.force_m_s2 * np.cos(run.tilt_rad) * run.up for run in runs]),
         vibration=joined([np.zeros_like(run.up) if run.vibration is None else run.vibration
                           for run in runs]),
         spin_rad_s=joined([np.full(len(run.up), run.spin_rad_s) for run in runs]),
@@ -155,6 +170,8 @@ def ideal_poses(
             for run in runs
         ]),
         columns={name: joined([run.columns[name] for run in runs]) for name in sorted(shared)},
+        ring=rings_of([(ring_of(run, mean), len(run.up))
+                       for run, mean in zip(runs, readings, strict=True)]),
     )
 
 

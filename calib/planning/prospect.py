@@ -207,6 +207,7 @@ def _wedge_poses(fitted: Fit) -> PoseSet:
         columns={name: values[take] for name, values in poses.columns.items()},
         other_reading=None,
         run_time_s=None,
+        ring=None,
     )
 
 

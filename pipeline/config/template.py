@@ -13,6 +13,12 @@ TILTED = """\
 # each of nine or more mountings, 20 s long (five turns): the six faces up and three edges or more.
 # CSV with the header time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z and, if available, temperature_c.
 """
+#: What is recorded of them instead.
+RECORDED = {
+    "  poses: 18                      # 6 faces, 12 edges; 26 with the corners\n":
+    "  poses: 9                       # 6 faces, 3 edges; 18 with all edges\n",
+    "  seconds_per_pose: 10           #": "  seconds_per_pose: 20           #",
+}
 
 
 def template_text() -> str:
@@ -43,7 +49,9 @@ def on_a_tilted_plate(text: str) -> str:
     last = last.split("rate: stopped}\n", 1)[1]
     between = between.replace("# The same poses on the turning plate, and with the plate stopped.",
                               "# The same logs.")
-    return (f"{head}{TILTED}accelerometer:\n{between}gyroscope:\n  runs:\n{run}{last}")
+    for line, instead in RECORDED.items():
+        last = last.replace(line, instead, 1)
+    return f"{head}{TILTED}accelerometer:\n{between}gyroscope:\n  runs:\n{run}{last}"
 
 
 def write_template(folder: Path, text: str) -> Path:

@@ -1,6 +1,7 @@
 """What ``pipeline plan`` prints: what the poses of a session determine, for people and programs."""
 
 from collections.abc import Iterator, Sequence
+from math import degrees
 from typing import Any
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
@@ -11,6 +12,7 @@ from calib.planning.prospect import Prospect
 from calib.poses.attitudes import direction_name
 from calib.poses.runs.ideal_ring import ADVISED_TILT
 from pipeline.plan.outlook import TriadPlan
+from pipeline.plan.settings import PlannedSetting
 from pipeline.text.formatting import DISPLAY, relative
 from pipeline.text.tables import table_lines
 
@@ -40,7 +42,7 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
         motion = "at rest" if not setting.rate_rad_s else (
             f"at {setting.rate_rad_s / RPM:.4g} rpm")
         yield (f"  {setting.name}: {len(setting.means)} recorded, {len(setting.missing)} missing, "
-               f"{setting.seconds:.3g} s each, {motion}")
+               f"{setting.seconds:.3g} s each, {motion}{_leaning(setting)}")
         yield from (f"  ignored: {reason}" for reason in setting.unusable)
     yield from (f"  range: {warning}" for warning in plan.saturates)
     yield from (f"  planned without {name}: {reason}" for name, reason in plan.not_planned.items())
@@ -58,6 +60,14 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
     best = plan.next_pose
     yield (f"  best next pose: {direction_name(best.up)}, plate {best.run}; it reduces all sds by "
            f"{100 * (1 - best.shrinks):.1f} % on average")
+
+
+def _leaning(setting: PlannedSetting) -> str:
+    if not setting.tilt_rad:
+        return ""
+    if setting.means:
+        return f", plate tilted by {degrees(setting.tilt_rad):.1f}°"
+    return f"; put {ADVISED_TILT}"
 
 
 def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
@@ -123,6 +133,7 @@ def plan_json(plan: TriadPlan) -> dict[str, Any]:
             "recorded": len(setting.means),
             "missing": len(setting.missing),
             "seconds_per_pose": setting.seconds,
+            "tilt_rad": setting.tilt_rad,
             "unusable": setting.unusable,
         } for setting in plan.settings],
         "noise": plan.noise,

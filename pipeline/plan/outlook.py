@@ -32,6 +32,7 @@ from calib.poses.runs.reference_runs import (
     stopped_run,
     turning_run,
 )
+from calib.poses.runs.ring import TILT_SD_RAD, room_names, tilt_name
 from calib.poses.runs.tilted_run import tilted_run
 from pipeline.config.load import Config
 from pipeline.config.sensor import sensor_specs
@@ -172,12 +173,19 @@ def _runs(
     latitude = latitude_of(config.site)
     common: tuple[CommonError, ...] = ()
     reference_sd, magnitude = 0.0, setting.rate_rad_s
+    cosine, sine = math.cos(setting.tilt_rad), math.sin(setting.tilt_rad)
     if triad == "accelerometer":
-        magnitude = force
-        common = (CommonError(GRAVITY, gravity.sd_m_s2 if gravity else 0.0),)
+        magnitude = force * cosine
+        common = (CommonError(GRAVITY, cosine * (gravity.sd_m_s2 if gravity else 0.0)),)
+        if sine:
+            common += (CommonError(tilt_name(setting.name), -force * sine * TILT_SD_RAD),)
     elif setting.rate_rad_s:
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
                   CommonError(RATE_OF + setting.name, setting.rate_sd_rad_s, of_setting=True))
+        if sine:
+            along, across = room_names(setting.name)
+            horizontal = EARTH_RATE_RAD_S / math.sqrt(2)
+            common += (CommonError(along, -sine * horizontal), CommonError(across, 0.0))
     else:
         reference_sd = (
             EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None
@@ -188,7 +196,7 @@ def _runs(
             setting.name, up, magnitude, setting.rate_rad_s,
             noise_sd / math.sqrt(setting.seconds), reference_sd, common, force,
             (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float),
-            *_course(setting.means, len(up)))
+            *_course(setting.means, len(up)), tilt_rad=setting.tilt_rad)
 
 
 def _course(

@@ -8,11 +8,13 @@ import numpy as np
 
 from calib.errors import CalibrationError
 from calib.numbers import RPM
-from calib.poses.attitudes import WEDGE_DIRECTIONS, natural_directions, uncovered
+from calib.poses.attitudes import WEDGE_DIRECTIONS, uncovered
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.rests.static_intervals import find_still
+from calib.poses.runs.ideal_ring import ADVISED_TILT_RAD
+from calib.poses.runs.ring import is_leaning, tilt_of_run
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     KnownRateSection,
@@ -22,7 +24,7 @@ from pipeline.config.schema import (
 )
 from pipeline.config.sensor import sensor_specs
 from pipeline.stages.excluded_poses import chosen
-from pipeline.stages.planned_poses import pose_seconds, sensed_rate
+from pipeline.stages.planned_poses import first_directions, pose_seconds, sensed_rate
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import Setting, long_logs, read_logs
@@ -35,7 +37,8 @@ PAUSE_S = 20.0  #: between two planned poses: as long as a hand takes to lay the
 class PlannedSetting:
     """Poses of one setting: what is recorded, what is still to come.
 
-    ``rate_rad_s`` is 0 at rest; ``unusable`` says of recorded poses why they are none.
+    ``rate_rad_s`` is 0 at rest, ``tilt_rad`` on a plate that is to be level; ``unusable`` says of
+    recorded poses why they are none.
     """
 
     name: str
@@ -46,6 +49,7 @@ class PlannedSetting:
     missing: FloatArray
     seconds: float
     unusable: tuple[str, ...]
+    tilt_rad: float = 0.0
 
 
 def planned_setting(
@@ -87,7 +91,15 @@ def _read_setting(config: Config, section: RunSection) -> PlannedSetting:
     seconds = (float(np.median([mean.duration_s for mean in means])) if means
                else pose_seconds(config.record, rate))
     return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
-                          tuple(unusable))
+                          tuple(unusable), _tilt(config, section, means) if rate else 0.0)
+
+
+def _tilt(config: Config, section: RunSection, means: list[PoseMean]) -> float:
+    """The tilt of the plate, rad: as recorded, else as advised where the accelerometer needs it."""
+    if means:
+        return (tilt_of_run(means) or 0.0) if is_leaning(means) else 0.0
+    tilted = config.accelerometer.runs if config.accelerometer else ()
+    return ADVISED_TILT_RAD * (Setting.of(section) in map(Setting.of, tilted))
 
 
 def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
@@ -104,7 +116,7 @@ def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
     Without a ``record`` section nothing is missing once something is recorded.
     """
     count = config.record.poses if config.record else (0 if means else WEDGE_DIRECTIONS)
-    wanted = natural_directions()[:count]
+    wanted = first_directions(count)
     force = np.array([mean.accelerometer.mean for mean in means]).reshape(-1, 3)
     if not np.isfinite(force).all():  # no accelerometer shows which are covered
         return wanted[len(force) :]

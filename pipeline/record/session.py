@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.poses.attitudes import direction_name, natural_directions
+from calib.poses.attitudes import direction_name
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Config
@@ -30,6 +30,7 @@ from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
+from pipeline.stages.planned_poses import first_directions
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
 
@@ -94,7 +95,7 @@ class BlockProgress:
 def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
     """Unit vectors (n, 3) that a block is to cover, in the order in which they are suggested."""
     assert config.record is not None
-    directions = natural_directions()[: config.record.poses]
+    directions = first_directions(config.record.poses)
     if config.record.order == "random":
         order = list(range(len(directions)))
         random.Random(seed * 1000 + block).shuffle(order)

@@ -4,11 +4,28 @@ import math
 
 import numpy as np
 
+from calib.poses.attitudes import WEDGE_DIRECTIONS, natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.schema import SECONDS_PER_POSE, RecordSection
 
 FEWEST_TURNS = 3.0  #: turns of the plate in a pose: over whole turns its tilt averages out; chosen
+
+
+def first_directions(count: int) -> FloatArray:
+    """The first natural directions that are to face up, unit vectors, (count, 3).
+
+    Of a part of the edges those come first that lie in different planes: three of them show all
+    misalignments.
+    """
+    natural = natural_directions()
+    is_edge = (natural != 0).sum(axis=1) == 2
+    edges = natural[is_edge]
+    plane = np.abs(edges).argmin(axis=1)
+    turn = [int((plane[:i] == plane[i]).sum()) for i in range(len(edges))]  # which of its plane
+    if count < WEDGE_DIRECTIONS:
+        natural[is_edge] = edges[np.lexsort((plane, turn))]
+    return natural[:count]
 
 
 def pose_seconds(record: RecordSection | None, rate_rad_s: float | None) -> float:
