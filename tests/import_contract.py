@@ -87,7 +87,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("posterior",), ("search",),
     ],
     "calib.diagnosis.verdict": [
-        ("ranking", "wording"), ("decision",), ("explain",),
+        ("ranking", "wording", "credible"), ("decision",), ("explain",),
     ],
     "vision": [
         ("geometry", "numbers"), ("phase_track",), ("errors", "image_return"),

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from calib.consistency.common_mistakes import runs_by_name
 from calib.consistency.means_alone import by_means
-from calib.consistency.mistakes import runs_by_name
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit

@@ -64,8 +64,10 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
      ("calib/consistency/test_data_sheet.py",)),
     ("calib.consistency.force", ("PLATE_RADIUS_M", "FEWEST_POSES", "UNKNOWN_SD", "NOTICEABLE"),
      ("calib/consistency/test_force.py",)),
-    ("calib.consistency.mistakes", (
-        "LEFT_OVER", "SAME_RATE", "BOUND_SLACK", "FEWEST_OF_BLOCK", "WORST_POSES"),
+    ("calib.consistency.common_mistakes", (
+        "SAME_RATE", "SAME_FACTOR", "FEWEST_OF_BLOCK", "WORST_POSES"),
+     ("calib/consistency/test_mistakes.py",)),
+    ("calib.consistency.mistakes", ("LEFT_OVER", "BOUND_SLACK"),
      ("calib/consistency/test_mistakes.py",)),
     ("calib.consistency.one_sensor", ("OTHER_GAIN", "CERTAIN_SD"),
      ("calib/consistency/test_mistakes.py",)),

@@ -16,6 +16,7 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior, is_course
 from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.verdict.credible import is_credible
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
@@ -128,7 +129,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
 
     Beside the largest nothing is said of one that explains less than a formula may be off by, or
     than most of what is left without it. Where the leave-one-out error does not fall with all of
-    them, the least likely goes.
+    them, or a size is none that nature has, the least likely goes.
     """
     sure = [each for each in posterior.classes
             if each.kind == "listed" and each.probability >= CONSTANTS.name]
@@ -136,7 +137,8 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     before = compare(posterior.base) if sure else None
     while sure:
         joint = _refit_of(posterior, [each.name for each in sure])
-        if joint and before and compare(joint.fit).predicts_better_than(before):
+        if (joint and before and is_credible(joint, posterior.base)
+                and compare(joint.fit).predicts_better_than(before)):
             size = {name: float(np.linalg.norm(_signal_rows(posterior, joint, name)))
                     for name in joint.names}
             least = CONSTANTS.tolerance * max(size.values())

@@ -86,6 +86,9 @@ CASES: dict[str, tuple[Triad, Callable[[PoseSet], PoseSet], str]] = {
     "an axis of one pose": (
         "accelerometer", lambda p: turned(p, Y_MIRRORED, np.arange(len(p)) == largest_y(p)),
         rf"y has the opposite sign in pose {largest_y(session('accelerometer')) + 1} "),
+    "the range of three poses": (
+        "accelerometer", lambda p: turned(p, 0.5 * np.eye(3), np.isin(np.arange(18), [2, 7, 8])),
+        r"halved in pose 3 and pose 8 and pose 9 "),
     "the unit of one pose": (
         "accelerometer", lambda p: turned(p, 1e3 * np.eye(3), np.arange(len(p)) == 4),
         r"in mg instead of g in pose 5 "),
