@@ -23,8 +23,8 @@ SAME_RATE = 0.02
 their speed to 2 %, and the speeds of records differ by 35 % and more."""
 
 SAME_FACTOR = 0.2
-"""Of the logarithm of a length: offsets and gains of a sensor move it by less than a third of what
-factors of two and four are apart. Derived."""
+"""Difference of logarithms of lengths. Derived: offsets and gains of a sensor move it by less than
+a third of what factors of two and four are apart."""
 
 FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
 WORST_POSES = 2  #: tried one by one: a limit of time
@@ -73,14 +73,14 @@ def blocks(poses: PoseSet) -> dict[str, BoolArray]:
     return {f"from {poses.label[k]} on": index >= k for k in range(FEWEST_OF_BLOCK, last + 1)}
 
 
-def _ofblocks(poses: PoseSet) -> Iterator[Mistake]:
+def block_mistakes(poses: PoseSet) -> Iterator[Mistake]:
     """Mistakes of one run among several; of one run alone, from some pose on."""
     alone = len(runs_by_name(poses)) == 1
     for where, member in blocks(poses).items():
         yield from _of_readings(poses, member, where, within=alone)
 
 
-def of_worst_poses(poses: PoseSet, fitted: Fit | None) -> Iterator[Mistake]:
+def pose_mistakes(poses: PoseSet, fitted: Fit | None) -> Iterator[Mistake]:
     """Mistakes of the poses that are farthest from what the others say.
 
     By their residuals, to first order: a refit without each pose takes seconds under Huber's loss,
@@ -91,7 +91,7 @@ def of_worst_poses(poses: PoseSet, fitted: Fit | None) -> Iterator[Mistake]:
         yield from _of_readings(poses, np.arange(len(poses)) == k, f"in {poses.label[k]}")
 
 
-def of_lengths(poses: PoseSet) -> Iterator[Mistake]:
+def range_mistakes(poses: PoseSet) -> Iterator[Mistake]:
     """Several poses whose readings are too long by the same common factor."""
     off = _off_by_length(poses)
     for factor, words in FACTORS[poses.triad].items():
@@ -137,7 +137,7 @@ def _mistake(
     return Mistake(replace(poses, reading=reading, sd=sd), words, member if within else None)
 
 
-def of_rates(poses: PoseSet, base: Model) -> Iterator[Mistake]:
+def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
     """The rate of one run is wrong by whatever factor the other runs say."""
     runs = runs_by_name(poses)
     turning = {name: member for name, member in runs.items()

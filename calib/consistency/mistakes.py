@@ -17,11 +17,12 @@ from scipy.special import fdtrc
 from calib.consistency.common_mistakes import (
     CHANGES,
     Mistake,
+    block_mistakes,
     blocks,
     exchanged_rates,
-    of_lengths,
-    of_rates,
-    of_worst_poses,
+    pose_mistakes,
+    range_mistakes,
+    rate_mistakes,
 )
 from calib.consistency.means_alone import by_means
 from calib.consistency.quadric import least_chi2
@@ -68,10 +69,10 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     looks = max(1, len(blocks(poses)) * len(CHANGES[poses.triad]))
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / looks:
         return  # without a copy of the poses for every look
-    mistakes = [*_ofblocks(poses), *of_rates(poses, base), *exchanged_rates(poses)]
+    mistakes = [*block_mistakes(poses), *rate_mistakes(poses, base), *exchanged_rates(poses)]
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / len(mistakes):
         return
-    mistakes += [*of_worst_poses(poses, fitted), *of_lengths(poses)]
+    mistakes += [*pose_mistakes(poses, fitted), *range_mistakes(poses)]
     before = _chi2(poses, base)
     whole = float(least_chi2([poses])[0]) if before is None else before[0]
     hopeful = _hopeful(mistakes, whole, len(poses))
