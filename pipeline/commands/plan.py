@@ -45,7 +45,7 @@ def command(
     from pipeline.plan.refusal import require_sufficient
 
     loaded = load_config(config, files_may_be_missing=True)
-    if loaded.accelerometer is None and loaded.gyroscope is None:
+    if not loaded.triads:
         raise ConfigError(f"{config}: contains no poses to plan. Add the section accelerometer, "
                           "gyroscope or both.")
     for name in effects:

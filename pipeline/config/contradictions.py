@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from calib.earth import gravity_bounds
 from calib.fit.triad.determined import LARGEST_SHARE
 from pipeline.config.schema import KnownRateSection
-from pipeline.config.yaml_text import PathTo
+from pipeline.config.yaml_text import Key, PathTo, path_text
 
 if TYPE_CHECKING:
     from pipeline.config.load import Config
@@ -55,14 +55,15 @@ def _rates(config: "Config") -> Problems:
 
 
 def _files_of_two_runs(config: "Config") -> Problems:
-    seen: dict[Path, int] = {}
-    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+    seen: dict[tuple[Key, Path], PathTo] = {}
+    for keys, run in config.placed_runs():
+        place = (*keys, "poses")
         for path in (*run.poses.files, *run.poses.log):
-            first = seen.setdefault(path.resolve(), i)
+            first = seen.setdefault((keys[0], path.resolve()), place)
             # One long log may hold the poses at rest and those on the plate.
-            if first != i and path not in run.poses.log:
-                yield ("gyroscope", "runs", i, "poses"), (
-                    f"{path} is in run {first + 1} as well, and its samples would count twice. "
+            if first != place and path not in run.poses.log:
+                yield place, (
+                    f"{path} is in {path_text(first)} as well, and its samples would count twice. "
                     f"Name each file in the run that it was recorded in"
                 )
                 return

@@ -1,12 +1,12 @@
 """The configuration of a session: one YAML file, checked as a whole before anything slow runs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 
 from pydantic import Field, PrivateAttr, ValidationError
 
-from calib.poses.imu_log import TRIADS
+from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.certificate import CertificateSection
 from pipeline.config.contradictions import contradictions
 from pipeline.config.messages import problems_in
@@ -19,7 +19,9 @@ from pipeline.config.schema import (
     LogsSection,
     Rate,
     RecordSection,
+    RunSection,
     SiteSection,
+    TriadFitSection,
     VideoRateSection,
 )
 from pipeline.config.sensor import SensorOrPreset, SensorSection
@@ -57,6 +59,23 @@ class Config(Section):
     def source(self) -> YamlSource:
         """The file's text, with the place of every value in it."""
         return self._source
+
+    @property
+    def triads(self) -> Mapping[Triad, TriadFitSection]:
+        """The sections of the triads that are to be calibrated, the accelerometer first."""
+        sections = {triad: getattr(self, triad) for triad in TRIADS}
+        return {triad: section for triad, section in sections.items() if section is not None}
+
+    def runs_of(self, triad: Triad) -> tuple[RunSection, ...]:
+        """The poses of a triad, at rest and run after run; none without its section."""
+        section = self.triads.get(triad)
+        return () if section is None else section.sections
+
+    def placed_runs(self) -> Iterator[tuple[PathTo, RunSection]]:
+        """Every set of poses with the keys to the mapping of the file that names it."""
+        for triad, section in self.triads.items():
+            yield from (((triad,), run) for run in section.at_rest)
+            yield from (((triad, "runs", i), run) for i, run in enumerate(section.runs))
 
     @property
     def output_folder(self) -> Path:
@@ -124,11 +143,11 @@ def _names(source: YamlSource, section: str) -> tuple[str, ...]:
 
 def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
     """Runs whose poses and clips cannot be paired."""
-    for i, run in enumerate(config.gyroscope.runs if config.gyroscope else ()):
+    for path, run in config.placed_runs():
         rate = config.rate.get(run.rate)
         clips = len(rate.video) if isinstance(rate, VideoRateSection) else 1
         if run.poses.files and clips not in (1, len(run.poses.files)):
-            yield ("gyroscope", "runs", i, "rate"), (
+            yield (*path, "rate"), (
                 f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "
                 f"for the whole run, or one per pose in the order of the poses."
             )
@@ -136,12 +155,8 @@ def _clip_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
 
 def _column_counts(config: Config) -> Iterator[tuple[PathTo, str]]:
     """Lists of column names that cannot be paired with the files of a key."""
-    sections: list[tuple[PathTo, LogsSection]] = []
-    if config.accelerometer and config.accelerometer.poses:
-        sections.append((("accelerometer", "poses"), config.accelerometer.poses))
-    for triad in TRIADS:
-        for i, run in enumerate(getattr(getattr(config, triad), "runs", ())):
-            sections.append(((triad, "runs", i, "poses"), run.poses))
+    sections: list[tuple[PathTo, LogsSection]] = [
+        ((*path, "poses"), run.poses) for path, run in config.placed_runs()]
     if config.installation:
         sections.append((("installation",), config.installation))
     for path, section in sections:

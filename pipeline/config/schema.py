@@ -195,16 +195,30 @@ class RunSection(Section):
     exclude: PoseNames = ()
 
 
-class AccelerometerSection(Section):
-    """What to fit to the accelerometer: poses at rest, runs on a turning plate that leans, or both.
-    """
+class TriadFitSection(Section):
+    """What to fit to the poses of a triad, all runs jointly, and how."""
 
-    poses: PosesSection | None = None
     runs: tuple[RunSection, ...] = ()
-    exclude: PoseNames = ()
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
+
+    @property
+    def at_rest(self) -> tuple[RunSection, ...]:
+        """Poses that are named outside ``runs``, as a run of a plate that is stopped."""
+        return ()
+
+    @property
+    def sections(self) -> tuple[RunSection, ...]:
+        """The poses at rest, then the runs."""
+        return self.at_rest + self.runs
+
+
+class AccelerometerSection(TriadFitSection):
+    """The accelerometer: poses at rest, runs on a turning plate that leans, or both."""
+
+    poses: PosesSection | None = None
+    exclude: PoseNames = ()
 
     @property
     def at_rest(self) -> tuple[RunSection, ...]:
@@ -214,19 +228,11 @@ class AccelerometerSection(Section):
         return (RunSection.model_construct(
             poses=self.poses, rate=STOPPED, exclude=self.exclude),)
 
-    @property
-    def sections(self) -> tuple[RunSection, ...]:
-        """The poses at rest, then the runs."""
-        return self.at_rest + self.runs
 
-
-class GyroscopeSection(Section):
-    """What to fit to the gyroscope's poses, all runs jointly."""
+class GyroscopeSection(TriadFitSection):
+    """The gyroscope: its poses stand in runs."""
 
     runs: Annotated[tuple[RunSection, ...], Field(min_length=1)]
-    model: Effects = BASE
-    solver: Literal["default", "paper"] = "default"
-    loss: Literal["squares", "huber"] = "squares"
 
 
 # --- the rest ----------------------------------------------------------------------------------

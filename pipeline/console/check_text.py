@@ -3,8 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config
-from pipeline.config.schema import RunSection, VideoRateSection
+from pipeline.config.schema import RunSection, TriadFitSection, VideoRateSection
 from pipeline.stages.rehearsal import Rehearsal
 from pipeline.stages.session_logs import Setting
 from pipeline.text.commands import command
@@ -28,23 +29,18 @@ def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
         else:
             value = f"{rate.rate_rad_s:g} ± {rate.sd_rad_s:g} rad/s"
             yield f"rate           {name}: {value}, stated in the configuration"
-    if config.accelerometer:
-        for run in config.accelerometer.at_rest:
-            yield f"accelerometer  {_poses(run, poses)}"
-        for run in config.accelerometer.runs:
-            yield f"accelerometer  {_poses(run, poses)} at rate {run.rate}"
-        yield f"accelerometer  model {', '.join(config.accelerometer.model)}"
-    if config.gyroscope:
-        for run in config.gyroscope.runs:
-            yield f"gyroscope      {_poses(run, poses)} at rate {run.rate}"
-        yield f"gyroscope      model {', '.join(config.gyroscope.model)}"
+    for triad, section in config.triads.items():
+        for run in section.at_rest:
+            yield f"{triad:<14} {_poses(run, poses)}"
+        for run in section.runs:
+            yield f"{triad:<14} {_poses(run, poses)} at rate {run.rate}"
+        yield f"{triad:<14} model {', '.join(section.model)}"
     yield f"results        {config.output_folder}"
     yield f"next: {command('run', path)}"
 
 
 def config_json(config: Config, rehearsal: Rehearsal) -> dict[str, Any]:
     """The same for programs; ``problems`` is empty, as the configuration is right."""
-    accelerometer, gyroscope = config.accelerometer, config.gyroscope
     return {
         "config": str(config.source.path),
         "title": config.title,
@@ -56,15 +52,16 @@ def config_json(config: Config, rehearsal: Rehearsal) -> dict[str, Any]:
                  if isinstance(rate, VideoRateSection) else
                  {"rate_rad_s": rate.rate_rad_s, "sd_rad_s": rate.sd_rad_s}
                  for name, rate in config.rate.items()},
-        "accelerometer": None if accelerometer is None else {
-            "model": accelerometer.model,
-            **({} if not accelerometer.at_rest else _logs(accelerometer.at_rest[0])),
-            "runs": [{"rate": run.rate, **_logs(run)} for run in accelerometer.runs]},
-        "gyroscope": None if gyroscope is None else {
-            "model": gyroscope.model,
-            "runs": [{"rate": run.rate, **_logs(run)} for run in gyroscope.runs]},
+        **{triad: _triad_json(config.triads.get(triad)) for triad in TRIADS},
         "results": str(config.output_folder),
     }
+
+
+def _triad_json(section: TriadFitSection | None) -> dict[str, Any] | None:
+    return None if section is None else {
+        "model": section.model,
+        **(_logs(section.at_rest[0]) if section.at_rest else {}),
+        "runs": [{"rate": run.rate, **_logs(run)} for run in section.runs]}
 
 
 def _logs(section: RunSection) -> dict[str, Any]:

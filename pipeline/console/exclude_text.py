@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
-from pipeline.config.schema import RunSection
 from pipeline.config.yaml_words import yaml_word
 from pipeline.stages.excluded_poses import PoseName, short_names
 from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome
-from pipeline.stages.session_logs import run_sections
 from pipeline.stages.triads import TriadResult
 
 
@@ -33,19 +31,14 @@ class ExcludeLines:
 
 def exclude_lines(config: Config, triad: Triad) -> ExcludeLines:
     """What to write where, of one triad."""
-    runs = config.gyroscope.runs if config.gyroscope else ()
-    before: tuple[str, ...] = ()
-    at_rest: tuple[RunSection, ...] = ()
-    if triad == "accelerometer":
-        at_rest = config.accelerometer.at_rest if config.accelerometer else ()
-        runs = config.accelerometer.runs if config.accelerometer else ()
-        before = ("  exclude: ",) * len(at_rest)
-    first = "  runs:\n" if at_rest else ""  # below the poses at rest, if any
-    before += tuple(f"{'' if k else first}  - rate: {yaml_word(run.rate)}\n    exclude: "
-                    for k, run in enumerate(runs))
-    head = f"{triad}:" if at_rest else f"{triad}:\n  runs:"
-    return ExcludeLines(head, before, tuple(
-        tuple(map(yaml_name, run.exclude)) for run in (*at_rest, *runs)))
+    section = config.triads[triad]
+    first = "  runs:\n" if section.at_rest else ""  # below the poses at rest, if any
+    before = ["  exclude: "] * len(section.at_rest)
+    before += [f"{'' if k else first}  - rate: {yaml_word(run.rate)}\n    exclude: "
+               for k, run in enumerate(section.runs)]
+    head = f"{triad}:" if section.at_rest else f"{triad}:\n  runs:"
+    return ExcludeLines(head, tuple(before), tuple(
+        tuple(map(yaml_name, run.exclude)) for run in section.sections))
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,7 @@ def pose_sections(
 ) -> tuple[PoseSection, ...]:
     """Name and section of every pose of a triad's fit, in its order."""
     places = []
-    for number, section in enumerate(run_sections(config, triad)):
+    for number, section in enumerate(config.runs_of(triad)):
         recording = recordings.of(section)
         labels = [mean.label for mean in recording.means]
         every = [*labels, *(each.label for each in recording.excluded)]

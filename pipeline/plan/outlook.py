@@ -35,7 +35,7 @@ from calib.poses.runs.reference_runs import (
 from calib.poses.runs.ring import TILT_SD_RAD, room_names, tilt_name
 from calib.poses.runs.tilted_run import tilted_run
 from pipeline.config.load import Config
-from pipeline.config.sensor import sensor_specs
+from pipeline.config.sensor import triad_spec
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
 from pipeline.stages.session_logs import Setting
 from pipeline.stages.site import gravity_of, latitude_of
@@ -104,23 +104,15 @@ def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
         By the recorded poses: too short, saturated, or moved.
     """
     known: dict[Setting, PlannedSetting] = {}
-    if config.accelerometer:
-        yield _triad_plan(config, "accelerometer", [
-            planned_setting(config, run, known) for run in config.accelerometer.sections],
-            allow_python)
-    if config.gyroscope:
-        yield _triad_plan(config, "gyroscope", [
-            planned_setting(config, run, known) for run in config.gyroscope.runs],
-            allow_python)
+    for triad, section in config.triads.items():
+        yield _triad_plan(config, triad, [
+            planned_setting(config, run, known) for run in section.sections], allow_python)
 
 
 def _triad_plan(
     config: Config, triad: Triad, settings: list[PlannedSetting], allow_python: bool
 ) -> TriadPlan:
-    spec = sensor_specs(config.sensor)[triad == "gyroscope"]
-    section = config.accelerometer if triad == "accelerometer" else config.gyroscope
-    assert spec is not None
-    assert section is not None
+    spec, section = triad_spec(getattr(config.sensor, triad)), config.triads[triad]
     user_defined = user_effects(config, triad, allow_python)
     every = Model.of(section.model, user_defined)
     means = [mean for setting in settings for mean in setting.means]

@@ -1,11 +1,9 @@
 """The blocks of a recording and the files that the configuration names for their poses."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from calib.numbers import RPM
-from calib.poses.imu_log import TRIADS
 from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
 from pipeline.config.schema import VideoRateSection
@@ -81,8 +79,8 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
     """
     assert config.record is not None
     blocks: dict[NumberedFiles, RecordingBlock] = {}
-    for path, rate in _settings(config):
-        poses = _numbered(config, path)
+    for keys, run in config.placed_runs():
+        rate, poses = run.rate, _numbered(config, (*keys, "poses"))
         if poses is None or poses in blocks:
             continue
         stated = config.rate.get(rate)
@@ -97,14 +95,6 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
         blocks[poses] = RecordingBlock(
             rate, poses, rate_rad_s, pose_seconds(config.record, rate_rad_s), clips)
     return tuple(sorted(blocks.values(), key=lambda block: block.turns))
-
-
-def _settings(config: Config) -> Iterator[tuple[PathTo, str]]:
-    if config.accelerometer and config.accelerometer.poses:
-        yield ("accelerometer", "poses"), STOPPED
-    for triad in TRIADS:
-        for i, run in enumerate(getattr(getattr(config, triad), "runs", ())):
-            yield (triad, "runs", i, "poses"), run.rate
 
 
 def _numbered(config: Config, path: PathTo) -> NumberedFiles | None:

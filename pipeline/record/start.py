@@ -32,7 +32,7 @@ def open_session(
     if config.record is None:
         raise ConfigError(f"{path}: has no section `record`. Add one, as in `record: {{device: "
                           f"mpu-6050, seconds_per_pose: 10}}`; `pipeline init` shows all its keys.")
-    if config.accelerometer is None and config.gyroscope is None:
+    if not config.triads:
         raise ConfigError(f"{path}: names no poses to record; add the section accelerometer, "
                           "gyroscope or both, each with the pattern of its pose files.")
     options = {"baud": baud, "camera": camera, "port": port}

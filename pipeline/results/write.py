@@ -72,9 +72,8 @@ def _roll_and_pitch(trial: Mounting | OrderTrial) -> Json:
 
 def stated_columns(config: Config) -> list[list[str] | dict[str, str]]:
     """``columns`` of all sections of a configuration, each once, for logs of the same logger."""
-    poses = [run.poses for run in config.accelerometer.sections] if config.accelerometer else []
-    poses += [run.poses for run in config.gyroscope.runs] if config.gyroscope else []
-    stated = dict.fromkeys(row for each in poses for row in each.columns or ())
+    stated = dict.fromkeys(row for _, run in config.placed_runs()
+                           for row in run.poses.columns or ())
     return [dict(row.pairs) if isinstance(row, Renamed) else list(row) for row in stated]
 
 

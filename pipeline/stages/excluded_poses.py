@@ -150,11 +150,7 @@ def chosen(
 
 def section_path(section: RunSection, config: Config) -> PathTo:
     """Where a section with poses stands in its configuration."""
-    for triad in ("gyroscope", "accelerometer"):
-        runs = getattr(getattr(config, triad), "runs", ())
-        if section in runs:
-            return (triad, "runs", runs.index(section))
-    return ("accelerometer",)
+    return next(path for path, run in config.placed_runs() if run == section)
 
 
 def predicted_poses(

@@ -10,7 +10,7 @@ from pipeline.config.load import Config
 from pipeline.errors import ConfigError
 from pipeline.stages.excluded_poses import ExcludedMean, PoseName, short_names
 from pipeline.stages.poses import Recording, Recordings
-from pipeline.stages.session_logs import Setting, run_sections
+from pipeline.stages.session_logs import Setting
 
 
 def recordings_without(
@@ -28,7 +28,7 @@ def recordings_without(
     """
     by_setting = {}
     for triad in TRIADS:
-        for section, then in zip(run_sections(config, triad), run_sections(more, triad),
+        for section, then in zip(config.runs_of(triad), more.runs_of(triad),
                                  strict=True):
             of_section = recordings.of(section)
             names = {name for name in then.exclude if name not in section.exclude}

@@ -47,11 +47,7 @@ def check_covariates(config: Config) -> None:
 
 def logged_columns(config: Config, triad: Triad | None) -> list[str] | None:
     """Columns that every log of the triad has beside time and readings; None before recording."""
-    poses: list[PosesSection] = []
-    if config.accelerometer and triad != "gyroscope":
-        poses += [run.poses for run in config.accelerometer.sections]
-    if config.gyroscope and triad != "accelerometer":
-        poses += [run.poses for run in config.gyroscope.runs]
+    poses = [run.poses for path, run in config.placed_runs() if triad in (None, path[0])]
     heads = [names for each in poses if (names := _columns_of(each)) is not None]
     if not heads:
         return None

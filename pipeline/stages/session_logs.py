@@ -72,22 +72,14 @@ class SessionLogs:
 
 def settings_of(config: Config, triad: Triad) -> list[Setting]:
     """The settings that the section of ``triad`` names, in its order."""
-    return [Setting.of(section) for section in run_sections(config, triad)]
-
-
-def run_sections(config: Config, triad: Triad) -> Sequence[RunSection]:
-    """The sections with poses of a triad, in their order; none where it has no section."""
-    if triad == "accelerometer":
-        return config.accelerometer.sections if config.accelerometer else ()
-    return config.gyroscope.runs if config.gyroscope else ()
+    return [Setting.of(section) for section in config.runs_of(triad)]
 
 
 def sections_by_setting(config: Config) -> dict[Setting, RunSection]:
     """Every setting of a configuration with the first section that names it."""
     sections: dict[Setting, RunSection] = {}
-    for triad in TRIADS:
-        for section in run_sections(config, triad):
-            sections.setdefault(Setting.of(section), section)
+    for _, section in config.placed_runs():
+        sections.setdefault(Setting.of(section), section)
     return sections
 
 

@@ -116,8 +116,7 @@ def gyroscope_poses(
 
 def senses_of(config: Config, recordings: Recordings) -> dict[str, float]:
     """How the plate turns in each run by the accelerometer, see :class:`Recording`."""
-    sections = config.gyroscope.runs if config.gyroscope else ()
-    return {run.rate: recordings.of(run).sense for run in sections}
+    return {run.rate: recordings.of(run).sense for run in config.runs_of("gyroscope")}
 
 
 def model_on(

@@ -133,11 +133,8 @@ def _unknown_names(
 
 def _runs(config: Config, triad: Triad | None) -> tuple[str, ...]:
     """Names of the runs of one triad, or of both."""
-    names = [run.rate for run in config.gyroscope.runs] if config.gyroscope else []
-    if triad != "gyroscope" and config.accelerometer:
-        of_it = [run.rate for run in config.accelerometer.sections]
-        names = of_it if triad else [*names, *of_it]
-    return tuple(dict.fromkeys(names))
+    return tuple(dict.fromkeys(run.rate for path, run in config.placed_runs()
+                               if triad in (None, path[0])))
 
 
 # --- Python --------------------------------------------------------------------------------------

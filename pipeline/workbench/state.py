@@ -18,7 +18,6 @@ from pipeline.console.exclude_text import PoseSection, yaml_name
 from pipeline.errors import ConfigError
 from pipeline.model_change import CONSTANT_RATE
 from pipeline.stages.excluded_poses import section_path
-from pipeline.stages.session_logs import run_sections
 
 MOST_NAMES = 200  #: effects or terms of a state; no model has as many. Derived: more is no question
 
@@ -128,7 +127,7 @@ def _without_poses(
     source: YamlSource, config: Config, triad: Triad, out: Sequence[int],
     poses: Sequence[PoseSection],
 ) -> YamlSource:
-    sections = run_sections(config, triad)
+    sections = config.runs_of(triad)
     for number, names in _left_out(triad, out, poses).items():
         words = [*map(yaml_name, sections[number].exclude), *map(yaml_name, names)]
         path = section_path(sections[number], config)
@@ -165,7 +164,7 @@ def config_of(
             raise ConfigError(f"{config.source.path} has no section '{triad}'.")
         names = _left_out(triad, of_triad.out, poses[triad])
         then = [each.model_copy(update={"exclude": (*each.exclude, *names.get(i, ()))})
-                for i, each in enumerate(run_sections(config, triad))]
+                for i, each in enumerate(config.runs_of(triad))]
         at_rest = len(then) - len(section.runs)
         update = {"model": model_of(section.model, of_triad.ticked),
                   "runs": tuple(then[at_rest:])}

@@ -21,7 +21,6 @@ from pipeline.report.triad.coverage import coverage_of
 from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
-from pipeline.stages.session_logs import run_sections
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
 
@@ -100,7 +99,7 @@ def _upward(triad: Triad, vector: FloatArray, poses: PoseSet) -> FloatArray:
 
 def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
     """The averaged poses in the order of the fit."""
-    return [mean for run in run_sections(outcome.config, result.triad)
+    return [mean for run in outcome.config.runs_of(result.triad)
             for mean in outcome.recordings.of(run).means]
 
 

@@ -183,3 +183,11 @@ def test_clips_must_pair_with_poses(session: Path) -> None:
         (session / f"clip_{i}.mp4").touch()
     (found,) = problems(session, GOOD.replace("clip.mp4", "clip_*.mp4"))
     assert "'slow' has 3 clips for 2 poses" in found
+
+
+def test_a_file_at_rest_and_on_the_plate_would_count_twice(session: Path) -> None:
+    text = GOOD.replace("accelerometer:\n  poses: ", "accelerometer:\n  runs: [{poses: "
+                        "'acc/pose_?.csv', rate: slow}]\n  poses: ", 1)
+    (found,) = problems(session, text)
+    assert "is in accelerometer.poses as well" in found
+    assert "accelerometer.runs[0].poses: " in found
