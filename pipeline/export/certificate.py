@@ -18,7 +18,7 @@ from pipeline.results.read import Stored
 from pipeline.text.formatting import with_minus_signs
 
 FILE_NAME = "certificate.html"
-CANVAS = Canvas(320.0, 122.0, 34.0, 20.0, "chart", margin_right=0.0, margin_top=4.0)
+CANVAS = Canvas(320.0, 122.0, 34.0, 20.0, "chart", margin_right=3.0, margin_top=4.0)
 REACH = 1.1  #: length of the axis in largest residuals with their sd; layout
 LONGEST_RUN = 24  #: letters of a run's name; layout
 

@@ -17,7 +17,8 @@ from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.drawings.charts import Chart, Figure, across, nice_limit, upward
 from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
 from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure
-from pipeline.report.plate.term_cards import TermCard, term_cards
+from pipeline.report.plate.term_cards import term_cards
+from pipeline.report.triad.effect_cards import Card
 from pipeline.report.triad.partial_residuals import PPM
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
@@ -42,7 +43,7 @@ class RateView:
     frame_caption: str = ""
     figures: tuple[Figure, ...] = ()
     terms: Json | None = None
-    cards: tuple[TermCard, ...] = ()
+    cards: tuple[Card, ...] = ()
 
 
 def rate_view(

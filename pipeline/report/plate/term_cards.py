@@ -6,7 +6,6 @@ beside everything else in the model, as means over parts of a turn or of the cli
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,10 +15,10 @@ from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from pipeline.drawings.charts import PLAIN, Chart, nice_limit, rightward, upward
 from pipeline.report.plate.rate_terms import ANGLE_BINS, LEAST_LIMIT_DEG, angle_bins
-from pipeline.report.triad.effect_cards import STANDINGS, Standing, formula_html
+from pipeline.report.triad.effect_cards import STANDINGS, Card, Standing, formula_html
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import with_minus_signs, with_sd
-from vision.rate.term_pages import TERM_PAGES, TermPage
+from vision.rate.term_pages import TERM_PAGES
 from vision.rate.terms import CONSTANT_RATE, MEANING, TERMS, StatedFit
 
 if TYPE_CHECKING:  # a session without clips measures none
@@ -28,31 +27,14 @@ if TYPE_CHECKING:  # a session without clips measures none
 NO_FRAME_DROPPED = "no frame was dropped"
 
 
-@dataclass(frozen=True)
-class TermCard:
-    """What the page shows of one term in one clip."""
-
-    name: str
-    meaning: str
-    formula: str
-    standing: Standing
-    status: str
-    size: str
-    fingerprint: str
-    caption: str
-    confused_here: str
-    page: TermPage
-    expanded: bool
-
-
-def term_cards(rate: SettingRate, number: int) -> tuple[TermCard, ...]:
+def term_cards(rate: SettingRate, number: int) -> tuple[Card, ...]:
     """A card for every term in clip ``number``, those of the verdict first."""
     clip = rate.clips[number]
     cards = (_card(clip, name) for name in TERMS)
     return tuple(sorted(cards, key=lambda card: not card.expanded))
 
 
-def _card(clip: "RateMeasurement", name: str) -> TermCard:
+def _card(clip: "RateMeasurement", name: str) -> Card:
     page, standing = TERM_PAGES[name], _standing(clip, name)
     seen = name in clip.fit.columns and standing != "unseen"
     measured, pattern = _signature(clip.fit, name) if seen else (np.zeros(1), np.zeros(1))
@@ -61,20 +43,25 @@ def _card(clip: "RateMeasurement", name: str) -> TermCard:
     others = [other for other in group if other != name]
     over = (f"{360 // ANGLE_BINS}° of plate angle" if page.over_turn
             else f"a {ANGLE_BINS}th of the clip")
-    return TermCard(
+    return Card(
         name=name,
-        meaning=MEANING[name],
+        drawing=name,
+        physics=MEANING[name],
         formula=formula_html(page.formula),
         standing=standing,
         status=NO_FRAME_DROPPED if standing == "unavailable" else STANDINGS[standing],
+        typical=(("", f"{page.typical}."),),
+        source=page.source,
+        size_title="Size in this clip",
         size=_size(clip, name),
         fingerprint=_drawn(clip.fit, name, measured, pattern) if seen else "",
         caption=f"Dots are means of the angle residual without {name} over {over}; the line is "
                 f"{name} at its best size. It explains {100 * share:.2g} % of the residual's "
                 f"variance." if seen else "",
+        confused=page.confounded,
         confused_here=f"This clip cannot separate it from {enumeration(others, 'or')}." if others
         else "",
-        page=page,
+        separates=page.separates,
         expanded=standing in ("missing", "offered"),
     )
 

@@ -68,8 +68,11 @@ class SizeTable:
 
 
 @dataclass(frozen=True)
-class EffectCard:
-    """What the page shows of one effect."""
+class Card:
+    """What the page shows of one effect, or of one term of a plate's phase.
+
+    ``size`` is under ``size_title`` a table, or a text of one size; None where nothing was fitted.
+    """
 
     name: str
     drawing: str
@@ -79,7 +82,8 @@ class EffectCard:
     status: str
     typical: tuple[tuple[str, str], ...]
     source: str
-    size: SizeTable | None
+    size_title: str
+    size: SizeTable | str | None
     fingerprint: str
     caption: str
     confused: str
@@ -90,7 +94,7 @@ class EffectCard:
 
 def effect_cards(
     result: TriadResult, payload: Json, refits: Refits, drawings: Sequence[str]
-) -> tuple[EffectCard, ...]:
+) -> tuple[Card, ...]:
     """A card for every effect of the triad, the expanded ones first.
 
     Parameters
@@ -125,7 +129,7 @@ def _effects(
 def _card(
     result: TriadResult, refits: Refits, effect: Effect, entry: Json | None,
     drawings: Sequence[str],
-) -> EffectCard:
+) -> Card:
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)
@@ -133,7 +137,7 @@ def _card(
     shape = fingerprint(refits, effect.name) if seen else None
     named = effect.name if effect.name in drawings else None
     listed = effect.name in EFFECTS
-    return EffectCard(
+    return Card(
         name=effect.name,
         drawing=named or ("column" if effect.names_column else "user_defined"),
         physics=effect.physics,
@@ -142,6 +146,7 @@ def _card(
         status=_status(result, effect, standing),
         typical=tuple(_typical(effect, result.triad)),
         source=effect.page.source,
+        size_title="Size in the model" if standing == "model" else "Size in these poses",
         size=_size_table(result, effect, candidate),
         fingerprint="" if shape is None else fingerprint_svg(
             shape, effect.name, result.calibration.fit),

@@ -12,7 +12,7 @@ from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.report.layout.page_templates import page_templates
-from pipeline.report.triad.effect_cards import EffectCard, effect_cards, formula_html
+from pipeline.report.triad.effect_cards import Card, effect_cards, formula_html
 from pipeline.report.triad.fingerprint import fingerprint
 from pipeline.report.triad.refit_table import refit_json, tickable
 from pipeline.report.triad.refitted import Refits
@@ -28,7 +28,7 @@ G = 9.80665
 
 def cards_of(
     result: TriadResult, defined: dict[str, Effect], drawings: dict[str, object]
-) -> tuple[EffectCard, ...]:
+) -> tuple[Card, ...]:
     refits = Refits(result, defined)
     return effect_cards(result, refit_json(result, refits, Path("c.yaml")), refits, tuple(drawings))
 
@@ -39,7 +39,7 @@ def drawings() -> dict[str, object]:
 
 
 @pytest.fixture(scope="module")
-def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, EffectCard]:
+def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, Card]:
     result = hidden_session.outcome.gyroscope
     assert result is not None
     every = cards_of(result, {}, drawings)
@@ -66,13 +66,13 @@ def test_no_two_drawings_are_the_same(drawings: dict[str, object]) -> None:
     assert len(without_words) == len(EFFECTS) + len(TERMS)
 
 
-def test_every_effect_of_the_triad_has_a_card(cards: dict[str, EffectCard]) -> None:
+def test_every_effect_of_the_triad_has_a_card(cards: dict[str, Card]) -> None:
     assert {name for name, each in EFFECTS.items() if "gyroscope" in each.triads} <= set(cards)
     assert "lever_arm" not in cards
 
 
 def test_only_the_cards_of_the_verdict_and_the_model_are_open(
-    cards: dict[str, EffectCard], hidden_session: HiddenSession
+    cards: dict[str, Card], hidden_session: HiddenSession
 ) -> None:
     assert [name for name, card in cards.items() if card.expanded] == ["g_sensitivity"]
     assert cards["g_sensitivity"].standing == "missing"
@@ -84,7 +84,7 @@ def test_only_the_cards_of_the_verdict_and_the_model_are_open(
 
 
 def test_the_matrix_of_the_card_is_the_hidden_one_in_degrees_per_second_per_g(
-    cards: dict[str, EffectCard], hidden_session: HiddenSession
+    cards: dict[str, Card], hidden_session: HiddenSession
 ) -> None:
     size = cards["g_sensitivity"].size
     assert size is not None
@@ -115,7 +115,7 @@ def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
     assert there.measured == pytest.approx(fit.rows.residual[: len(there.measured)], abs=1e-4)
 
 
-def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, EffectCard]) -> None:
+def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, Card]) -> None:
     card = cards["reference_scale"]
     assert (card.standing, card.fingerprint) == ("unseen", "")
     assert "cannot determine it" in card.confused_here

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pipeline.console.effect_pages import page_lines
-from pipeline.report.plate.term_cards import TermCard, term_cards
+from pipeline.report.plate.term_cards import term_cards
+from pipeline.report.triad.effect_cards import Card
 from pipeline.stages.rate import measure_setting
 from tests.vision.phase_tracks import phase_track, steady
 from vision.rate.term_pages import TERM_PAGES
@@ -18,7 +19,7 @@ AMPLITUDE_RAD, PHASE_RAD = 0.012, 0.4
 DRIFT_PER_MIN = 400e-6
 
 
-def cards_of(angle_rad: np.ndarray, *model: str) -> dict[str, TermCard]:
+def cards_of(angle_rad: np.ndarray, *model: str) -> dict[str, Card]:
     track = phase_track(steady()[0], angle_rad, noise_rad=2e-4, seed=3)
     rate = measure_setting("slow", [track], Timebase(),
                            model=(CONSTANT_RATE, *model))
@@ -33,7 +34,7 @@ def wave() -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def cards(wave: np.ndarray) -> dict[str, TermCard]:
+def cards(wave: np.ndarray) -> dict[str, Card]:
     return cards_of(wave)
 
 
@@ -42,7 +43,7 @@ def number(text: str) -> tuple[float, float]:
     return float(value.replace("−", "-")), float(sd)
 
 
-def test_the_missing_term_comes_first_and_open_with_its_size(cards: dict[str, TermCard]) -> None:
+def test_the_missing_term_comes_first_and_open_with_its_size(cards: dict[str, Card]) -> None:
     first = next(iter(cards.values()))
     assert (first.name, first.standing, first.expanded) == ("once_per_rev", "missing", True)
     amplitude, sd = number(first.size)
@@ -51,7 +52,7 @@ def test_the_missing_term_comes_first_and_open_with_its_size(cards: dict[str, Te
 
 
 def test_the_fingerprint_is_the_same_when_the_term_is_in_the_model(
-    wave: np.ndarray, cards: dict[str, TermCard]
+    wave: np.ndarray, cards: dict[str, Card]
 ) -> None:
     added = cards_of(wave, "once_per_rev")["once_per_rev"]
     assert added.standing == "model"
@@ -61,14 +62,14 @@ def test_the_fingerprint_is_the_same_when_the_term_is_in_the_model(
     assert number(added.size)[0] == pytest.approx(number(cards["once_per_rev"].size)[0], rel=1e-3)
 
 
-def test_a_term_that_is_not_there_explains_nothing(cards: dict[str, TermCard]) -> None:
+def test_a_term_that_is_not_there_explains_nothing(cards: dict[str, Card]) -> None:
     card = cards["twice_per_rev"]
     assert card.standing == "idle"
     assert float(re.findall(r"explains ([\d.e-]+) %", card.caption)[0]) < 1
 
 
 def test_without_dropped_frames_there_is_no_fingerprint_of_them(
-    cards: dict[str, TermCard]
+    cards: dict[str, Card]
 ) -> None:
     card = cards["frame_steps"]
     assert (card.standing, card.fingerprint, card.size) == ("unavailable", "", "")
