@@ -154,7 +154,7 @@ def pool_of_lot(passes: Passes, model: Model) -> Pool:
             for fits in fit_sets([one.poses for one in block], model):
                 if fits.fitted is not None:
                     names = [block[int(i)].sensor for i in fits.index]
-                    yield LotEvidence.of_stack(names, evidence_of(fits.fitted))
+                    yield LotEvidence.from_stack(names, evidence_of(fits.fitted))
 
     return pool(blocks)
 

@@ -90,7 +90,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             for effect in each.correction.model.effects
             if effect.belongs_to == "bench"
         ]
-        correction = each.of_the_sensor()
+        correction = each.sensor_correction()
         nominal = correction.spec.nominal(getattr(log, each.triad))
         columns = {**_other_triad(stored, each.triad, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)
@@ -106,14 +106,14 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             f"Use a log of the same sensor with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
             f"gyr_z."
         )
-    axes, turned = _in_the_vehicle(stored, corrected)
+    axes, turned = _vehicle_axes(stored, corrected)
     of_output = {SATURATED, *(name for titles, _ in OUTPUT.values() for name in titles)}
     columns_kept = {name: values for name, values in log.columns.items()
                     if name not in of_output}
     left_out += [f"the column {name} of the log is not copied: the output has one of this name."
                  for name in log.columns if name in of_output]
     counts = any(each.correction.spec.bits for each in stored.triads if log.has(each.triad))
-    saturated = at_the_rails(stored, log) if counts else None
+    saturated = saturated_samples(stored, log) if counts else None
     return Applied(log.time_s, turned, columns_kept, axes, saturated, tuple(left_out))
 
 
@@ -126,7 +126,7 @@ def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArra
     return {}
 
 
-def _in_the_vehicle(
+def _vehicle_axes(
     stored: Stored, corrected: Mapping[str, FloatArray]
 ) -> tuple[str, Mapping[str, FloatArray]]:
     """Which axes the output has, and the vectors in them: the vehicle's where R is known."""
@@ -146,7 +146,7 @@ def _in_the_vehicle(
     return axes, turned
 
 
-def at_the_rails(stored: Stored, log: ImuLog) -> BoolArray:
+def saturated_samples(stored: Stored, log: ImuLog) -> BoolArray:
     """Samples (t,) in which an axis of a calibrated triad is at the end of its range."""
     saturated = np.zeros(len(log.time_s), bool)
     for each in stored.triads:

@@ -54,7 +54,7 @@ def to_ardupilot(stored: Stored) -> Export:
         if each.triad == "accelerometer":
             scale = gains(each)
             values |= {f"INS_ACCSCAL_{a.upper()}": v for a, v in zip(AXES, scale, strict=True)}
-            loses += _beyond_ranges(offset, scale)
+            loses += _range_notes(offset, scale)
         loses.append(what_is_left(stored, each, "ArduPilot",
                                   keeps_scale=each.triad == "accelerometer"))
     values |= _temperature_calibration(stored, warmed, span)
@@ -94,7 +94,7 @@ def _temperature_calibration(
     return values
 
 
-def _beyond_ranges(offset: FloatArray, scale: FloatArray) -> list[str]:
+def _range_notes(offset: FloatArray, scale: FloatArray) -> list[str]:
     notes = []
     if (np.abs(offset) > LARGEST_OFFSET).any():
         notes.append(f"INS_ACCOFFS is {np.abs(offset).max():.3g} m/s² on one axis; ArduPilot "

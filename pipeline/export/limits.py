@@ -17,7 +17,7 @@ from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray, ImuLog
 from calib.poses.rests.rest_candidates import WINDOW_S
 from calib.poses.samples.batches import SHORTEST_SAMPLES
-from pipeline.export.apply import Applied, apply_results, at_the_rails
+from pipeline.export.apply import Applied, apply_results, saturated_samples
 from pipeline.results.read import Stored, StoredTriad
 
 QUIETEST = 0.25
@@ -116,9 +116,9 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
         if len(readings) >= SHORTEST_SAMPLES and stuck.any():
             yield (f"{log.label}: {each.triad} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
                    f"the same value in every sample.")
-        yield from _beyond_readings(each, stored, log)
-    yield from _beyond_columns(stored, log, session_clock)
-    saturated = at_the_rails(stored, log)
+        yield from _reading_warnings(each, stored, log)
+    yield from _column_warnings(stored, log, session_clock)
+    saturated = saturated_samples(stored, log)
     if saturated.any():
         first = float(log.time_s[np.argmax(saturated)])
         yield (f"{log.label}: {saturated.sum()} of {len(saturated)} samples are saturated, the "
@@ -133,7 +133,7 @@ def _seen(stored: Stored, triad: str, name: str) -> FloatArray:
     return np.array([value for value in values if value is not None], float)
 
 
-def _beyond_columns(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
+def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
     """Columns, and the session's clock, that leave what the poses had."""
     columns: Mapping[str, FloatArray] = (
         {**log.columns, "time_s": log.time_s} if session_clock else log.columns)
@@ -180,7 +180,7 @@ def _consequence(
             f"{' and '.join(parts) or '0'}.")
 
 
-def _beyond_readings(each: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:
+def _reading_warnings(each: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:
     """Readings beyond those of the poses, where the model is not linear in them."""
     curved = [effect.name for effect in each.correction.model.acting_on("sensor")
               if _is_curved(effect, each.correction.shapes.get(effect.name))]

@@ -19,7 +19,7 @@ def rows_of_results(session: FleetSession, results: Mapping[str, Any]) -> tuple[
     """A row for each triad that was calibrated."""
     return tuple(
         _head(session, triad) | {"exit_code": 0, "reason": ""}
-        | _of_session(results) | _of_triad(results[triad])
+        | _session_columns(results) | _triad_columns(results[triad])
         for triad in TRIADS if results[triad] is not None
     )
 
@@ -37,7 +37,7 @@ def _head(session: FleetSession, triad: str) -> Row:
     return {"session": session.name, "sensor": session.sensor, "triad": triad}
 
 
-def _of_session(results: Mapping[str, Any]) -> Row:
+def _session_columns(results: Mapping[str, Any]) -> Row:
     return {
         "title": results["title"],
         "sensor_name": results["sensor"],
@@ -46,7 +46,7 @@ def _of_session(results: Mapping[str, Any]) -> Row:
     }
 
 
-def _of_triad(section: Mapping[str, Any]) -> Row:
+def _triad_columns(section: Mapping[str, Any]) -> Row:
     diagnosis, prediction = section["diagnosis"], section["prediction"] or {}
     row: Row = {
         "verdict": diagnosis["verdict"],

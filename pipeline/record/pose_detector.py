@@ -22,7 +22,7 @@ from calib.poses.rests.static_intervals import STILL_RATIO, quiet_level
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
-from pipeline.stages.planned_poses import beyond_rest
+from pipeline.stages.planned_poses import less_rest
 
 # Half and double of each by ``tests.bench.tested_thresholds``, 18 cases; no case fails but
 # where it is said.
@@ -210,7 +210,7 @@ class PoseDetector:
         if np.isfinite(force).all():
             vector = force
         elif self.task.turns and np.isfinite(rate).all():
-            vector = beyond_rest(rate, self.task.rest_rad_s)
+            vector = less_rest(rate, self.task.rest_rad_s)
         else:
             return None
         size = float(np.linalg.norm(vector))
@@ -231,7 +231,7 @@ class PoseDetector:
 
     def _sensed_rate(self, mean: FloatArray) -> float:
         """The plate's rate as the gyroscope feels it, rad/s; NaN where there is none."""
-        return float(np.linalg.norm(beyond_rest(mean[3:], self.task.rest_rad_s)))
+        return float(np.linalg.norm(less_rest(mean[3:], self.task.rest_rad_s)))
 
     def _least_rate(self) -> float:
         """The rate from which on the plate counts as turning."""

@@ -17,7 +17,7 @@ from pipeline.config.sensor import Specs
 from pipeline.errors import PipelineError
 from pipeline.logs.read import read_log
 from pipeline.record.block_files import RecordingBlock
-from pipeline.stages.planned_poses import beyond_rest, sensed_rate
+from pipeline.stages.planned_poses import less_rest, sensed_rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
     """
     vector = mean.accelerometer.mean
     if not np.isfinite(vector).all():
-        vector = beyond_rest(mean.gyroscope.mean, rest)
+        vector = less_rest(mean.gyroscope.mean, rest)
     return np.asarray(vector / max(float(np.linalg.norm(vector)), NO_LENGTH))
 
 

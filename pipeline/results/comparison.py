@@ -119,7 +119,7 @@ def _parameters(
                 None if each is None else (
                     getattr(each, key)[axis], getattr(each, f"{title}_sd")[axis])
                 for each in triads
-            ], comparable, [_of_one_alone(sections[0], each, key, axis) for each in sections])
+            ], comparable, [_sd_seen_by_one(sections[0], each, key, axis) for each in sections])
     names = dict.fromkeys(name for each in triads if each is not None for name in each.effects)
     for name in names:
         entries = [None if each is None else each.effects.get(name) for each in triads]
@@ -168,7 +168,7 @@ def _apart(
     return None if sd_of_difference == 0 else (value - first) / sd_of_difference
 
 
-def _of_one_alone(
+def _sd_seen_by_one(
     first: Mapping[str, Any] | None, other: Mapping[str, Any] | None, key: str, axis: int
 ) -> float:
     """What an sd lacks of the effects that one of two calibrations can see and the other cannot."""
@@ -235,7 +235,7 @@ def _error_on(poses: Sequence[Mapping[str, Any]], triad: StoredTriad) -> float |
     columns = {name: _column(used, name) for name in used[0]["columns"]}
     at = Conditions.of_vectors(reading, columns)
     try:
-        corrected = triad.of_the_sensor().correct(at)
+        corrected = triad.sensor_correction().correct(at)
     except CalibrationError:
         return None
     if not np.isfinite(corrected).all():  # an effect needs what these results do not hold

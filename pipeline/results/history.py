@@ -55,7 +55,7 @@ def with_step(
     earlier: Sequence[HistoryLine], results: Mapping[str, Any], when: datetime
 ) -> tuple[HistoryLine, ...]:
     """The history ``earlier`` with one run more, that of ``results``."""
-    triads = {triad: results[triad] and _of_triad(results[triad]) for triad in TRIADS}
+    triads = {triad: results[triad] and _triad_step(results[triad]) for triad in TRIADS}
     return (*earlier, HistoryLine.of(
         when=when.isoformat(timespec="seconds"), config_sha256=results["config_sha256"], **triads))
 
@@ -65,7 +65,7 @@ def history_text(lines: Sequence[HistoryLine]) -> str:
     return "".join(json.dumps(line.as_json(), ensure_ascii=False) + "\n" for line in lines)
 
 
-def _of_triad(section: Mapping[str, Any]) -> HistoryTriad:
+def _triad_step(section: Mapping[str, Any]) -> HistoryTriad:
     kept = {key: section[key] for key in HistoryTriad.model_fields if key in section}
     return HistoryTriad.of(**kept, verdict=section["diagnosis"]["verdict"])
 

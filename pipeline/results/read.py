@@ -64,7 +64,7 @@ class StoredTriad:
         """The diagonal of K, m/s² or rad/s per count, shape (3,)."""
         return 1 / self.scale_counts_per_unit
 
-    def of_the_sensor(self, held: Container[str] | None = None) -> Correction:
+    def sensor_correction(self, held: Container[str] | None = None) -> Correction:
         """The correction without the effects of the bench; of the others only those in ``held``.
 
         Bias, scale and misalignment are always there.

@@ -89,7 +89,7 @@ def require_logged_columns(config: Config, logs: SessionLogs) -> None:
     incomplete: list[Undetermined] = []
     for triad in TRIADS:
         section = getattr(config, triad)
-        used = logs.of_triad(config, triad)
+        used = logs.triad_logs(config, triad)
         for name in section.model if section else ():
             if name in config.effects:
                 continue

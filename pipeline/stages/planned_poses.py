@@ -42,7 +42,7 @@ def pose_seconds(record: RecordSection | None, rate_rad_s: float | None) -> floa
     return max(seconds, FEWEST_TURNS * 2 * math.pi / rate_rad_s) if rate_rad_s else seconds
 
 
-def beyond_rest(reading: FloatArray, rest: FloatArray | None) -> FloatArray:
+def less_rest(reading: FloatArray, rest: FloatArray | None) -> FloatArray:
     """A gyroscope's reading (3,) without what it reads at rest (3,), rad/s; as it is without that.
     """
     return reading if rest is None else reading - rest
@@ -61,4 +61,4 @@ def sensed_rate(log: ImuLog, gyroscope: TriadSpec | None, rest: FloatArray | Non
     """
     if gyroscope is None or not log.has("gyroscope"):
         return math.nan
-    return float(np.linalg.norm(beyond_rest(gyroscope.nominal(log.gyroscope).mean(axis=0), rest)))
+    return float(np.linalg.norm(less_rest(gyroscope.nominal(log.gyroscope).mean(axis=0), rest)))

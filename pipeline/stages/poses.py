@@ -142,14 +142,14 @@ def _averaged(
         ratio = clock_ratio(used, turning, specs[0])
     means = average_poses(used, *specs, [float(rate) for rate in turning])
     excluded = tuple(
-        ExcludedMean(label, int(i), _by_itself(log, specs, float(of_all[i])))
+        ExcludedMean(label, int(i), _excluded_mean(log, specs, float(of_all[i])))
         for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))
     notes = (ratio.warning(f"rate.{setting.rate}"),) if ratio and ratio.contradicts else ()
     return Recording(tuple(means), tuple(float(log.time_s[0]) for log in used), choice.kept, notes,
                      sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)
 
 
-def _by_itself(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
+def _excluded_mean(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
     """The mean of an excluded pose; that it cannot be averaged may be why it is excluded."""
     try:
         return None if log is None else average_pose(log, *specs, rate_rad_s)
@@ -194,11 +194,11 @@ def _searched(
                 for log, _ in running]
     labels = [pose.label for each in searches for pose in each.logs]
     out = {labels[i] for i in chosen(labels, section, config).excluded}
-    return _pooled([_of_search(log, frozen, search, out, specs, rate)
+    return _pooled([_search_recording(log, frozen, search, out, specs, rate)
                     for (log, frozen), search in zip(running, searches, strict=True)])
 
 
-def _of_search(
+def _search_recording(
     log: ImuLog, frozen: str | None, intervals: StaticIntervals, out: set[str], specs: Specs,
     rate_rad_s: float,
 ) -> Recording:
@@ -218,7 +218,7 @@ def _of_search(
             refused.append(error)
     if not means and refused:
         raise refused[0]
-    excluded = tuple(ExcludedMean(pose.label, 0, _by_itself(pose, specs, rate_rad_s))
+    excluded = tuple(ExcludedMean(pose.label, 0, _excluded_mean(pose, specs, rate_rad_s))
                      for pose in intervals.logs if pose.label in out)
     skipped = list(intervals.skipped)
     if rate_rad_s == 0 and means:

@@ -65,7 +65,7 @@ class SessionLogs:
     choices: Mapping[Setting, Choice]
     excluded: Mapping[Setting, tuple[tuple[str, ImuLog | None], ...]]
 
-    def of_triad(self, config: Config, triad: Triad) -> list[ImuLog]:
+    def triad_logs(self, config: Config, triad: Triad) -> list[ImuLog]:
         """The logs that ``triad`` is calibrated by, run after run."""
         return [log for setting in settings_of(config, triad) for log in self.by_setting[setting]]
 
@@ -166,7 +166,7 @@ def read_session(config: Config) -> SessionLogs:
         require_running([log for setting, each in logs.by_setting.items() for log in each
                          if not setting.poses.log])  # of long logs the poses are looked at
     for triad, spec in zip(TRIADS, specs, strict=True):
-        require_no_copies(logs.of_triad(config, triad), triad)
+        require_no_copies(logs.triad_logs(config, triad), triad)
         for setting in settings_of(config, triad):
             if spec is not None:
                 require_unclipped(logs.by_setting[setting], triad, spec)

@@ -73,13 +73,13 @@ class LotEvidence:
         return cls(sensors, tuple(places), score, information, whole, *scalars)
 
     @classmethod
-    def of_stack(cls, sensors: Sequence[str], evidence: Evidence) -> "LotEvidence":
+    def from_stack(cls, sensors: Sequence[str], evidence: Evidence) -> "LotEvidence":
         """The lot of the sessions of one stack, ``sensors`` (S) their names."""
         whole = np.einsum("skk->sk", evidence.information).copy()
         return cls(tuple(sensors), evidence.trials, evidence.score, evidence.information, whole,
                    evidence.chi2, evidence.dof, evidence.noise_dof)
 
-    def of_trials(self, trials: Sequence[Trial]) -> "LotEvidence":
+    def selected(self, trials: Sequence[Trial]) -> "LotEvidence":
         """The evidence of these trials alone."""
         known = [trial for trial in trials if trial in self.trials]
         index = [i for trial in known
@@ -98,7 +98,7 @@ class LotEvidence:
             start += each.size
         raise KeyError(trial)
 
-    def beside_all(self, trials: Sequence[Trial]) -> "LotEvidence":
+    def reduced_by(self, trials: Sequence[Trial]) -> "LotEvidence":
         """The evidence that is left when ``trials`` are fitted to every session, in its own sizes.
 
         One after another; those that no session of this part shows are left out.
@@ -106,10 +106,10 @@ class LotEvidence:
         lot = self
         for trial in trials:
             if trial in self.trials:
-                lot = lot._beside(trial)
+                lot = lot._reduced_by_one(trial)
         return lot
 
-    def _beside(self, trial: Trial) -> "LotEvidence":
+    def _reduced_by_one(self, trial: Trial) -> "LotEvidence":
         where = self.place(trial)
         inverse, rank = visible_inverse(self.information[:, where, where], self.whole[:, where])
         across = self.information[:, :, where]

@@ -155,7 +155,7 @@ def _judged(blocks: Blocks, beside: Sequence[Trial]) -> list[PooledTrial]:
     """Every candidate by itself, each session fitted with those it stands ``beside``."""
     sums: dict[Trial, TrialSums] = {}
     for block in blocks():
-        lot = block.beside_all(beside)
+        lot = block.reduced_by(beside)
         for trial in lot.trials:
             of_block = sums_of(lot, trial)
             sums[trial] = sums[trial] + of_block if trial in sums else of_block
@@ -187,10 +187,10 @@ def _alternatives(
     ]
     sums: dict[Trial, TrialSums] = {}
     for block in blocks() if others else ():
-        lot = block.beside_all(beside)
+        lot = block.reduced_by(beside)
         for other in others:
             if best.trial in lot.trials:
-                again = sums_of(lot.of_trials([other, best.trial]).beside_all([other]), best.trial)
+                again = sums_of(lot.selected([other, best.trial]).reduced_by([other]), best.trial)
                 sums[other] = sums[other] + again if other in sums else again
     needed = {other: judge(best.trial, total) for other, total in sums.items()}
     return tuple(dict.fromkeys(other.name for other, again in needed.items()
@@ -209,7 +209,7 @@ def _sizes(
         index = np.array([sensors[name] for name in block.sensors])
         for of_trial in sums:
             others = [trial for trial in trials if trial != of_trial.trial]
-            of_trial.add(block.of_trials(trials).beside_all(others), index)
+            of_trial.add(block.selected(trials).reduced_by(others), index)
     return [of_trial.sizes() for of_trial in sums]
 
 

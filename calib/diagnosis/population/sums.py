@@ -66,7 +66,7 @@ def sums_of(lot: LotEvidence, trial: Trial) -> TrialSums:
     rank, spare = rank[sees], np.maximum(lot.dof[sees] - rank[sees], 0.0)
     rest = np.where(spare > 0, np.maximum(lot.chi2[sees] - drop, 0.0), 0.0)
     widening = _widening(rest, spare, lot.noise_dof[sees])
-    like = _as_many(lot.noise_dof[sees])
+    like = _effective_share(lot.noise_dof[sees])
     compared = spare > 0  # a session that the candidate explains whatever it holds says nothing
     return TrialSums(
         sessions=float(sees.sum()),
@@ -110,7 +110,7 @@ class SensorSums:
         np.add.at(self.whole, sensor, lot.whole[:, where] / widening[:, None])
         self.rest += float((rest / widening).sum())
         self.spare += float(spare.sum())
-        self.like += float(_as_many(lot.noise_dof).sum())
+        self.like += float(_effective_share(lot.noise_dof).sum())
         self.sessions += len(lot)
 
     def sizes(self) -> tuple[FloatArray, FloatArray]:
@@ -131,7 +131,7 @@ def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> Flo
     return np.asarray(np.where(misfit, ratio, 1.0))
 
 
-def _as_many(noise_dof: FloatArray) -> FloatArray:
+def _effective_share(noise_dof: FloatArray) -> FloatArray:
     """c of this module, (S,)."""
     dof = np.maximum(noise_dof, FEWEST_DOF_OF_VARIANCE)
     return np.asarray((dof - 4) / (dof - 2))

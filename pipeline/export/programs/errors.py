@@ -64,7 +64,7 @@ def error_formula(
     axes = tuple(tuple(Product(float(theta[term.parameter]), term.value) for term in axis)
                  for axis in terms)
     if effect.orthogonal:
-        axes = _in_sensitive_axes(axes, calibrated.alignment)
+        axes = _turned_to_sensitive_axes(axes, calibrated.alignment)
     if calibrated.triad == "accelerometer":  # which measures the specific force itself
         vector = {name: ast.Name(axis) for name, axis in zip(FORCE, AXES, strict=True)}
         axes = tuple(tuple(Product(each.factor, substituted(each.value, vector)) for each in axis)
@@ -80,7 +80,7 @@ def _names(tree: ast.expr) -> list[str]:
             and node.id not in (*AXES, "pi")]
 
 
-def _in_sensitive_axes(
+def _turned_to_sensitive_axes(
     axes: tuple[tuple[Product, ...], ...], alignment: FloatArray
 ) -> tuple[tuple[Product, ...], ...]:
     """``T⁻¹ e(T u)`` of an error e(s) in orthogonal axes, which are ``s = T u``."""

@@ -139,8 +139,8 @@ def _panel(
     with suppress(Undetermined):  # a user's function fails at conditions that no pose has
         driver, is_scale = depends.driver_of(of.a, of.j) if depends else (None, False)
         if driver is not None:
-            return _against_driver(fit, of, driver, is_scale, rows)
-    return _against_itself(fit, of, rows)
+            return _driver_panel(fit, of, driver, is_scale, rows)
+    return _column_panel(fit, of, rows)
 
 
 def _shown(x: FloatArray, sd: FloatArray) -> IntArray | None:
@@ -150,7 +150,7 @@ def _shown(x: FloatArray, sd: FloatArray) -> IntArray | None:
     return None if len(kept) < FEWEST or np.ptp(x[kept]) == 0 else kept
 
 
-def _against_driver(
+def _driver_panel(
     fit: Fit, of: _Parameter, driver: Driver, is_scale: bool, rows: Rows
 ) -> Panel | None:
     """The panel of a parameter that one condition drives."""
@@ -188,7 +188,7 @@ def _against_driver(
     )
 
 
-def _against_itself(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
+def _column_panel(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
     """The panel of a parameter that several conditions drive: against its own column."""
     unit, factor = DISPLAY[fit.poses.triad]
     x, (error, sd) = of.column(of.at), rows

@@ -239,9 +239,9 @@ def coverage_figure(result: TriadResult) -> Figure | None:
             corner = np.count_nonzero(direction) == 3
             kind = "natural" + (" corner" if corner else "") + ("" if is_covered else " missing")
             outline = "M-7 0a7 7 0 1 0 14 0a7 7 0 1 0-14 0z" if is_covered else "M-5-5L5 5M5-5L-5 5"
-            parts += _on_sphere(centre, sign, direction, kind, outline)
+            parts += _sphere_mark(centre, sign, direction, kind, outline)
         for direction in unit:
-            parts += _on_sphere(centre, sign, direction, "direction", SHAPES[0])
+            parts += _sphere_mark(centre, sign, direction, "direction", SHAPES[0])
     if coverage.expected:
         good = ("every solid ring contains a dot, and there is no cross: the poses cover the 6 "
                 "faces and 12 edges. Corners (dotted) are optional; they determine cross-coupling.")
@@ -267,7 +267,7 @@ def _hemisphere(centre: float, name: str) -> list[str]:
     ]
 
 
-def _on_sphere(
+def _sphere_mark(
     centre: float, sign: int, direction: FloatArray, kind: str, outline: str
 ) -> list[str]:
     """A mark in Lambert's equal-area view of a hemisphere; nothing if it is on the other one."""

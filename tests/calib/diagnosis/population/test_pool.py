@@ -42,7 +42,7 @@ def test_blocks_of_stacked_fits_pool_as_the_single_fits_do() -> None:
             for fits in fit_sets(sets[first : first + 13], NINE):
                 assert fits.fitted is not None
                 names = [str(first + int(i)) for i in fits.index]
-                yield LotEvidence.of_stack(names, evidence_of(fits.fitted))
+                yield LotEvidence.from_stack(names, evidence_of(fits.fitted))
 
     whole, in_blocks = pool_of(lot_of(sets)), pool(blocks)
     assert in_blocks.sensors == whole.sensors
