@@ -5,7 +5,7 @@
 the diagnosis is counted on other seeds.
 """
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 from calib.fit.least_squares.result import MISFIT_P_VALUE
@@ -17,7 +17,7 @@ def _constant(value: Any, origin: str) -> Any:
 
 @dataclass(frozen=True)
 class Constants:
-    """Priors, thresholds and sizes of the search; :meth:`origins` says where each comes from."""
+    """Priors, thresholds and sizes of the search; the metadata of each say where it comes from."""
 
     # What is believed before the data are seen: odds of being in the model, against not.
     prior_nothing: float = _constant(0.5, "derived: a session is as likely sound as not")
@@ -78,10 +78,6 @@ class Constants:
     )
     follows_evidence: float = _constant(3.0, "derived: log of 20 to 1")
     limit_sd: float = _constant(1.96, "derived: two-sided 95 % of a normal distribution")
-
-    def origins(self) -> dict[str, str]:
-        """Where each number comes from, by its name."""
-        return {f.name: str(f.metadata["origin"]) for f in fields(self)}
 
 
 CONSTANTS = Constants()
