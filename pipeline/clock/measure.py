@@ -18,7 +18,7 @@ from pipeline.clock.screen import DrawnHand, ScreenServer, drawn_hand
 from pipeline.errors import DeviceError, UnreadableInput
 from pipeline.files import write_whole
 from pipeline.stages.context import RunContext
-from pipeline.stages.rate import follow_clips
+from pipeline.stages.rate import ClipToFollow, follow_clips
 from vision.rate.filmed_screen import FilmedScreen, clock_by_screen
 from vision.rate.measure import measure_rate
 from vision.rate.steady_part import ClipPart
@@ -129,7 +129,7 @@ def film_of_screen(clip: Path, hand: DrawnHand, on_progress: Progress) -> Filmed
     UnreadableInput, UnreadableVideo, RateRefused
         The film cannot be read, or shows no hand that turns at the drawn rate.
     """
-    (track,) = follow_clips([(clip, None)], RunContext(None, on_progress))
+    (track,) = follow_clips([ClipToFollow(clip)], RunContext(None, on_progress))
     rate = measure_rate(track, timebase=Timebase(), nominal_rpm=hand.rate_rad_s / RPM,
                         part=ClipPart(SETTLED_S))
     return clock_by_screen(rate, str(clip), hand.rate_rad_s, hand.refresh_hz)

@@ -2,21 +2,26 @@
 
 import json
 import secrets
+import socket
 import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from string import Template
-from typing import Any
 
 import numpy as np
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, Response
+from starlette.routing import Route
 
 from calib.numbers import RPM
 from pipeline.clock.computer import ComputerClock
 from pipeline.errors import DeviceError
 
+LOOPBACK = "127.0.0.1"
 HAND_RPM = 17.0
 """Rate of the hand. A judgement: as fast as the slowest plates; 30 frames per second show it at 106
 angles of every turn, at others in the next."""
@@ -85,69 +90,49 @@ class DrawnHand:
 
 
 class ScreenServer:
-    """The page at ``url``, and what it has reported so far."""
+    """The page at ``url``, on the loopback address, and what it has reported so far."""
 
     def __init__(self) -> None:
         self.reports: list[Report] = []
-        token = secrets.token_urlsafe(16)
-        server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(f"/{token}/", self._take))
-        self._server = server
-        self.url = f"http://127.0.0.1:{server.server_port}/{token}/"
-        self._thread = threading.Thread(target=server.serve_forever, daemon=True)
+        root = f"/{secrets.token_urlsafe(16)}/"
+        page = HTMLResponse(page_text())
+        application = Starlette(routes=[
+            Route(root, lambda _: page),
+            Route(f"{root}refreshes", self._take, methods=["POST"]),
+        ])
+        listener = socket.create_server((LOOPBACK, 0))
+        self.url = f"http://{LOOPBACK}:{listener.getsockname()[1]}{root}"
+        self._server = uvicorn.Server(uvicorn.Config(
+            application, log_level="error", access_log=False, lifespan="off", ws="none",
+            server_header=False, timeout_graceful_shutdown=0))
+        self._thread = threading.Thread(
+            target=self._server.run, kwargs={"sockets": [listener]}, daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
         """Serve no more."""
-        self._server.shutdown()
-        self._server.server_close()
+        self._server.should_exit = True
         self._thread.join()
 
-    def _take(self, monotonic_s: float, wall_s: float, message: Any) -> None:
-        refreshes = tuple(float(at) / 1e3 for at in message["refreshes"])
-        self.reports.append(Report(monotonic_s, wall_s, float(message["now"]) / 1e3, refreshes))
+    async def _take(self, request: Request) -> Response:
+        """Take a report; its time is that of its first byte."""
+        monotonic_s, wall_s = time.monotonic(), time.time()
+        if int(request.headers.get("content-length", LARGEST_POST)) >= LARGEST_POST:
+            return Response(status_code=413)
+        try:
+            message = json.loads(await request.body())
+            refreshes = tuple(float(at) / 1e3 for at in message["refreshes"])
+            now_s = float(message["now"]) / 1e3
+        except (ValueError, KeyError, TypeError):
+            return Response(status_code=400)
+        self.reports.append(Report(monotonic_s, wall_s, now_s, refreshes))
+        return Response()
 
 
 def page_text() -> str:
     """The page as it is served."""
     page = files("pipeline.clock").joinpath("page.html").read_text(encoding="utf-8")
     return Template(page).substitute(rate_rad_s=repr(HAND_RPM * RPM))
-
-
-def _handler(root: str, take: Any) -> type[BaseHTTPRequestHandler]:
-    page = page_text().encode()
-
-    class Handler(BaseHTTPRequestHandler):
-        """Answers only who knows the address."""
-
-        def do_GET(self) -> None:
-            """Send the page."""
-            self._answer(*((200, page) if self.path == root else (404, b"")))
-
-        def do_POST(self) -> None:
-            """Take a report; its time is that of its first byte."""
-            at = time.monotonic(), time.time()
-            length = int(self.headers.get("Content-Length") or 0)
-            if self.path != f"{root}refreshes" or not 0 < length < LARGEST_POST:
-                self._answer(404, b"")
-                return
-            try:
-                take(*at, json.loads(self.rfile.read(length)))
-            except (ValueError, KeyError, TypeError):
-                self._answer(400, b"")
-            else:
-                self._answer(200, b"")
-
-        def log_message(self, format: str, *args: Any) -> None:
-            """Keep the terminal free."""
-
-        def _answer(self, code: int, body: bytes) -> None:
-            self.send_response(code)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.send_header("Content-Length", str(len(body)))
-            self.end_headers()
-            self.wfile.write(body)
-
-    return Handler
 
 
 def drawn_hand(reports: Sequence[Report], computer: ComputerClock, day: str) -> DrawnHand:

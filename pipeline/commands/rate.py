@@ -186,7 +186,7 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
     from pipeline.files import write_whole
     from pipeline.results.angles_csv import angles_csv
     from pipeline.stages.context import RunContext
-    from pipeline.stages.rate import draw_overlay, follow_clips, measure_setting
+    from pipeline.stages.rate import ClipToFollow, draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
     from vision.geometry import PlateOverride
     from vision.rate.steady_part import ClipPart
@@ -202,9 +202,9 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
     part = ClipPart(chosen.from_s, chosen.to_s)
     rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], *chosen.rim[2:])
     with ClipProgress(chosen.shown != "quiet") as progress:
-        clips = [(video, rim) for video in chosen.videos]
+        clips = [ClipToFollow(video, rim, chosen.from_s or 0.0) for video in chosen.videos]
         try:
-            tracks = follow_clips(clips, RunContext(None, progress), chosen.from_s or 0.0)
+            tracks = follow_clips(clips, RunContext(None, progress))
         except RateRefused as refused:
             if chosen.shown == "json":
                 refused_name = next((video.stem for video in chosen.videos

@@ -8,7 +8,7 @@ from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.raw_tables import raw_tables
 from pipeline.guess.table_guess import TableGuess, guess_table, why_no_log
 from pipeline.stages.context import RunContext
-from pipeline.stages.rate import follow_clips, measure_setting
+from pipeline.stages.rate import ClipToFollow, follow_clips, measure_setting
 
 #: Ends of the names of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
@@ -64,7 +64,7 @@ def measure_clips(clips: Sequence[Path], context: RunContext) -> list[MeasuredCl
         return []
     from vision.rate.timebase import CLOCK_PPM, Timebase  # OpenCV, where there is a clip
 
-    tracks = follow_clips([(path, None) for path in clips], context)
+    tracks = follow_clips([ClipToFollow(path) for path in clips], context)
     timebase = Timebase("container", None, CLOCK_PPM["container"])
     rates = [measure_setting(path.stem, [track], timebase)
              for path, track in zip(clips, tracks, strict=True)]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,13 @@ from pipeline.cameras import known_cameras
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection, PlateSection, TimebaseSection, VideoRateSection
 from pipeline.stages.context import RunContext
-from pipeline.stages.rate import SettingRate, camera_timebase, follow_clips, measure_setting
+from pipeline.stages.rate import (
+    ClipToFollow,
+    SettingRate,
+    camera_timebase,
+    follow_clips,
+    measure_setting,
+)
 from vision.geometry import PlateOverride
 from vision.rate.steady_part import ClipPart
 from vision.rate.timebase import Timebase
@@ -36,16 +43,17 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     filmed = {
         name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRateSection)
     }
-    rims = {name: None if rate.plate is None else rim(rate.plate) for name, rate in filmed.items()}
-    named = [(clip, rims[name]) for name, rate in filmed.items() for clip in rate.video]
-    clips = list(dict.fromkeys(named))
+    clips_of = {name: [ClipToFollow(clip, None if rate.plate is None else rim(rate.plate),
+                                    rate.from_s or 0.0) for clip in rate.video]
+                for name, rate in filmed.items()}
+    clips = list(dict.fromkeys(chain.from_iterable(clips_of.values())))
     tracks = dict(zip(clips, follow_clips(clips, context), strict=True))
     return _judged_together({
         name: stated_rate(name, rate)
         if isinstance(rate, KnownRateSection)
         else measure_setting(
             name,
-            [tracks[clip, rims[name]] for clip in rate.video],
+            [tracks[clip] for clip in clips_of[name]],
             clock(rate.timebase, rate.video),
             rate.nominal_rpm,
             rate.model,

@@ -87,20 +87,23 @@ class SettingRate:
         return tuple(warning for clip in self.clips for warning in clip.warnings)
 
 
-def follow_clips(
-    clips: "Sequence[tuple[Path, PlateOverride | None]]", context: RunContext,
-    from_s: float = 0.0,
-) -> "list[PhaseTrack]":
+@dataclass(frozen=True)
+class ClipToFollow:
+    """A clip, the plate's ellipse where the user states it, and from when on it is learned, s."""
+
+    path: Path
+    plate: "PlateOverride | None" = None
+    from_s: float = 0.0
+
+
+def follow_clips(clips: Sequence[ClipToFollow], context: RunContext) -> "list[PhaseTrack]":
     """Track the plate in each clip, several clips at a time; known clips come from the cache.
 
     Parameters
     ----------
-    clips : sequence of (Path, PlateOverride or None)
-        Each clip, and the plate's ellipse where the user states it.
+    clips : sequence of ClipToFollow
     context : RunContext
         The cache and the progress display.
-    from_s : float
-        The plate is learned from what follows this time of a clip, s; only without a cache.
 
     Returns
     -------
@@ -116,25 +119,27 @@ def follow_clips(
         return []  # and nothing of the vision stage is imported
     stop = threading.Event()
 
-    def follow(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
+    def follow(clip: ClipToFollow) -> "PhaseTrack":
         from vision.tracking.track import track_phase  # OpenCV, which known clips do not need
 
         def on_progress(done: int, stated: int | None) -> None:
             if stop.is_set():  # another clip was refused, or Ctrl-C: end this thread too
                 raise KeyboardInterrupt
-            context.on_progress(clip.name, done, stated)
+            context.on_progress(clip.path.name, done, stated)
 
-        return track_phase(clip, plate=plate, from_s=from_s, on_progress=on_progress)
+        return track_phase(
+            clip.path, plate=clip.plate, from_s=clip.from_s, on_progress=on_progress)
 
-    def find(clip: Path, plate: "PlateOverride | None") -> "PhaseTrack":
+    def find(clip: ClipToFollow) -> "PhaseTrack":
         if context.cache is None:
-            return follow(clip, plate)
+            return follow(clip)
         from pipeline.stages.track_cache import kept_track, track_key
 
-        return kept_track(context.cache, track_key(clip, plate), lambda: follow(clip, plate))
+        key = track_key(clip.path, clip.plate, clip.from_s)
+        return kept_track(context.cache, key, lambda: follow(clip))
 
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
-        waiting = [pool.submit(find, clip, plate) for clip, plate in clips]
+        waiting = [pool.submit(find, clip) for clip in clips]
         try:
             return [each.result() for each in waiting]
         finally:

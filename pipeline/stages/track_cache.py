@@ -30,15 +30,16 @@ DIGEST_BYTES = hashlib.sha256().digest_size  #: before the arrays: what was edit
 Follow = Callable[[], PhaseTrack]
 
 
-def track_key(clip: Path, plate: PlateOverride | None) -> str:
-    """The name under which the track of ``clip`` is kept.
+def track_key(clip: Path, plate: PlateOverride | None, from_s: float = 0.0) -> str:
+    """The name under which the track of ``clip``, learned from ``from_s`` on, is kept.
 
     Raises
     ------
     UnreadableInput
         The clip cannot be read.
     """
-    settings = {"format": TRACK_FORMAT, "plate": None if plate is None else asdict(plate)}
+    settings = {"format": TRACK_FORMAT, "plate": None if plate is None else asdict(plate),
+                "from_s": from_s}
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
     try:
         if may_never_end(clip):

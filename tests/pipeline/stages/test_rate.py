@@ -18,7 +18,7 @@ from pipeline.report.plate.rate_charts import rate_view
 from pipeline.results.rate import rate_section
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import rim
-from pipeline.stages.rate import follow_clips, measure_setting
+from pipeline.stages.rate import ClipToFollow, follow_clips, measure_setting
 from pipeline.stages.track_cache import kept_track, track_key
 from tests.paths import ROOT
 from vision.errors import RateRefused, UnreadableVideo
@@ -50,13 +50,13 @@ def followed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Followed]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(vision.tracking.track, "track_phase", counting)
         cache = tmp_path_factory.mktemp("cache")
-        (track,) = follow_clips([(CLIP, None)], RunContext(cache))
+        (track,) = follow_clips([ClipToFollow(CLIP)], RunContext(cache))
         yield Followed(cache, track, names)
 
 
 def test_a_clip_that_did_not_change_is_not_followed_again(followed: Followed) -> None:
     before = len(followed.names)
-    (again,) = follow_clips([(CLIP, None)], RunContext(followed.cache))
+    (again,) = follow_clips([ClipToFollow(CLIP)], RunContext(followed.cache))
     assert len(followed.names) == before
     for one, other in ((followed.track, again), (followed.track.plate, again.plate)):
         for name in {field.name for field in fields(one)} - {"plate"}:
@@ -69,7 +69,7 @@ def test_a_damaged_track_in_the_cache_is_followed_anew(followed: Followed) -> No
     whole = kept.read_bytes()
     kept.write_bytes(whole[: len(whole) // 2])
     before = len(followed.names)
-    follow_clips([(CLIP, None)], RunContext(followed.cache))
+    follow_clips([ClipToFollow(CLIP)], RunContext(followed.cache))
     assert len(followed.names) == before + 1
     assert kept.read_bytes() == whole
 
@@ -80,6 +80,7 @@ def test_another_ellipse_or_other_bytes_are_another_track(tmp_path: Path) -> Non
     key = track_key(clip, None)
     assert key == track_key(clip, None)
     assert key != track_key(clip, PlateOverride((1.0, 2.0), 3.0))
+    assert key != track_key(clip, None, 2.5)
     clip.write_bytes(b"two")
     assert key != track_key(clip, None)
 
@@ -89,7 +90,7 @@ def test_a_track_is_kept_where_there_is_a_cache_and_only_there(
 ) -> None:
     monkeypatch.setattr(vision.tracking.track, "track_phase", lambda *_, **__: followed.track)
     monkeypatch.chdir(tmp_path)
-    assert follow_clips([(CLIP, None)], RunContext(None)) == [followed.track]
+    assert follow_clips([ClipToFollow(CLIP)], RunContext(None)) == [followed.track]
     assert not list(tmp_path.iterdir())
     assert kept_track(tmp_path, "key", lambda: followed.track) is followed.track
     assert [path.name for path in tmp_path.iterdir()] == ["key.npz"]
@@ -135,7 +136,7 @@ def test_clips_that_turn_both_ways_are_no_one_setting(followed: Followed) -> Non
 def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
     for name in ("first.mp4", "second.mp4"):
         (tmp_path / name).write_bytes(b"no film")
-    clips = [(tmp_path / "first.mp4", None), (tmp_path / "second.mp4", None)]
+    clips = [ClipToFollow(tmp_path / "first.mp4"), ClipToFollow(tmp_path / "second.mp4")]
     with pytest.raises(UnreadableVideo, match=r"first\.mp4"):
         follow_clips(clips, RunContext(tmp_path / "cache"))
     assert not (tmp_path / "cache").exists()
@@ -185,5 +186,5 @@ def test_a_stated_ellipse_reaches_the_film(
 
     monkeypatch.setattr(vision.tracking.track, "track_phase", taking)
     stated = PlateOverride((1.0, 2.0), 3.0)
-    follow_clips([(CLIP, stated)], RunContext())
+    follow_clips([ClipToFollow(CLIP, stated)], RunContext())
     assert given == [stated]
