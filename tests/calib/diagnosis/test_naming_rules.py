@@ -1,0 +1,76 @@
+"""What keeps a verdict from a wrong name: left-out poses, errors of formulas, starts of shapes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.finding import find
+from calib.diagnosis.search.refit import refit
+from calib.effects.catalogue import BASE, find_effect
+from calib.effects.effect import Effect
+from calib.effects.user_defined import shape_between, user_effect
+from calib.fit.least_squares.solver import Fit, fit
+from calib.fit.model import Model
+from calib.fit.validation.leave_one_out import compare
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+from tests.calib.made_poses import base_theta, read_through, rich_poses, with_noise
+from tests.set_trials import design_of
+from tests.trials import drawn, poses_of
+
+
+def test_what_predicts_left_out_poses_worse_is_not_named() -> None:
+    """Hysteresis and a cubic of 60 sds in 18 poses: cross_quadratic is likely, and worse."""
+    design = design_of("paper", 8)
+    hidden = [drawn(name, "accelerometer", 60.0, design, 8) for name in ("hysteresis", "cubic")]
+    base = fit(poses_of(design, 8, "accelerometer", [h for h in hidden if h]), Model.of(BASE))
+    found = find(base)
+    (likely,) = (each for each in found.posterior.classes if each.name == "cross_quadratic")
+    assert likely.probability > 0.8
+    joint = refit(base, [find_effect("cross_quadratic")])
+    assert joint is not None
+    assert not compare(joint.fit).predicts_better_than(compare(base))
+    assert found.verdict.code == "ambiguous"
+    assert "cross_quadratic" not in found.verdict.names
+
+
+@pytest.mark.parametrize("name", ["quadratic", "asymmetry"])
+def test_a_formula_that_is_slightly_off_gets_no_second_name(name: str) -> None:
+    """300 sds of an effect on the orthogonal axes, which the catalogue has on the sensitive ones.
+    """
+    bent = replace(find_effect(name), orthogonal=True)
+    base = with_own(bent, rich_poses("gyroscope", 1), 300.0)
+    assert find(base).verdict.names == (name,)
+
+
+@pytest.mark.parametrize("knee_v", [3.1, 3.9, 4.5])
+def test_a_shape_of_one_s_own_is_searched_over_its_range(knee_v: float) -> None:
+    """A supply that sags below a knee: a straight line, a step or a settling are near it."""
+    poses = rich_poses("accelerometer", 1)
+    share = (poses.time_s - poses.time_s.min()) / np.ptp(poses.time_s)
+    supply_v = 5.0 - 2.0 * share - 0.1 * np.sin(9 * share)
+    poses = replace(poses, columns={**poses.columns, "supply_v": supply_v})
+    effect = user_effect("brown_out", below_knee, "axis", "{u}", "accelerometer",
+                         shape_between("knee", "V", 3.0, 30.0))
+    found = find(with_own(effect, poses, 15.0, knee_v), [effect])
+    assert found.verdict.names == ("brown_out",)
+
+
+def below_knee(at: Conditions, knee_v: float) -> FloatArray:
+    """How far the supply is below its knee, V, (n, 3)."""
+    sag = np.maximum(0.0, knee_v - at.columns["supply_v"])
+    return np.repeat(sag[:, None], 3, axis=1)
+
+
+def with_own(effect: Effect, poses: PoseSet, size: float, shape: float | None = None) -> Fit:
+    """A fit of the base to poses with ``effect`` of so many sds, root mean square."""
+    model = Model.of(BASE) + effect
+    theta = base_theta(model, poses.triad)
+    along = np.array([1.0, -0.6, 0.3])
+    error = effect.evaluate(poses.conditions(poses.reading), shape) @ along
+    theta[9:] = size * np.median(poses.sd) / np.sqrt(np.mean(error**2)) * along
+    shapes = None if shape is None else {effect.name: shape}
+    read = with_noise(read_through(poses, model, theta, shapes), np.random.default_rng(1))
+    return fit(read, Model.of(BASE))
