@@ -17,6 +17,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from calib.mounting.mounting import Mounting
+from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
 from pipeline.stages.context import RunContext
 from pipeline.stages.logged_columns import require_logged_columns
@@ -30,19 +31,17 @@ from pipeline.stages.triads import TriadResult, require_fittable, triad_result
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a run has made: the result of each stage, None for a stage without a section."""
+    """What a run has made: the result of each stage; ``triads`` has the accelerometer first."""
 
     config: Config
     rates: Mapping[str, SettingRate]
     recordings: Recordings
-    accelerometer: TriadResult | None
-    gyroscope: TriadResult | None
+    triads: tuple[TriadResult, ...]
     installation: Mounting | None
 
-    @property
-    def triads(self) -> tuple[TriadResult, ...]:
-        """The triads that were calibrated, accelerometer first."""
-        return tuple(each for each in (self.accelerometer, self.gyroscope) if each is not None)
+    def triad(self, name: Triad) -> TriadResult | None:
+        """The result of one triad; None where it was not calibrated."""
+        return next((result for result in self.triads if result.triad == name), None)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -111,20 +110,19 @@ def run_stages(
     on_result(recordings)
 
     plates = {name: rate.plate for name, rate in rates.items()}
-    accelerometer = triad_result("accelerometer", config, context, plates, recordings)
-    if accelerometer is not None:
-        on_result(accelerometer)
-
-    gyroscope = triad_result("gyroscope", config, context, plates, recordings,
-                                accelerometer.calibration if accelerometer else None)
-    if gyroscope is not None:
-        on_result(gyroscope)
+    results: dict[Triad, TriadResult] = {}
+    for triad in config.triads:
+        beside = results.get("accelerometer")
+        results[triad] = triad_result(triad, config, context, plates, recordings,
+                                      beside.calibration if beside else None)
+        on_result(results[triad])
 
     installation = None
-    if accelerometer is not None:
+    if "accelerometer" in results:
+        accelerometer = results["accelerometer"]
         installation = measure_mounting(config, accelerometer.calibration, accelerometer.gravity,
                                         reading_at_rest(config, recordings))
     if installation is not None:
         on_result(installation)
 
-    return Outcome(config, rates, recordings, accelerometer, gyroscope, installation)
+    return Outcome(config, rates, recordings, tuple(results.values()), installation)

@@ -15,7 +15,7 @@ from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TRIADS, FloatArray, Triad
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
@@ -103,10 +103,7 @@ def require_fittable(config: Config) -> None:
         With the line of every such model.
     """
     problems = []
-    for triad in TRIADS:
-        section = getattr(config, triad)
-        if section is None:
-            continue
+    for triad, section in config.triads.items():
         where = (triad, "model")
         for name in section.model:
             if name in config.effects:
@@ -144,13 +141,14 @@ def triad_result(
     rates: Mapping[str, PlateRate],
     recordings: Recordings,
     accelerometer: TriadCalibration | None = None,
-) -> TriadResult | None:
+) -> TriadResult:
     """Calibrate one triad, all its runs jointly: against gravity, or against the plate's rates.
 
     Parameters
     ----------
     triad : str
     config : Config
+        With a section of this triad.
     context : RunContext
     rates : mapping of str to PlateRate
         The plate's rates by setting.
@@ -162,16 +160,13 @@ def triad_result(
 
     Returns
     -------
-    TriadResult or None
-        None where the configuration has no such section.
+    TriadResult
 
     Raises
     ------
     Undetermined
         The poses do not determine the model.
     """
-    if getattr(config, triad) is None:
-        return None
     read_in = triad_input(triad, config, context, rates, recordings, accelerometer)
     result = _calibrated(read_in, config)
     if triad == "accelerometer":

@@ -108,6 +108,6 @@ def test_an_effect_that_follows_no_covariate_has_none(tmp_path: Path) -> None:
     hidden = draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3)
     written = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False)
     outcome = run_stages(load_config(written.config), RunContext())
-    assert outcome.gyroscope is not None
-    assert outcome.gyroscope.diagnosis.name == "g_sensitivity"
-    assert leading_covariate(outcome.gyroscope) is None
+    assert outcome.triad("gyroscope") is not None
+    assert outcome.triad("gyroscope").diagnosis.name == "g_sensitivity"
+    assert leading_covariate(outcome.triad("gyroscope")) is None

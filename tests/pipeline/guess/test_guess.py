@@ -42,7 +42,7 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
     checked = imported(foreign, tmp_path)
     assert checked.fault is None
     assert checked.outcome is not None
-    accelerometer = checked.outcome.accelerometer
+    accelerometer = checked.outcome.triad("accelerometer")
     assert accelerometer is not None
     assert len(checked.outcome.recordings.of(
         checked.outcome.config.accelerometer.at_rest[0]  # type: ignore[union-attr]
@@ -57,7 +57,7 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
     if foreign.per_rad_s is not None:
         assert gyroscope is not None
         assert gyroscope.nominal_scale * foreign.per_rad_s == pytest.approx(1.0, rel=0.01)
-        assert checked.outcome.gyroscope is not None
+        assert checked.outcome.triad("gyroscope") is not None
 
 
 def test_a_list_of_events_is_refused_with_the_command_that_splits_it(

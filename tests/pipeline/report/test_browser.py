@@ -140,7 +140,7 @@ def test_every_box_gives_what_the_exact_refit_gives(
 def test_ticking_both_boxes_is_the_fit_with_both(
     browser: Browser, opened: Opened, tmp_path: Path
 ) -> None:
-    result = opened.outcome.gyroscope
+    result = opened.outcome.triad("gyroscope")
     assert result is not None
     other = [c.name for c in result.diagnosis.ranking if c.kind == "listed"][1]
     asked = f"#tick=gyroscope.g_sensitivity,gyroscope.{other}"
@@ -190,7 +190,7 @@ def test_a_tick_under_a_robust_loss_gives_what_the_robust_refit_gives(
     config.write_text(f"covariates: [humidity_pct]\n{head}loss: huber\n  "
                       f"model: [bias, scale, misalignment]{tail}", "utf-8")
     outcome = run_stages(load_config(config), RunContext())
-    result = outcome.gyroscope
+    result = outcome.triad("gyroscope")
     assert result is not None
     own = result.calibration.fit
     assert own.weight.min() < 0.5
@@ -218,7 +218,7 @@ def test_the_residuals_move_with_a_tick(opened: Opened) -> None:
 
 
 def test_an_alias_of_a_ticked_effect_cannot_be_ticked_and_says_why(opened: Opened) -> None:
-    result = opened.outcome.accelerometer
+    result = opened.outcome.triad("accelerometer")
     assert result is not None
     tied = {c.name: c.aliases for c in result.diagnosis.ranking if c.kind == "listed"}
     name, (alias, *_) = next((n, a) for n, a in tied.items() if a)

@@ -40,7 +40,7 @@ def drawings() -> dict[str, object]:
 
 @pytest.fixture(scope="module")
 def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, Card]:
-    result = hidden_session.outcome.gyroscope
+    result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     every = cards_of(result, {}, drawings)
     return {card.name: card for card in every}
@@ -101,7 +101,7 @@ def test_the_matrix_of_the_card_is_the_hidden_one_in_degrees_per_second_per_g(
 def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
     hidden_session: HiddenSession
 ) -> None:
-    result = hidden_session.outcome.gyroscope
+    result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     refits = Refits(result, {})
     shapes = {name: fingerprint(refits, name) for name in tickable(result, refits)}
@@ -124,7 +124,7 @@ def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, Card]) 
 def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
     hidden_session: HiddenSession, drawings: dict[str, object]
 ) -> None:
-    result = hidden_session.outcome.gyroscope
+    result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
     defined: dict[str, Effect] = {mine.name: mine}

@@ -169,9 +169,10 @@ def test_of_two_missing_effects_each_is_shown_beside_the_other(tmp_path: Path) -
               draw_effect("direction_dependent_rate", "gyroscope", 20.0, design, 6))
     written = write_session(tmp_path, simulate(design, 6, hidden), film=False)
     outcome = run_stages(load_config(written.config), RunContext())
-    assert outcome.gyroscope is not None
-    assert {h.name for h in hidden} <= set(outcome.gyroscope.diagnosis.names)
-    first, second = axis_charts(outcome.gyroscope, Refits(outcome.gyroscope, {}))[:2]
+    gyroscope = outcome.triad("gyroscope")
+    assert gyroscope is not None
+    assert {h.name for h in hidden} <= set(gyroscope.diagnosis.names)
+    first, second = axis_charts(gyroscope, Refits(gyroscope, {}))[:2]
     assert {first.effect, second.effect} == {h.name for h in hidden}
     for chart in (first, second):
         assert in_sds(chart.panels, "after") < 0.2 * in_sds(chart.panels, "before"), chart.effect
@@ -202,10 +203,10 @@ def test_an_effect_in_the_model_shows_the_fitted_size(outcome: Outcome) -> None:
 def test_the_report_leads_with_the_effect_of_the_verdict_and_shows_time_too(
     outcome: Outcome
 ) -> None:
-    assert outcome.accelerometer is not None
-    assert outcome.gyroscope is not None
-    for result, name in ((outcome.accelerometer, "temperature_bias"),
-                         (outcome.gyroscope, "g_sensitivity")):
+    assert outcome.triad("accelerometer") is not None
+    assert outcome.triad("gyroscope") is not None
+    for result, name in ((outcome.triad("accelerometer"), "temperature_bias"),
+                         (outcome.triad("gyroscope"), "g_sensitivity")):
         charts = axis_charts(result, Refits(result, {}))
         assert (charts[0].effect, charts[0].leads) == (name, True)
         assert "bias_drift" in {chart.effect for chart in charts if not chart.leads}
@@ -215,8 +216,8 @@ def test_the_report_leads_with_the_effect_of_the_verdict_and_shows_time_too(
 def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
     outcome: Outcome, tmp_path: Path
 ) -> None:
-    assert outcome.gyroscope is not None
-    gyroscope = outcome.gyroscope
+    assert outcome.triad("gyroscope") is not None
+    gyroscope = outcome.triad("gyroscope")
     lead = lead_panel(gyroscope, axis_charts(gyroscope, Refits(gyroscope, {})))
     assert lead is not None
     assert lead.effect == "g_sensitivity"

@@ -70,7 +70,7 @@ def test_poses_by_hand_miss_no_direction() -> None:
 def test_the_vertical_of_a_pose_is_the_same_at_rest_and_in_both_directions(
     hidden_session: HiddenSession
 ) -> None:
-    result = hidden_session.outcome.gyroscope
+    result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     up, run = up_directions(result), np.array(result.calibration.fit.poses.run)
     assert np.linalg.norm(up, axis=1) == pytest.approx(1)
@@ -82,7 +82,7 @@ def test_the_vertical_of_a_pose_is_the_same_at_rest_and_in_both_directions(
 
 def test_the_stored_trace_holds_the_extremes_of_the_log(hidden_session: HiddenSession) -> None:
     outcome = hidden_session.outcome
-    result = outcome.accelerometer
+    result = outcome.triad("accelerometer")
     assert result is not None
     shown = sphere_json(outcome, result)
     for k in (0, 11):
@@ -132,7 +132,7 @@ def test_a_finger_rotates_the_sphere_and_picks_a_pose_on_a_phone(
         tab.tap(f"{front} .reach")
         label = tab.evaluate(
             f"return document.querySelector('{GYRO} [data-pose=label]').textContent;")
-        result = hidden_session.outcome.gyroscope
+        result = hidden_session.outcome.triad("gyroscope")
         assert result is not None
         assert label == result.calibration.fit.poses.label[int(k)]
         wide = tab.evaluate("return [document.documentElement.scrollWidth, window.innerWidth];")
@@ -199,7 +199,7 @@ def test_the_first_layer_is_short_and_a_command_is_copied(
 def test_a_pose_shows_what_a_fit_without_it_predicts_and_the_lines_that_leave_it_out(
     tab: Tab, hidden_session: HiddenSession
 ) -> None:
-    result = hidden_session.outcome.accelerometer
+    result = hidden_session.outcome.triad("accelerometer")
     assert result is not None
     pick(tab, 2, "accelerometer")
     left_out = result.comparison.poses[2]

@@ -65,7 +65,7 @@ def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> N
 
 
 def test_an_effect_in_the_model_and_one_of_the_user_s_own_have_boxes(outcome: Outcome) -> None:
-    result = outcome.gyroscope
+    result = outcome.triad("gyroscope")
     assert result is not None
     page = Page(report_html(outcome, ()))
     boxes = {box["data-effect"]: box for box in page.all("input")}
@@ -74,7 +74,7 @@ def test_an_effect_in_the_model_and_one_of_the_user_s_own_have_boxes(outcome: Ou
 
 
 def test_the_causes_of_an_uncertainty_add_up_to_it(outcome: Outcome) -> None:
-    result = outcome.gyroscope
+    result = outcome.triad("gyroscope")
     assert result is not None
     rows = budget_rows(result)
     assert rows[0][0] == "noise"
@@ -95,12 +95,12 @@ def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero
         head + "gyroscope:\n  runs: [{poses: accelerometer/pose_*.csv, rate: stopped}]\n"
         "  model: [bias]\n", encoding="utf-8")
     outcome = run_stages(load_config(config), RunContext())
-    assert outcome.gyroscope is not None
-    assert outcome.accelerometer is not None
-    assert coverage_figure(outcome.gyroscope) is None
-    assert "about zero" not in residual_figure(outcome.gyroscope).good
-    assert "about zero" in residual_figure(outcome.accelerometer).good
-    covered = coverage_figure(outcome.accelerometer)
+    assert outcome.triad("gyroscope") is not None
+    assert outcome.triad("accelerometer") is not None
+    assert coverage_figure(outcome.triad("gyroscope")) is None
+    assert "about zero" not in residual_figure(outcome.triad("gyroscope")).good
+    assert "about zero" in residual_figure(outcome.triad("accelerometer")).good
+    covered = coverage_figure(outcome.triad("accelerometer"))
     assert covered is not None
     assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
     page = Page(report_html(outcome, ()))
@@ -118,8 +118,8 @@ def test_poses_that_are_laid_by_hand_are_not_asked_for_faces(
     config.write_text(head.replace("accelerometer/pose_*.csv\n  model: [bias, scale, misalignment]",
                                    f"[{few}]\n  model: [bias, scale]"), encoding="utf-8")
     outcome = run_stages(load_config(config), RunContext())
-    assert outcome.accelerometer is not None
-    figure = coverage_figure(outcome.accelerometer)
+    assert outcome.triad("accelerometer") is not None
+    figure = coverage_figure(outcome.triad("accelerometer"))
     assert figure is not None
     assert "missing:" not in figure.caption
     assert 'class="natural' not in figure.drawing

@@ -55,8 +55,8 @@ def test_every_sheet_gives_the_same_calibration(
     readings = log.acc * per_m_s2 if modulus is None else counts(log) + offset
     config = session(tmp_path, log, readings % modulus if modulus else readings, sheet)
     outcome = run_unwatched(load_config(config))
-    assert outcome.accelerometer is not None
-    parameters = outcome.accelerometer.calibration.parameters
+    assert outcome.triad("accelerometer") is not None
+    parameters = outcome.triad("accelerometer").calibration.parameters
     np.testing.assert_allclose(parameters.scale_counts_per_unit / per_m_s2, ACC_SCALE, atol=2e-3)
 
 

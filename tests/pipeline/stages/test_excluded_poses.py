@@ -160,5 +160,5 @@ def test_a_stop_of_a_long_log_is_excluded_by_its_times(tmp_path: Path) -> None:
 
 
 def labels_of(outcome: Outcome) -> list[str]:
-    assert outcome.accelerometer is not None
-    return list(outcome.accelerometer.calibration.fit.poses.label)
+    assert outcome.triad("accelerometer") is not None
+    return list(outcome.triad("accelerometer").calibration.fit.poses.label)

@@ -47,44 +47,44 @@ WITH_SD = f"{HEAD},sd_acc_x,sd_acc_y,sd_acc_z"
 def test_stated_sds_are_the_sds_of_the_poses(tmp_path: Path) -> None:
     rows = means(2)
     outcome = run(tmp_path, WITH_SD, np.hstack([rows, np.full_like(rows, SD)]))
-    assert outcome.accelerometer is not None
-    fit = outcome.accelerometer.calibration.fit
+    assert outcome.triad("accelerometer") is not None
+    fit = outcome.triad("accelerometer").calibration.fit
     np.testing.assert_allclose(fit.poses.sd, SD)
-    np.testing.assert_allclose(outcome.accelerometer.calibration.parameters.scale_counts_per_unit,
+    np.testing.assert_allclose(outcome.triad("accelerometer").calibration.parameters.scale_counts_per_unit,
                                SCALE, atol=0.002)
-    assert outcome.accelerometer.diagnosis.verdict == "nothing_missing"
+    assert outcome.triad("accelerometer").diagnosis.verdict == "nothing_missing"
 
 
 def test_sds_of_samples_are_divided_by_their_number(tmp_path: Path) -> None:
     rows = means(2)
     table = np.hstack([rows, np.full_like(rows, 10 * SD), np.full((len(rows), 1), 100)])
     outcome = run(tmp_path, f"{WITH_SD},samples", table)
-    assert outcome.accelerometer is not None
-    np.testing.assert_allclose(outcome.accelerometer.calibration.fit.poses.sd, SD)
+    assert outcome.triad("accelerometer") is not None
+    np.testing.assert_allclose(outcome.triad("accelerometer").calibration.fit.poses.sd, SD)
 
 
 def test_repeated_attitudes_show_the_noise_that_was_not_stated(tmp_path: Path) -> None:
     estimates = []
     for seed in range(8):
         outcome = run(tmp_path, HEAD, means(3, seed))
-        assert outcome.accelerometer is not None
-        estimates.append(outcome.accelerometer.calibration.fit.poses.sd[0, 0])
+        assert outcome.triad("accelerometer") is not None
+        estimates.append(outcome.triad("accelerometer").calibration.fit.poses.sd[0, 0])
         assert any("have no sds" in warning for warning in outcome.warnings)
     assert np.sqrt(np.mean(np.square(estimates))) == pytest.approx(SD, rel=0.15)
 
 
 def test_by_repeated_attitudes_a_missing_effect_is_still_seen(tmp_path: Path) -> None:
     outcome = run(tmp_path, HEAD, means(3, cubic=3e-5))
-    assert outcome.accelerometer is not None
-    assert outcome.accelerometer.diagnosis.verdict != "nothing_missing"
-    assert outcome.accelerometer.calibration.fit.p_value < 1e-4
+    assert outcome.triad("accelerometer") is not None
+    assert outcome.triad("accelerometer").diagnosis.verdict != "nothing_missing"
+    assert outcome.triad("accelerometer").calibration.fit.p_value < 1e-4
 
 
 @pytest.mark.parametrize("cubic", [0.0, 3e-5])
 def test_without_sds_and_repeats_the_model_is_not_judged(tmp_path: Path, cubic: float) -> None:
     outcome = run(tmp_path, HEAD, means(1, cubic=cubic))
-    assert outcome.accelerometer is not None
-    diagnosis = outcome.accelerometer.diagnosis
+    assert outcome.triad("accelerometer") is not None
+    diagnosis = outcome.triad("accelerometer").diagnosis
     assert diagnosis.verdict == "refused"
     assert "cannot be determined" in diagnosis.text
     assert diagnosis.addable == ()
@@ -106,9 +106,9 @@ def test_two_logs_of_one_sensor_are_pooled_and_not_joined(tmp_path: Path) -> Non
     config = tmp_path / "config.yaml"
     config.write_text(SESSION % "log: [0.csv, 1.csv], find: still")
     outcome = run_unwatched(load_config(config))
-    assert outcome.accelerometer is not None
-    assert len(outcome.accelerometer.calibration.fit.poses) == 18
+    assert outcome.triad("accelerometer") is not None
+    assert len(outcome.triad("accelerometer").calibration.fit.poses) == 18
     assert any("2 logs hold the same triads: their poses are pooled (9 + 9)" in warning
                for warning in outcome.warnings)
-    np.testing.assert_allclose(outcome.accelerometer.calibration.parameters.scale_counts_per_unit,
+    np.testing.assert_allclose(outcome.triad("accelerometer").calibration.parameters.scale_counts_per_unit,
                                SCALE, atol=0.002)

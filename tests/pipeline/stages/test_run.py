@@ -17,8 +17,8 @@ from tests.sessions import edit, pipeline, results_in, rewrite_rows
 def test_the_results_of_the_stages_are_handed_over_in_their_order(session: Path) -> None:
     results: list[StageResult] = []
     outcome = run_stages(load_config(session), RunContext(), results.append)
-    assert results == [outcome.rates["17rpm"], outcome.recordings, outcome.accelerometer,
-                       outcome.gyroscope]
+    assert results == [outcome.rates["17rpm"], outcome.recordings, outcome.triad("accelerometer"),
+                       outcome.triad("gyroscope")]
 
 
 def test_a_stage_without_a_section_makes_nothing_and_is_not_announced(session: Path) -> None:
@@ -26,8 +26,8 @@ def test_a_stage_without_a_section_makes_nothing_and_is_not_announced(session: P
     session.write_text(text[: text.index("\ngyroscope:")] + "\n", encoding="utf-8")
     results: list[StageResult] = []
     outcome = run_stages(load_config(session), RunContext(), results.append)
-    assert outcome.gyroscope is None
-    assert results[2:] == [outcome.accelerometer]
+    assert outcome.triad("gyroscope") is None
+    assert results[2:] == [outcome.triad("accelerometer")]
 
 
 def test_a_run_prints_a_line_for_each_stage_and_the_report_last(

@@ -37,20 +37,20 @@ def ask(log: Log) -> Said:
     except Undetermined as error:
         alone = text[: text.index("accelerometer:\n")] + text[text.index("gyroscope:\n") :] if (
             log.gyroscope) else None
-        return Said(None, None if alone is None else _run(alone).gyroscope, str(error))
-    return Said(outcome.accelerometer, outcome.gyroscope)
+        return Said(None, None if alone is None else _run(alone).triad("gyroscope"), str(error))
+    return Said(outcome.triad("accelerometer"), outcome.triad("gyroscope"))
 
 
 def ask_turntable() -> TriadResult:
     """The program on the gyroscope of the record player."""
-    result = _run(CONFIGURATION).gyroscope
+    result = _run(CONFIGURATION).triad("gyroscope")
     assert result is not None
     return result
 
 
 def ask_means() -> TriadResult:
     """The program on a table of pose means."""
-    result = _run(pose_means.CONFIGURATION).accelerometer
+    result = _run(pose_means.CONFIGURATION).triad("accelerometer")
     assert result is not None
     return result
 
