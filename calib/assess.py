@@ -14,7 +14,7 @@ from calib.diagnosis.seen import among_what_is_seen
 from calib.diagnosis.unseen import LOW_COST, with_unseen
 from calib.diagnosis.untested import untested
 from calib.effects.effect import Effect
-from calib.errors import FitFailed, Undetermined
+from calib.errors import FitFailed, Remedy, Undetermined
 from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
@@ -126,8 +126,15 @@ def calibrate(
     CalibrationError
         As :func:`assess`.
     """
+    drawn = model.acting_on("noise")
     if not has_sds(poses):
-        poses = with_estimated_sds(poses, model)
+        means = Model(tuple(effect for effect in model.effects if not effect.drawn))
+        poses = with_estimated_sds(poses, means)
+    if drawn and not tests_the_model(poses):
+        raise Undetermined(
+            f"{poses.triad}: '{drawn[0].name}' cannot be told from the noise: the sds of the poses "
+            f"were estimated from what the model leaves. State the sds of the means.",
+            Remedy("remove_effect", poses.triad))
     fitted = _fitted(poses, model, spec, solver, loss, seek_mistakes)
     if seek_mistakes and senses is not None:
         require_common_axes(poses, fitted.rows.vector, senses)

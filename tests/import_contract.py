@@ -64,7 +64,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.fit.least_squares": [
         ("identifiability", "square_start", "gauss_newton", "result"),
-        ("visible_basis", "shape_starts", "fitted_sets"), ("stack_fits",), ("solver", "angrisano"),
+        ("visible_basis", "shape_starts", "fitted_sets", "widened"),
+        ("stack_fits", "drawn_sizes"), ("solver", "angrisano"),
         ("unknown_sd",),
     ],
     "calib.fit.triad": [

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE, find_effect
-from calib.effects.effect import column_effect
+from calib.effects.column import column_effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import extend, fit_sets
 from calib.fit.model import Model

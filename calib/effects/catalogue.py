@@ -5,19 +5,32 @@ module of this folder, a new one or one that is there; nothing else names it.
 """
 
 import pkgutil
+from collections.abc import Collection
+from dataclasses import replace
 from importlib import import_module
 
 from calib import effects
-from calib.effects.effect import EFFECTS, OF_COLUMN, Effect, column_effect
+from calib.effects.column import column_effect
+from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
 from calib.errors import CalibrationError, Remedy
 
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
     if _module.name != "catalogue":
         import_module(f"{effects.__name__}.{_module.name}")
 
-__all__ = ["BASE", "EFFECTS", "UnknownEffect", "find_effect"]
+__all__ = ["BASE", "EFFECTS", "STEP", "UnknownEffect", "find_effect", "further_step"]
 
 BASE = ("bias", "scale", "misalignment")
+
+STEP = "bias_step"
+FURTHER_STEPS = tuple(map(str, range(2, 10)))
+"""Numbers of further steps, as in ``bias_step_2``. A limit of size."""
+
+
+def further_step(names: Collection[str]) -> str:
+    """The name that one more step of the bias has beside the effects ``names``."""
+    every = (STEP, *(f"{STEP}_{number}" for number in FURTHER_STEPS))
+    return next((name for name in every if name not in names), every[-1])
 
 
 class UnknownEffect(CalibrationError):
@@ -46,6 +59,9 @@ def find_effect(name: str) -> Effect:
     """
     if name in EFFECTS:
         return EFFECTS[name]
+    step, _, number = name.rpartition("_")
+    if step == STEP and number in FURTHER_STEPS:
+        return replace(EFFECTS[STEP], name=name)
     if name.startswith(OF_COLUMN) and name != OF_COLUMN:
         return column_effect(name.removeprefix(OF_COLUMN))
     raise UnknownEffect(name)

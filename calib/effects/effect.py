@@ -5,7 +5,7 @@ parameters: an array (n, 3, k). An effect on the reference states the error of i
 (n, k). A model is a sum of effects, so that one function serves correction, fit, exact Jacobian,
 identifiability, diagnosis and the catalogue.
 
-Three places where an effect can act, and the vector its columns are evaluated on:
+Four places where an effect can act, and the vector its columns are evaluated on:
 
 - ``reading``: bias, scale and misalignment, on the nominal reading y of eq. (12). They make up the
   linear form ``M y + c`` of Angrisano et al. eq. (1), one to one with (alpha, b, k).
@@ -14,6 +14,7 @@ Three places where an effect can act, and the vector its columns are evaluated o
   Parameters so mean the same in simulation, correction and fit. What belongs to the motion and not
   to an axis (a lever arm, a rotation of the frame) is ``orthogonal``: its columns take s itself.
 - ``reference``: the plate rate or gravity value m itself.
+- ``noise``: the sds of the rows, by coefficients with a prior (:mod:`calib.effects.drawn`).
 """
 
 import math
@@ -44,6 +45,13 @@ the pose before; the vibration within the pose; the plate's rate and the referen
 
 ConstantPart = Literal["bias", "scale"]
 
+Place = Literal["reading", "sensor", "reference", "noise"]
+"""Where an effect acts; what acts on the noise is drawn anew (:mod:`calib.effects.drawn`)."""
+
+Draw = Literal["", "as_noise", "per_pose", "in_time"]
+"""How the coefficients of an effect are drawn: not at all, they are parameters; with each pose in
+proportion to its own sd; with each pose; or along the time of the session."""
+
 Owner = Literal["sensor", "session", "bench"]
 """Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
@@ -64,12 +72,15 @@ class Shape:
         Values that are tried first, in ``unit``.
     bounds : tuple of float
         Lowest and highest value of a fit, in ``unit``.
+    is_fitted : bool
+        Whether it moves in a fit; False where only its starts are tried, or the one there is.
     """
 
     name: str
     unit: str
     starts: tuple[float, ...]
     bounds: tuple[float, float]
+    is_fitted: bool = True
 
     def is_at_bound(self, value: float | FloatArray) -> BoolArray:
         """Whether values, a number or an array (S,), stand at an end of the range, or are NaN."""
@@ -115,7 +126,7 @@ class Effect:
         One sentence.
     page : Page
     acts_on : str
-        ``reading``, ``sensor`` or ``reference``; see the module's docstring.
+        ``reading``, ``sensor``, ``reference`` or ``noise``; see the module's docstring.
     only_for : tuple of str
         The triads that it is for; empty where it is for every triad.
     shape : Shape or None
@@ -139,6 +150,11 @@ class Effect:
         ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
     largest : float
         No parameter of it exceeds this in nature, SI; infinite where nothing bounds it.
+    drawn : str
+        How its coefficients are drawn where only their size is a parameter; see :data:`Draw`.
+    starts_in : callable or None
+        From the poses at hand (their :class:`calib.poses.conditions.Conditions`) to the starts of
+        its shape parameter there.
     """
 
     name: str
@@ -147,7 +163,7 @@ class Effect:
     columns: Columns
     physics: str
     page: Page
-    acts_on: Literal["reading", "sensor", "reference"] = "sensor"
+    acts_on: Place = "sensor"
     only_for: tuple[Triad, ...] = ()
     shape: Shape | None = None
     needs: tuple[Need, ...] = ()
@@ -159,6 +175,8 @@ class Effect:
     names_column: str | None = None
     follows_words: str = ""
     largest: float = math.inf
+    drawn: Draw = ""
+    starts_in: Callable[[Conditions], tuple[float, ...]] | None = None
 
     @property
     def triads(self) -> tuple[str, ...]:
@@ -193,6 +211,13 @@ class Effect:
         """Whether it is ``column:NAME``, which no catalogue lists."""
         return self.names_column is not None and self.name == OF_COLUMN + self.names_column
 
+    def within(self, at: Conditions) -> "Effect":
+        """The same effect with the starts that its shape parameter has in poses at ``at``."""
+        starts = self.starts_in(at) if self.starts_in is not None else ()
+        if self.shape is None or not starts:
+            return self
+        return replace(self, shape=replace(self.shape, starts=starts))
+
     def from_shape(self, value: float) -> "Effect":
         """The same effect with ``value`` as the first start of its shape parameter."""
         assert self.shape is not None
@@ -209,7 +234,7 @@ EFFECTS: dict[str, Effect] = {}
 class EffectFields(TypedDict, total=False):
     """The fields of :class:`Effect` that its decorator takes by name."""
 
-    acts_on: Literal["reading", "sensor", "reference"]
+    acts_on: Place
     unit: Required[str]
     page: Required[Page]
     only_for: tuple[Triad, ...]
@@ -223,6 +248,8 @@ class EffectFields(TypedDict, total=False):
     names_column: str | None
     follows_words: str
     largest: float
+    drawn: Draw
+    starts_in: Callable[[Conditions], tuple[float, ...]] | None
 
 
 def effect(*parameters: str, **fields: Unpack[EffectFields]) -> Callable[[Columns], Columns]:
@@ -258,24 +285,3 @@ def per_axis(values: FloatArray) -> FloatArray:
     columns = np.zeros((len(values), 3, 3))
     columns.reshape(-1, 9)[:, ::4] = values
     return columns
-
-
-def column_effect(name: str) -> Effect:
-    """The effect ``column:NAME``: a bias that follows the logged column NAME linearly."""
-    return Effect(
-        name=OF_COLUMN + name,
-        parameters=AXES,
-        unit=f"{{u}} per unit of {name}",
-        logged=(name,),
-        constant_is="bias",
-        names_column=name,
-        columns=lambda at: per_axis(np.tile(at.column(name)[:, None], 3)),
-        physics=f"Bias that moves in proportion to the logged column {name}.",
-        page=Page(
-            formula=f"e_k = c_k · {name}",
-            typical={},
-            source="found in these data, not in a catalogue",
-            confounded="every other column that moves together with it",
-            separates=f"vary {name} alone while the sensor stays in one pose",
-        ),
-    )

@@ -77,6 +77,12 @@ class Model:
         """Number of parameters, shape parameters not counted."""
         return sum(len(effect.parameters) for effect in self.effects)
 
+    def within(self, at: Conditions) -> "Model":
+        """The same model with the starts that shape parameters have in poses at ``at`` (n)."""
+        if all(effect.starts_in is None for effect in self.effects):
+            return self
+        return Model(tuple(effect.within(at) for effect in self.effects))
+
     def slices(self) -> dict[str, slice]:
         """Where each effect's parameters stand in theta."""
         places, start = {}, 0
@@ -86,7 +92,7 @@ class Model:
         return places
 
     def acting_on(self, place: str) -> tuple[Effect, ...]:
-        """The effects that act on ``reading``, ``sensor`` or ``reference``."""
+        """The effects that act on ``reading``, ``sensor``, ``reference`` or ``noise``."""
         return tuple(effect for effect in self.effects if effect.acts_on == place)
 
     def positions(self, effects: Sequence[Effect]) -> list[int]:

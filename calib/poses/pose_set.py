@@ -64,6 +64,9 @@ class PoseSet:
         Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     ring : Ring or None
         What poses on a leaning plate read all round one turn; None where none does.
+    stated : PoseSet or None
+        The poses with their sds as they were stated, where these contain what is drawn
+        (:mod:`calib.fit.least_squares.widened`).
     """
 
     triad: Triad
@@ -83,6 +86,7 @@ class PoseSet:
     run_time_s: FloatArray | None = None
     sd_dof: float | None = None
     ring: Ring | None = None
+    stated: "PoseSet | None" = None
 
     def __len__(self) -> int:
         return len(self.label)
@@ -98,6 +102,7 @@ class PoseSet:
             columns={name: values[index] for name, values in self.columns.items()},
             notes=self.notes,
             sd_dof=self.sd_dof,
+            stated=None,
             ring=None if self.ring is None else self.ring.take(index, len(self)),
             **{name: getattr(self, name)[index] for name in PER_POSE},
             **{name: values[index] for name, values in self._where_logged.items()},
@@ -117,6 +122,7 @@ class PoseSet:
                      for name, values in self.columns.items() if name in other.columns},
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
             sd_dof=self.sd_dof,
+            stated=None,
             ring=joined_rings(self.ring, other.ring and other.ring.behind(len(self))),
             **{
                 name: np.concatenate([getattr(self, name), getattr(other, name)])
@@ -128,6 +134,11 @@ class PoseSet:
     def _where_logged(self) -> dict[str, FloatArray]:
         every = {name: getattr(self, name) for name in WHERE_LOGGED}
         return {name: values for name, values in every.items() if values is not None}
+
+    @property
+    def as_stated(self) -> "PoseSet":
+        """The poses with their sds as they were stated."""
+        return self.stated or self
 
     @property
     def noise_dof(self) -> float:

@@ -90,6 +90,8 @@ class Reference:
         What the q common errors are, for the uncertainty budget.
     of_setting : frozenset of str
         Those among them that belong to one setting of the plate: another one brings its own.
+    on_vector : array, shape (n, 3, q), or None
+        How far one sd of each common error moves what is read, SI; None where none does.
     """
 
     magnitude: FloatArray
@@ -97,6 +99,7 @@ class Reference:
     common: FloatArray
     common_names: tuple[str, ...]
     of_setting: frozenset[str] = frozenset()
+    on_vector: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n = len(self.magnitude)
@@ -116,7 +119,8 @@ class Reference:
         rows : array of int, mask (n,), slice or sequence of int
         """
         return replace(
-            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows]
+            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows],
+            on_vector=None if self.on_vector is None else self.on_vector[rows],
         )
 
 

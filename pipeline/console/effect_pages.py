@@ -17,6 +17,7 @@ PLACES = {
     "reading": "the raw reading: it is one of the nine parameters of the linear form",
     "sensor": "the corrected vector; all effects are fitted jointly",
     "reference": "the reference (the rate of the plate, or gravity), not the sensor",
+    "noise": "the sds: its coefficients are drawn, their size is estimated, nothing is corrected",
 }
 
 def catalogue_lines() -> Iterator[str]:

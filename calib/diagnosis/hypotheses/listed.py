@@ -14,13 +14,21 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
-from calib.effects.catalogue import BASE
-from calib.effects.effect import EFFECTS, Effect, column_effect
+from calib.effects.catalogue import BASE, STEP
+from calib.effects.column import column_effect
+from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import why_not_finite
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
+
+OTHERWISE = ("reading", "noise")
+"""What acts there is no candidate: the base, and what :mod:`..unlisted` weighs by its course."""
+
+VALUES_OF_CURVE, VALUE_DIGITS = 5, 1
+"""Values of a column, to a tenth of its unit, that tell a cubic from a line. Derived: its four
+coefficients and one more."""
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
@@ -137,13 +145,16 @@ def effects_beside(
     """The same by the model (p parameters) and the poses that it is fitted to."""
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
     base = BASE if poses.reference.magnitude.any() else BASE[:1]
-    listed = [e for e in EFFECTS.values() if e.acts_on != "reading" or e.name in base]
+    listed = [e for e in EFFECTS.values() if e.name in base or e.acts_on not in OTHERWISE]
     columns = [
         column_effect(name)
         for name in causes(poses, covariates)
         if name not in {e.names_column for e in EFFECTS.values()}
     ]
     for effect in (*listed, *columns, *user_effects):
+        if effect.name == STEP or (effect.shape and not effect.shape.is_fitted
+                                   and not bends(poses, effect)):
+            continue
         excluded = covariates is not None and set(effect.logged) - {*covariates}
         if excluded and effect not in user_effects:
             continue
@@ -151,12 +162,18 @@ def effects_beside(
             yield effect
 
 
+def bends(poses: PoseSet, curve: Effect) -> bool:
+    """Whether ``poses`` (n) saw enough values of the column of ``curve`` to tell it from a line."""
+    return all(len(np.unique(np.round(poses.columns[name], VALUE_DIGITS))) >= VALUES_OF_CURVE
+               for name in curve.logged if name in poses.columns)
+
+
 def listed_hypotheses(
     fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> tuple[Sequence[Hypothesis], dict[str, str]]:
     """Every effect that could be added, at each start of its shape, and why others cannot be."""
     at = fit.equations.at_reading
-    effects = list(candidate_effects(fit, user_effects, covariates))
+    effects = [e.within(at) for e in candidate_effects(fit, user_effects, covariates)]
     absent = {effect.name: why_not_finite(effect, at) for effect in effects
               if not np.isfinite(effect.evaluate(at)).all()}
     return _at_their_shapes([each for each in effects if each.name not in absent]), absent

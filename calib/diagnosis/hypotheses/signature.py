@@ -70,7 +70,8 @@ def untested_columns(fit: Fit, tested: Sequence[str]) -> FloatArray:
     where = positions_of(fit, tested)
     basis = fit.basis[:, ~fit.basis[where].any(axis=0)]
     columns = fit.rows.jacobian @ with_common(basis, len(fit.eta))
-    shaped = [name for name in fit.log_shape_sd if name not in tested]
+    shaped = [name for name, sd in fit.log_shape_sd.items()
+              if name not in tested and not np.isnan(sd)]
     if shaped:
         slope = shape_derivatives(
             fit.equations, fit.theta, fit.eta, fit.shapes, fit.rows, shaped).slope

@@ -13,8 +13,9 @@ from scipy.linalg import eigh
 from scipy.stats import rankdata
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Course, Hypothesis
-from calib.effects.effect import Effect, Page, per_axis
+from calib.diagnosis.hypotheses.listed import Course, Hypothesis, bends
+from calib.effects.effect import EFFECTS, Effect, Page, per_axis
+from calib.effects.steps import STEP_MARGIN
 from calib.fit.least_squares.result import Fit
 from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import Conditions
@@ -31,10 +32,8 @@ STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
 DAMPING = 0.8
 """Exponent of the number of waves: amplitudes of nature fall with the frequency. A judgement."""
 
-STEP_MARGIN = 2
-"""Poses that a step leaves on either side at least. Derived: one is a bad pose."""
-
 FROM_RUN_TO_RUN = "from run to run"  #: how the rate of the plate scatters between settings
+CURVED = "temperature_bias_curve"  #: the listed curve
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
@@ -112,7 +111,7 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         shapes = waves(values, TIME_WAVES if name == "time_s" else COLUMN_WAVES)
         yield name, [("", Course.of_size(shapes))]
         yield name, [("", Course.of_bias(shapes))]
-        if name in columns:
+        if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
             curve = ((values - values.mean()) / np.ptp(values)) ** 2
             yield name, [(IN_A_CURVE, Course.of_bias(curve[:, None]))]
     yield "attitude", [("", Course.of_size(_attitude(fit)))]

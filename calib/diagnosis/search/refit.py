@@ -87,16 +87,17 @@ def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
     The range is that of the logarithm, in which the density is normal about the fitted value; at a
     bound, where the minimum lies beyond, it is the tail on this side.
     """
-    names = [effect.name for effect in effects if effect.shape is not None]
+    names = [effect.name for effect in effects if effect.name in joint.log_shape_sd]
     if not names:
         return 0.0
     at_bound = shapes_at_bound(joint.model, joint.shapes)
     gradient = _gradient(joint, names) if at_bound & {*names} else {}
     log_share = 0.0
     for effect in effects:
-        if effect.shape is None or not np.isfinite(joint.log_shape_sd[effect.name]):
+        if not np.isfinite(joint.log_shape_sd.get(effect.name, np.nan)):
             continue  # one that the rows do not feel keeps all of its range
         sd = joint.log_shape_sd[effect.name]
+        assert effect.shape is not None
         low, high = np.log(effect.shape.bounds) - np.log(joint.shapes[effect.name])
         if effect.name in at_bound:
             width = np.sqrt(np.pi / 2) * sd * erfcx(abs(gradient[effect.name]) * sd / np.sqrt(2))

@@ -88,7 +88,7 @@ class FittedSets(Stacked):
     def dof(self) -> IntArray:
         """Data rows less parameters, (S,)."""
         count = self.problem.equations.data_count
-        return np.asarray(count - self.problem.moves - len(self.at.shapes))
+        return np.asarray(count - self.problem.moves - len(self.log_shape_sd))
 
     @property
     def p_value(self) -> FloatArray:
@@ -169,10 +169,12 @@ def _covariance(
     Free shape parameters are further unknowns. At a bound the value is the bound's, and nothing
     else depends on it; NaN is the sd of one that no row feels.
     """
+    no_sd = {name: np.full(len(solution.weight), np.nan)
+             for name in problem.tried if name not in problem.free}
     at, root, directions = solution.at, np.sqrt(solution.weight)[..., None], problem.directions
     linear = at.rows.jacobian @ directions
     if not problem.free:
-        return directions @ inverse_square(linear * root) @ directions.swapaxes(1, 2), {}
+        return directions @ inverse_square(linear * root) @ directions.swapaxes(1, 2), no_sd
     slope, v = at.shape_derivatives(problem).slope, directions.shape[2]
     unknowns = pseudo_inverse_square(np.concatenate([linear, slope], axis=2) * root)
     variance = np.einsum("skk->sk", unknowns)[:, v:]
@@ -183,7 +185,7 @@ def _covariance(
         slope = np.where(at_bound[:, None], 0.0, slope)
         unknowns = pseudo_inverse_square(np.concatenate([linear, slope], axis=2) * root)
     cov = directions @ unknowns[:, :v, :v] @ directions.swapaxes(1, 2)
-    return cov, dict(zip(problem.free, sd.T, strict=True))
+    return cov, {**no_sd, **dict(zip(problem.free, sd.T, strict=True))}
 
 
 def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -> FloatArray:

@@ -139,7 +139,7 @@ def undetermined_sets(equations: Equations, at: Estimate, basis: FloatArray) -> 
     limit = CONDITION_LIMIT if equations.terms.is_linear_form else CONDITION_LIMIT**2
     data, slices = rows_about_zero(equations, at.rows), equations.model.slices()
     for effect in equations.model.effects:
-        if effect.acts_on != "reading":
+        if effect.acts_on not in ("reading", "noise"):
             where = slices[effect.name]
             data[..., where] = varying_columns(equations, at.rows, at.shapes, effect,
                                                data[..., where])

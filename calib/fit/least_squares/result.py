@@ -105,7 +105,7 @@ class Fit:
     def dof(self) -> int:
         """Data rows less parameters; the prior rows pay for the common errors."""
         free = sum(map(is_free, self.poses.reference.common_names))
-        return int(self.equations.data_count - self.basis.shape[1] - len(self.shapes) - free)
+        return int(self.equations.data_count - self.basis.shape[1] - len(self.log_shape_sd) - free)
 
     @property
     def sensed(self) -> FloatArray:

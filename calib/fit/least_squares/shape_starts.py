@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from math import prod
 
 import numpy as np
 
@@ -15,6 +16,15 @@ WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 """Precision of a fit that is weighed against others: chi-square is then exact to 1e-4.
 Numerical."""
 
+STARTS_TOGETHER = 200
+"""Combinations of starts that are all tried; of more, one shape is tried after another. A limit of
+time."""
+
+AGAIN = 3
+"""Times that starts which do not move are tried again from where the last ended. Numerical."""
+
+TURNS = 2  #: rounds in which one shape is tried after another; numerical
+
 ENOUGH_MISFIT = 2.0
 """Chi-square per degree of freedom above which a warm start tries the shapes' other starts.
 A judgement."""
@@ -22,10 +32,16 @@ A judgement."""
 
 def from_best_shapes(problem: Problem, start: Estimate) -> Solution:
     """From the first of the shapes' starts; then from the most promising."""
-    if not problem.free:
+    if not problem.tried:
         return minimise(problem, start)
     held = minimise(problem.with_shapes_held(), start)
-    return minimise(problem, most_promising(replace(problem, weight=held.weight), held.at))
+    best = minimise(problem, most_promising(replace(problem, weight=held.weight), held.at))
+    for _ in range(AGAIN if len(problem.tried) > len(problem.free) else 0):
+        at = most_promising(replace(problem, weight=best.weight), best.at, or_here=True)
+        if at is best.at:
+            break
+        best = minimise(problem, at)
+    return best
 
 
 def near_warm_start(problem: Problem, start: Estimate) -> Solution:
@@ -34,7 +50,7 @@ def near_warm_start(problem: Problem, start: Estimate) -> Solution:
     Where the rows are not explained from there, the other starts of the shapes are tried.
     """
     solution = minimise(problem, start, WEIGHING)
-    if not problem.free:
+    if not problem.tried:
         return solution
     dof = problem.equations.data_count - problem.moves - len(problem.free)
     badly = np.flatnonzero(solution.cost > ENOUGH_MISFIT * np.maximum(dof, 1))
@@ -53,12 +69,20 @@ def most_promising(problem: Problem, at: Estimate, or_here: bool = False) -> Est
     """
     best, sets = at, len(at.theta)
     least = _linear_cost(problem, at) if or_here else np.full(sets, np.inf)
-    for values in product(*(shape.starts for shape in problem.free.values())):
+    tried = problem.tried
+    if len(tried) > 1 and prod(len(shape.starts) for shape in tried.values()) > STARTS_TOGETHER:
+        for name, shape in [*tried.items()] * TURNS:
+            here = replace(problem, tried={name: shape})
+            best = most_promising(here, best, or_here=or_here or best is not at)
+        return best
+    for values in product(*(shape.starts for shape in tried.values())):
         starts = {name: np.full(sets, value)
-                  for name, value in zip(problem.free, values, strict=True)}
+                  for name, value in zip(tried, values, strict=True)}
         trial = Estimate.of(problem.equations, at.theta, at.eta, {**at.shapes, **starts})
         cost = _linear_cost(problem, trial)
         better = np.flatnonzero(cost < least)
+        if not better.size:
+            continue
         best, least = best.with_sets(better, trial.take(better)), np.minimum(cost, least)
     return best
 

@@ -19,10 +19,13 @@ steady.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from calib.effects.effect import EFFECTS, Effect
+from calib.errors import Undetermined
+from calib.fit.least_squares.drawn_sizes import fit_with_drawn
 from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
@@ -79,6 +82,15 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     Contradiction
         No gain fits all poses: their readings or references contradict each other.
     """
+    poses = poses.as_stated
+    model = model.within(poses.conditions(poses.reading))
+    if model.acting_on("noise"):
+        return fit_with_drawn(poses, model, partial(_fit_as_stated, robust=robust))
+    return _fit_as_stated(poses, model, robust)
+
+
+def _fit_as_stated(poses: PoseSet, model: Model, robust: bool) -> Fit:
+    """The fit with the sds and common errors that ``poses`` have, sizes of what is drawn or not."""
     return only_fit(_cold_fits(Equations.of_sets((poses,), model), robust))
 
 
@@ -100,7 +112,13 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
         the same columns and runs share a stack; an effect with memory or one that begins with a
         square takes fits one after another, and its sets go one by one.
     """
-    alone = any(effect.in_square or "previous" in effect.needs
+    if drawn := model.acting_on("noise"):
+        alone_only = Undetermined(
+            f"the size of '{drawn[0].name}' is estimated in a session by itself: take it out of "
+            f"the model of a lot")
+        yield Fits(np.arange(len(sets)), None, dict.fromkeys(range(len(sets)), alone_only))
+        return
+    alone = any(effect.in_square or "previous" in effect.needs or effect.starts_in is not None
                 or (effect.shape is not None and effect.name not in EFFECTS)
                 for effect in model.effects)
     groups: dict[object, list[int]] = {}
@@ -113,7 +131,8 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
         size = 1 if alone else SETS_AT_ONCE
         for first in range(0, len(indices), size):
             index = np.array(indices[first : first + size])
-            equations = Equations.of_sets([sets[i] for i in index], model)
+            of_set = model.within(sets[index[0]].conditions(sets[index[0]].reading))
+            equations = Equations.of_sets([sets[i] for i in index], of_set)
             fits = _cold_fits(equations, robust)
             yield Fits(index[fits.index], fits.fitted,
                        {int(index[k]): error for k, error in fits.refusals.items()})
@@ -144,6 +163,8 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     FitFailed
         The effects are larger than the readings, or the gains went to nothing.
     """
+    at_reading = base.equations.at_reading
+    effects = [effect.within(at_reading) for effect in effects]
     equations = base.remembering.extended(effects).take(None)
     starts = {e.name: e.shape.starts[0] for e in effects if e.shape is not None}
     more = equations.model.size - base.model.size

@@ -57,6 +57,9 @@ def visible_bases(
     slices = model.slices()
     for effect in (e for e in model.effects if e.acts_on != "reading"):
         where = slices[effect.name]
+        if effect.drawn:  # no row moves with the size of what is drawn
+            blocks[:, where], used[:, where] = 0.0, False
+            continue
         columns = np.where(_is_rounding(equations, rows, effect)[:, None], 0.0,
                            jacobian[:, :, where])
         norm = np.sqrt((varying_columns(equations, rows, shapes, effect, columns) ** 2).sum(axis=1))

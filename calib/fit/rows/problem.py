@@ -58,6 +58,8 @@ class Problem(Stacked):
         Whether Huber's loss takes more weight off rows far from the model.
     free : mapping of effect name to Shape
         The h shape parameters that move; all others are held where the start has them.
+    tried : mapping of effect name to Shape
+        Those and the ones of which only the starts are tried: a time between two poses.
     """
 
     equations: Equations
@@ -65,6 +67,7 @@ class Problem(Stacked):
     weight: FloatArray
     robust: bool
     free: Mapping[str, Shape]
+    tried: Mapping[str, Shape]
 
     @classmethod
     def of(
@@ -80,12 +83,16 @@ class Problem(Stacked):
         """
         if weight is None:
             weight = np.ones((len(basis), equations.data_count + equations.common_count))
-        free = {e.name: e.shape for e in equations.model.effects if e.shape is not None}
-        return cls(equations, basis, weight, robust, free)
+        shapes = {e.name: e.shape for e in equations.model.effects
+                  if e.shape is not None and not e.drawn}
+        free = {name: shape for name, shape in shapes.items() if shape.is_fitted}
+        tried = {name: shape for name, shape in shapes.items()
+                 if shape.is_fitted or len(shape.starts) > 1}
+        return cls(equations, basis, weight, robust, free, tried)
 
     def with_shapes_held(self) -> "Problem":
         """The same with no shape parameter free."""
-        return replace(self, free={})
+        return replace(self, free={}, tried={})
 
     @property
     def moves(self) -> IntArray:

@@ -32,7 +32,7 @@ from calib.fit.rows.surroundings import Surroundings
 from calib.fit.rows.wave_rows import WaveRows
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.rows.whitening import Whitening, lengths
-from calib.fit.small_systems import times
+from calib.fit.small_systems import combined, times
 from calib.fit.stacked import Index, Stacked
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -263,6 +263,9 @@ class Equations(Stacked):
         """
         whitening, terms = self.whitening, self.terms
         s, errors, slope = self.readings.corrected(theta, shapes)
+        drawn = whitening.on_vector
+        if drawn is not None:
+            s = s - combined(drawn, eta)
         directions, points = self.directions(s, slope), None
         k, d, p, q = len(self.magnitude), self.data_count, theta.shape[-1], eta.shape[-1]
         size = lengths(s[..., self.magnitude, :])
@@ -276,6 +279,8 @@ class Equations(Stacked):
         jacobian[..., :d, :p] = -self._shown(directions, errors)
         jacobian[..., :k, p:] = -self.common_relative * (size / self.magnitude_sd)[..., None]
         jacobian[..., d:, p:] = np.eye(q)
+        if drawn is not None:
+            jacobian[..., :d, p:] -= self._shown(self.directions(s), drawn)
         if self.axis:
             first = k + 3 * len(self.null)
             jacobian[..., first : d - self.wave_count, p:] = -self.axis.common

@@ -67,6 +67,8 @@ class Whitening(Stacked):
         Sds of the rows, SI, that of the reference included.
     common_relative : array, shape (S, k, q)
         The common errors relative to the reference.
+    on_vector : array, shape (S, n, 3, q), or None
+        What they add to the vectors, SI.
     """
 
     order: RowOrder
@@ -78,6 +80,7 @@ class Whitening(Stacked):
     magnitude_sd: FloatArray
     null_sd: FloatArray
     common_relative: FloatArray
+    on_vector: FloatArray | None = None
 
     @classmethod
     def of(cls, sets: Sequence[PoseSet], start: Start | None = None) -> "Whitening":
@@ -109,6 +112,8 @@ class Whitening(Stacked):
             magnitude_sd=np.sqrt(along + reference_sd[:, turning] ** 2),
             null_sd=np.sqrt(across + reference_sd[:, null, None] ** 2),
             common_relative=common / stated[..., None],
+            on_vector=None if sets[0].reference.on_vector is None else
+            np.array([poses.reference.on_vector for poses in sets]),
         )
 
     @property

@@ -81,9 +81,11 @@ class TriadCalibration:
                 continue
             where = self.fit.model.slices()[effect.name]
             value, value_sd = self.fit.theta[where], sd[where]
+            if effect.drawn:
+                value_sd = np.sqrt(np.diag(self.fit.cov)[where])
             if effect.shape is not None:
                 value = np.append(value, self.fit.shapes[effect.name])
-                value_sd = np.append(value_sd, self.fit.shape_sd[effect.name])
+                value_sd = np.append(value_sd, self.fit.shape_sd.get(effect.name, np.nan))
             values[effect.name] = (value, value_sd)
         return values
 

@@ -12,8 +12,10 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import Triad
 from tests.calib.made_poses import pairs, some_conditions
 
-COUNTED = [name for name, effect in EFFECTS.items() if effect.constant_is is not None]
-"""Effects that are a bias or a gain where nothing varies."""
+COUNTED = [name for name, effect in EFFECTS.items()
+           if effect.constant_is is not None and (effect.shape is None or effect.shape.is_fitted)]
+"""Effects that are a bias or a gain where nothing varies; not those that have a place of their own,
+the mean temperature or the time of a step."""
 
 
 def at_another_origin(at: Conditions) -> Conditions:

@@ -1,0 +1,89 @@
+"""Curves in the temperature: what a polynomial of third order has beyond its straight line."""
+
+import numpy as np
+
+from calib.effects.effect import REFERENCE_TEMPERATURE_C, Page, Shape, ShapeValue, effect
+from calib.effects.typical import between, quoted, typical
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
+
+CUBED_PER_SQUARE_K = 10.0
+"""A cube of the warmth over this has the unit of a square. A definition."""
+
+CENTRE = Shape("centre_c", "°C", (REFERENCE_TEMPERATURE_C,), (1e-3, 1e3), is_fitted=False)
+"""The temperature that a curve is counted from, the mean of the poses. A definition: there a line
+and a square share least."""
+
+NAMES = tuple(f"{axis}{order}" for axis in AXES for order in (2, 3))
+"""Names of the parameters: the axis, and the order of the polynomial beyond temperature_bias."""
+
+CENTRED = f"({TEMPERATURE} - centre_c)"
+"""The warmth as an expression, K."""
+
+CURVE = (f"{CENTRED} ** 2", f"{CENTRED} ** 3 / {CUBED_PER_SQUARE_K}")
+"""The columns of a curve as expressions, K²."""
+
+
+def _curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
+    """The square and the cube of the warmth about ``centre_c``, (n, 2), K² and K³."""
+    warmth = at.column(TEMPERATURE)[:, None] - centre_c
+    return np.concatenate([warmth**2, warmth**3 / CUBED_PER_SQUARE_K], axis=1)
+
+
+def _mean_temperature(at: Conditions) -> tuple[float, ...]:
+    """The mean temperature of the poses, °C; none where it was not logged or is not positive."""
+    mean = float(at.column(TEMPERATURE).mean())
+    return (mean,) if np.isfinite(mean) and mean > 0 else ()
+
+
+@effect(
+    *NAMES,
+    unit="{u}/K²",
+    logged=(TEMPERATURE,),
+    constant_is="bias",
+    shape=CENTRE,
+    starts_in=_mean_temperature,
+    page=Page(
+        formula="e_k = c_k2 · ΔT² + c_k3 · ΔT³/(10 K),  ΔT = T − its mean in these poses",
+        expressions=CURVE,
+        typical={"MPU-6050": typical(between(0.001, 0.01, "°/s/K²"), between(0.005, 0.05, "mg/K²")),
+                 "MTi": typical(note="compensated in the factory model")},
+        source="ArduPilot's calibration of IMU temperature, a polynomial of third order",
+        confounded="warm_up and temperature_bias where few temperatures were seen",
+        separates="poses at four temperatures or more, falling as well as rising",
+    ),
+)
+def temperature_bias_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
+    """Bias that bends with the die temperature: the orders beyond temperature_bias."""
+    return _for_each_axis(_curve(at, centre_c), np.ones_like(at.vector))
+
+
+@effect(
+    *NAMES,
+    unit="1/K²",
+    logged=(TEMPERATURE,),
+    constant_is="scale",
+    shape=CENTRE,
+    starts_in=_mean_temperature,
+    page=Page(
+        formula="e_k = (c_k2 · ΔT² + c_k3 · ΔT³/(10 K)) · s_k,  ΔT = T − its mean in these poses",
+        expressions=tuple(f"{each} * s" for each in CURVE),
+        typical={"MPU-6050": typical(quoted(0.0005, "%/K²")),
+                 "MTi": typical(note="compensated in the factory model")},
+        source="ArduPilot's calibration of IMU temperature, for the gain",
+        confounded="a plate or clock that drifts as the session warms up",
+        separates="poses at four temperatures or more, falling as well as rising",
+    ),
+)
+def temperature_scale_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
+    """Gain that bends with the die temperature: the orders beyond temperature_scale."""
+    return _for_each_axis(_curve(at, centre_c), at.vector)
+
+
+def _for_each_axis(orders: FloatArray, values: FloatArray) -> FloatArray:
+    """Columns (n, 3, 3 m) of axes that err by ``orders`` (n, m) times ``values`` (n, 3)."""
+    n, m = orders.shape
+    columns = np.zeros((n, 3, 3, m))
+    for k in range(3):
+        columns[:, k, k] = orders * values[:, [k]]
+    return columns.reshape(n, 3, 3 * m)

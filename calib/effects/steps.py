@@ -1,0 +1,49 @@
+"""Steps: what happened once and stays."""
+
+import numpy as np
+
+from calib.effects.effect import Page, Shape, ShapeValue, effect, per_axis
+from calib.effects.typical import between, typical
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, FloatArray
+
+STEP_MARGIN = 2
+"""Poses that a step leaves on either side at least. Derived: one is a bad pose."""
+
+
+def _times_between(at: Conditions) -> tuple[float, ...]:
+    """The middles between poses next to each other in time, but for the ends, the middle one first.
+
+    What a fit can see of a step is judged at the first.
+    """
+    times = np.unique(at.time_s)
+    middles = 0.5 * (times[:-1] + times[1:])
+    inner = middles[STEP_MARGIN - 1 : len(middles) - STEP_MARGIN + 1]
+    if not np.isfinite(times).all():
+        return ()
+    inner = inner[inner > 0]
+    return tuple(map(float, inner[np.argsort(np.abs(inner - times.mean()), kind="stable")]))
+
+
+@effect(
+    *AXES,
+    unit="{u}",
+    needs=("time",),
+    constant_is="bias",
+    belongs_to="session",
+    shape=Shape("at_s", "s", (600.0,), (1e-3, 1e6), is_fitted=False),
+    starts_in=_times_between,
+    page=Page(
+        formula="e_k = j_k from the time at_s on,  at_s fitted",
+        expressions=("(1 + sign(time_s - at_s)) / 2",),
+        typical={"MPU-6050": typical(between(0.02, 0.2, "°/s"), between(1, 10, "mg")),
+                 "MTi": typical(between(0.1, 1, "mg"))},
+        source="mounting that slips, a supply that switches, stress that lets go",
+        confounded="bias_drift and warm_up, where it is in the middle of the session",
+        separates="poses of before the step repeated after it",
+    ),
+)
+def bias_step(at: Conditions, at_s: ShapeValue) -> FloatArray:
+    """Bias that steps once and stays; bias_step_2 and so on are further steps."""
+    after = 0.5 * (1 + np.sign(at.time_s[:, None] - at_s))
+    return per_axis(after * np.ones_like(at.vector))

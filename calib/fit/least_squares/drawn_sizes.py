@@ -1,0 +1,239 @@
+"""The sizes of effects that are drawn: how much noise there is that the poses do not show.
+
+With J what the fit is free along, r the residual and K the covariance of the rows by the stated
+sds and ``τ² Z Zᵀ`` of every drawn effect, the sizes maximise the restricted likelihood (Patterson
+and Thompson, Biometrika 58, 1971)
+
+    -½ (log det K + log det JᵀK⁻¹J + rᵀP r),    P = K⁻¹ - K⁻¹J (JᵀK⁻¹J)⁻¹ JᵀK⁻¹
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize
+
+from calib.effects.effect import Effect
+from calib.effects.needs import unavailable
+from calib.errors import Undetermined
+from calib.fit.least_squares.result import Fit
+from calib.fit.model import Model
+from calib.fit.least_squares.widened import WANDERS, Drawn, widened
+from calib.fit.rows.whitening import Whitening
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+
+ROUNDS = 8  #: numerical limit
+STEADY = 0.01  #: relative change of a size that ends the rounds; numerical
+LEAST = 1e-2
+"""Smallest size that is told from none, of that which alone makes one sd in a typical row.
+Numerical: the variance of a row changes by 1e-4."""
+
+LARGEST_LOG = float(np.log(1e5))  #: logarithm of the largest, so counted; numerical limit
+DIFFERENCE = 0.05  #: step of a logarithm, for the curvature of the likelihood; numerical
+START_SHARES = (1.0, 0.1)  #: parts of the misfit at which every size begins; numerical
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """The restricted likelihood of sizes about one fit.
+
+    Parameters
+    ----------
+    residual, jacobian : array, shapes (r,) and (r, v)
+        Whitened as the fit has them, what drawn effects took put back; data rows first.
+    variance : array, shape (d,)
+        Of the data rows without any drawn effect, in the fit's own.
+    parts : tuple of callable
+        Of each drawn effect: the covariance of the data rows by unit size, (d,) or (d, d), at a
+        shape parameter.
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    variance: FloatArray
+    parts: tuple[Callable[[float], FloatArray], ...]
+
+    @classmethod
+    def about(cls, fit: Fit, effects: Sequence[Effect]) -> "Likelihood":
+        """The likelihood of the sizes of ``effects``, whatever sizes ``fit`` has."""
+        d, names = fit.equations.data_count, fit.poses.reference.common_names
+        wanders = np.array([name.startswith(WANDERS) for name in names], bool)
+        p = fit.model.size
+        # ``directions`` has the common errors first, one column for each.
+        along = fit.directions[:, np.concatenate([~wanders, np.ones(fit.basis.shape[1], bool)])]
+        rows = np.concatenate([np.ones(d, bool), ~wanders])
+        residual = fit.rows.residual - fit.rows.jacobian[:, p:][:, wanders] @ fit.eta[wanders]
+        stated = Whitening.of((fit.poses.as_stated,), fit.equations.start.take(None)).row_sd[0]
+        variance = np.ones(d)
+        variance[: len(stated)] = (stated / fit.equations.row_sd[: len(stated)]) ** 2
+        return cls(residual[rows], (fit.rows.jacobian @ along)[rows], variance / fit.weight[:d],
+                   tuple(_part(fit, effect) for effect in effects))
+
+    def log_density(self, sizes: Sequence[float], shapes: Sequence[float]) -> float:
+        """Restricted log likelihood, up to a constant; -inf where no such covariance exists."""
+        d = len(self.variance)
+        matrix = np.diag(self.variance)
+        for part, size, shape in zip(self.parts, sizes, shapes, strict=True):
+            of_part = size**2 * part(shape)
+            matrix += of_part if of_part.ndim == 2 else np.diag(of_part)
+        try:
+            factor = np.linalg.cholesky(matrix)
+        except np.linalg.LinAlgError:
+            return -np.inf
+        both = np.column_stack([self.jacobian, self.residual])
+        both[:d] = solve_triangular(factor, both[:d], lower=True)
+        q, r = np.linalg.qr(both[:, :-1])
+        rest = both[:, -1] - q @ (q.T @ both[:, -1])
+        diagonal = np.abs(np.diag(r))
+        seen = diagonal > np.finfo(float).eps * diagonal.max(initial=1.0)
+        return float(-np.log(np.diag(factor)).sum() - np.log(diagonal[seen]).sum()
+                     - 0.5 * rest @ rest)
+
+    def units(self, shapes: Sequence[float]) -> FloatArray:
+        """The size of each part, SI, that makes one sd in a typical row, (m,)."""
+        return np.array([1 / np.sqrt(max(float(np.median(_diagonal(part(s)))), np.finfo(float).tiny))
+                         for part, s in zip(self.parts, shapes, strict=True)])
+
+
+def _diagonal(covariance: FloatArray) -> FloatArray:
+    return covariance if covariance.ndim == 1 else np.diag(covariance)
+
+
+def _part(fit: Fit, effect: Effect) -> Callable[[float], FloatArray]:
+    """The covariance of the data rows, whitened, by an effect of unit size."""
+    equations, pose = fit.equations, fit.equations.row_pose
+    shown = equations.directions(fit.rows.vector) * effect.evaluate(equations.at_reading)[pose, :, 0]
+    if effect.drawn == "in_time":
+        apart = np.abs(np.subtract.outer(fit.poses.time_s, fit.poses.time_s))[np.ix_(pose, pose)]
+        alike = shown @ shown.T
+        return lambda tau_s: np.asarray(alike * np.exp(-apart / tau_s))
+    if effect.drawn == "as_noise":
+        shown = shown * fit.poses.as_stated.sd[pose]
+    squares = (shown**2).sum(axis=1)
+    return lambda _shape: np.asarray(squares)
+
+
+def likeliest(
+    likelihood: Likelihood, effects: Sequence[Effect], starts: Sequence[float]
+) -> tuple[dict[str, Drawn], float]:
+    """The likeliest sizes and shapes with their sds, and the log density there."""
+    units = likelihood.units(starts)
+    bounds = [(np.log(LEAST), LARGEST_LOG)] * len(effects)
+    shaped = [i for i, effect in enumerate(effects) if effect.shape is not None]
+    bounds += [tuple(np.log(effects[i].shape.bounds)) for i in shaped]  # type: ignore[union-attr]
+
+    def unpacked(x: FloatArray) -> tuple[Sequence[float], list[float]]:
+        shapes = [*starts]
+        for i, value in zip(shaped, np.exp(x[len(effects):]), strict=True):
+            shapes[i] = float(value)
+        return [*map(float, units * np.exp(x[: len(effects)]))], shapes
+
+    def cost(x: FloatArray) -> float:
+        return -likelihood.log_density(*unpacked(x))
+
+    misfit = float(likelihood.residual @ likelihood.residual) / max(
+        len(likelihood.residual) - likelihood.jacobian.shape[1], 1)
+    begin = 0.5 * np.log(np.clip((misfit - 1) / len(effects), LEAST, np.exp(LARGEST_LOG)))
+    tries = []
+    for share in START_SHARES:
+        x = np.array([begin + np.log(share)] * len(effects) + [np.log(starts[i]) for i in shaped])
+        x = np.clip(x, *np.array(bounds).T)
+        tries.append(minimize(cost, x, method="L-BFGS-B", bounds=bounds))
+    best = min(tries, key=lambda each: each.fun)
+    sizes, shapes = unpacked(best.x)
+    none = best.x[: len(effects)] <= np.log(LEAST) + DIFFERENCE
+    spread = _spread(cost, best.x, [i for i in range(len(best.x)) if i >= len(none) or not none[i]])
+    drawn = {}
+    for i, effect in enumerate(effects):
+        size = 0.0 if none[i] else float(sizes[i])
+        sd = (size * spread[i] if i in spread
+              else _largest_of_one_sd(cost, best.x, i, best.fun) * float(units[i]))
+        drawn[effect.name] = Drawn(size, sd, shapes[i], effect)
+    return drawn, -float(best.fun)
+
+
+def _spread(
+    cost: Callable[[FloatArray], float], x: FloatArray, which: Sequence[int]
+) -> dict[int, float]:
+    """Sds of the logarithms ``which`` of ``x``, all others held; none where the cost is flat."""
+    steps = DIFFERENCE * np.eye(len(x))[list(which)]
+    curvature = np.array([[
+        (cost(x + a + b) - cost(x + a - b) - cost(x - a + b) + cost(x - a - b))
+        / (4 * DIFFERENCE**2) for b in steps] for a in steps]).reshape(len(steps), len(steps))
+    variance = np.diag(np.linalg.pinv(curvature, hermitian=True))
+    return {i: float(np.sqrt(v)) for i, v in zip(which, variance, strict=True) if v > 0}
+
+
+def _largest_of_one_sd(
+    cost: Callable[[FloatArray], float], x: FloatArray, i: int, least: float
+) -> float:
+    """The size, in units of its own, at which the likelihood has fallen as at one sd."""
+    for exponent in np.arange(np.log(LEAST), LARGEST_LOG, DIFFERENCE):
+        trial = x.copy()
+        trial[i] = max(exponent, x[i])
+        if cost(trial) > least + 0.5:
+            return float(np.exp(trial[i]))
+    return float(np.exp(LARGEST_LOG))
+
+
+def fit_with_drawn(
+    poses: PoseSet, model: Model, fit_means: Callable[[PoseSet, Model], Fit]
+) -> Fit:
+    """The fit of a model with drawn effects, their sizes the likeliest.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        n poses with their sds as stated.
+    model : Model
+    fit_means : callable
+        The fit of a model at given sizes.
+
+    Returns
+    -------
+    Fit
+        Of ``poses`` with the sds and common errors that the sizes make; a size stands in theta.
+
+    Raises
+    ------
+    Undetermined
+        The poses cannot evaluate a drawn effect.
+    """
+    effects = model.acting_on("noise")
+    for effect in effects:
+        why = unavailable(effect, poses.conditions(poses.reading))
+        if why is not None:
+            raise Undetermined(f"{poses.triad}: '{effect.name}' cannot be evaluated: {why}.")
+    now: dict[str, Drawn] = {}
+    fitted = fit_means(poses, model)
+    for _ in range(ROUNDS):
+        starts = [now[e.name].shape if e.name in now else _first_shape(e, poses)
+                  for e in effects]
+        likelihood = Likelihood.about(fitted, effects)
+        latest, _ = likeliest(likelihood, effects, starts)
+        change = max(abs(np.log(max(latest[name].size, latest[name].sd) / max(each.size, each.sd)))
+                     for name, each in now.items()) if now else np.inf
+        now = latest
+        fitted = fit_means(widened(poses, tuple(now.values())), model)
+        if change < STEADY:
+            break
+    return _with_sizes(fitted, now)
+
+
+def _first_shape(effect: Effect, poses: PoseSet) -> float:
+    """Where a correlation time begins: a fifth of the session."""
+    return 1.0 if effect.shape is None else float(np.clip(
+        0.2 * np.ptp(poses.time_s), *effect.shape.bounds))
+
+
+def _with_sizes(fitted: Fit, sizes: Mapping[str, Drawn]) -> Fit:
+    """``fitted`` with the sizes among its parameters."""
+    theta, cov, shapes = fitted.theta.copy(), fitted.cov.copy(), {**fitted.shapes}
+    for name, each in sizes.items():
+        where = fitted.model.slices()[name].start
+        theta[where], cov[where, where] = each.size, each.sd**2
+        if each.effect.shape is not None:
+            shapes[name] = each.shape
+    return replace(fitted, theta=theta, cov=cov, shapes=shapes)

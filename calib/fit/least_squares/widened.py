@@ -1,0 +1,68 @@
+"""Poses whose sds and common errors contain what is drawn anew with each of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import eigh
+
+from calib.effects.effect import Effect
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+
+WANDERS = "wander of the bias "
+"""Begins the names of the common errors that a wandering bias is made of."""
+
+MODES = 32
+"""The strongest of a course, a limit of size; what they lack is added to the sds."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A drawn effect with its ``size`` ± ``sd``, in its unit, and its ``shape`` parameter."""
+
+    size: float
+    sd: float
+    shape: float
+    effect: Effect
+
+
+def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
+    """``poses`` (n) with what is drawn in their sds, as independent or as common errors."""
+    sd, reference = poses.sd**2, poses.reference
+    of_reference, modes = reference.sd**2, []
+    for each in drawn:
+        if each.size == 0:
+            continue
+        unit = each.effect.evaluate(poses.conditions(poses.reading))[:, :, 0]
+        if each.effect.drawn == "as_noise":
+            sd = sd + (each.size * unit * poses.sd) ** 2
+        elif each.effect.drawn == "in_time":
+            strong, rest = _courses(poses.time_s, each.shape)
+            modes.append(each.size * strong)
+            sd = sd + each.size**2 * rest[:, None]
+        elif each.effect.belongs_to == "bench":
+            of_reference = of_reference + (each.size * unit[:, 0]) ** 2
+        else:
+            sd = sd + (each.size * unit) ** 2
+    reference = replace(reference, sd=np.sqrt(of_reference))
+    if modes:
+        course = np.concatenate(modes, axis=1)  # (n, m)
+        names = tuple(f"{WANDERS}{k + 1}" for k in range(3 * course.shape[1]))
+        on_vector = np.einsum("ki,nm->nkim", np.eye(3), course).reshape(len(poses), 3, -1)
+        before = np.zeros((len(poses), 3, reference.common.shape[1]))
+        reference = replace(
+            reference,
+            common=np.hstack([reference.common, np.zeros((len(poses), len(names)))]),
+            common_names=(*reference.common_names, *names),
+            on_vector=np.concatenate([before, on_vector], axis=2))
+    return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses)
+
+
+def _courses(time_s: FloatArray, tau_s: float) -> tuple[FloatArray, FloatArray]:
+    """The strongest modes (n, m) of a course of unit variance, and the variance (n,) they lack."""
+    kernel = np.exp(-np.abs(np.subtract.outer(time_s, time_s)) / tau_s)
+    first = max(len(kernel) - MODES, 0)
+    values, vectors = eigh(kernel, subset_by_index=(first, len(kernel) - 1))
+    strong = vectors * np.sqrt(np.maximum(values, 0.0))
+    return strong, np.maximum(1 - (strong**2).sum(axis=1), 0.0)
