@@ -1,4 +1,4 @@
-"""Curves in the temperature: what a polynomial of third order has beyond its straight line."""
+"""Curves in the temperature: polynomials of third order about the mean of the session."""
 
 import numpy as np
 
@@ -7,27 +7,28 @@ from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 
-CUBED_PER_SQUARE_K = 10.0
-"""A cube of the warmth over this has the unit of a square. A definition."""
+PER_ORDER_K = 10.0
+"""Warmth by which each further order is divided, so that all have one unit. A definition."""
 
 CENTRE = Shape("centre_c", "°C", (REFERENCE_TEMPERATURE_C,), (1e-3, 1e3), is_fitted=False)
 """The temperature that a curve is counted from, the mean of the poses. A definition: there a line
 and a square share least."""
 
-NAMES = tuple(f"{axis}{order}" for axis in AXES for order in (2, 3))
-"""Names of the parameters: the axis, and the order of the polynomial beyond temperature_bias."""
+NAMES = tuple(f"{axis}{order}" for axis in AXES for order in (1, 2, 3))
+"""Names of the parameters: the axis, and the order of the polynomial."""
 
 CENTRED = f"({TEMPERATURE} - centre_c)"
 """The warmth as an expression, K."""
 
-CURVE = (f"{CENTRED} ** 2", f"{CENTRED} ** 3 / {CUBED_PER_SQUARE_K}")
-"""The columns of a curve as expressions, K²."""
+CURVE = (CENTRED, f"{CENTRED} ** 2 / {PER_ORDER_K}", f"{CENTRED} ** 3 / {PER_ORDER_K**2}")
+"""The columns of a curve as expressions, K."""
 
 
 def _curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
-    """The square and the cube of the warmth about ``centre_c``, (n, 2), K² and K³."""
+    """The warmth about ``centre_c``, its square and its cube, (n, 3), K."""
     warmth = at.column(TEMPERATURE)[:, None] - centre_c
-    return np.concatenate([warmth**2, warmth**3 / CUBED_PER_SQUARE_K], axis=1)
+    return np.concatenate(
+        [warmth, warmth**2 / PER_ORDER_K, warmth**3 / PER_ORDER_K**2], axis=1)
 
 
 def _mean_temperature(at: Conditions) -> tuple[float, ...]:
@@ -38,15 +39,15 @@ def _mean_temperature(at: Conditions) -> tuple[float, ...]:
 
 @effect(
     *NAMES,
-    unit="{u}/K²",
+    unit="{u}/K",
     logged=(TEMPERATURE,),
     constant_is="bias",
     shape=CENTRE,
     starts_in=_mean_temperature,
     page=Page(
-        formula="e_k = c_k2 · ΔT² + c_k3 · ΔT³/(10 K),  ΔT = T − its mean in these poses",
+        formula="e_k = c_k1 · ΔT + c_k2 · ΔT²/10 K + c_k3 · ΔT³/(10 K)²,  ΔT = T − its mean here",
         expressions=CURVE,
-        typical={"MPU-6050": typical(between(0.001, 0.01, "°/s/K²"), between(0.005, 0.05, "mg/K²")),
+        typical={"MPU-6050": typical(between(0.01, 0.1, "°/s/K"), between(0.05, 0.5, "mg/K")),
                  "MTi": typical(note="compensated in the factory model")},
         source="ArduPilot's calibration of IMU temperature, a polynomial of third order",
         confounded="warm_up and temperature_bias where few temperatures were seen",
@@ -54,21 +55,21 @@ def _mean_temperature(at: Conditions) -> tuple[float, ...]:
     ),
 )
 def temperature_bias_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
-    """Bias that bends with the die temperature: the orders beyond temperature_bias."""
+    """Bias that follows the die temperature in a curve, temperature_bias being its line."""
     return _for_each_axis(_curve(at, centre_c), np.ones_like(at.vector))
 
 
 @effect(
     *NAMES,
-    unit="1/K²",
+    unit="1/K",
     logged=(TEMPERATURE,),
     constant_is="scale",
     shape=CENTRE,
     starts_in=_mean_temperature,
     page=Page(
-        formula="e_k = (c_k2 · ΔT² + c_k3 · ΔT³/(10 K)) · s_k,  ΔT = T − its mean in these poses",
+        formula="e_k = (c_k1 · ΔT + c_k2 · ΔT²/10 K + c_k3 · ΔT³/(10 K)²) · s_k,  ΔT = T − its mean",
         expressions=tuple(f"{each} * s" for each in CURVE),
-        typical={"MPU-6050": typical(quoted(0.0005, "%/K²")),
+        typical={"MPU-6050": typical(quoted(0.01, "%/K")),
                  "MTi": typical(note="compensated in the factory model")},
         source="ArduPilot's calibration of IMU temperature, for the gain",
         confounded="a plate or clock that drifts as the session warms up",
@@ -76,7 +77,7 @@ def temperature_bias_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
     ),
 )
 def temperature_scale_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
-    """Gain that bends with the die temperature: the orders beyond temperature_scale."""
+    """Gain that follows the die temperature in a curve, temperature_scale being its line."""
     return _for_each_axis(_curve(at, centre_c), at.vector)
 
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray, Triad
+from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 
 REFERENCE_TEMPERATURE_C = 25.0

@@ -26,9 +26,10 @@ from calib.poses.pose_set import PoseSet
 OTHERWISE = ("reading", "noise")
 """What acts there is no candidate: the base, and what :mod:`..unlisted` weighs by its course."""
 
-VALUES_OF_CURVE, VALUE_DIGITS = 5, 1
-"""Values of a column, to a tenth of its unit, that tell a cubic from a line. Derived: its four
-coefficients and one more."""
+LEAST_BEND = 0.1
+"""Scatter of a square about a line, over the square of half the range, from which poses tell a
+curve from a line. A judgement: of a column spread evenly it is 0.30, of two soaks whose room
+wanders by a fiftieth of their distance 0.03."""
 
 Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
 
@@ -164,8 +165,15 @@ def effects_beside(
 
 def bends(poses: PoseSet, curve: Effect) -> bool:
     """Whether ``poses`` (n) saw enough values of the column of ``curve`` to tell it from a line."""
-    return all(len(np.unique(np.round(poses.columns[name], VALUE_DIGITS))) >= VALUES_OF_CURVE
-               for name in curve.logged if name in poses.columns)
+    for name in curve.logged:
+        values = poses.columns.get(name, np.full(len(poses), np.nan))
+        half = 0.5 * float(np.ptp(values))
+        if np.isfinite(half) and half > 0:
+            x = (values - values.mean()) / half
+            rest = x**2 - np.polyval(np.polyfit(x, x**2, 1), x)
+            if float(np.sqrt(np.mean(rest**2))) < LEAST_BEND:
+                return False
+    return True
 
 
 def listed_hypotheses(

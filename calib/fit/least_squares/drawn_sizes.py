@@ -18,8 +18,8 @@ from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.errors import Undetermined
 from calib.fit.least_squares.result import Fit
-from calib.fit.model import Model
 from calib.fit.least_squares.widened import WANDERS, Drawn, widened
+from calib.fit.model import Model
 from calib.fit.rows.whitening import Whitening
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -93,8 +93,9 @@ class Likelihood:
 
     def units(self, shapes: Sequence[float]) -> FloatArray:
         """The size of each part, SI, that makes one sd in a typical row, (m,)."""
-        return np.array([1 / np.sqrt(max(float(np.median(_diagonal(part(s)))), np.finfo(float).tiny))
-                         for part, s in zip(self.parts, shapes, strict=True)])
+        typical = [float(np.median(_diagonal(part(shape))))
+                   for part, shape in zip(self.parts, shapes, strict=True)]
+        return 1 / np.sqrt(np.maximum(typical, np.finfo(float).tiny))
 
 
 def _diagonal(covariance: FloatArray) -> FloatArray:
@@ -104,7 +105,8 @@ def _diagonal(covariance: FloatArray) -> FloatArray:
 def _part(fit: Fit, effect: Effect) -> Callable[[float], FloatArray]:
     """The covariance of the data rows, whitened, by an effect of unit size."""
     equations, pose = fit.equations, fit.equations.row_pose
-    shown = equations.directions(fit.rows.vector) * effect.evaluate(equations.at_reading)[pose, :, 0]
+    errors = effect.evaluate(equations.at_reading)[pose, :, 0]
+    shown = equations.directions(fit.rows.vector) * errors
     if effect.drawn == "in_time":
         apart = np.abs(np.subtract.outer(fit.poses.time_s, fit.poses.time_s))[np.ix_(pose, pose)]
         alike = shown @ shown.T

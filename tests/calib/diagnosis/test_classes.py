@@ -19,8 +19,8 @@ from tests.world.lot import LotPlan, draw_lot
 
 EVENINGS = 60
 ALIKE = {
-    "temperature_bias": {"temperature_bias", "bias_drift", "warm_up"},
-    "scale_drift": {"scale_drift", "temperature_scale"},
+    "temperature_bias": {"temperature_bias", "bias_drift", "warm_up", "temperature_bias_curve"},
+    "scale_drift": {"scale_drift", "temperature_scale", "temperature_scale_curve"},
 }
 
 

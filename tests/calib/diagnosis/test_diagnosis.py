@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import chi2
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
-from calib.effects.catalogue import BASE
+from calib.effects.catalogue import BASE, EFFECTS
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.pose_set import PoseSet
@@ -166,7 +166,7 @@ def test_a_rotated_frame_and_a_wrong_clock_are_blind_in_any_design() -> None:
 def test_without_logged_temperature_its_effects_are_unavailable_and_say_why() -> None:
     poses = poses_of(PAPER, 1, "gyroscope", ())
     found = said_of(replace(poses, columns={}))
-    assert set(found.unavailable) == {"temperature_bias", "temperature_scale"}
+    assert set(found.unavailable) == {name for name in EFFECTS if name.startswith("temp")}
     assert "no complete column temperature_c" in found.unavailable["temperature_bias"]
 
 
