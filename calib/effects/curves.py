@@ -67,7 +67,7 @@ def temperature_bias_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
     shape=CENTRE,
     starts_in=_mean_temperature,
     page=Page(
-        formula="e_k = (c_k1 · ΔT + c_k2 · ΔT²/10 K + c_k3 · ΔT³/(10 K)²) · s_k,  ΔT = T − its mean",
+        formula="e_k = (c_k1 · ΔT + c_k2 · ΔT²/10 K + c_k3 · ΔT³/(10 K)²) · s_k",
         expressions=tuple(f"{each} * s" for each in CURVE),
         typical={"MPU-6050": typical(quoted(0.01, "%/K")),
                  "MTi": typical(note="compensated in the factory model")},
