@@ -282,8 +282,7 @@ class Equations(Stacked):
         if drawn is not None:
             jacobian[..., :d, p:] -= self._shown(self.directions(s), drawn)
         if self.axis:
-            first = k + 3 * len(self.null)
-            jacobian[..., first : d - self.wave_count, p:] = -self.axis.common
+            jacobian[..., k + 3 * len(self.null) : d - self.wave_count, p:] = -self.axis.common
             parts.append(self.axis.residual(s, eta))
         if self.waves:
             waves, jacobian[..., d - self.wave_count : d, :], points = self.waves.rows(
