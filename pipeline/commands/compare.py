@@ -2,19 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.named_results import results_of
 from pipeline.commands.interaction.output import echo_json, json_option, python_option
 from pipeline.results.names import RESULTS_NAME
-
-if TYPE_CHECKING:
-    from pipeline.results.read import Stored
-
-CONFIGURATION = (".yaml", ".yml")
 
 
 @click.command(epilog=examples(
@@ -36,7 +31,7 @@ def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> No
 
     if len(sessions) < 2:
         raise click.UsageError(f"only {sessions[0]} was named; name two sessions or more.")
-    results = [_results_of(path, allow_python) for path in sessions]
+    results = [results_of(path, allow_python) for path in sessions]
     compared = compare_calibrations(results)
     if as_json:
         echo_json(comparison_json(results, compared))
@@ -51,20 +46,6 @@ def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> No
     for each in compared:
         for line in conclusions(each, names):
             click.echo(paragraph(line))
-
-
-def _results_of(path: Path, allow_python: bool) -> "Stored":
-    """The results in ``path``, or those of the configuration that it is."""
-    from pipeline.config.load import load_config
-    from pipeline.results.read import load_results
-    from pipeline.text.commands import command as proposed
-
-    folder = load_config(path).output_folder if path.suffix in CONFIGURATION else path
-    if not folder.exists():
-        raise click.UsageError(
-            f"there is no {path}." if folder == path else
-            f"{path} was not run yet: there is no {folder}. Type: {proposed('run', path)}")
-    return load_results(folder, allow_python)
 
 
 def _names(sessions: Sequence[Path]) -> list[str]:

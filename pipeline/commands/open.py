@@ -6,18 +6,23 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
+from pipeline.commands.interaction.named_results import results_of
 from pipeline.commands.interaction.output import python_option
 
 
 @click.command(epilog=examples(
     "pipeline open config.yaml",
-    "pipeline open config.yaml --output results",
+    "pipeline open monday.yaml --held-out tuesday.yaml",
 ))
 @click.argument("config", type=PathArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
+@click.option("--held-out", type=PathArgument(), metavar="SESSION",
+              help="Another session of the sensor that was run: its poses are predicted only.")
 @python_option
-def command(config: Path, output: Path | None, allow_python: bool) -> None:
+def command(
+    config: Path, output: Path | None, held_out: Path | None, allow_python: bool
+) -> None:
     """Run CONFIG and open its workbench in the browser, until Ctrl-C.
 
     There you tick effects and leave out poses, see the exact refit and the error fall, go back to
@@ -29,8 +34,10 @@ def command(config: Path, output: Path | None, allow_python: bool) -> None:
     from pipeline.config.load import load_config
     from pipeline.stages.context import CACHE_NAME
     from pipeline.workbench.application import Workbench
+    from pipeline.workbench.held_out import HeldOut
     from pipeline.workbench.serve import serve
 
+    beside = None if held_out is None else HeldOut.of(results_of(held_out, allow_python))
     click.get_current_context().invoke(
         run, config=config, output=output, allow_python=allow_python)
     folder = (output or load_config(config).output_folder).absolute()
@@ -44,4 +51,4 @@ def command(config: Path, output: Path | None, allow_python: bool) -> None:
 
     serve(Workbench(
         config, folder, output, folder / CACHE_NAME, allow_python,
-        lambda changed, into: run_silently(changed, into, allow_python)), opened)
+        lambda changed, into: run_silently(changed, into, allow_python), beside), opened)

@@ -90,7 +90,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             for effect in each.correction.model.effects
             if effect.belongs_to == "bench"
         ]
-        correction = each.sensor_correction()
+        correction = each.correction.sensor_part()
         nominal = correction.spec.nominal(getattr(log, each.triad))
         columns = {**_other_triad(stored, each.triad, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)

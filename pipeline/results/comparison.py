@@ -11,15 +11,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from scipy.special import ndtri
 
 from calib.effects.catalogue import UnknownEffect, find_effect
-from calib.errors import CalibrationError
-from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, TRIADS, FloatArray
+from calib.poses.imu_log import AXES, TRIADS
 from pipeline.results.json_values import number
 from pipeline.results.names import PARAMETERS
+from pipeline.results.poses import StoredPoses, rms
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.results.units import unit_of
 
@@ -228,26 +226,8 @@ def _errors_on(
 
 def _error_on(poses: Sequence[Mapping[str, Any]], triad: StoredTriad) -> float | None:
     """Rms error of ``triad`` on poses with the readings of a triad with its data sheet."""
-    used = [pose for pose in poses if pose["reading"] is not None and pose["reference"] != 0]
-    if not used:
-        return None
-    reading = np.array([pose["reading"] for pose in used], float)
-    columns = {name: _column(used, name) for name in used[0]["columns"]}
-    at = Conditions.of_vectors(reading, columns)
-    try:
-        corrected = triad.sensor_correction().correct(at)
-    except CalibrationError:
-        return None
-    if not np.isfinite(corrected).all():  # an effect needs what these results do not hold
-        return None
-    reference = np.abs([pose["reference"] for pose in used])
-    error = np.linalg.norm(corrected, axis=1) - reference
-    return float(np.sqrt(np.mean(error**2)))
-
-
-def _column(poses: Sequence[Mapping[str, Any]], name: str) -> FloatArray:
-    values = [pose["columns"].get(name) for pose in poses]
-    return np.array([math.nan if value is None else value for value in values], float)
+    errors = StoredPoses.of(triad.triad, poses).errors(triad.correction)
+    return None if errors is None else rms(errors)
 
 
 def _same_sheet(one: StoredTriad | None, other: StoredTriad | None) -> bool:

@@ -1,8 +1,8 @@
 """results.json read back: what other commands need of an earlier run."""
 
 import math
-from collections.abc import Container, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -63,21 +63,6 @@ class StoredTriad:
     def units_per_count(self) -> FloatArray:
         """The diagonal of K, m/s² or rad/s per count, shape (3,)."""
         return 1 / self.scale_counts_per_unit
-
-    def sensor_correction(self, held: Container[str] | None = None) -> Correction:
-        """The correction without the effects of the bench; of the others only those in ``held``.
-
-        Bias, scale and misalignment are always there.
-        """
-        correction = self.correction
-        effects = tuple(
-            effect
-            for effect in correction.model.effects
-            if effect.belongs_to != "bench"
-            and (held is None or effect.acts_on == "reading" or effect.name in held)
-        )
-        theta = correction.theta[correction.model.positions(effects)]
-        return replace(correction, model=Model(effects), theta=theta)
 
 
 @dataclass(frozen=True, eq=False)

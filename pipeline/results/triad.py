@@ -105,6 +105,8 @@ def _poses(result: TriadResult) -> list[PoseResult]:
             reading=poses.reading[i],
             reading_sd=poses.sd[i],
             corrected=corrected[i],
+            force_m_s2=poses.force[i] if result.triad == "gyroscope" else None,
+            spin_rad_s=poses.spin_rad_s[i],
             columns={name: values[i] for name, values in poses.columns.items()},
         )
         for i, pose in enumerate(result.comparison.poses)

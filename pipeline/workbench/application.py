@@ -26,6 +26,7 @@ from pipeline.results.names import REPORT_NAME
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.guard import Guard, TooLarge
+from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.own_effect import tried_expression
 from pipeline.workbench.state import changed_lines, read_state
@@ -45,7 +46,7 @@ class Workbench:
     """One configuration with the folder of its results.
 
     ``run`` runs a configuration with its cache in a folder; ``cache`` is where the phase tracks
-    are; ``output`` as ``pipeline run`` has it.
+    are; ``output`` as ``pipeline run`` has it; ``held_out`` the session whose poses no fit sees.
     """
 
     path: Path
@@ -54,6 +55,7 @@ class Workbench:
     cache: Path
     allow_python: bool
     run: RunConfig
+    held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
         self._session: OpenSession | None = None
@@ -99,6 +101,7 @@ class Workbench:
             if self._session is None or stamp["config"] != self._stamp["config"]:
                 self._session = OpenSession(self.path, self.cache, self.allow_python)
                 self._stamp = stamp
+            self._session.held_out = self.held_out
             return self._session
 
     def page(self) -> str:
@@ -149,6 +152,16 @@ def application(workbench: Workbench, token: str, port: int) -> Guard:
     def columns(request: Request) -> Response:
         return JSONResponse(workbench.session().columns(_triad(request.path_params["triad"])))
 
+    def held_out(request: Request) -> Response:
+        return JSONResponse(
+            workbench.session().held_out_as_run(_triad(request.path_params["triad"])))
+
+    async def hold_out(request: Request) -> Response:
+        dropped = await request.body()
+        workbench.held_out = await asyncio.get_running_loop().run_in_executor(
+            None, HeldOut.of_bytes, dropped)
+        return JSONResponse({"name": workbench.held_out.name})
+
     async def events(request: Request) -> Response:
         return StreamingResponse(_news(workbench, request), media_type="text/event-stream")
 
@@ -165,6 +178,7 @@ def application(workbench: Workbench, token: str, port: int) -> Guard:
         Route("/", page),
         Route("/report.js", _script(page_templates().get_template("report.js").render())),
         Route("/workbench.js", _script(_own("workbench.js"))),
+        Route("/held-out/{triad}", held_out), Route("/held-out", hold_out, methods=["POST"]),
         Route("/columns/{triad}", columns), Route("/events", events),
         Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),
         Route("/expression", expression, methods=["POST"]),

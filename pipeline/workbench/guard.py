@@ -18,6 +18,8 @@ LOOPBACK = "127.0.0.1"
 COOKIE = "pipeline-workbench"
 LARGEST_QUESTION = 1_000_000
 """Bytes of a question's body: a state is some kilobytes. Chosen."""
+UPLOADS = {"/held-out": 1 << 26}
+"""Where files are dropped, and how large they may be, in bytes: 10,000 poses are 8 MB. Chosen."""
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
@@ -71,10 +73,10 @@ class Guard:
             answer.set_cookie(f"{COOKIE}-{self.port}", self.token, httponly=True,
                               samesite="strict", path="/")
             await answer(scope, receive, guarded)
-        elif int_of(request.headers.get("content-length", "0")) > LARGEST_QUESTION:
+        elif int_of(request.headers.get("content-length", "0")) > largest(request.url.path):
             await PlainTextResponse("larger than any question", 413)(scope, receive, guarded)
         else:
-            await self.app(scope, _bounded(receive), guarded)
+            await self.app(scope, _bounded(receive, largest(request.url.path)), guarded)
 
     def _refusal(self, request: Request) -> str | None:
         """Why a request is refused, None where it is not."""
@@ -105,6 +107,11 @@ def cookie_of(request: Request, name: str) -> str | None:
     return cookies[name].value if name in cookies else None
 
 
+def largest(path: str) -> int:
+    """Bytes that the body of a question to ``path`` may have."""
+    return UPLOADS.get(path, LARGEST_QUESTION)
+
+
 def int_of(text: str) -> int:
     """A length as a number; one that is none is larger than any."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < 19 else 1 << 62
@@ -114,15 +121,15 @@ class TooLarge(Exception):
     """A body that did not say how long it is was longer than any question."""
 
 
-def _bounded(receive: Receive) -> Receive:
-    """``receive`` that ends with :class:`TooLarge` beyond the largest question."""
+def _bounded(receive: Receive, limit: int) -> Receive:
+    """``receive`` that ends with :class:`TooLarge` beyond ``limit`` bytes."""
     seen = 0
 
     async def bounded() -> Message:
         nonlocal seen
         message = await receive()
         seen += len(message.get("body", b""))
-        if seen > LARGEST_QUESTION:
+        if seen > limit:
             raise TooLarge
         return message
 

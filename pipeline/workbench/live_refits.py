@@ -33,6 +33,7 @@ from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
 from pipeline.stages.triads import TriadInput, require_fittable, triad_input
 from pipeline.text.formatting import DISPLAY
+from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.state import Screen, TriadScreen, config_of, text_of
 
 BAND = (0.025, 0.975)  #: band of an ordered residual. Definition: 95 %
@@ -55,6 +56,7 @@ class OpenSession:
         self._fits: dict[tuple[Any, ...], Refitted | CalibrationError] = {}
         self._inputs: dict[tuple[Any, ...], TriadInput] = {}
         self._answers: dict[tuple[Any, ...], Json] = {}
+        self.held_out: HeldOut | None = None
         self._lock = Lock()
         self.recordings = average_recordings(
             self.config, check_session(self.config), self.rates)
@@ -74,8 +76,7 @@ class OpenSession:
         """What a chart of the residuals may have on an axis, by its title, of every pose; and the
         normal quantiles of those that turn, with a band that holds each residual at 95 %.
         """
-        base = Screen({each: TriadScreen(self.added(each)) for each in self.sections}, {})
-        poses = self.refitted(base, triad).fit.poses
+        poses = self.refitted(self._as_run(), triad).fit.poses
         unit, factor = DISPLAY[triad]
         known = {"order of the poses": np.arange(1.0, len(poses) + 1),
                  "time [min]": poses.time_s / 60, "rate of the plate [rpm]": poses.spin_rad_s / RPM}
@@ -104,7 +105,29 @@ class OpenSession:
             if key not in self._answers:
                 self._make_room()
                 self._answers[key] = self._answered(state, triad, guesses)
-            return self._answers[key]
+            return self._answers[key] | self._held_out(state, triad)
+
+    def held_out_as_run(self, triad: Triad) -> Json:
+        """The poses of the held-out session by the model of the file; nothing without one.
+
+        Raises
+        ------
+        CalibrationError
+            The poses of this session do not determine it.
+        """
+        with self._lock:
+            return self._held_out(self._as_run(), triad)
+
+    def _held_out(self, state: Screen, triad: Triad) -> Json:
+        if self.held_out is None:
+            return {}
+        correction = self._refitted(state, triad).calibration.correction
+        return {"held_out": self.held_out.predicted(triad, correction)
+                | {"name": self.held_out.name}}
+
+    def _as_run(self) -> Screen:
+        """The screen that shows the file."""
+        return Screen({each: TriadScreen(self.added(each)) for each in self.sections}, {})
 
     def _answered(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
         ticked = state.triads[triad].ticked

@@ -6,7 +6,7 @@ With y the nominal reading and s the corrected vector:
     s + C(s) theta_sensor = v             of :mod:`calib.fit.rows.sensitive_axes`
 """
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +36,19 @@ class Correction:
     model: Model
     theta: FloatArray
     shapes: Mapping[str, float]
+
+    def sensor_part(self, held: Container[str] | None = None) -> "Correction":
+        """The correction without the effects of the bench; of the others only those in ``held``.
+
+        Bias, scale and misalignment are always there.
+        """
+        effects = tuple(
+            effect
+            for effect in self.model.effects
+            if effect.belongs_to != "bench"
+            and (held is None or effect.acts_on == "reading" or effect.name in held)
+        )
+        return replace(self, model=Model(effects), theta=self.theta[self.model.positions(effects)])
 
     def linear_form(self) -> tuple[FloatArray, FloatArray]:
         """M (3, 3) and c (3,), SI, of ``M y + c``: what bias, scale and misalignment make up."""

@@ -130,7 +130,7 @@ def _example(
     at = Conditions.of_vectors(
         each.correction.spec.nominal(counts)[None], columns, force=force[None],
         time_s=columns.get("time_s", np.zeros(1)))
-    si = each.sensor_correction(held).correct(at)[0]
+    si = each.correction.sensor_part(held).correct(at)[0]
     listed = [f"force ({plain_row(force)})"] if needs_force else []
     listed += [f"{one.identifier} {values[one.column]:g}" for one in inputs]
     conditions = f" at {', '.join(listed)}" if listed else ""

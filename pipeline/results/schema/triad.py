@@ -56,6 +56,10 @@ class PoseResult(Part):
     reading: ThreeOrNull = means("mean reading in SI units by the data sheet")
     reading_sd: ThreeSds = means("its sd")
     corrected: ThreeOrNull = means("the reading corrected by the calibration")
+    force_m_s2: ThreeOrNull | None = means(
+        "specific force of the pose by the accelerometer's calibration; null in its own section",
+        default=None)
+    spin_rad_s: MaybeNumber = means("rate of the plate, counter-clockwise positive", default=None)
     columns: dict[str, MaybeNumber] = means("mean of every further column of the log")
 
 

@@ -6,6 +6,7 @@ const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, 
 const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
+const benches = [];
 let page = null, undone = [], done = [], now = "", restoring = false;
 
 const state = () => ({
@@ -24,6 +25,26 @@ async function post(where, question) {
   const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
   if (!response.ok) throw new Error(answer.error);
   return answer;
+}
+
+// A file to the server, as it is.
+async function sent(where, file) {
+  const response = await fetch(`/${where}`, { method: "POST", body: file });
+  const answer = await response.json().catch(() => ({ error: `${file.name} is too large (${response.status})` }));
+  if (!response.ok) throw new Error(answer.error);
+  return answer;
+}
+
+// Files that are dropped on ``area`` or chosen in ``input`` go to ``take``.
+function droppable(area, input, take) {
+  input.addEventListener("change", () => { if (input.files.length) take(...input.files); });
+  for (const [name, is] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
+    area.addEventListener(name, (event) => {
+      event.preventDefault();
+      area.classList.toggle("dropping", is);
+      if (name === "drop" && event.dataTransfer.files.length) take(...event.dataTransfer.files);
+    });
+  }
 }
 
 function say(text, changed = []) {
@@ -161,6 +182,7 @@ class Bench {
       this.part(name).addEventListener("change", () => this.draw());
     }
     section.listeners.push(() => this.note());
+    droppable(this.part("drop"), this.part("held"), (file) => this.hold(file));
     for (const name of ["expression", "per"]) this.part(name).addEventListener("input", () => this.typed());
     this.note();
     fetch(`/columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
@@ -169,6 +191,24 @@ class Bench {
       this.choices();
       this.note();
     });
+    this.holdOut();
+  }
+
+  // The session that is held out, by the model of the file: what every tick is compared with.
+  async holdOut() {
+    const answer = await fetch(`/held-out/${this.section.triad.triad}`).then((each) => each.json());
+    this.heldAsRun = answer.held_out ?? null;
+    if (this.heldAsRun) this.section.update();
+  }
+
+  async hold(file) {
+    try {
+      await sent("held-out", file);
+    } catch (error) {
+      this.part("held-words").textContent = error.message;
+      return;
+    }
+    benches.forEach((each) => each.holdOut());
   }
 
   part(name) { return this.root.querySelector(`[data-bench-${name}]`); }
@@ -195,10 +235,12 @@ class Bench {
     const { triad, order, out, refitted } = this.section, mine = state().triads[triad.triad];
     const key = JSON.stringify(mine);
     this.key = key;
-    if (!this.tried.some((each) => each.key === key) && !refitted.failed && this.section.settled) {
+    const held = refitted.held_out?.rms ?? null, known = this.tried.find((each) => each.key === key);
+    if (known && held !== null) known.held = held;
+    if (!known && !refitted.failed && this.section.settled) {
       this.tried.push({ key, model: order.map((effect) => effect.name).join(" + ") || "base",
         out: [...out].map((k) => triad.labels[k].split("/").pop()).join(", "),
-        rms: refitted.rms, loo: refitted.loo, chi2: refitted.chi2 / refitted.dof,
+        rms: refitted.rms, loo: refitted.loo, held, chi2: refitted.chi2 / refitted.dof,
         explained: refitted.explained,
         left_out: (refitted.left_out ?? triad.left_out).map((v, k) => v / triad.sd[k]) });
       keep(`tried ${triad.triad}`, this.tried.slice(-40));
@@ -207,7 +249,7 @@ class Bench {
     this.part("tried").replaceChildren(...this.tried.map((each) => {
       const row = document.createElement("tr"), back = document.createElement("button");
       row.className = each.key === key ? "now" : "";
-      [each.model, each.out, page.short(each.rms), page.short(each.loo), page.short(each.chi2),
+      [each.model, each.out, page.short(each.rms), page.short(each.loo), each.held == null ? "–" : page.short(each.held), page.short(each.chi2),
         each.explained ? "yes" : "no"].forEach((text) => row.insertCell().textContent = text);
       back.type = "button";
       back.textContent = "show";
@@ -235,6 +277,7 @@ class Bench {
     this.scatter();
     this.normal();
     this.gain();
+    this.held();
   }
 
   // Once nothing more is typed the expression is tried as one more effect.
@@ -307,6 +350,33 @@ class Bench {
     this.part("normal").replaceChildren(svg);
   }
 
+  // The poses that were fitted, then those that no fit has seen; outlines are before the ticks.
+  held() {
+    const { held_out: after, residual } = this.section.refitted, before = this.heldAsRun, { unit } = this.section.triad;
+    if (!before || !after) return;
+    const words = this.part("held-words");
+    words.textContent = after.problem ?? `On the ${after.labels.length} poses of ${after.name}, which no fit has seen, `
+      + `this model errs by ${page.short(after.rms)} ${unit}; the model of the file by ${page.short(before.rms ?? NaN)} ${unit}.`;
+    this.part("held-chart").replaceChildren();
+    if (after.problem) return;
+    const was = [...this.section.asFitted.residual, ...(before.residual ?? [])], now = [...residual, ...after.residual];
+    const { svg, x, y } = plot([0, now.length], span([0, ...was, ...now]), "fitted poses | held out",
+      `residual [${unit}]`, words.textContent);
+    svg.append(node("path", { class: "zero", d: `M${x(residual.length)} 10V${HEIGHT - FOOT}` }));
+    was.forEach((value, k) => svg.append(node("circle", { class: "ghost", cx: x(k + 0.5), cy: y(value), r: 3 })));
+    residual.forEach((value, k) => {
+      const mark = this.dot(k, x(k + 0.5), y(value), page.short(value));
+      mark.classList.add("fitted");
+      svg.append(mark);
+    });
+    after.residual.forEach((value, i) => {
+      const mark = node("circle", { class: "held", cx: x(residual.length + i + 0.5), cy: y(value), r: 4 });
+      mark.append(node("title", {}, `${after.labels[i]}: ${page.short(value)} ${unit}, ${page.short(value / after.sd[i])} sd`));
+      svg.append(mark);
+    });
+    this.part("held-chart").append(svg);
+  }
+
   // By how much the squared prediction of every pose that takes no part falls, in sds.
   gain() {
     const [from, to] = ["from", "to"].map((name) => this.tried[Number(this.part(name).value)]);
@@ -338,7 +408,7 @@ window.workbench = {
       section.update = () => { section.settled = false; remember(); update(); };
       section.show = (refitted) => { section.settled = true; show(refitted); };
       section.settled = true;
-      new Bench(section);
+      benches.push(new Bench(section));
       section.root.querySelector("details.sound")?.setAttribute("open", "");
     }
     for (const section of page.rateSections) {

@@ -39,11 +39,14 @@ class Opened:
         return self.address.partition("/?")[0]
 
 
-def written_session(folder: Path) -> Path:
-    """A gyroscope that hides a g-sensitivity, on a rich design of short poses; not run yet."""
+def written_session(folder: Path, seed: int = 3) -> Path:
+    """A gyroscope that hides a g-sensitivity, on a rich design of short poses; not run yet.
+
+    Another seed is another evening of the same sensor.
+    """
     design = rich_design().scaled(seconds=0.3)
     hidden = draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3)
-    return write_session(folder, simulate(design, 3, (hidden,)), film=False).config
+    return write_session(folder, simulate(design, seed, (hidden,)), film=False).config
 
 
 @contextmanager

@@ -1,0 +1,70 @@
+"""A second session of the sensor: no fit has seen its poses, every calibration predicts them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from calib.fit.triad.correction import Correction
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import Triad
+from pipeline.errors import ConfigError, PipelineError
+from pipeline.results.json_values import Json
+from pipeline.results.names import RESULTS_NAME
+from pipeline.results.poses import StoredPoses, rms
+from pipeline.results.read import Stored, load_results
+from pipeline.text.formatting import DISPLAY
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """What the session is called, and the data sheet and the poses of each of its triads."""
+
+    name: str
+    triads: Mapping[str, tuple[TriadSpec, StoredPoses]]
+
+    @classmethod
+    def of(cls, stored: Stored) -> "HeldOut":
+        """The session of a results.json."""
+        return cls(stored.contents["title"] or stored.folder.with_suffix("").name, {
+            each.triad: (each.correction.spec,
+                         StoredPoses.of(each.triad, stored.contents[each.triad]["poses"]))
+            for each in stored.triads})
+
+    @classmethod
+    def of_bytes(cls, content: bytes) -> "HeldOut":
+        """The session of a results.json that was dropped.
+
+        Raises
+        ------
+        ConfigError, UnreadableInput
+            It is none.
+        """
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / RESULTS_NAME
+            path.write_bytes(content)
+            try:
+                return cls.of(load_results(path))
+            except PipelineError as error:  # its message names a file that nobody knows
+                raise ConfigError(str(error).replace(str(path), "the file")) from error
+
+    def predicted(self, triad: Triad, correction: Correction) -> Json:
+        """What a calibration errs by on these poses, in the shown unit of the triad.
+
+        Returns
+        -------
+        dict
+            ``labels``, ``residual``, ``sd`` and ``rms``; or ``problem``, why there are none.
+        """
+        if triad not in self.triads:
+            return {"problem": f"{self.name} has no {triad}."}
+        spec, poses = self.triads[triad]
+        if spec != correction.spec:
+            return {"problem": f"{self.name} has another data sheet of the {triad}: a count of the "
+                               f"one is no count of the other."}
+        errors = poses.errors(correction)
+        if errors is None:
+            return {"problem": f"{self.name} does not hold what an effect of this model needs."}
+        factor = DISPLAY[triad][1]
+        return {"labels": list(poses.label), "residual": (errors * factor).tolist(),
+                "sd": (poses.sd * factor).tolist(), "rms": rms(errors) * factor}
