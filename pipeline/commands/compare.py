@@ -7,7 +7,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.named_results import results_of
+from pipeline.commands.interaction.named_results import named_results
 from pipeline.commands.interaction.output import echo_json, json_option, python_option
 from pipeline.results.names import RESULTS_NAME
 
@@ -31,7 +31,7 @@ def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> No
 
     if len(sessions) < 2:
         raise click.UsageError(f"only {sessions[0]} was named; name two sessions or more.")
-    results = [results_of(path, allow_python) for path in sessions]
+    results = [named_results(path, allow_python) for path in sessions]
     compared = compare_calibrations(results)
     if as_json:
         echo_json(comparison_json(results, compared))

@@ -6,7 +6,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.named_results import results_of
+from pipeline.commands.interaction.named_results import named_results
 from pipeline.commands.interaction.output import python_option
 
 
@@ -37,7 +37,7 @@ def command(
     from pipeline.workbench.held_out import HeldOut
     from pipeline.workbench.serve import serve
 
-    beside = None if held_out is None else HeldOut.of(results_of(held_out, allow_python))
+    beside = None if held_out is None else HeldOut.of(named_results(held_out, allow_python))
     click.get_current_context().invoke(
         run, config=config, output=output, allow_python=allow_python)
     folder = (output or load_config(config).output_folder).absolute()

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 CONFIGURATION = (".yaml", ".yml")
 
 
-def results_of(path: Path, allow_python: bool) -> "Stored":
+def named_results(path: Path, allow_python: bool) -> "Stored":
     """The results in ``path``, or those of the configuration that it is."""
     from pipeline.config.load import load_config
     from pipeline.results.read import load_results

@@ -37,7 +37,8 @@ def test_the_size_is_that_of_the_correction_without_the_effects(
     nominal = type(at).of_vectors(
         np.linalg.solve(matrix, (at.vector - offset).T).T, at.columns, time_s=at.time_s,
         force=at.force)
-    error = each.sensor_correction().correct(nominal) - each.sensor_correction(()).correct(nominal)
+    whole, bare = each.correction.sensor_part(), each.correction.sensor_part(())
+    error = whole.correct(nominal) - bare.correct(nominal)
     assert size == pytest.approx(np.linalg.norm(error, axis=1).max(), rel=0.02)
 
 
