@@ -46,6 +46,10 @@ FACTORS: Mapping[Triad, Mapping[float, str]] = {
 }
 """What brings readings of a common mistake of range, unit or bits back, and what they are."""
 
+WITHIN_A_SESSION = 0.006
+"""Share of gravity. Derived: 0.02 %/K of gain and 0.5 to 0.9 mg/K of offset (MPU-6050) make
+0.55 % over the 5 K that a sensor warms by between runs; units of one type differ by 1 to 5 %."""
+
 NOTICEABLE = 5e-4
 """Share of gravity that noise, placement and warmth leave in a good session; a mistake that changes
 less than this goes unnoticed and does as little harm. A judgement."""
@@ -111,6 +115,48 @@ def _check_run(
         f"{np.sqrt(np.mean(as_logged**2)) / gravity:.2g} of it (root mean square). "
         + (likely or "Its logs and those of the accelerometer's own poses are of another sensor, "
            "range, unit or order of columns. Compare the files of both.")
+    )
+
+
+def other_than_at_rest(
+    poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
+) -> tuple[str, ...]:
+    """A warning where the calibrated accelerometer is off in the poses of the gyro.
+
+    By more than warmth within a session explains, and not by enough for :func:`require_gravity`.
+
+    Parameters
+    ----------
+    poses : PoseSet
+        Of the gyro, with calibrated specific force.
+    accelerometer : TriadCalibration
+    gravity_m_s2 : float
+
+    Returns
+    -------
+    tuple of str
+        The warning, or nothing.
+    """
+    assert poses.other_reading is not None  # only ideal poses have none
+    sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))
+    if sound.size < FEWEST_POSES or poses.ring is not None:
+        return ()
+    member = poses.take(sound)
+    assert member.other_reading is not None
+    at = member.accelerometer_conditions(member.other_reading)
+    unknown = UNKNOWN_SD * np.hypot(_sd_of_size(accelerometer, at), _left_over(accelerometer))
+    size = np.linalg.norm(accelerometer.correct(at), axis=1)
+    centripetal = np.hypot(gravity_m_s2, member.spin_rad_s**2 * PLATE_RADIUS_M)
+    off = np.maximum(size - centripetal - unknown, 0.0) - np.maximum(
+        gravity_m_s2 - unknown - size, 0.0)
+    share = float(np.sqrt(np.mean(off**2))) / gravity_m_s2
+    if share <= WITHIN_A_SESSION:
+        return ()
+    return (
+        f"in the poses of the gyroscope the calibrated accelerometer reads {np.median(size):.5g} "
+        f"m/s² (median) where gravity is {gravity_m_s2:.5g} m/s², off by {100 * share:.2g} % (root "
+        f"mean square), more than a sensor drifts within a session. Are the poses at rest those of "
+        f"another unit, another range or another day? Record both with the same sensor.",
     )
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.consistency.force import require_gravity, unknown_force
+from calib.consistency.force import other_than_at_rest, require_gravity, unknown_force
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import missing_in, with_typical_columns
 from calib.poses.pose_set import PoseSet
@@ -45,6 +45,7 @@ def check_force(
     require_gravity(whole, accelerometer, gravity_m_s2)
     notes = unknown_force(whole, accelerometer)
     is_known = not notes
+    notes += other_than_at_rest(whole, accelerometer, gravity_m_s2)
     if missing and np.isfinite(poses.force).all():
         reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
         notes += (f"in the poses of the gyroscope the accelerometer is corrected as in its own "

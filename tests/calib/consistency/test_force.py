@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.force import require_gravity, unknown_force
+from calib.consistency.force import other_than_at_rest, require_gravity, unknown_force
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
 from calib.fit.least_squares.solver import fit
@@ -46,11 +46,23 @@ def test_a_calibrated_accelerometer_reads_gravity_in_every_run(
     accelerometer: TriadCalibration,
 ) -> None:
     require_gravity(on_the_plate(np.eye(3)), accelerometer, GRAVITY)
+    assert other_than_at_rest(on_the_plate(np.eye(3)), accelerometer, GRAVITY) == ()
     assert unknown_force(on_the_plate(np.eye(3)), accelerometer) == ()
 
 
 def test_a_drift_by_a_per_cent_is_no_contradiction(accelerometer: TriadCalibration) -> None:
     require_gravity(on_the_plate(1.01 * np.eye(3)), accelerometer, GRAVITY)
+
+
+@pytest.mark.parametrize(("gain", "is_told"), [
+    (1.0, False), (1.003, False), (1.015, True), (0.985, True), (1.05, True),
+])
+def test_poses_at_rest_of_another_unit_are_told(
+    accelerometer: TriadCalibration, gain: float, is_told: bool
+) -> None:
+    poses = on_the_plate(gain * np.eye(3))
+    told = other_than_at_rest(poses, accelerometer, GRAVITY)
+    assert ["another unit" in each for each in told] == [True] * is_told
 
 
 @pytest.mark.parametrize(("matrix", "words"), [

@@ -1,0 +1,315 @@
+"""Mistakes drawn at random: what is done, where, and how much of it.
+
+Every mistake is done to the arrays of a session before it is written, or to its configuration. What
+a user may be told of it is a pattern; where the dose is so small that no parameter is off by it,
+nothing need be said.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from tests.attack.judged import Judged, judge
+from tests.world.designs import paper_design, rich_design
+from tests.world.session import RunLog, Session, simulate
+from tests.world.write import write_session
+
+DESIGNS = {"paper": paper_design, "rich": rich_design}
+SAMPLE_RATE = {"paper": 0.5, "rich": 0.3}  #: of the designs', to halve the time
+TRIADS = ("accelerometer", "gyroscope")
+Rng = np.random.Generator
+
+
+@dataclass
+class Where:
+    """A triad of some poses of one run, as arrays that a mistake changes in place.
+
+    Attributes
+    ----------
+    counts : array, shape (p, n, 3)
+        About the middle of the converter.
+    time_s : array, shape (p, n)
+    middle : float
+        What was taken off.
+    ends : tuple of float
+        Of the converter, about its middle.
+    """
+
+    triad: str
+    counts: np.ndarray
+    time_s: np.ndarray
+    middle: float
+    ends: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One kind of mistake.
+
+    Attributes
+    ----------
+    doses : tuple of float
+        From the smallest to the largest that is tried; drawn evenly in the logarithm.
+    do : callable
+        Changes the arrays of a place by a dose.
+    named : str
+        Pattern of the words that name it rightly.
+    places : tuple of str
+        ``pose`` one, ``few`` two or three, ``run`` all of a run, ``all`` every run.
+    triads : tuple of str
+    """
+
+    doses: tuple[float, float]
+    do: Callable[[Where, float, Rng], None]
+    named: str
+    places: tuple[str, ...] = ("pose", "few", "run", "all")
+    triads: tuple[str, ...] = TRIADS
+
+
+def _tuples(value: Callable[[Where], float]) -> Callable[[Where, float, Rng], None]:
+    def do(at: Where, share: float, rng: Rng) -> None:
+        at.counts[rng.uniform(size=at.counts.shape[:2]) < share] = value(at)
+    return do
+
+
+def _spikes(at: Where, share: float, rng: Rng) -> None:
+    noise = np.median(np.abs(np.diff(at.counts, axis=1)), axis=1, keepdims=True) + 1
+    hit = rng.uniform(size=at.counts.shape[:2]) < share
+    size = rng.uniform(10, 300) * noise * np.array([1.0, 0.0, 0.0])
+    at.counts += np.where(hit[..., None], size, 0.0)
+
+
+def _factor(at: Where, dose: float, _rng: Rng) -> None:
+    at.counts *= dose
+
+
+def _swap(at: Where, _dose: float, rng: Rng) -> None:
+    order = rng.choice([(1, 0, 2), (0, 2, 1), (2, 1, 0)])
+    at.counts[:] = at.counts[..., order]
+
+
+def _mirror(at: Where, _dose: float, rng: Rng) -> None:
+    at.counts[..., int(rng.integers(3))] *= -1
+
+
+def _turn(at: Where, degrees: float, _rng: Rng) -> None:
+    """Lies otherwise from the middle of the pose on."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    half = at.counts.shape[1] // 2
+    at.counts[:, half:] = at.counts[:, half:] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+
+
+def _freeze(at: Where, share: float, rng: Rng) -> None:
+    n = at.counts.shape[1]
+    length = max(2, round(share * n))
+    first = int(rng.integers(0, n - length + 1))
+    at.counts[:, first : first + length] = at.counts[:, first : first + 1]
+
+
+def _clip(at: Where, share: float, _rng: Rng) -> None:
+    limit = (1 - share) * np.abs(at.counts).max()
+    np.clip(at.counts, -limit, limit, out=at.counts)
+
+
+def _step(at: Where, dose: float, _rng: Rng) -> None:
+    """Another bias in these poses, in counts of the noise of a sample."""
+    at.counts += dose * np.median(np.abs(np.diff(at.counts, axis=1))) * np.array([1.0, -0.5, 0.3])
+
+
+def _stretch(at: Where, dose: float, _rng: Rng) -> None:
+    at.time_s[:] = at.time_s[:, :1] + dose * (at.time_s - at.time_s[:, :1])
+
+
+def _gap(at: Where, share: float, rng: Rng) -> None:
+    """Some seconds were not logged."""
+    n = at.counts.shape[1]
+    first = int(rng.integers(n // 4, n // 2))
+    at.time_s[:, first:] += share * (at.time_s[:, -1:] - at.time_s[:, :1])
+
+
+def _copy(at: Where, share: float, _rng: Rng) -> None:
+    """The end of the first pose stands in the others."""
+    length = max(1, round(share * at.counts.shape[1]))
+    at.counts[1:, -length:] = at.counts[0, -length:]
+
+
+def _dead(at: Where, _dose: float, rng: Rng) -> None:
+    axis = int(rng.integers(3))
+    at.counts[..., axis] = np.rint(rng.normal(0, 10, at.counts.shape[:2]))
+
+
+LOST = "no measurement|froze|saturated|moved|slowed|sped|bad pose|does not agree|contradict|shaken"
+OTHER = ("contradict|halved|doubled|quarter|fourfold|eight|agree once|gains differ|does not agree|"
+         "is expected|where gravity|data sheet|do not agree|saturated|beyond|spans")
+AXES = r"exchanged|opposite sign|contradict|does not agree|do not agree|no rotation joins|dead"
+
+MISTAKES: dict[str, Mistake] = {
+    "zeros": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle), LOST),
+    "ones": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle - 1), LOST + "|spans"),
+    "low end": Mistake((0.005, 0.5), _tuples(lambda at: at.ends[0]), LOST),
+    "spikes": Mistake((0.002, 0.3), _spikes, LOST),
+    "factor": Mistake((0.1, 10.0), _factor, OTHER, ("pose", "few", "run")),
+    "gain": Mistake((1.002, 1.1), _factor, "gain|agree|another unit|temperature|bad pose|"
+                    "contradict|moved|wander|rate|scale|noise", ("pose", "few", "run")),
+    "axes": Mistake((1, 1), _swap, AXES, ("pose", "few", "run", "all"), ("gyroscope",)),
+    "axes of a pose": Mistake((1, 1), _swap, AXES, ("pose", "few"), ("accelerometer",)),
+    "sign": Mistake((1, 1), _mirror, AXES, ("pose", "run")),
+    "turned": Mistake((0.2, 90.0), _turn, r"moved|turned|agree|contradict", ("pose", "few")),
+    "frozen": Mistake((0.05, 1.0), _freeze, r"froze|frozen|stuck|no measurement|repeat|moved|"
+                      r"same accelerometer samples|does not agree|digit by digit"),
+    "clipped": Mistake((0.01, 0.5), _clip, r"clipped|saturated|stuck|agree|contradict|at most"),
+    "bias": Mistake((0.3, 300.0), _step, r"bias|agree|wander|step|bad pose|contradict|range|spans|"
+                    r"saturated|attitude|drift|warm_up", ("pose", "few", "run")),
+    "clock": Mistake((1.06, 1000.0), _stretch, r"stamps|clock|counter|seconds|turn|time",
+                     ("run", "all"), ("gyroscope",)),
+    "gap": Mistake((0.05, 3.0), _gap, r"missing|turn|stamps|apart|moved|in step", ("pose", "run")),
+    "copy": Mistake((0.2, 1.0), _copy, r"same|digit by digit|copied|copy", ("few",)),
+    "dead axis": Mistake((1, 1), _dead, r"dead|contradict|agree|expected|where gravity|short",
+                         ("run", "all")),
+}
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """One attack in words, and the session that it makes of a sound one."""
+
+    what: str
+    words: str
+    session: Session
+    truth: Session
+    edits: tuple[tuple[str, str], ...] = ()
+
+    def judged(self, folder: Path) -> Judged:
+        """What the program makes of it, written to ``folder``."""
+        config = write_session(folder, self.session, film=False).config
+        text = config.read_text(encoding="utf-8")
+        for old, new in self.edits:
+            text = re.sub(old, new, text)
+        config.write_text(text, encoding="utf-8")
+        return judge(config, self.truth)
+
+
+def drawn(seed: int, what: str | None = None) -> Drawn:
+    """The attack with this seed; of one kind where ``what`` is stated."""
+    rng = np.random.default_rng([seed, 4242])
+    design = str(rng.choice([*DESIGNS]))
+    session = simulate(DESIGNS[design]().scaled(sample_rate=SAMPLE_RATE[design]), seed)
+    kinds = [*MISTAKES, *CONFIGURATIONS]
+    what = what or str(rng.choice(kinds))
+    if what in CONFIGURATIONS:
+        words, edits = CONFIGURATIONS[what].edits(rng, session)
+        return Drawn(what, f"{design}: {words}", session, session, edits)
+    mistake = MISTAKES[what]
+    low, high = mistake.doses
+    dose = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+    triad, place = str(rng.choice(mistake.triads)), str(rng.choice(mistake.places))
+    runs = [i for i, run in enumerate(session.runs)
+            if triad == "gyroscope" or run.run.in_accelerometer_section]
+    if design == "paper" and triad == "gyroscope":
+        runs = runs[1:]
+    which = runs if place == "all" else [int(rng.choice(runs))]
+    changed = [
+        _changed(run, session, triad, _poses(place, len(run.time_s), rng), mistake, dose, rng)
+        if i in which else run for i, run in enumerate(session.runs)]
+    words = f"{design}: {what} {dose:.3g} in {place} of {triad} {session.runs[which[0]].run.name}"
+    return Drawn(what, words, replace(session, runs=tuple(changed)), session)
+
+
+def _poses(place: str, count: int, rng: Rng) -> np.ndarray:
+    if place in ("run", "all"):
+        return np.arange(count)
+    return rng.choice(count, 1 if place == "pose" else int(rng.integers(2, 4)), replace=False)
+
+
+def _changed(run: RunLog, session: Session, triad: str, poses: np.ndarray, mistake: Mistake,
+             dose: float, rng: Rng) -> RunLog:
+    """A run with the mistake in some of its poses."""
+    converter = getattr(session.design.sensor, triad)
+    low, high = converter.rails
+    middle = (low + high) / 2 if converter.offset_binary else 0.0
+    counts, time_s = getattr(run, triad).astype(float), run.time_s.copy()
+    at = Where(triad, counts[poses] - middle, time_s[poses], middle, (low - middle, high - middle))
+    mistake.do(at, dose, rng)
+    counts[poses] = np.clip(np.rint(at.counts + middle), low, high)
+    time_s[poses] = at.time_s
+    return replace(run, time_s=time_s, **{triad: counts.astype(np.int64)})
+
+
+Edits = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A mistake in the configuration: regular expressions and what replaces them, with words."""
+
+    edits: Callable[[Rng, Session], tuple[str, Edits]]
+    named: str
+
+
+def _stated_rate(rng: Rng, session: Session) -> tuple[str, Edits]:
+    """One rate of several is off, or its sd is far too small or too large."""
+    name = str(rng.choice([*session.rates]))
+    share = float(np.exp(rng.uniform(np.log(1e-4), np.log(0.05)))) * rng.choice([-1, 1])
+    rate = abs(session.rates[name].rate_rad_s)
+    return f"rate {name} off by {100 * share:.3g} %", (
+        (rf"(  {name}: {{rate_rad_s: )[\d.]+", rf"\g<1>{rate * (1 + share):.9g}"),)
+
+
+def _rate_sd(rng: Rng, session: Session) -> tuple[str, Edits]:
+    sd = float(np.exp(rng.uniform(np.log(1e-9), np.log(0.1))))
+    return f"sds of the rates {sd:.2g}", ((r"sd_rad_s: [\d.e-]+", f"sd_rad_s: {sd:.3g}"),)
+
+
+def _gravity(rng: Rng, _session: Session) -> tuple[str, Edits]:
+    value = float(rng.choice([9.7, 9.81, 9.75, 9.85, 9.9, 9.80665, 981.0, 1.0]))
+    return f"gravity {value}", ((r"gravity_m_s2: [\d.]+", f"gravity_m_s2: {value}"),)
+
+
+def _exchanged_files(_rng: Rng, session: Session) -> tuple[str, Edits]:
+    names = [*session.rates]
+    if len(names) < 2:
+        return "rest and turning poses exchanged", (
+            (r"gyroscope/17rpm/", "X/"), (r"accelerometer/pose", "gyroscope/17rpm/pose"),
+            (r"X/", "accelerometer/"))
+    return "the files of two runs exchanged", (
+        (r"gyroscope/17rpm/", "X/"), (r"gyroscope/33rpm/", "gyroscope/17rpm/"),
+        (r"X/", "gyroscope/33rpm/"))
+
+
+def _full_scale(rng: Rng, _session: Session) -> tuple[str, Edits]:
+    factor = float(rng.choice([0.25, 0.5, 2.0, 4.0, 8.0]))
+    return f"gyroscope's full scale times {factor}", (
+        (r"full_scale_deg_s: ([\d.]+)", f"full_scale_deg_s: {150 * factor:g}"),)
+
+
+def _bits(rng: Rng, _session: Session) -> tuple[str, Edits]:
+    bits = int(rng.choice([10, 12, 14, 15, 17, 18, 24]))
+    return f"{bits} bits", ((r"bits: 16", f"bits: {bits}"),)
+
+
+def _encoding(_rng: Rng, session: Session) -> tuple[str, Edits]:
+    other = ("twos-complement" if session.design.sensor.accelerometer.offset_binary
+             else "offset-binary")
+    return f"encoding {other}", ((r"encoding: [a-z-]+", f"encoding: {other}"),)
+
+
+CONFIGURATIONS: dict[str, Configuration] = {
+    "stated rate": Configuration(_stated_rate, r"rate|gain|scale"),
+    "sd of the rate": Configuration(_rate_sd, r"rate|sd"),
+    "gravity": Configuration(_gravity, r"gravity"),
+    "files": Configuration(_exchanged_files, r"look like|exchanged|turn|rate|gravity|moved|steady"),
+    "full scale": Configuration(_full_scale, r"full scale|data sheet|range"),
+    "bits": Configuration(_bits, r"bits|data sheet|encoding|full scale|is expected"),
+    "encoding": Configuration(_encoding, r"encoding"),
+}
+UNOBSERVABLE = {"gravity": ("paper", "rich"), "sd of the rate": ("paper", "rich"),
+                "stated rate": ("paper",)}
+"""Kinds that no data show, by design: what all references are off by together, and its sd."""
+
+
+def pattern_of(what: str) -> str:
+    """The words that name a mistake rightly."""
+    return (MISTAKES[what] if what in MISTAKES else CONFIGURATIONS[what]).named
