@@ -60,7 +60,7 @@ def load(config: str | Path, *, allow_python: bool = False) -> LoadedSession:
                                             allow_python=allow_python))
 
     def calibration(triad: Triad) -> Calibration | None:
-        result = getattr(outcome, triad)
+        result = outcome.triad(triad)
         if result is None:
             return None
         defined = user_effects(loaded, triad, allow_python)

@@ -131,9 +131,10 @@ def test_a_change_knows_both_sides_and_leaves_the_file_alone(
     assert seen == [config.source.text] * 2
     assert copied.read_text(encoding="utf-8") == config.source.text
     assert "bias_drift" in change.after.config.source.text
-    assert change.before.gyroscope is not None
-    assert change.after.gyroscope is not None
-    before, after = change.before.gyroscope.calibration.fit, change.after.gyroscope.calibration.fit
+    assert change.before.triad("gyroscope") is not None
+    assert change.after.triad("gyroscope") is not None
+    before, after = (run.triad("gyroscope").calibration.fit
+                     for run in (change.before, change.after))
     assert after.chi2 / after.dof < 1.4 < before.chi2 / before.dof
     assert after.model.names == (*before.model.names, "bias_drift")
 
@@ -173,18 +174,18 @@ def test_only_what_lowers_the_leave_one_out_error_predicts_better(
 
 
 def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, drifting: Path) -> None:
-    assert drift_found.gyroscope is not None
+    assert drift_found.triad("gyroscope") is not None
     config = load_config(drifting)
     target = read_target(config, "gyroscope.frame_rotation")
     with pytest.raises(Undetermined, match=r"these data cannot see it.*What would allow it"):
-        require_addable(drift_found.gyroscope, target, anyway=True)
+        require_addable(drift_found.triad("gyroscope"), target, anyway=True)
 
 
 def test_any_member_of_a_named_class_is_added_with_a_note(tmp_path: Path) -> None:
     config = load_config(session(tmp_path, PAPER, "quadratic", 12.0))
     before = run(config)
-    assert before.gyroscope is not None
-    named = before.gyroscope.diagnosis.named_class("asymmetry")
+    assert before.triad("gyroscope") is not None
+    named = before.triad("gyroscope").diagnosis.named_class("asymmetry")
     assert {"quadratic", "asymmetry"} <= set(named)
     for member in ("quadratic", "asymmetry"):
         target = read_target(config, f"gyroscope.{member}")
@@ -202,8 +203,8 @@ def test_auto_adds_a_stand_in_for_a_class_that_corrects_alike(
     """A drift and a slow warm-up look the same here, and correct other attitudes alike."""
     path = session(tmp_path, PAPER, "bias_drift", 8.0)
     before = run(load_config(path))
-    assert before.gyroscope is not None
-    found = before.gyroscope.diagnosis
+    assert before.triad("gyroscope") is not None
+    found = before.triad("gyroscope").diagnosis
     assert found.name is not None
     assert not found.addable
     others = found.named_class(found.name)[1:]
@@ -212,9 +213,10 @@ def test_auto_adds_a_stand_in_for_a_class_that_corrects_alike(
     remark = f"{found.name} stands for its class: {', '.join(others)}"
     assert path.read_text(encoding="utf-8").count(f"# {remark}") == 1
     after = run(load_config(path))
-    assert after.gyroscope is not None
-    assert found.name in after.gyroscope.calibration.fit.model.names
-    assert after.gyroscope.comparison.loo_rms < before.gyroscope.comparison.loo_rms
+    assert after.triad("gyroscope") is not None
+    assert found.name in after.triad("gyroscope").calibration.fit.model.names
+    errors = [run.triad("gyroscope").comparison.loo_rms for run in (before, after)]
+    assert errors[1] < errors[0]
     history = (path.with_suffix(".run") / "history.jsonl").read_text(encoding="utf-8")
     assert len(history.splitlines()) == 2
 
@@ -231,7 +233,7 @@ def test_aliases_that_no_verdict_names_are_refused_unless_the_user_insists(
     tmp_path: Path,
 ) -> None:
     config = load_config(write_session(tmp_path, simulate(PAPER, 3), film=False).config)
-    found = run(config).gyroscope
+    found = run(config).triad("gyroscope")
     assert found is not None
     assert found.diagnosis.named_class("asymmetry") == ()
     target = read_target(config, "gyroscope.asymmetry")
@@ -248,10 +250,10 @@ def test_an_effect_that_nothing_calls_for_may_still_be_tried(
     with pytest.raises(Undetermined, match=r"do not show it: .* sd\. .*--anyway"):
         change_model(config, target, run, before=drift_found)
     change = change_model(config, target, run, before=drift_found, anyway=True)
-    assert change.after.gyroscope is not None
-    assert "cubic" in change.after.gyroscope.calibration.fit.model.names
+    assert change.after.triad("gyroscope") is not None
+    assert "cubic" in change.after.triad("gyroscope").calibration.fit.model.names
     # It does not help, and what is missing is still named.
-    assert change.after.gyroscope.diagnosis.name == "bias_drift"
+    assert change.after.triad("gyroscope").diagnosis.name == "bias_drift"
 
 
 def test_one_effect_or_auto_must_be_asked_for(

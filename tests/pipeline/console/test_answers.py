@@ -74,7 +74,7 @@ def caused(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
 def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less(
     caused: Outcome,
 ) -> None:
-    result = caused.gyroscope
+    result = caused.triad("gyroscope")
     assert result is not None
     words = replace(result.diagnosis.explanation, step="repeat",
                     following="Film the plate with each pose")
@@ -97,10 +97,10 @@ def test_the_worst_comes_first_and_its_command_is_the_next_line(caused: Outcome)
 
 
 def test_the_misfit_follows_the_cause_and_no_by_product(caused: Outcome) -> None:
-    assert caused.gyroscope is not None
-    assert caused.accelerometer is not None
-    assert leading_covariate(caused.gyroscope) == "supply_v"
-    assert leading_covariate(caused.accelerometer) is None
+    assert caused.triad("gyroscope") is not None
+    assert caused.triad("accelerometer") is not None
+    assert leading_covariate(caused.triad("gyroscope")) == "supply_v"
+    assert leading_covariate(caused.triad("accelerometer")) is None
 
 
 def test_an_effect_that_follows_no_covariate_has_none(tmp_path: Path) -> None:

@@ -227,7 +227,7 @@ def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
     config = tmp_path / "config.yaml"
     head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
     config.write_text(f"{head}misalignment, g_sensitivity]{tail}", encoding="utf-8")
-    with_it = run_stages(load_config(config), RunContext()).gyroscope
+    with_it = run_stages(load_config(config), RunContext()).triad("gyroscope")
     assert with_it is not None
     charts = axis_charts(with_it, Refits(with_it, {}))
     assert (charts[0].effect, charts[0].in_model) == ("g_sensitivity", True)

@@ -70,15 +70,16 @@ def test_excluding_a_pose_gives_the_results_of_a_session_without_it(
 def test_an_excluded_pose_is_named_with_its_error_by_the_fit_without_it(
     excluded: Outcome, session: Path
 ) -> None:
-    assert excluded.accelerometer is not None
-    damaged, = (each for each in excluded.accelerometer.excluded if each.label == ACC.format(12))
+    result = excluded.triad("accelerometer")
+    assert result is not None
+    damaged, = (each for each in result.excluded if each.label == ACC.format(12))
     assert damaged.predicted is None  # it cannot even be read
-    shown, = (each for each in excluded.accelerometer.excluded if each.label == ACC.format(3))
+    shown, = (each for each in result.excluded if each.label == ACC.format(3))
     assert shown.predicted is not None
-    calibration = excluded.accelerometer.calibration
+    calibration = result.calibration
     table = np.loadtxt(session.parent / ACC.format(3), delimiter=",", skiprows=1, usecols=(1, 2, 3))
     force = calibration.parameters.correct(table.mean(axis=0)[None])[0]
-    gravity = excluded.accelerometer.gravity
+    gravity = result.gravity
     assert gravity is not None
     assert shown.predicted.residual.residual == pytest.approx(
         float(np.linalg.norm(force)) - gravity.value_m_s2, abs=1e-6)
@@ -105,11 +106,12 @@ def test_check_refuses_a_name_that_no_pose_has_with_its_line(
 
 
 def test_the_lines_that_are_offered_exclude_the_poses(excluded: Outcome) -> None:
-    assert excluded.accelerometer is not None
-    assert excluded.gyroscope is not None
-    assert lines_to_exclude(excluded, excluded.accelerometer, [ACC.format(7)]) == (
+    assert excluded.triad("accelerometer") is not None
+    assert excluded.triad("gyroscope") is not None
+    assert lines_to_exclude(excluded, excluded.triad("accelerometer"), [ACC.format(7)]) == (
         "accelerometer:\n  exclude: [pose_03, 12, pose_07]")
-    assert lines_to_exclude(excluded, excluded.gyroscope, [GYRO.format(2), GYRO.format(1)]) == (
+    assert lines_to_exclude(
+        excluded, excluded.triad("gyroscope"), [GYRO.format(2), GYRO.format(1)]) == (
         "gyroscope:\n  runs:\n  - rate: 17rpm\n    exclude: [pose_18.csv, pose_01, pose_02]")
 
 
