@@ -55,6 +55,8 @@ class RecordingBlock:
         Length of a pose.
     clips : NumberedFiles or Path or None
         Where the configuration wants clips: one for each pose, one for all, none.
+    leans : bool
+        Whether the accelerometer is calibrated by them too, so that the plate has to lean.
     """
 
     rate: str
@@ -62,6 +64,7 @@ class RecordingBlock:
     rate_rad_s: float | None
     seconds: float
     clips: NumberedFiles | Path | None
+    leans: bool = False
 
     @property
     def turns(self) -> bool:
@@ -93,7 +96,8 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
         elif stated is not None:
             rate_rad_s = abs(stated.rate_rad_s)  # its sign says which way the plate turns
         blocks[poses] = RecordingBlock(
-            rate, poses, rate_rad_s, pose_seconds(config.record, rate_rad_s), clips)
+            rate, poses, rate_rad_s, pose_seconds(config.record, rate_rad_s), clips,
+            leans=rate != STOPPED and keys[0] == "accelerometer")
     return tuple(sorted(blocks.values(), key=lambda block: block.turns))
 
 

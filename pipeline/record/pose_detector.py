@@ -205,12 +205,16 @@ class PoseDetector:
         return still, moved
 
     def _direction(self, mean: FloatArray) -> FloatArray | None:
-        """The unit vector of the side that faces up; None where no reading shows it."""
+        """The unit vector of the side that faces up; None where no reading shows it.
+
+        On the turning plate that of its axis, which stays where gravity goes round.
+        """
         force, rate = mean[:3], mean[3:]
-        if np.isfinite(force).all():
-            vector = force
-        elif self.task.turns and np.isfinite(rate).all():
+        if self.task.turns and self._sensed_rate(mean) >= self._least_rate():
             vector = less_rest(rate, self.task.rest_rad_s)
+            vector = vector * (np.sign(vector @ force) if np.isfinite(force).all() else 1.0)
+        elif np.isfinite(force).all():
+            vector = force
         else:
             return None
         size = float(np.linalg.norm(vector))

@@ -1,5 +1,6 @@
 """What a guided recording says of a block and of a pose, in words."""
 
+from calib.poses.runs.ideal_ring import ADVISED_TILT
 from pipeline.record.block_files import RecordingBlock
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.text.formatting import count
@@ -11,6 +12,7 @@ def introduction(block: RecordingBlock, missing: int, recorded: int) -> str:
     """What a block asks for, in a line."""
     so_far = f", {recorded} are recorded" if recorded else ""
     where = f"on the plate turning at '{block.rate}'" if block.turns else "with the plate stopped"
+    where += f", with {ADVISED_TILT}" if block.leans else ""
     return (f"{count(missing, 'pose')} of {block.seconds:g} s {where}{so_far}. Ctrl-C stops; "
             f"nothing is lost.")
 

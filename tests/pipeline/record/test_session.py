@@ -1,12 +1,15 @@
 """A guided recording over a real pseudo-terminal and pyserial, with every trouble of the line."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from calib.fit.triad.calibration import TriadCalibration
+from calib.poses.averaging.average_pose import average_pose
+from calib.poses.runs.ring import tilt_of_run
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
@@ -26,8 +29,11 @@ from tests.pipeline.record.play import (
 from tests.pipeline.record.playback import Protocol
 from tests.pipeline.record.playback.device import Faults, PlaybackDevice
 from tests.sessions import edit
+from tests.world.designs import SLOW, tilted_design
 from tests.world.imu import mpu6050
-from tests.world.session import Session
+from tests.world.make_data import WOW
+from tests.world.plate import PlateMotion
+from tests.world.session import Session, simulate
 
 
 @pytest.fixture(scope="module")
@@ -122,6 +128,26 @@ def test_on_the_plate_poses_hold_three_turns(tmp_path: Path, six_faces: Session)
     for path in (tmp_path / "gyr").glob("pose_*.csv"):
         assert np.ptp(read_log(path).time_s) > 3 * 2 * np.pi / 1.7454 - 0.02
     assert len(list((tmp_path / "gyr").glob("pose_*.csv"))) == 6
+
+
+def test_on_a_leaning_plate_both_triads_are_recorded_at_once(tmp_path: Path) -> None:
+    design = tilted_design(20.0, motion=PlateMotion(SLOW, wow=WOW))
+    run = replace(design.runs[0], directions=np.vstack([np.eye(3), -np.eye(3)]))
+    session = simulate(replace(design, runs=(run,)), 6)
+    config = write_config(tmp_path, session, "mpu-6050", turning=True, more=", poses: 6")
+    run_text = "{poses: gyr/pose_*.csv, rate: slow}"
+    config.write_text(config.read_text()
+                      .replace("accelerometer: {poses: acc/pose_*.csv}",
+                               f"accelerometer: {{runs: [{run_text}]}}")
+                      .replace("    - {poses: acc/pose_*.csv, rate: stopped}\n", ""))
+    with playing(session, "sketch", hold_s=14.0, turning=True) as port:
+        said = record(config, port).said
+    assert any("with 5 cm under one side of the record player" in line for line in said)
+    paths = list((tmp_path / "gyr").glob("pose_*.csv"))
+    assert len(paths) == 6
+    specs = specs_of(session)
+    means = [average_pose(read_log(path), *specs, SLOW) for path in paths]
+    assert np.degrees(tilt_of_run(means) or 0.0) == pytest.approx(20.0, abs=0.5)
 
 
 class Rebooting:
