@@ -7,7 +7,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import Finite, PathArgument
-from pipeline.commands.interaction.output import echo_warnings, python_option
+from pipeline.commands.interaction.output import echo_warnings, echo_whole, python_option
 from pipeline.logs.columns import SECONDS_PER
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def command(
     echo_warnings(notes)
     click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:
-        click.echo(applied_csv(applied), nl=False)
+        echo_whole(applied_csv(applied))
         return
     inputs = (log, stored.path)
     write_output(stored.folder, output, applied_csv(applied), force=force, inputs=inputs)

@@ -8,7 +8,7 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import python_option
+from pipeline.commands.interaction.output import echo_whole, python_option
 
 if TYPE_CHECKING:
     from pipeline.fleet.finish import FleetSummary
@@ -68,7 +68,7 @@ def command(
     else:
         summary = _table(Path(pattern), where, design, allow_python)
     if as_json:
-        click.echo((output / POPULATION_NAME).read_text(encoding="utf-8"), nl=False)
+        echo_whole((output / POPULATION_NAME).read_bytes())
     elif quiet:
         click.echo(output / PAGE_NAME)
     else:

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import TextIO
+from typing import Any, TextIO, cast
 
 from pipeline.text.plain import HIDDEN, escape
 from pipeline.text.wrapping import terminal_columns
@@ -66,11 +66,11 @@ def cut_between_words(line: str, columns: int) -> str:
     return "\n".join(lines)
 
 
-class ShownStream(io.TextIOBase):
+class ShownStream:
     """A text stream whose control characters are shown and whose reader may go away.
 
-    ``raw`` is the stream behind it, for programs that draw; ``fault`` is the error that ended
-    writing, where it was not the reader who left.
+    ``raw`` is the stream behind it, which answers for everything but writing; ``fault`` is the
+    error that ended writing, where it was not the reader who left.
     """
 
     def __init__(self, raw: TextIO) -> None:
@@ -80,15 +80,8 @@ class ShownStream(io.TextIOBase):
         if isinstance(raw, io.TextIOWrapper):
             raw.reconfigure(errors="replace")
 
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        """The encoding of the stream behind it."""
-        return self.raw.encoding
-
-    @property
-    def errors(self) -> str | None:  # type: ignore[override]
-        """How that stream treats what its encoding lacks."""
-        return self.raw.errors
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.raw, name)
 
     def write(self, text: str) -> int:
         """Write ``text``; nothing happens once the reader has gone."""
@@ -109,7 +102,7 @@ class ShownStream(io.TextIOBase):
     def write_bytes(self, data: bytes) -> None:
         """Write UTF-8 text as bytes, no line cut; shown as text where somebody watches."""
         raw = getattr(self.raw, "buffer", None)
-        if raw is None or self.isatty():
+        if raw is None or self.raw.isatty():
             self._send(visible(data.decode(errors="replace")))
             return
         self.flush()
@@ -119,11 +112,6 @@ class ShownStream(io.TextIOBase):
             except OSError as error:
                 self._give_up(error)
 
-    @property
-    def buffer(self) -> "ByteStream":
-        """For tables of numbers, which are written as bytes."""
-        return ByteStream(self)
-
     def flush(self) -> None:
         """Send what is waiting."""
         if not self._gone:
@@ -131,18 +119,6 @@ class ShownStream(io.TextIOBase):
                 self.raw.flush()
             except OSError as error:
                 self._give_up(error)
-
-    def isatty(self) -> bool:
-        """Whether somebody watches."""
-        return self.raw.isatty()
-
-    def fileno(self) -> int:
-        """The descriptor behind it."""
-        return self.raw.fileno()
-
-    def writable(self) -> bool:
-        """Yes."""
-        return True
 
     def _give_up(self, error: OSError) -> None:
         self._gone = True
@@ -156,32 +132,12 @@ class ShownStream(io.TextIOBase):
             pass
 
 
-class ByteStream(io.RawIOBase):
-    """The bytes side of a :class:`ShownStream`: UTF-8 text for a terminal, as it is elsewhere."""
-
-    def __init__(self, stream: ShownStream) -> None:
-        self._stream = stream
-
-    def writable(self) -> bool:
-        """Yes."""
-        return True
-
-    def write(self, data: bytes) -> int:  # type: ignore[override]
-        """Write ``data``."""
-        self._stream.write_bytes(data)
-        return len(data)
-
-    def flush(self) -> None:
-        """Send what is waiting."""
-        self._stream.flush()
-
-
 @contextmanager
 def shown_streams() -> Iterator[ShownStream]:
     """Standard output and error through :class:`ShownStream`; gives that of the output."""
     out, err = sys.stdout, sys.stderr
     stream = ShownStream(out)
-    sys.stdout, sys.stderr = stream, ShownStream(err)
+    sys.stdout, sys.stderr = cast(TextIO, stream), cast(TextIO, ShownStream(err))
     try:
         yield stream
     finally:

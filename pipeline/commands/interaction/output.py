@@ -1,10 +1,13 @@
 """Options that many commands have, and output that programs read."""
 
 import json
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any
 
 import click
+
+from pipeline.console.terminal import ShownStream
 
 Decorated = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -37,6 +40,10 @@ def echo_json(value: Any) -> None:
     echo_whole(json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
-def echo_whole(text: str) -> None:
+def echo_whole(content: str | bytes) -> None:
     """Print what programs read: UTF-8 whatever the terminal, and no line cut at its width."""
-    click.echo(text.encode("utf-8", "surrogateescape"), nl=False)
+    data = content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content
+    if isinstance(sys.stdout, ShownStream):
+        sys.stdout.write_bytes(data)
+    else:
+        click.echo(data, nl=False)

@@ -80,7 +80,7 @@ def test_columns_counts_on_a_terminal_and_not_in_a_pipe(monkeypatch: pytest.Monk
 def test_bytes_for_programs_are_never_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "40")
     raw = Terminal()
-    ShownStream(raw).buffer.write(b'{"says": "' + b"many words " * 9 + b'"}')
+    ShownStream(raw).write_bytes(b'{"says": "' + b"many words " * 9 + b'"}')
     assert "\n" not in raw.getvalue()
 
 
