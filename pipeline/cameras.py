@@ -116,8 +116,8 @@ def keep_camera(clock: CameraClock) -> Path:
     """
     path = cameras_file()
     clocks = {**known_cameras(), clock.name: clock}
-    entries = {name: {key: value for key, value in asdict(each).items() if key != "name"}
-               for name, each in sorted(clocks.items())}
+    entries = {name: {key: value for key, value in asdict(kept).items() if key != "name"}
+               for name, kept in sorted(clocks.items())}
     write_whole(path, json.dumps({"format": FORMAT, "cameras": entries}, indent=1, default=str,
                                  ensure_ascii=False) + "\n")
     return path

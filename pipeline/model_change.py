@@ -198,7 +198,7 @@ def note_on(change: ModelChange) -> str:
     before, name = result_of(change.before, change.target), change.target.name
     if before is None:
         return ""
-    others = [each for each in before.diagnosis.named_class(name) if each != name]
+    others = [other for other in before.diagnosis.named_class(name) if other != name]
     if not others:
         return ""
     return (

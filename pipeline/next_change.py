@@ -81,7 +81,7 @@ def correct_alike(one: TriadResult, other: TriadResult) -> bool:
     differ = []
     for turn in Rotation.from_rotvec(TURN_RAD * np.eye(3)).as_matrix():
         at = poses.conditions(poses.reading @ turn.T)
-        sizes = [np.linalg.norm(each.calibration.correct(at), axis=1) for each in (one, other)]
+        sizes = [np.linalg.norm(result.calibration.correct(at), axis=1) for result in (one, other)]
         differ.append((sizes[0] - sizes[1])[~poses.reference.is_null])
     return float(np.sqrt(np.mean(np.square(differ)))) <= prediction.sd_median
 

@@ -134,7 +134,8 @@ def write_session(
     UnwritableOutput
         A file cannot be written; all are as they were.
     """
-    contents: dict[Path, str | bytes] = {folder / name: each for name, each in outputs.items()}
+    contents: dict[Path, str | bytes] = {
+        folder / name: content for name, content in outputs.items()}
     if config is not None:
         path = config.source.path
         there = path.read_text(encoding="utf-8")

@@ -39,12 +39,12 @@ def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> No
     if not compared:
         raise click.UsageError("no triad was calibrated in two of these sessions.")
     names = _names(sessions)
-    for each in compared:
-        for line in comparison_lines(each, names):
+    for triad in compared:
+        for line in comparison_lines(triad, names):
             click.echo(line)
         click.echo()
-    for each in compared:
-        for line in conclusions(each, names):
+    for triad in compared:
+        for line in conclusions(triad, names):
             click.echo(paragraph(line))
 
 
@@ -53,8 +53,8 @@ def _names(sessions: Sequence[Path]) -> list[str]:
     folders = [path.parent if path.name == RESULTS_NAME else path for path in sessions]
     parts = [list(folder.absolute().with_suffix("").parts) for folder in folders]
     for end in (0, -1):
-        while all(len(each) > 1 for each in parts) and len({each[end] for each in parts}) == 1:
-            for each in parts:
-                del each[end]
-    names = ["/".join(each) for each in parts]
+        while all(len(path) > 1 for path in parts) and len({path[end] for path in parts}) == 1:
+            for path in parts:
+                del path[end]
+    names = ["/".join(path) for path in parts]
     return names if len(set(names)) == len(names) else [str(path) for path in sessions]

@@ -78,13 +78,13 @@ def command(
     if path.exists() and not force:
         raise UnwritableOutput(f"{path}: exists and is left as it is. Choose another name with "
                                "--output, or add --force to replace it.")
-    clips, logs = [each for each in files if is_clip(each)], [
-        each for each in files if not is_clip(each)]
+    clips, logs = [file for file in files if is_clip(file)], [
+        file for file in files if not is_clip(file)]
     if not logs:
         raise click.UsageError("only clips are named; name the logs of the sensor too, or type: "
                                f"{proposed('rate', *clips)}")
     tables, passed_over = guess_files(logs, rate_hz)
-    if any(path.exists() and path.samefile(each) for each in files if each.exists()):
+    if any(path.exists() and path.samefile(file) for file in files if file.exists()):
         raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
     with TemporaryDirectory() as cache, ClipProgress(not (quiet or as_json)) as progress:
         context = RunContext(Path(cache), progress)

@@ -39,7 +39,7 @@ def _with_item(
 ) -> str:
     """The text with ``name`` added, without a remark."""
     path = (*section, "model")
-    name, default = yaml_word(name), [yaml_word(each) for each in default]
+    name, default = yaml_word(name), [yaml_word(item) for item in default]
     if path not in source.spans:
         return _with_new_key(source, section, f"model: [{', '.join([*default, name])}]")
     items = source.value(path)

@@ -49,7 +49,7 @@ def problems_in(
         Of the validation, with the keys that each mapping may have.
     """
     details = error.errors(include_url=False) if error else []
-    unknown = [_path_in_file(source, each) for each in details if each["type"] == UNKNOWN_KEY]
+    unknown = [_path_in_file(source, detail) for detail in details if detail["type"] == UNKNOWN_KEY]
     meant = {path: _meant_by(source, path, context) for path in unknown}
     # A key that stands there under a wrong name is not missing as well.
     misnamed = {(*path[:-1], key) for path, keys in meant.items() for key in keys}

@@ -49,23 +49,24 @@ def config_error(source: YamlSource, problems: Iterable[ConfigProblem]) -> Confi
     Of mistakes of one kind at like keys the first ``SHOWN_ALIKE`` are written out, the others are
     counted. Where nothing but files is missing the error is :class:`MissingFiles`.
     """
-    alike: dict[tuple[object, ...], list[tuple[int, ConfigProblem]]] = defaultdict(list)
-    for each in problems:
-        line = source.line(each.path) if each.line is None else each.line
-        is_key = each.kind in (UNKNOWN_KEY, DUPLICATE_KEY)
-        place = _place(each.path[:-1] if is_key else each.path)
-        alike[(each.kind, *place)].append((line, each))
+    groups: dict[tuple[object, ...], list[tuple[int, ConfigProblem]]] = defaultdict(list)
+    for problem in problems:
+        line = source.line(problem.path) if problem.line is None else problem.line
+        is_key = problem.kind in (UNKNOWN_KEY, DUPLICATE_KEY)
+        place = _place(problem.path[:-1] if is_key else problem.path)
+        groups[(problem.kind, *place)].append((line, problem))
     paragraphs = []
-    for group in alike.values():
+    for group in groups.values():
         group.sort(key=lambda entry: entry[0])
         shown, more = group[:SHOWN_ALIKE], group[SHOWN_ALIKE:]
-        paragraphs += [(line, source.problem(each.path, f"{str(each.text).removesuffix('.')}.",
-                                             line)) for line, each in shown]
+        for line, problem in shown:
+            text = f"{str(problem.text).removesuffix('.')}."
+            paragraphs.append((line, source.problem(problem.path, text, line)))
         if more:
             line, first = more[0]
             paragraphs.append(
                 (line, source.problem(first.path, f"and {len(more):,} more of this kind.", line)))
-    only_files = {kind for kind, *_ in alike} == {MISSING_FILE}
+    only_files = {kind for kind, *_ in groups} == {MISSING_FILE}
     error = MissingFiles if only_files else ConfigError
     paragraphs.sort(key=lambda paragraph: paragraph[0])
     return error(*(text for _, text in paragraphs))

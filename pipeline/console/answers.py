@@ -84,7 +84,7 @@ def next_line(outcome: Outcome, folder: Path, look: str = "") -> str:
     diagnose``.
     """
     config = outcome.config.source.path
-    answer = next((each for each in answers_of(outcome, str(folder)) if each.commands), None)
+    answer = next((answer for answer in answers_of(outcome, str(folder)) if answer.commands), None)
     if answer is None:
         return f"next: add the sections accelerometer and gyroscope to {word(config)}"
     first, *others = answer.commands
@@ -101,7 +101,7 @@ def headline(answers: Sequence[Answer]) -> Headline:
     """What all answers together come to; it states everything that one of them calls incomplete."""
     triads = [answer for answer in answers if answer.subject != RATES]
     standings = {answer.standing for answer in answers} or {"open"}
-    worst = next(each for each in WORST_FIRST if each in standings)
+    worst = next(standing for standing in WORST_FIRST if standing in standings)
     rates = [answer.short for answer in answers if answer.subject == RATES]
     return Headline(worst, " ".join([_triads_text(triads), *rates]))
 
@@ -125,14 +125,14 @@ def _triads_text(answers: Sequence[Answer]) -> str:
 
 def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
     """The answer on all plate settings; None where their rate models lack nothing."""
-    lacking = [each for each in verdicts if not each.complete]
+    lacking = [verdict for verdict in verdicts if not verdict.complete]
     if not lacking:
         return None
     short = wrong = " ".join(_lacking_sentences(lacking))
-    if all(each.in_the_rate for each in lacking):
+    if all(verdict.in_the_rate for verdict in lacking):
         wrong += (" The stated rates do not depend on it, because every rate is fitted together "
                   "with these waves.")
-    commands = tuple(each.command for each in lacking if each.command)
+    commands = tuple(verdict.command for verdict in lacking if verdict.command)
     return Answer(
         RATES, "open", short, _rates_good(lacking), wrong,
         "Add the term; the phase residual is printed before and after:" if commands else
@@ -141,7 +141,7 @@ def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
 
 
 def _rates_good(lacking: Sequence[RateVerdict]) -> str:
-    worst = max(lacking, key=lambda each: each.rms_deg)
+    worst = max(lacking, key=lambda verdict: verdict.rms_deg)
     return (f"The rates are measured. The angle residual of the clips still has a shape; the "
             f"largest is {worst.rms_deg:.2g}° RMS ({worst.setting}).")
 
@@ -149,8 +149,8 @@ def _rates_good(lacking: Sequence[RateVerdict]) -> str:
 def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
     """What the rate models lack, a sentence for each term."""
     settings: dict[str, list[str]] = {}
-    for each in lacking:
-        settings.setdefault(each.lacks, []).append(each.setting)
+    for verdict in lacking:
+        settings.setdefault(verdict.lacks, []).append(verdict.setting)
     for term, names in settings.items():
         one = len(names) == 1
         yield (f"The rate {'model' if one else 'models'} of {enumeration(names, 'and')} "

@@ -65,7 +65,7 @@ def _triad_json(section: TriadFitSection | None) -> dict[str, Any] | None:
 
 
 def _logs(section: RunSection) -> dict[str, Any]:
-    paths = [str(path) for each in section.poses.files_by_key().values() for path in each]
+    paths = [str(path) for files in section.poses.files_by_key().values() for path in files]
     return {"files": paths, "exclude": list(section.exclude)}
 
 

@@ -34,7 +34,7 @@ def comparison_lines(compared: ComparedTriad, names: Sequence[str]) -> list[str]
         if any(error is not None for error in errors):
             rows.append(_row(f"error on the poses of {name} [{unit}]",
                              [_scaled(error, factor) for error in errors]))
-    rows += [_parameter_row(each) for each in compared.parameters]
+    rows += [_parameter_row(parameter) for parameter in compared.parameters]
     return table_lines(rows, indent="")
 
 
@@ -62,12 +62,14 @@ def _scaled(value: float | None, factor: float) -> str:
     return NONE if value is None else f"{value * factor:.3g}"
 
 
-def _parameter_row(each: ComparedParameter) -> list[str]:
-    known = [value for value in each.values if value is not None]
-    unit, factor = display_unit(each.unit, known) if each.is_effect else (each.unit, 1.0)
+def _parameter_row(parameter: ComparedParameter) -> list[str]:
+    known = [value for value in parameter.values if value is not None]
+    unit, factor = parameter.unit, 1.0
+    if parameter.is_effect:
+        unit, factor = display_unit(unit, known)
     cells = [NONE if value is None else with_sd(value * factor, None if sd is None else sd * factor)
-             for value, sd in zip(each.values, each.sds, strict=True)]
-    return _row(f"{each.name} [{unit}]", cells, each.apart_sd)
+             for value, sd in zip(parameter.values, parameter.sds, strict=True)]
+    return _row(f"{parameter.name} [{unit}]", cells, parameter.apart_sd)
 
 
 def _conclusion(compared: ComparedTriad, names: Sequence[str], k: int) -> str:

@@ -62,7 +62,7 @@ def pose_sections(
     for number, section in enumerate(config.runs_of(triad)):
         recording = recordings.of(section)
         labels = [mean.label for mean in recording.means]
-        every = [*labels, *(each.label for each in recording.excluded)]
+        every = [*labels, *(pose.label for pose in recording.excluded)]
         names = shortest_names(every)[: len(labels)]
         places += [PoseSection(name, number) for name in names]
     return tuple(places)

@@ -17,26 +17,26 @@ SHOWN = 1.4
 added in squares."""
 
 
-def flutter_lines(found: MeasuredFlutter) -> Iterator[str]:
+def flutter_lines(flutter: MeasuredFlutter) -> Iterator[str]:
     """The figures, what they hold, and the strongest waves."""
-    figures = found.figures
-    by = "gyroscope" if found.by_gyroscope else "clip"
+    figures = flutter.figures
+    by = "gyroscope" if flutter.by_gyroscope else "clip"
     band = f"{figures.lowest_hz:.2g} to {figures.highest_hz:.3g} Hz"
-    yield f"flutter {found.source} ({by}, {found.course.seconds:.0f} s, {band})"
+    yield f"flutter {flutter.source} ({by}, {flutter.course.seconds:.0f} s, {band})"
     for name, value, noise in (
         ("platter, AES6-weighted", figures.weighted, figures.weighted_noise),
         ("platter, unweighted", figures.unweighted, figures.unweighted_noise),
     ):
         yield f"  {name:<24} {two_sigma(value, noise)}"
     yield f"  {'drift':<24} {60 * PPM * figures.drift_per_s:+.0f} ppm per minute"
-    turns_hz = found.course.rate_rad_s / (2 * math.pi)
-    for at, amplitude in strongest_waves(found):
+    turns_hz = flutter.course.rate_rad_s / (2 * math.pi)
+    for at, amplitude in strongest_waves(flutter):
         yield (f"  {'wave':<24} {percent(amplitude)} at {at:.3g} Hz, "
                f"{at / turns_hz:.2f} per revolution")
-    if math.isfinite(found.scale_error):
-        yield (f"  the mean of the gyroscope is {100 * found.scale_error:+.2f} % off the clip's "
+    if math.isfinite(flutter.scale_error):
+        yield (f"  the mean of the gyroscope is {100 * flutter.scale_error:+.2f} % off the clip's "
                f"rate; the figures err by as much of themselves")
-    if not found.by_gyroscope:
+    if not flutter.by_gyroscope:
         yield ("  what repeats with every revolution may also come from the view; a gyroscope on "
                "the platter (--gyro LOG) does not see that, and sees up to 200 Hz")
 
@@ -51,9 +51,9 @@ def two_sigma(value: float, noise: float) -> str:
     return f"± {percent(value)} (two sigma); the noise of the angles alone gives ± {percent(noise)}"
 
 
-def strongest_waves(found: MeasuredFlutter) -> Iterator[tuple[float, float]]:
+def strongest_waves(flutter: MeasuredFlutter) -> Iterator[tuple[float, float]]:
     """Frequencies in Hz and relative amplitudes of the strongest lines of the spectrum."""
-    hz, amplitude = found.figures.hz, found.figures.amplitude.copy()
+    hz, amplitude = flutter.figures.hz, flutter.figures.amplitude.copy()
     for _ in range(STRONGEST):
         at = int(np.argmax(amplitude))
         if amplitude[at] <= 0:
@@ -71,14 +71,14 @@ def percent(share: float) -> str:
     return f"{100 * share:.3f} %" if share < 0.01 else f"{100 * share:.3g} %"
 
 
-def flutter_json(found: MeasuredFlutter) -> Json:
+def flutter_json(flutter: MeasuredFlutter) -> Json:
     """The figures and the spectrum."""
-    figures = found.figures
+    figures = flutter.figures
     return {
-        "source": found.source,
-        "by": "gyroscope" if found.by_gyroscope else "clip",
-        "rate_rpm": found.course.rate_rad_s / RPM,
-        "seconds": found.course.seconds,
+        "source": flutter.source,
+        "by": "gyroscope" if flutter.by_gyroscope else "clip",
+        "rate_rpm": flutter.course.rate_rad_s / RPM,
+        "seconds": flutter.course.seconds,
         "platter_aes6_weighted": figures.weighted,
         "platter_unweighted": figures.unweighted,
         "noise_weighted": figures.weighted_noise,
@@ -86,6 +86,6 @@ def flutter_json(found: MeasuredFlutter) -> Json:
         "lowest_hz": figures.lowest_hz,
         "highest_hz": figures.highest_hz,
         "drift_per_s": figures.drift_per_s,
-        "scale_error": number(found.scale_error),
+        "scale_error": number(flutter.scale_error),
         "spectrum": {"hz": numbers(figures.hz), "amplitude": numbers(figures.amplitude)},
     }

@@ -34,9 +34,9 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
     yield from table_lines(rows, indent="")
-    for each in shown_effects(after):
-        if each.effect.name == change.target.name:
-            yield from table_lines(effect_rows(each), indent="")
+    for shown in shown_effects(after):
+        if shown.effect.name == change.target.name:
+            yield from table_lines(effect_rows(shown), indent="")
     yield verdict_line(after)
 
 

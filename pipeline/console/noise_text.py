@@ -37,10 +37,10 @@ def noise_lines(
         yield from _needs(triad, axes)
 
 
-def _cell(each: NoiseCoefficient, factor: float) -> str:
-    if each.value is None or each.sd is None:
-        return f"< {factor * each.limit:.2g}"
-    value, sd = factor * each.value, factor * each.sd
+def _cell(noise: NoiseCoefficient, factor: float) -> str:
+    if noise.value is None or noise.sd is None:
+        return f"< {factor * noise.limit:.2g}"
+    value, sd = factor * noise.value, factor * noise.sd
     digits = max(2, 2 + math.floor(math.log10(value)) - math.floor(math.log10(sd)))
     return f"{value:.{min(digits, 4)}g} ± {sd:.1g}"
 
@@ -49,7 +49,7 @@ def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
     for name, words in (("bias_instability", "bias instability"), ("random_walk", "random walk")):
         hidden = [axis.coefficients[name] for axis in axes
                   if axis.coefficients[name].value is None]
-        lengths = [each.needed_s for each in hidden if each.needed_s is not None]
+        lengths = [noise.needed_s for noise in hidden if noise.needed_s is not None]
         if hidden and lengths:
             yield ""
             yield (f"The log does not show the {words} of {len(hidden)} of 3 axes of the {triad}: "

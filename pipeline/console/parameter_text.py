@@ -63,7 +63,7 @@ def parameter_lines(result: TriadResult) -> list[str]:
     """The parameters ± sd of a triad as an aligned table."""
     rows = [[result.triad, *AXES]]
     rows += _nine_rows(result.triad, result.calibration.parameters)
-    rows += [row for each in shown_effects(result) for row in effect_rows(each)]
+    rows += [row for shown in shown_effects(result) for row in effect_rows(shown)]
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])

@@ -49,7 +49,8 @@ def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) ->
     if isinstance(plan.at_hand, str):
         yield f"  recorded: {plan.at_hand}"
     prospects = {"recorded": plan.at_hand, "complete": plan.complete if missing else None}
-    outlooks = {name: each for name, each in prospects.items() if isinstance(each, Prospect)}
+    outlooks = {name: outlook for name, outlook in prospects.items()
+                if isinstance(outlook, Prospect)}
     if isinstance(plan.complete, str) and missing:
         yield f"  complete: {plan.complete}"
     if outlooks:
@@ -74,21 +75,21 @@ def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
     unit, factor = DISPLAY[plan.triad]
     rows = [["", *outlooks]]
     rows += [
-        ["degrees of freedom", *(str(each.dof) for each in outlooks.values())],
+        ["degrees of freedom", *(str(outlook.dof) for outlook in outlooks.values())],
         ["condition",
-         *(f"{each.condition:.2f}" for each in outlooks.values())],
+         *(f"{outlook.condition:.2f}" for outlook in outlooks.values())],
         ["D-efficiency",
-         *(f"{each.d_efficiency:.2f}" for each in outlooks.values())],
+         *(f"{outlook.d_efficiency:.2f}" for outlook in outlooks.values())],
     ]
     if plan.noise == "unknown":
         return rows
     rows += [
         ["sd of misalignment x y z [rad]",
-         *("  ".join(f"{x:.2g}" for x in each.sd[0]) for each in outlooks.values())],
+         *("  ".join(f"{x:.2g}" for x in outlook.sd[0]) for outlook in outlooks.values())],
         [f"sd of bias x y z [{unit}]",
-         *("  ".join(f"{x * factor:.2g}" for x in each.sd[1]) for each in outlooks.values())],
+         *("  ".join(f"{x * factor:.2g}" for x in outlook.sd[1]) for outlook in outlooks.values())],
         ["sd of scale x y z",
-         *("  ".join(relative(x) for x in each.sd[2]) for each in outlooks.values())],
+         *("  ".join(relative(x) for x in outlook.sd[2]) for outlook in outlooks.values())],
     ]
     return rows
 
@@ -114,10 +115,10 @@ def _determined(
         if effect.name not in prospect.blind and not rivals:
             yield f"  {effect.name}: these poses determine it and separate it from all others"
             continue
-        named = {each.name: each for each in effects}
-        alike = [named.get(name) or find_effect(name) for group in rivals for name in group
+        named = {effect.name: effect for effect in effects}
+        confused = [named.get(name) or find_effect(name) for group in rivals for name in group
                  if name in named or name in EFFECTS or name.startswith(OF_COLUMN)]
-        advice = best_block(prospect.fit, [Rival(each, None) for each in alike or [effect]],
+        advice = best_block(prospect.fit, [Rival(rival, None) for rival in confused or [effect]],
                             full_scale)
         yield (f"  for {effect.name} record: {advice.instruction}" if advice else
                f"  for {effect.name} further poses do not help: {effect.page.separates}")

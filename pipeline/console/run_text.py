@@ -23,8 +23,8 @@ RANKED = 6  #: candidates that `pipeline diagnose` shows
 def recordings_line(recordings: Recordings) -> str:
     """The number of averaged poses; empty if the configuration contains none."""
     every = recordings.by_setting.values()
-    poses, excluded = (sum(map(len, each)) for each in (
-        [recording.means for recording in every], [recording.excluded for recording in every]))
+    poses = sum(len(recording.means) for recording in every)
+    excluded = sum(len(recording.excluded) for recording in every)
     without = f", {excluded} excluded" if excluded else ""
     return f"{'logs':<{NAME_WIDTH}} {count(poses, 'pose')} averaged{without}" if poses else ""
 
@@ -78,12 +78,12 @@ def misfit_lines(result: TriadResult) -> Iterator[str]:
 def excluded_words(result: TriadResult) -> Iterator[str]:
     """Every excluded pose with its residual by the fit without it."""
     unit, factor = DISPLAY[result.triad]
-    for each in result.excluded:
-        if each.predicted is None:
-            yield f"{each.label} (no pose of its run)"
+    for pose in result.excluded:
+        if pose.predicted is None:
+            yield f"{pose.label} (no pose of its run)"
             continue
-        residual = each.predicted.residual
-        yield (f"{each.label} {residual.residual * factor:+.3g} {unit} ({residual.in_sd:+.1f} sd "
+        residual = pose.predicted.residual
+        yield (f"{pose.label} {residual.residual * factor:+.3g} {unit} ({residual.in_sd:+.1f} sd "
                f"by the fit without it)")
 
 
@@ -118,13 +118,14 @@ def ranking_lines(result: TriadResult) -> list[str]:
              "cannot be separated from"]]
     rows += [
         [
-            each.name,
-            f"{each.log_evidence:+.1f}",
-            f"{each.chi2_drop:.1f}",
-            *("-" if isnan(e) else f"{e * factor:.3g}" for e in (each.rms_after, each.loo_after)),
-            ", ".join(each.aliases),
+            candidate.name,
+            f"{candidate.log_evidence:+.1f}",
+            f"{candidate.chi2_drop:.1f}",
+            *("-" if isnan(error) else f"{error * factor:.3g}"
+              for error in (candidate.rms_after, candidate.loo_after)),
+            ", ".join(candidate.aliases),
         ]
-        for each in diagnosis.ranking[:RANKED]
+        for candidate in diagnosis.ranking[:RANKED]
     ]
     lines = table_lines(rows)
     for limit in diagnosis.limits[:RANKED]:

@@ -131,7 +131,8 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
 
 def open_range_text(guess: SessionGuess) -> str:
     """Why the gyroscope is left out, and what would decide its range."""
-    listed = ", ".join(f"±{each.deg_s:g} °/s would be {each.rpm:.3g} rpm" for each in guess.ranges)
+    listed = ", ".join(f"±{choice.deg_s:g} °/s would be {choice.rpm:.3g} rpm"
+                       for choice in guess.ranges)
     return (f"nothing shows its range: {listed}. Add a clip of the turning plate to the files, or "
             f"state the range by --gyroscope-range")
 
@@ -141,8 +142,8 @@ def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
     paths = [yaml_word(name) for name in _names(source, folder)]
     lines = [f"{source.layout}:{_listed(paths)}"]
     columns = [table.columns for table in source.tables]
-    if any(each is not None for each in columns):
-        rows = [_columns(table, each) for table, each in zip(source.tables, columns, strict=True)]
+    if any(names is not None for names in columns):
+        rows = [_columns(table, names) for table, names in zip(source.tables, columns, strict=True)]
         same = len(set(rows)) == 1
         lines.append(f"columns:{_listed(rows[:1] if same else rows)}")
     if source.layout != "means":

@@ -116,7 +116,7 @@ def gravity_unit(values: FloatArray) -> GravityUnit | None:
         (unit, STANDARD_GRAVITY_M_S2 / size) for unit, size in FORCE_UNITS.items()]
     counts = [("counts", float(per_g)) for per_g in COUNTS_PER_G
               if encoding or length > COUNTS_PER_G[-1] / 2]
-    unit, per_g = min((*physical, *counts), key=lambda each: abs(math.log(length / each[1])))
+    unit, per_g = min((*physical, *counts), key=lambda known: abs(math.log(length / known[1])))
     off = abs(math.log(length / per_g))
     if off > math.log(LOOSEST) or spread > LOOSEST_SPREAD:
         return None
@@ -167,14 +167,14 @@ def nearest_rate_unit(si_per_unit: float, is_counts: bool) -> tuple[str, float |
     """The unit that is nearest to a scale in rad/s, and counts per °/s where it is counts."""
     if is_counts:
         per_deg = math.radians(1) / si_per_unit
-        nearest = min(USUAL_COUNTS_PER_DEG_S, key=lambda each: abs(math.log(per_deg / each)))
+        nearest = min(USUAL_COUNTS_PER_DEG_S, key=lambda usual: abs(math.log(per_deg / usual)))
         near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
         return "counts", nearest if near else float(f"{per_deg:.2g}")
-    return min(RATE_UNITS, key=lambda each: abs(math.log(si_per_unit / RATE_UNITS[each]))), None
+    return min(RATE_UNITS, key=lambda known: abs(math.log(si_per_unit / RATE_UNITS[known]))), None
 
 
 def record_rpm(rate_rad_s: float) -> float | None:
     """The record player's speed that a rate is, in revolutions per minute; None if it is none."""
     rpm = rate_rad_s * 30 / math.pi
-    nearest = min(RECORD_RPM, key=lambda each: abs(math.log(rpm / each))) if rpm > 0 else 0.0
+    nearest = min(RECORD_RPM, key=lambda speed: abs(math.log(rpm / speed))) if rpm > 0 else 0.0
     return nearest if nearest and abs(rpm / nearest - 1) < RPM_TOLERANCE else None

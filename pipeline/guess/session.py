@@ -52,12 +52,12 @@ class PoseSource:
     @property
     def has_gyroscope(self) -> bool:
         """Whether any of its tables has one."""
-        return any(each.gyroscope for each in self.tables)
+        return any(table.gyroscope for table in self.tables)
 
     @property
     def has_accelerometer(self) -> bool:
         """Whether any of its tables has one."""
-        return any(each.accelerometer for each in self.tables)
+        return any(table.accelerometer for table in self.tables)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class SessionGuess:
         """The gyroscope of the first table that has one; a doubtful unit gives way to a sure
         one."""
         every = [t.gyroscope for t in self.tables if t.gyroscope]
-        return next((each for each in every if not each.doubt), every[0] if every else None)
+        return next((triad for triad in every if not triad.doubt), every[0] if every else None)
 
     @property
     def at_rest(self) -> PoseSource | None:
@@ -121,8 +121,8 @@ def guess_session(
         clockwise = bool(turns) and table.turns_clockwise
         groups.setdefault((kind, name, clockwise), []).append(table)
     sources = tuple(
-        _source(kind, name, clockwise, _in_pairs(each) if kind == "log" else each, clips)
-        for (kind, name, clockwise), each in groups.items())
+        _source(kind, name, clockwise, _in_pairs(group) if kind == "log" else group, clips)
+        for (kind, name, clockwise), group in groups.items())
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
@@ -267,7 +267,8 @@ def _differing(tables: Sequence[TableGuess]) -> list[str]:
     """Tables whose units differ: one sensor has one."""
     doubts = []
     for name in TRIADS:
-        units = {each.unit for table in tables if (each := getattr(table, name)) and not each.doubt}
+        triads = [triad for table in tables if (triad := getattr(table, name))]
+        units = {triad.unit for triad in triads if not triad.doubt}
         if len(units) > 1:
             doubts.append(f"the units of the {name} differ from file to file: "
                           f"{', '.join(sorted(units))}")

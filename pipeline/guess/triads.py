@@ -85,7 +85,7 @@ def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
     whole = [(free, tuple(axes[i] for i in range(AXIS_COUNT)))
              for (_, free), axes in by_stem.items()
              if len(axes) == AXIS_COUNT]
-    return [(x, y, z) for _, (x, y, z) in sorted(whole, key=lambda each: each[0])]
+    return [(x, y, z) for _, (x, y, z) in sorted(whole, key=lambda named: named[0])]
 
 
 def neighbours(columns: Sequence[str]) -> Iterator[Triple]:
@@ -142,7 +142,7 @@ def _turned(
             turns = turns_beside(columns, guess, (behind[0], behind[1], behind[2]), time_s)
             if turns is not None:
                 agreement[triple] = turns[1]
-    return max(agreement, key=lambda each: agreement[each], default=None)
+    return max(agreement, key=lambda triple: agreement[triple], default=None)
 
 
 def _free(columns: Columns) -> list[str]:

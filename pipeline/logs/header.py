@@ -41,7 +41,7 @@ def our_names(header: Sequence[str]) -> list[Named]:
 
 def _name_the_time(read: list[Named], words: Sequence[Words]) -> None:
     """The one column of times; of several the one whose name states a unit."""
-    times = [i for i, each in enumerate(words) if each.quantity == "time"]
+    times = [i for i, word in enumerate(words) if word.quantity == "time"]
     if len(times) > 1:
         times = [i for i in times if words[i].unit in SECONDS_PER]
     if len(times) == 1:
@@ -55,9 +55,9 @@ def _name_a_triad(
 ) -> None:
     """The one triple of a quantity whose names differ in nothing but the axis."""
     stems: dict[str, dict[int, int]] = {}
-    for i, each in enumerate(words):
-        if each.quantity == quantity and each.axis is not None and not each.gravity_free:
-            stems.setdefault(each.stem, {})[each.axis] = i
+    for i, word in enumerate(words):
+        if word.quantity == quantity and word.axis is not None and not word.gravity_free:
+            stems.setdefault(word.stem, {})[word.axis] = i
     whole = [axes for axes in stems.values() if len(axes) == len(ours)]
     if len(whole) == 1 and not {name for name, _ in read} & set(ours):
         for axis, i in whole[0].items():
@@ -66,7 +66,7 @@ def _name_a_triad(
 
 def _name_the_temperature(read: list[Named], words: Sequence[Words]) -> None:
     """The one temperature that is stated in °C."""
-    warmth = [i for i, each in enumerate(words)
-              if each.quantity == "temperature" and each.unit == "celsius"]
+    warmth = [i for i, word in enumerate(words)
+              if word.quantity == "temperature" and word.unit == "celsius"]
     if len(warmth) == 1 and all(name != TEMPERATURE for name, _ in read):
         read[warmth[0]] = (TEMPERATURE, 1.0)

@@ -139,7 +139,7 @@ def _why_not(port: str, error: serial.SerialException) -> str:
     text = str(error)
     number = getattr(error, "errno", None)
     if number == errno.ENOENT or "FileNotFound" in text or "No such file" in text:
-        there = ", ".join(each.name for each in find_ports()) or "none"
+        there = ", ".join(port_info.name for port_info in find_ports()) or "none"
         return (f"{port}: there is no such port; the ports here are: {there}. Plug the device in, "
                 "look with `pipeline record --ports`, and set record.port.")
     if number in (errno.EACCES, errno.EPERM) or "PermissionError" in text:

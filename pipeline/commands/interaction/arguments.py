@@ -46,7 +46,7 @@ class ConfigArgument(PathArgument):
             return path / CONFIG_NAME
         if len(every) == 1:
             return every[0]
-        names = ", ".join(each.name for each in every[:LISTED]) or "no YAML file"
+        names = ", ".join(file.name for file in every[:LISTED]) or "no YAML file"
         self.fail(f"{path} is a folder without {CONFIG_NAME}; it has {names}. Name the "
                   "configuration itself.", param, ctx)
 

@@ -83,7 +83,8 @@ def change_and_show(
             write_session(folder, outputs_of(changes[0].before, folder))
         _write(changes[0].before.config, changes[-1].after, folder)
     if anyway:
-        echo_warnings(f"--anyway overrules: {why}" for each in changes if (why := overruled(each)))
+        reasons = filter(None, map(overruled, changes))
+        echo_warnings(f"--anyway overrules: {reason}" for reason in reasons)
     if manner.quiet:
         for result in changes[-1].after.triads:
             echo_verdict(result)
@@ -124,8 +125,8 @@ def _why_unchanged(outcome: Outcome) -> str:
     for result in outcome.triads:
         named = result.diagnosis.named_class(result.diagnosis.name or "")
         if len(named) > 1:
-            alike = enumeration([f"'{name}'" for name in named], "and")
-            return (f"these data do not separate {alike}, which correct other attitudes "
+            members = enumeration([f"'{name}'" for name in named], "and")
+            return (f"these data do not separate {members}, which correct other attitudes "
                     f"differently, and --auto does not guess")
     return "the diagnosis names no effect to add"
 

@@ -83,12 +83,12 @@ def show_flutter(
         from pipeline.results.rate import rate_section
 
         echo_json({**{rate.name: rate_section(rate).as_json() for rate in rates},
-                   "flutter": [flutter_json(each) for each in measured]})
+                   "flutter": [flutter_json(source) for source in measured]})
         return
     for rate in rates:
         click.echo(rate_line(rate))
-    for each in measured:
-        for line in flutter_lines(each):
+    for source in measured:
+        for line in flutter_lines(source):
             click.echo(line)
     for path in outputs.written:
         click.echo(path)

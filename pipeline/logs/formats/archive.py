@@ -29,7 +29,7 @@ def member_lines(path: Path, name: str) -> list[str] | None:
     """The lines of a table of text in an archive; None where it has no text of that name."""
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {each.filename: each for each in _wanted(path, archive)}
+            members = {member.filename: member for member in _wanted(path, archive)}
             if name not in members or not name.lower().endswith(TEXT):
                 return None
             return text_lines(path / name, archive.read(members[name]))
@@ -38,21 +38,21 @@ def member_lines(path: Path, name: str) -> list[str] | None:
 
 
 def _wanted(path: Path, archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
-    members = [each for each in archive.infolist() if not each.is_dir()]
-    if any(each.filename.startswith("xl/") for each in members):
+    members = [member for member in archive.infolist() if not member.is_dir()]
+    if any(member.filename.startswith("xl/") for member in members):
         raise UnreadableInput(f"{path}: is a spreadsheet. Save the sheet as CSV.")
-    wanted = [each for each in members
-              if each.filename.lower().endswith((*TEXT, ".npy"))
-              and not Path(each.filename).name.startswith(".")]
-    for each in wanted:
-        if each.flag_bits & ENCRYPTED:
-            raise UnreadableInput(f"{path}: {each.filename} is protected by a password. Unpack the "
-                                  "archive, and import its files.")
-        if PurePosixPath(each.filename).is_absolute() or ".." in Path(each.filename).parts:
-            raise UnreadableInput(f"{path}: the name of its file {each.filename} leads out of the "
-                                  "archive. Unpack it where you trust it, and import the file.")
+    wanted = [member for member in members
+              if member.filename.lower().endswith((*TEXT, ".npy"))
+              and not Path(member.filename).name.startswith(".")]
+    for member in wanted:
+        if member.flag_bits & ENCRYPTED:
+            raise UnreadableInput(f"{path}: {member.filename} is protected by a password. Unpack "
+                                  "the archive, and import its files.")
+        if PurePosixPath(member.filename).is_absolute() or ".." in Path(member.filename).parts:
+            raise UnreadableInput(f"{path}: the name of its file {member.filename} leads out of "
+                                  "the archive. Unpack it where you trust it, and import the file.")
     limit = largest_text()
-    if sum(each.file_size for each in wanted) > limit:
+    if sum(member.file_size for member in wanted) > limit:
         raise too_large(path, limit)
     return wanted
 

@@ -28,9 +28,9 @@ def _tables(path: Path) -> list[FileTable]:
     rows: dict[str, list[tuple[float, ...]]] = {}
     # Bags of ROS 2 before Iron hold no definitions; that of Imu has not changed since.
     with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_FOXY)) as bag:
-        topics = [each for each in bag.connections if each.msgtype == IMU]
+        topics = [connection for connection in bag.connections if connection.msgtype == IMU]
         if not topics:
-            listed = ", ".join(f"{each.topic} ({each.msgtype})" for each in bag.connections[:8])
+            listed = ", ".join(f"{other.topic} ({other.msgtype})" for other in bag.connections[:8])
             raise UnreadableInput(f"{path}: no topic of type {IMU}; there are: {listed or 'none'}.")
         for connection, _, raw in bag.messages(connections=topics):
             message: Any = bag.deserialize(raw, connection.msgtype)
