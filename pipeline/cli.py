@@ -69,8 +69,8 @@ def _run_command(typed: list[str]) -> int:
         INTERRUPTED_SAYS,
         PipelineError,
         exit_code_of,
+        expected_failure,
         message_of,
-        of_the_system,
         report_bug,
     )
     from vision.errors import VisionError
@@ -84,7 +84,7 @@ def _run_command(typed: list[str]) -> int:
         print(message_of(error), file=sys.stderr)
         return exit_code_of(error)
     except (OSError, MemoryError) as error:
-        expected = of_the_system(error)
+        expected = expected_failure(error)
         print(message_of(expected), file=sys.stderr)
         return exit_code_of(expected)
     except click.ClickException as error:

@@ -127,7 +127,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 EXHAUSTED = (errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 
 
-def of_the_system(error: OSError | MemoryError) -> PipelineError:
+def expected_failure(error: OSError | MemoryError) -> PipelineError:
     """What the system refused, as an expected failure.
 
     Raises

@@ -31,7 +31,7 @@ def may_never_end(path: Path) -> bool:
     return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
-def as_bytes(content: str | bytes) -> bytes:
+def encoded_text(content: str | bytes) -> bytes:
     """Text in UTF-8; bytes of a file's name that are none stand as Python writes them."""
     return content.encode(errors="backslashreplace") if isinstance(content, str) else content
 
@@ -159,7 +159,7 @@ def _relative(path: Path, journal: Path) -> str:
 
 def _stage(target: Path, content: str | bytes) -> Path:
     """``content`` on the disk beside ``target``, with its permissions, not yet under its name."""
-    data = as_bytes(content)
+    data = encoded_text(content)
     with ExitStack() as undo:
         try:
             target.parent.mkdir(parents=True, exist_ok=True)

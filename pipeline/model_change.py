@@ -16,7 +16,7 @@ from calib.effects.catalogue import BASE, EFFECTS, find_effect
 from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
-from pipeline.config.edit import with_item, without_item
+from pipeline.config.edit import add_item, remove_item
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
@@ -114,9 +114,9 @@ def edited_config(config: Config, target: Target, remove: bool, remark: str = ""
     if not remove and target.name in model:
         raise ConfigError(f"{target}: is in the model already.")
     if remove:
-        text = without_item(config.source, target.section, target.name)
+        text = remove_item(config.source, target.section, target.name)
     else:
-        text = with_item(config.source, target.section, target.name, target.default, remark)
+        text = add_item(config.source, target.section, target.name, target.default, remark)
     return parse_config(config.source.path, text)
 
 

@@ -73,7 +73,7 @@ def command(
     stored = load_results(results, allow_python)
     notes = [*require_fit(stored, anyway)]
     clock = StatedClock(rate_hz, time_unit)
-    readings = (_as_in_the_session(log, stored, clock) if columns is None
+    readings = (_read_as_session(log, stored, clock) if columns is None
                 else read_log(log, _columns(columns), clock))
     try:
         require_counts(stored, readings)
@@ -99,7 +99,7 @@ def command(
     click.echo(output)
 
 
-def _as_in_the_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuLog":
+def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuLog":
     """The log by the ``columns`` of the session where they fit, else by its own header."""
     from pipeline.errors import UnreadableInput
     from pipeline.logs.columns import Renamed

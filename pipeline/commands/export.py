@@ -59,7 +59,7 @@ def command(
         raise click.UsageError(f"--noise is for kalibr; {form} has no place for it")
     stored = load_results(results, allow_python)
     echo_warnings(require_fit(stored, anyway))
-    export = _with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
+    export = _kalibr_with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
     echo_warnings(export.loses, "note")
     for name, content in export.files.items():
         path = (output or stored.folder) / name
@@ -67,7 +67,7 @@ def command(
         click.echo(path)
 
 
-def _with_noise(stored: "Stored", noise: Path | None) -> "Export":
+def _kalibr_with_noise(stored: "Stored", noise: Path | None) -> "Export":
     """Kalibr's file with the noise that is named, or stands beside the results."""
     from pipeline.export.robotics import to_kalibr
     from pipeline.results.noise import NOISE_NAME, load_noise

@@ -35,9 +35,9 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
     anywhere on Earth with its uncertainty. The command never overwrites a file.
     """
     from pipeline.config.template import (
-        at_site,
-        on_a_tilted_plate,
+        located_template,
         template_text,
+        tilted_template,
         write_template,
     )
     from pipeline.drawings.sheet import poses_svg
@@ -46,8 +46,10 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
 
     if latitude is None and sys.stdin.isatty():
         latitude = ask_latitude()
-    text = on_a_tilted_plate(template_text()) if tilted else template_text()
-    path = write_template(folder, text if latitude is None else at_site(text, latitude, height))
+    text = tilted_template(template_text()) if tilted else template_text()
+    if latitude is not None:
+        text = located_template(text, latitude, height)
+    path = write_template(folder, text)
     drawing = path.parent / DRAWING
     if not drawing.exists():
         write_whole(drawing, poses_svg())

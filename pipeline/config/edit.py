@@ -9,7 +9,7 @@ from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.config.yaml_words import yaml_word
 
 
-def with_item(
+def add_item(
     source: YamlSource, section: PathTo, name: str, default: Sequence[str], remark: str = ""
 ) -> str:
     """The text with ``name`` at the end of the list ``model`` of ``section``.
@@ -17,7 +17,7 @@ def with_item(
     Where the section has no such list, one is written that starts from ``default``. A ``remark``
     becomes a comment at the end of the line, unless that ends on one already.
     """
-    text = _with_item(source, section, name, default)
+    text = _add_item(source, section, name, default)
     if not remark:
         return text
     where = _added_at(source.text, text)
@@ -34,14 +34,14 @@ def _added_at(before: str, after: str) -> int:
     return len(after) - same - 1
 
 
-def _with_item(
+def _add_item(
     source: YamlSource, section: PathTo, name: str, default: Sequence[str]
 ) -> str:
     """The text with ``name`` added, without a remark."""
     path = (*section, "model")
     name, default = yaml_word(name), [yaml_word(item) for item in default]
     if path not in source.spans:
-        return _with_new_key(source, section, f"model: [{', '.join([*default, name])}]")
+        return _add_key(source, section, f"model: [{', '.join([*default, name])}]")
     items = source.value(path)
     if not isinstance(items, list) or not items:
         span = source.span(path)
@@ -55,7 +55,7 @@ def _with_item(
     return _spliced(source.text, end, end, f"\n{bullet}{name}")
 
 
-def without_item(source: YamlSource, section: PathTo, name: str) -> str:
+def remove_item(source: YamlSource, section: PathTo, name: str) -> str:
     """The text with ``name`` removed from the list ``model`` of ``section``."""
     path = (*section, "model")
     items = source.value(path)
@@ -70,16 +70,16 @@ def without_item(source: YamlSource, section: PathTo, name: str) -> str:
     return _spliced(source.text, item.start, after, "")
 
 
-def with_list(source: YamlSource, section: PathTo, key: str, items: Sequence[str]) -> str:
+def set_list(source: YamlSource, section: PathTo, key: str, items: Sequence[str]) -> str:
     """The text with ``key`` of ``section`` set to a list of ``items``, as YAML writes each."""
     listed = f"[{', '.join(items)}]"
     if (*section, key) not in source.spans:
-        return _with_new_key(source, section, f"{key}: {listed}")
+        return _add_key(source, section, f"{key}: {listed}")
     span = source.span((*section, key))
     return _spliced(source.text, span.start, span.end, listed)
 
 
-def _with_new_key(source: YamlSource, section: PathTo, listed: str) -> str:
+def _add_key(source: YamlSource, section: PathTo, listed: str) -> str:
     span = source.span(section)
     if span.flow:  # {poses: a_*.csv} -> {poses: a_*.csv, model: [...]}
         end = source.text.rindex("}", span.start, span.end)

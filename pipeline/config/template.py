@@ -31,7 +31,7 @@ def site_text(latitude_deg: float, height_m: float) -> str:
     return f"{{latitude_deg: {latitude_deg:g}, height_m: {height_m:g}}}"
 
 
-def at_site(text: str, latitude_deg: float, height_m: float) -> str:
+def located_template(text: str, latitude_deg: float, height_m: float) -> str:
     """The template with the line of the site stating where that is."""
     lines = text.splitlines(keepends=True)
     site = f"site: {site_text(latitude_deg, height_m)}\n"
@@ -39,7 +39,7 @@ def at_site(text: str, latitude_deg: float, height_m: float) -> str:
                    if not line.startswith("# with your values."))
 
 
-def on_a_tilted_plate(text: str) -> str:
+def tilted_template(text: str) -> str:
     """The template with both triads from the turning plate, which leans."""
     run = "    - {poses: gyroscope/tilted/pose_*.csv, rate: slow}\n"
     head, accelerometer, rest = text.partition("# Poses at rest, one file for each")

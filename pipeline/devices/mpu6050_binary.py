@@ -52,7 +52,7 @@ class Mpu6050BinaryParser:
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""
         self._buffer += data
-        if not self._locked and not self._after_greeting():
+        if not self._locked and not self._skip_greeting():
             self._find_phase()
         return self._samples() if self._locked else []
 
@@ -60,7 +60,7 @@ class Mpu6050BinaryParser:
         """Nothing: half a sample cannot be told from noise."""
         return []
 
-    def _after_greeting(self) -> bool:
+    def _skip_greeting(self) -> bool:
         """Cut off the text that ends with the greeting; whether the greeting was there."""
         at = self._buffer.find(GREETING)
         if at < 0:

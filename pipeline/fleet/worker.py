@@ -9,7 +9,7 @@ from calib.diagnosis.population.evidence import evidence_of
 from calib.errors import CalibrationError
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config, load_config
-from pipeline.errors import PipelineError, exit_code_of, message_of, of_the_system
+from pipeline.errors import PipelineError, exit_code_of, expected_failure, message_of
 from pipeline.fleet.input_digest import input_digest
 from pipeline.fleet.record import (
     SessionRecord,
@@ -87,7 +87,7 @@ def work_on(task: FleetTask) -> SessionRecord:
         record = _failure(session, config, key, error)
     except (OSError, MemoryError) as error:
         # Without a digest, so that the next run tries it again.
-        record = _failure(session, config, "", of_the_system(error))
+        record = _failure(session, config, "", expected_failure(error))
     write_record(task.output, record)
     return record
 

@@ -8,9 +8,9 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.logs.clock import (
     ASSUMED_HZ,
+    continued_clock,
     likely_units,
-    without_steps_back,
-    without_wraps,
+    unwrapped_ticks,
 )
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.header_words import read_name
@@ -47,8 +47,8 @@ def guess_clock(
     note = ""
     if stated_hz is None:
         for name in _candidates(columns):
-            ticks = without_wraps(columns[name])
-            ticks, steps = without_steps_back(ticks)
+            ticks = unwrapped_ticks(columns[name])
+            ticks, steps = continued_clock(ticks)
             rows_of_steps = np.flatnonzero(np.diff(columns[name]) < 0) + 2
             continued = (f"'{name}' steps back at row {', '.join(map(str, rows_of_steps))}, and is "
                          f"continued there") if steps else ""
@@ -85,7 +85,7 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower()))
     first = next(iter(columns))
     unnamed = read_name(first).stem == "" or read_name(first).stem.isdecimal()
-    grows = bool((np.diff(without_wraps(columns[first])) > 0).all()) and len(columns) > 3
+    grows = bool((np.diff(unwrapped_ticks(columns[first])) > 0).all()) and len(columns) > 3
     return named or ([first] if unnamed and grows else [])
 
 

@@ -46,7 +46,7 @@ def guess_gyroscope(
     ``time_s`` (t,) shows its unit by how fast gravity turns; None where no clock is known.
     """
     named = triples_by_name(list(columns), "gyr")
-    triple = named[0] if named else _beside(columns, hint, accelerometer)
+    triple = named[0] if named else _neighbour_triple(columns, hint, accelerometer)
     if triple is None:
         return None
     values = stacked(columns, triple)
@@ -67,7 +67,7 @@ def guess_gyroscope(
         return rate_triad(triple, unit, per_deg, encoding, (
             f"{because}; between the rests gravity turns by what {measured[0]:.3g} rad/s per unit "
             f"make of the readings (correlation {measured[1]:.2f})"), "")
-    return _by_size(triple, signed, encoding, because)
+    return _sized_gyroscope(triple, signed, encoding, because)
 
 
 def _are_counts(accelerometer: TriadGuess, values: FloatArray) -> bool:
@@ -76,7 +76,7 @@ def _are_counts(accelerometer: TriadGuess, values: FloatArray) -> bool:
     return signed and np.array_equal(values, np.rint(values))
 
 
-def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) -> TriadGuess:
+def _sized_gyroscope(triple: Triple, signed: FloatArray, encoding: str, because: str) -> TriadGuess:
     """The unit by how fast things turn."""
     length, noise = typical_length(signed), sample_noise_sd(signed)
     for unit, size in RATE_UNITS.items():
@@ -97,7 +97,9 @@ def _by_size(triple: Triple, signed: FloatArray, encoding: str, because: str) ->
         f"which suits {UNIT_WORDS[unit]}"))
 
 
-def _beside(columns: Columns, hint: str, accelerometer: TriadGuess | None) -> Triple | None:
+def _neighbour_triple(
+    columns: Columns, hint: str, accelerometer: TriadGuess | None
+) -> Triple | None:
     """Three columns without a meaning behind or before the accelerometer's; all of a file's."""
     names = [name for name in columns if read_name(name).quantity in ("", "gyr")
              or (accelerometer is not None and name in accelerometer.columns)]

@@ -77,29 +77,29 @@ def settle_range(
                and "counts_per_deg_s" in dict(table.gyroscope.sheet)
                and not table.gyroscope.is_open]
     if stated_deg_s is not None:
-        return _with_range(tables, stated_deg_s, "as it is stated")
+        return _settled_range(tables, stated_deg_s, "as it is stated")
     if decided:
         per_deg = float(dict(decided[0].sheet)["counts_per_deg_s"])
-        return _with_range(tables, RANGES_DEG_S[0] * COUNTS_PER_DEG_S[0] / per_deg,
+        return _settled_range(tables, RANGES_DEG_S[0] * COUNTS_PER_DEG_S[0] / per_deg,
                            "as in the other files")
     turning = _turning(undecided)
     if not turning:
         return Settled(tuple(tables))
     lengths = np.array([_length(table) for table in turning])
     if clips:
-        factor = _by_clips(lengths, np.array([abs(clip.rate_rad_s) for clip in clips]))
+        factor = _factor_by_clips(lengths, np.array([abs(clip.rate_rad_s) for clip in clips]))
         if factor is not None:
             rpm = ", ".join(f"{abs(clip.rate_rad_s) / RPM:.4g}" for clip in clips)
-            return _with_range(tables, RANGES_DEG_S[0] * factor,
+            return _settled_range(tables, RANGES_DEG_S[0] * factor,
                                f"the plate turns at {rpm} rpm in the clip")
-    if (rate := _by_gravity(turning, lengths)) is not None:
+    if (rate := _rate_by_gravity(turning, lengths)) is not None:
         factor = _nearest_factor(rate / float(np.median(lengths)))
         if factor is not None:
-            return _with_range(tables, RANGES_DEG_S[0] * factor, (
+            return _settled_range(tables, RANGES_DEG_S[0] * factor, (
                 f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer"))
-    choices = tuple(_by_speeds(lengths))
+    choices = tuple(_ranges_by_speed(lengths))
     if len(choices) == 1:
-        return _with_range(tables, choices[0].deg_s, (
+        return _settled_range(tables, choices[0].deg_s, (
             f"the plate then turns at {choices[0].rpm:.3g} rpm, and no other range makes a speed "
             f"of record players"))
     return Settled(tuple(tables), "", choices or tuple(
@@ -133,7 +133,7 @@ def _nearest_factor(ratio: float) -> float | None:
     return nearest if abs(math.log(ratio / nearest)) < NEAR_RANGE else None
 
 
-def _by_clips(lengths: FloatArray, rates: FloatArray) -> float | None:
+def _factor_by_clips(lengths: FloatArray, rates: FloatArray) -> float | None:
     """The factor with which every table turns as one of the clips does."""
     cost = {deg_s / RANGES_DEG_S[0]: max(
         float(np.abs(np.log(rates / (length * deg_s / RANGES_DEG_S[0]))).min())
@@ -142,7 +142,7 @@ def _by_clips(lengths: FloatArray, rates: FloatArray) -> float | None:
     return best if cost[best] < NEAR_RANGE else None
 
 
-def _by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float | None:
+def _rate_by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float | None:
     """The rate at which gravity goes round in tables of the median rate, rad/s; None if unclear."""
     typical = float(np.median(lengths))
     ways = [table.turns_clockwise for table in tables]
@@ -158,7 +158,7 @@ def _by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float | No
     return abs(max(clear, key=lambda wave: wave.share).rate) if clear else None
 
 
-def _by_speeds(lengths: FloatArray) -> Iterator[RangeChoice]:
+def _ranges_by_speed(lengths: FloatArray) -> Iterator[RangeChoice]:
     """Ranges at which every table turns at a speed of record players."""
     for deg_s in RANGES_DEG_S:
         speeds = [record_rpm(length * deg_s / RANGES_DEG_S[0]) for length in lengths]
@@ -167,10 +167,10 @@ def _by_speeds(lengths: FloatArray) -> Iterator[RangeChoice]:
             yield RangeChoice(deg_s, min(RECORD_RPM, key=lambda rpm: abs(rpm - median)))
 
 
-def _with_range(tables: Sequence[TableGuess], deg_s: float, because: str) -> Settled:
+def _settled_range(tables: Sequence[TableGuess], deg_s: float, because: str) -> Settled:
     per_deg = COUNTS_PER_DEG_S[0] * RANGES_DEG_S[0] / deg_s
     return Settled(tuple(
-        replace(table, gyroscope=table.gyroscope.with_range(per_deg, because))
+        replace(table, gyroscope=table.gyroscope.ranged(per_deg, because))
         if table.gyroscope and table.gyroscope.is_open else table
         for table in tables), because)
 

@@ -75,7 +75,7 @@ def raw_tables(path: Path) -> list[RawTable]:
                 f"{path}: no line holds three numbers. Is it a log? Readings are expected as a "
                 f"table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
         _require_no_events(text)
-        return [_of_text(text)]
+        return [_text_table(text)]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     whole = len(tables) == 1 and kind.si
     return [RawTable(file if whole else file / table.name, table.columns, si=kind.si,
@@ -104,7 +104,7 @@ def hint_word(word: str) -> str:
     return next((name for name in ("acc", "gyr") if word.lower().startswith(name)), "")
 
 
-def _of_text(text: LogText) -> RawTable:
+def _text_table(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1)) if stated else None)

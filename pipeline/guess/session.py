@@ -109,7 +109,7 @@ def guess_session(
     range_deg_s : float or None
         The full scale of the gyroscope as the user states it.
     """
-    alone, doubts = without_alternatives(tables)
+    alone, doubts = drop_alternatives(tables)
     settled = settle_range(alone, clips, range_deg_s)
     doubts += _together(settled.tables)
     layout = _layout(settled.tables)
@@ -121,13 +121,13 @@ def guess_session(
         clockwise = bool(turns) and table.turns_clockwise
         groups.setdefault((kind, name, clockwise), []).append(table)
     sources = tuple(
-        _source(kind, name, clockwise, _in_pairs(group) if kind == "log" else group, clips)
+        _source(kind, name, clockwise, _paired(group) if kind == "log" else group, clips)
         for (kind, name, clockwise), group in groups.items())
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
     if not settled.choices:
-        doubts += _about_rates(sources)
+        doubts += _rate_doubts(sources)
     doubts += _differing(settled.tables)
     return SessionGuess(sources, tuple(dict.fromkeys(doubts)), settled.choices)
 
@@ -158,7 +158,7 @@ def _source(
                       clip)
 
 
-def without_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
+def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
     """The tables without those that hold another's recording once more, and which these are.
 
     A phone's app writes the same sensor two or three times, and a flight controller has several
@@ -224,7 +224,7 @@ def _is_pose(table: TableGuess) -> bool:
     return True
 
 
-def _in_pairs(tables: Sequence[TableGuess]) -> list[TableGuess]:
+def _paired(tables: Sequence[TableGuess]) -> list[TableGuess]:
     """Accelerometers' and gyroscopes' logs of the same times beside each other."""
     waiting = [table for table in tables if table.accelerometer is None]
     ordered = []
@@ -246,7 +246,7 @@ def _overlap(one: TableGuess, other: TableGuess) -> bool:
     return bool(common > 0.5 * min(a[-1] - a[0], b[-1] - b[0]))
 
 
-def _about_rates(sources: Sequence[PoseSource]) -> list[str]:
+def _rate_doubts(sources: Sequence[PoseSource]) -> list[str]:
     doubts = []
     for source in sources:
         name = source.tables[0].path.name

@@ -146,7 +146,7 @@ def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
             gyroscope = replace(gyroscope, sheet=(("unit", "rad_s"),), unit=UNIT_WORDS["rad_s"],
                                 si_per_unit=1.0, because="Sensor Logger writes rad/s", doubt="")
         if accelerometer and gyroscope and not clock.is_known:
-            clock = _by_turns(table, clock, accelerometer, gyroscope)
+            clock = _clock_by_turns(table, clock, accelerometer, gyroscope)
     if accelerometer is None and gyroscope is None:
         return None
     theirs: dict[str, str] = {}
@@ -160,7 +160,7 @@ def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
     return TableGuess(table, clock, accelerometer, gyroscope, theirs, means)
 
 
-def _by_turns(
+def _clock_by_turns(
     table: RawTable, clock: ClockGuess, accelerometer: TriadGuess, gyroscope: TriadGuess
 ) -> ClockGuess:
     """The sample rate at which the gyroscope turns gravity as far as the accelerometer sees."""

@@ -68,7 +68,7 @@ class TriadGuess:
     doubt: str = ""
     is_open: bool = False
 
-    def with_range(self, per_deg: float, because: str) -> "TriadGuess":
+    def ranged(self, per_deg: float, because: str) -> "TriadGuess":
         """The gyroscope with ``per_deg`` counts per °/s."""
         encoding = str(dict(self.sheet).get("encoding", ""))
         return rate_triad(self.columns, "counts", per_deg, encoding,
@@ -201,12 +201,12 @@ def _accelerometer(
     if stated is None and words.unit in FORCE_UNITS and words.unit != unit.unit:
         doubts.append(f"their names say {words.unit}, in which half of the readings would be "
                       f"longer than {unit.length * FORCE_UNITS[words.unit]:.4g} m/s²; they are "
-                      f"taken for {_in_words(unit)}")
+                      f"taken for {_unit_text(unit)}")
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no known "
-                      f"unit; {_in_words(unit)} is the nearest")
+                      f"unit; {_unit_text(unit)} is the nearest")
     why = f"{because}; half of the readings are longer than {unit.length:.4g}"
-    return TriadGuess(triple, _sheet(unit), _in_words(unit), why, unit.si_per_unit,
+    return TriadGuess(triple, _sheet(unit), _unit_text(unit), why, unit.si_per_unit,
                       "; ".join(doubts))
 
 
@@ -237,7 +237,7 @@ def _counts(key: str, value: float, encoding: str) -> tuple[tuple[str, str | flo
     return (*stated, ("bits", BITS), ("encoding", encoding)) if encoding else stated
 
 
-def _in_words(unit: GravityUnit) -> str:
+def _unit_text(unit: GravityUnit) -> str:
     if unit.unit != "counts":
         return UNIT_WORDS.get(unit.unit, unit.unit)
     return f"counts, {unit.per_g:g} per g" + (f", {unit.encoding}" if unit.encoding else "")

@@ -80,7 +80,7 @@ def sample_times(
                               "well. Delete sample_rate_hz from the configuration.")
     if TIME in values:
         seconds = SECONDS_PER[stated.unit] if stated.unit else factor
-        time_s, notes = without_steps_back(without_wraps(values[TIME]) * seconds)
+        time_s, notes = continued_clock(unwrapped_ticks(values[TIME]) * seconds)
         _require_increasing(time_s, place)
         if stated.unit is None:
             _require_sense(label, time_s, seconds)
@@ -102,7 +102,7 @@ def sample_times(
     return time_s, ()
 
 
-def without_steps_back(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+def continued_clock(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     """Times (t,) of a clock that was set back or began again, as if it had gone on.
 
     Every stretch between two steps has to be long, or a step is a misplaced row; such times are
@@ -127,7 +127,7 @@ def without_steps_back(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]
         f"its clock steps back {shown}, and is continued there",)
 
 
-def without_wraps(ticks: FloatArray) -> FloatArray:
+def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
     """A counter's values as if it never began again.
 
     A step back is a wrap where it is one whole period of a counter (or a day) short of a usual

@@ -30,9 +30,9 @@ class Dialect:
 
     def holds_number(self, cell: str) -> bool:
         """Whether a cell is a number in this dialect."""
-        return is_number(self.as_point(cell))
+        return is_number(self.decimal_points(cell))
 
-    def as_point(self, text: str) -> str:
+    def decimal_points(self, text: str) -> str:
         """``text`` with decimal points."""
         return text.replace(",", ".") if self.decimal_comma else text
 
@@ -100,7 +100,7 @@ def seconds_of(cell: str) -> float | None:
     """
     text = cell.strip().strip('"')
     if match := CLOCK.fullmatch(text):
-        return _of_day(match)
+        return _day_seconds(match)
     if match := NAMED_MONTH.fullmatch(text):
         text = f"{match[3]}-{MONTHS.index(match[2].lower()) + 1:02d}-{int(match[1]):02d} {match[4]}"
     try:
@@ -121,10 +121,10 @@ def local_date_seconds(cell: str) -> tuple[str, float] | None:
     match = CLOCK.fullmatch(clock.strip())
     if match is None or not re.fullmatch(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}", date):
         return None
-    return date, _of_day(match)
+    return date, _day_seconds(match)
 
 
-def _of_day(match: re.Match[str]) -> float:
+def _day_seconds(match: re.Match[str]) -> float:
     hours, minutes, seconds, fraction, half = match.groups()
     hour = int(hours) % 12 + (12 if half.lower() == "pm" else 0) if half else int(hours)
     return hour * 3600.0 + int(minutes) * 60.0 + int(seconds) + float(f"0.{fraction or 0}")

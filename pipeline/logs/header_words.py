@@ -97,7 +97,7 @@ def read_name(name: str) -> Words:
     unit = unit or next((_UNIT[word] for word in words if word in CLOCK_WORDS), "")
     words += spread
     stem = "".join(words)
-    quantity = _quantity(words, stem, axis) or _by_unit(words, axis, unit, text != name)
+    quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
     return Words(quantity, axis, unit, stem, _gravity_free(text, words))
 
 
@@ -158,7 +158,7 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
     return ""
 
 
-def _by_unit(words: list[str], axis: int | None, unit: str, in_brackets: bool) -> Quantity:
+def _quantity_by_unit(words: list[str], axis: int | None, unit: str, in_brackets: bool) -> Quantity:
     """What a name that says nothing else says by its unit: "x-axis (deg/s)", "X_Value (s)"."""
     if {*words} & OTHER or not in_brackets:
         return ""

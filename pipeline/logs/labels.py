@@ -28,7 +28,7 @@ TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{N
 MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
 
 
-def without_labels(lines: list[str]) -> list[str]:
+def unlabelled_lines(lines: list[str]) -> list[str]:
     """``lines`` as rows of numbers under a header, or unchanged where no manner fits.
 
     The header stands in the place of the line before the first row; without such a line it takes
@@ -36,7 +36,7 @@ def without_labels(lines: list[str]) -> list[str]:
     """
     shown = list(islice((line for line in reversed(lines) if line.strip()), LOOKED_AT))[::-1]
     if _share(shown, lambda line: ARROW.fullmatch(line) is not None) >= LEAST_SHARE:
-        return _behind_clocks(lines, [match[2] for line in shown
+        return _clocked_rows(lines, [match[2] for line in shown
                                       if (match := ARROW.fullmatch(line))])
     if _share(shown, lambda line: TAG.match(line) is not None) >= LEAST_SHARE:
         return [TAG.sub("", line) for line in lines]
@@ -44,14 +44,14 @@ def without_labels(lines: list[str]) -> list[str]:
         return [match[1] if (match := BRACKETS.fullmatch(line)) else line for line in lines]
     cycle = _cycle(shown)
     if sum(map(len, cycle)) >= FEWEST:
-        return _as_table(lines, cycle)
+        return _table_rows(lines, cycle)
     signs = [line for line in shown if BARS.search(line)]
     if len(signs) >= LEAST_SHARE * max(len(shown), 1) and signs:
-        return [_without_bars(line) for line in lines]
+        return [_barless_row(line) for line in lines]
     return lines
 
 
-def _without_bars(line: str) -> str:
+def _barless_row(line: str) -> str:
     """``IMU0 0.1 | 1 2 3 | 4 5 6`` as a row: bars between groups of numbers are blanks."""
     return TAG.sub("", WORD.sub("", line).replace("|", " "))
 
@@ -75,13 +75,13 @@ def _share(lines: Sequence[str], fits: Callable[[str], bool]) -> float:
     return sum(map(fits, lines)) / len(lines) if lines else 0.0
 
 
-def _behind_clocks(lines: Sequence[str], shown: Sequence[str]) -> list[str]:
+def _clocked_rows(lines: Sequence[str], shown: Sequence[str]) -> list[str]:
     """Lines with the clock of the monitor as their first cell, or as a label before the others."""
     if all(len(labels_of(line)) >= FEWEST for line in shown):
-        return without_labels([
+        return unlabelled_lines([
             f"t={_day_seconds(match[1])}, {match[2]}" if (match := ARROW.fullmatch(line)) else line
             for line in lines])
-    inner = without_labels([match[2] if (match := ARROW.fullmatch(line)) else line
+    inner = unlabelled_lines([match[2] if (match := ARROW.fullmatch(line)) else line
                             for line in lines])
     return [f"{match[1]}{delimiter_of(row) or ' '}{row}"
             if (match := ARROW.fullmatch(line)) and row else row
@@ -105,7 +105,7 @@ def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     return cycle if kept >= LEAST_SHARE * (len(labels) - 1) else ()
 
 
-def _as_table(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
+def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
     """A row in the place of the last line of each sample, comments in those of the others."""
     rows = []
     sample: list[str] = []

@@ -95,7 +95,7 @@ def read_log(
         With file, line, column, what was found, what was expected, what to do.
     """
     stated = clock or StatedClock()
-    logs = [_as_log(table, stated, path.name) for table in read_tables(path, columns)]
+    logs = [_imu_log(table, stated, path.name) for table in read_tables(path, columns)]
     return logs[0] if len(logs) == 1 else replace(join_logs(logs), label=path.name)
 
 
@@ -129,9 +129,9 @@ def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable
         if member:
             raise UnreadableInput(f"{path}: {file.name} is one table of text and has no "
                                   f"'{member}'. Name the file alone.")
-        return [_of_text(log_text(path, text_lines(path, read_bytes(path)), columns))]
+        return [_text_table(log_text(path, text_lines(path, read_bytes(path)), columns))]
     if kind == ARCHIVE and (lines := member_lines(file, member)) is not None:
-        return [_of_text(log_text(path, lines, columns))]
+        return [_text_table(log_text(path, lines, columns))]
     return _picked(path, member, tables_of(file, kind), columns)
 
 
@@ -145,15 +145,15 @@ def _picked(
             names = [table.name for table in tables]
             raise UnreadableInput(f"{path}: no table is named '{member}'"
                                   f"{nearest_name(member, names)}; there are: {', '.join(names)}.")
-        return [_of_file_table(path, named[0], columns)]
+        return [_named_table(path, named[0], columns)]
     if columns is not None and len(tables) == 1:
-        return [_of_file_table(path, tables[0], columns)]
+        return [_named_table(path, tables[0], columns)]
     whole = [table for table in tables
              if missing_columns([name for name, _ in our_names(list(table.columns))]) is None]
     triads = [triad for table in whole for triad in (ACCELEROMETER, GYROSCOPE)
               if triad[0] in {name for name, _ in our_names(list(table.columns))}]
     if columns is None and whole and len(set(triads)) == len(triads):
-        return [_of_file_table(path, table, None) for table in whole]
+        return [_named_table(path, table, None) for table in whole]
     listed = "; ".join(f"{table.name} ({', '.join(table.columns)})" for table in tables[:TABLES])
     raise UnreadableInput(
         f"{path}: which of its tables holds the readings is not clear: {listed}. Name one as a "
@@ -162,7 +162,7 @@ def _picked(
     )
 
 
-def _of_file_table(path: Path, table: FileTable, columns: ColumnNames | None) -> LogTable:
+def _named_table(path: Path, table: FileTable, columns: ColumnNames | None) -> LogTable:
     """A table of a file with its columns named."""
     theirs = list(table.columns)
     if isinstance(columns, Renamed):
@@ -185,7 +185,7 @@ def _of_file_table(path: Path, table: FileTable, columns: ColumnNames | None) ->
                       lambda row: f"{path}, row {row + 1}")
 
 
-def _of_text(text: LogText) -> LogTable:
+def _text_table(text: LogText) -> LogTable:
     names = list(zip(text.names, text.factors, strict=True))
     return _log_table(str(text.path), names, list(numbers_of(text).T), text.rate_hz, text.place)
 
@@ -208,7 +208,7 @@ def _log_table(
     return LogTable(label, values, time_factor, rate_hz, place)
 
 
-def _as_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
+def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     values = dict(table.values)
     _require_finite(table)
     time_s, notes = sample_times(

@@ -8,7 +8,7 @@ from typing import BinaryIO
 from pipeline.errors import UnreadableInput
 from pipeline.files import may_never_end
 from pipeline.logs.head import FEWEST_NUMBERS, width_of_numbers
-from pipeline.logs.labels import without_labels
+from pipeline.logs.labels import unlabelled_lines
 from pipeline.logs.memory import largest_text, too_large
 
 GZIP_MAGIC = b"\x1f\x8b"
@@ -89,7 +89,7 @@ def text_lines(path: Path, data: bytes) -> list[str]:
             raise _not_text(path, data, error.start) from error
     if "\0" in text:
         raise _not_text(path, data, data.index(0))
-    return without_labels(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
+    return unlabelled_lines(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:

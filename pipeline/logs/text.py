@@ -199,7 +199,7 @@ def numbers_of(text: LogText) -> FloatArray:
         if fault := _first_fault(text):
             raise UnreadableInput(fault) from error
         whole = (split_cells(row, delimiter) for row in rows)
-        table = _with_gaps(text, [cells for cells in whole if cells and text.is_sample(cells)])
+        table = _gap_table(text, [cells for cells in whole if cells and text.is_sample(cells)])
         table = table[:, wanted]
     full = np.full((len(table), len(text.names)), np.nan)
     full[:, wanted] = table
@@ -210,11 +210,11 @@ def numbers_of(text: LogText) -> FloatArray:
     return np.asarray(full[there])
 
 
-def _with_gaps(text: LogText, rows: Sequence[Sequence[str]]) -> FloatArray:
+def _gap_table(text: LogText, rows: Sequence[Sequence[str]]) -> FloatArray:
     """The cells of rows (t, columns) as numbers, NaN for what is skipped or missing."""
     try:
         return np.asarray([[math.nan if name == SKIP or cell.lower() in MISSING
-                            else float(text.dialect.as_point(cell))
+                            else float(text.dialect.decimal_points(cell))
                             for name, cell in zip(text.names, cells, strict=True)]
                            for cells in rows], np.float64).reshape(-1, len(text.names))
     except ValueError as error:
@@ -229,7 +229,7 @@ def _plain_rows(text: LogText) -> list[str]:
     if not text.dialect.decimal_comma:
         return rows
     if text.is_rewritten:
-        return ["\t".join(map(text.dialect.as_point, cells)) for _, cells in text.rows()]
+        return ["\t".join(map(text.dialect.decimal_points, cells)) for _, cells in text.rows()]
     shown = [cell for _, cells in text.rows() for cell in cells]
     if may_be_thousands(shown):
         raise UnreadableInput(
@@ -237,7 +237,7 @@ def _plain_rows(text: LogText) -> list[str]:
             f"'{next(cell for cell in shown if ',' in cell)}': it may be a decimal comma or "
             "separate thousands. Write the file with decimal points."
         )
-    return [text.dialect.as_point(row) for row in rows]
+    return [text.dialect.decimal_points(row) for row in rows]
 
 
 def _dated_rows(text: LogText, at: int) -> list[str]:
@@ -258,7 +258,7 @@ def _dated_rows(text: LogText, at: int) -> list[str]:
                     "2024-12-31 23:59:59.999."
                 )
         cells[at] = cells[at] if seconds is None else repr(seconds)
-        rows.append("\t".join(map(text.dialect.as_point, cells)))
+        rows.append("\t".join(map(text.dialect.decimal_points, cells)))
     return rows
 
 
@@ -273,7 +273,7 @@ def _first_fault(text: LogText) -> str | None:
             return (f"{text.path}:{line}: {len(cells)} values found, {len(text.names)} expected "
                     f"({', '.join(text.names)}).{cut}")
         for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
-            if name == SKIP or is_number(text.dialect.as_point(cell)):
+            if name == SKIP or is_number(text.dialect.decimal_points(cell)):
                 continue
             if name not in READINGS and cell.lower() in MISSING:
                 continue

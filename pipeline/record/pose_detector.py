@@ -193,7 +193,7 @@ class PoseDetector:
             hops = [hop[:, 3 * i : 3 * i + 3] for hop in self._window]
             if not np.isfinite(hops[-1]).all():
                 continue
-            variance = (float(np.mean([_about_line(hop) for hop in hops])) if self.task.turns
+            variance = (float(np.mean([_line_variance(hop) for hop in hops])) if self.task.turns
                         else float(np.vstack(hops).var(axis=0).sum()))
             history = self._history[triad]
             if learns or not history:
@@ -276,7 +276,7 @@ class PoseDetector:
         return f"next: {direction_name(self.task.wanted[following])}"
 
 
-def _about_line(values: FloatArray) -> float:
+def _line_variance(values: FloatArray) -> float:
     """Variance of ``values`` (t, 3) about a straight line in time, summed over the axes."""
     time = np.linspace(-1, 1, len(values))
     centred = values - values.mean(axis=0)

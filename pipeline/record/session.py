@@ -177,7 +177,7 @@ class Session:
             try:
                 self._connection = self._connection or Connection(
                     self._config, self._open_port, self._store, self._display.say)
-                self._on_connection(self._connection, block, task, covered)
+                self._lead_poses(self._connection, block, task, covered)
                 return
             except PortLost as gone:
                 self._stop_filming(keep=False)
@@ -202,7 +202,7 @@ class Session:
         raise DeviceError(f"{gone} It did not come back within {GIVE_UP_S:.0f} s. Everything "
                           "recorded is kept: type the same command to go on.") from gone
 
-    def _on_connection(
+    def _lead_poses(
         self, connection: Connection, block: RecordingBlock, task: Task, covered: set[int]
     ) -> None:
         detector: PoseDetector | None = None
@@ -221,7 +221,7 @@ class Session:
                 detector.begin_again()
                 self._display.say("the device started anew; a pose that was begun starts again")
             for event in detector.feed(rows):
-                self._on_event(event, detector, connection.stream, block, task, covered)
+                self._handle_event(event, detector, connection.stream, block, task, covered)
             phase, before = detector.status.phase, phase
             if self._filming and block.turns and phase == "taking" and before != "taking":
                 self._filming.start(clip_of(block))
@@ -232,7 +232,7 @@ class Session:
             self._display.show(RecordingView(block, task.wanted, frozenset(covered), status,
                                     rate_hz or 0.0, connection.stream.parser.bad))
 
-    def _on_event(
+    def _handle_event(
         self,
         event: Refused | Complete,
         detector: PoseDetector,

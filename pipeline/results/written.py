@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pipeline.errors import UnwritableOutput
-from pipeline.files import as_bytes, require_no_link, write_whole
+from pipeline.files import encoded_text, require_no_link, write_whole
 
 LIST_NAME = ".written.json"
 
@@ -43,7 +43,7 @@ def write_output(
     UnwritableOutput
         ``path`` is an input or a file of the user's, or cannot be written.
     """
-    data = as_bytes(content)
+    data = encoded_text(content)
     if path.exists() and any(each.exists() and path.samefile(each) for each in inputs):
         raise UnwritableOutput(
             f"{path}: is what this command reads and would be replaced. Choose another name "

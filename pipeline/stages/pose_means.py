@@ -12,7 +12,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import Specs
 from pipeline.errors import UnreadableInput
-from pipeline.logs.clock import without_wraps
+from pipeline.logs.clock import unwrapped_ticks
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, READINGS, SECONDS_PER, TIME
 from pipeline.logs.read import LogTable, read_tables
 
@@ -47,7 +47,7 @@ def _means(
     triads = [_triad_means(values, names, spec, rows)
               for names, spec in zip((ACCELEROMETER, GYROSCOPE), specs, strict=True)]
     factor = SECONDS_PER[section.time_unit] if section.time_unit else table.time_factor
-    time_s = (without_wraps(values[TIME]) * factor if TIME in values
+    time_s = (unwrapped_ticks(values[TIME]) * factor if TIME in values
               else np.full(rows, math.nan))
     label = path.relative_to(folder) if path.is_relative_to(folder) else path
     return [

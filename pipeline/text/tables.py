@@ -26,7 +26,7 @@ def aligned(rows: Rows, indent: str = "  ", width: int | None = None) -> list[st
     start = len(indent) + sum(widths[:-1]) + 2 * (len(widths) - 1)
     if width - start >= LEAST_TEXT:
         return [line for row in rows
-                for line in _with_wrapped_end(row, widths, indent, width - start)]
+                for line in _wrapped_row(row, widths, indent, width - start)]
     return [_row([row[j] for j in (0, *block) if j < len(row)], [widths[j] for j in (0, *block)],
                  indent)
             for block in _blocks(widths, width - len(indent))
@@ -38,7 +38,7 @@ def _row(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
     return (indent + "  ".join(padded)).rstrip()
 
 
-def _with_wrapped_end(
+def _wrapped_row(
     row: Sequence[str], widths: Sequence[int], indent: str, room: int
 ) -> Iterator[str]:
     """A row whose last cell continues under itself."""

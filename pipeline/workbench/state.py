@@ -11,7 +11,7 @@ from typing import Any
 
 from calib.effects.catalogue import BASE
 from calib.poses.imu_log import TRIADS, Triad
-from pipeline.config.edit import with_item, with_list, without_item
+from pipeline.config.edit import add_item, remove_item, set_list
 from pipeline.config.load import Config
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
 from pipeline.console.exclude_text import PoseSection, yaml_name
@@ -116,10 +116,10 @@ def _with_model(
 ) -> YamlSource:
     for name in now:
         if name not in then:
-            source = parse_source(source.path, without_item(source, section, name))
+            source = parse_source(source.path, remove_item(source, section, name))
     for name in then:
         if name not in now:
-            source = parse_source(source.path, with_item(source, section, name, default))
+            source = parse_source(source.path, add_item(source, section, name, default))
     return source
 
 
@@ -131,7 +131,7 @@ def _without_poses(
     for number, names in _left_out(triad, out, poses).items():
         words = [*map(yaml_name, sections[number].exclude), *map(yaml_name, names)]
         path = section_path(sections[number], config)
-        source = parse_source(source.path, with_list(source, path, "exclude", words))
+        source = parse_source(source.path, set_list(source, path, "exclude", words))
     return source
 
 

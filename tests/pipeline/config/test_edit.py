@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pipeline.config.edit import with_item, without_item
+from pipeline.config.edit import add_item, remove_item
 from pipeline.config.yaml_text import parse_source
 
 BASE = ("bias", "scale", "misalignment")
@@ -42,8 +42,8 @@ LAYOUTS = {"flow": FLOW, "block": BLOCK, "none": NONE, "flow section": FLOW_SECT
 def edited(text: str, name: str, remove: bool = False) -> str:
     source = parse_source(Path("config.yaml"), text)
     if remove:
-        return without_item(source, GYRO, name)
-    return with_item(source, GYRO, name, BASE)
+        return remove_item(source, GYRO, name)
+    return add_item(source, GYRO, name, BASE)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
