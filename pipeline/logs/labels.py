@@ -15,14 +15,15 @@ from pipeline.logs.dialect import delimiter_of
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LEAST_SHARE = 0.9  #: share of the lines that are written in the manner
 FEWEST = 3  #: numbers of a row: a triad
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]*?)\s*[:=]\s*({NUMBER})")
-BRACKETS = re.compile(r"\s*[(\[{](.*)[)\]}]\s*[,;]?\s*")
+#: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
+NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
+LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)\s*[:=]\s*({NUMBER})")
+BRACKETS = re.compile(r"\s*+[(\[{](.*)[)\]}]\s*+[,;]?\s*+")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 #: Groups of numbers with bars between them, each group's numbers between blanks.
-BARS = re.compile(rf"{NUMBER}(?:\s+{NUMBER})+\s*\|\s*{NUMBER}(?:\s+{NUMBER})+")
+BARS = re.compile(rf"(?<![\d.]){NUMBER}\s++{NUMBER}\s*+\|\s*+{NUMBER}\s++{NUMBER}")
 WORD = re.compile(r"^\s*[A-Za-z]\w*\s+")  #: before the numbers of such a line
-TITLE = re.compile(r"^\s*([A-Za-z ]+):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
+TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
 MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
