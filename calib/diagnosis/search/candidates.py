@@ -48,12 +48,17 @@ class Candidates:
 
     def log_prior(self, sets: Sequence[Members]) -> FloatArray:
         """Log odds of the members of each set before the data, (B,), no unit."""
-        each = [h.log_prior for h in self.hypotheses]
-        return np.array([sum(each[j] for j in members) for members in sets])
+        each = self._log_priors
+        return np.array([sum([each[j] for j in members]) for members in sets])
 
-    def can_refit(self, members: Members) -> bool:
-        """Whether a model can hold all members for the length of a refit."""
-        return all(self.hypotheses[j].effect is not None for j in members)
+    @cached_property
+    def _log_priors(self) -> list[float]:
+        return [h.log_prior for h in self.hypotheses]
+
+    @cached_property
+    def without_effect(self) -> Key:
+        """The names that no model can hold, not even for the length of a refit."""
+        return self.key(j for j, h in enumerate(self.hypotheses) if h.effect is None)
 
     def listed(self, table: Table, singles: FloatArray) -> list[int]:
         """One hypothesis for every effect that is seen, at the likeliest of its shapes."""

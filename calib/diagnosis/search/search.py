@@ -154,16 +154,16 @@ class _Search:
         The linearisation is right at a solution, and one more member that is small is linear as it
         is; elsewhere it errs the more, the more there is to explain.
         """
-        best = max(e.log_posterior for e in self.entries.values()
-                   if self.candidates.can_refit(e.members))
+        unfit = self.candidates.without_effect
+        best = max(e.log_posterior for k, e in self.entries.items() if not k & unfit)
         least = best - CONSTANTS.behind
         if from_afar:
             least -= CONSTANTS.behind_share * (best - self.entries[0].log_posterior)
         whole = [k for k, e in self.entries.items() if e.refit is not None]
         open_ones = [
             e for k, e in self.entries.items()
-            if e.members and e.refit is None and self.candidates.can_refit(e.members)
-            and (e.log_posterior > least or (self.solution is None and len(e.members) == 1))
+            if (e.log_posterior > least or (self.solution is None and len(e.members) == 1))
+            and e.members and e.refit is None and not k & unfit
             and (e.log_posterior > best - CONSTANTS.near
                  or not any(part & k == part for part in whole))
         ]

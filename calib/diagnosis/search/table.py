@@ -91,10 +91,13 @@ class Table:
         """The rows of :attr:`rows` that are the visible columns of hypothesis ``j``."""
         return slice(int(self.first[j]), int(self.first[j] + self.seen[j]))
 
+    @cached_property
+    def _unit_rows(self) -> FloatArray:
+        return np.asarray(self.rows / np.sqrt((self.rows**2).sum(axis=1, keepdims=True)))
+
     def unit_block(self, j: int) -> FloatArray:
         """Visible columns of hypothesis ``j`` as unit vectors, (r, v), orthogonal."""
-        rows = self.rows[self.where(j)]
-        return np.asarray((rows / np.sqrt((rows**2).sum(axis=1, keepdims=True))).T)
+        return self._unit_rows[self.where(j)].T
 
     def singles(self) -> tuple[FloatArray, FloatArray]:
         """Log density under each hypothesis alone (m,), -inf of a blind one; chi-square's fall."""
@@ -127,14 +130,31 @@ class Table:
         others leave next to nothing of.
         """
         values = np.full(len(sets), -np.inf)
-        for sizes, places in by_sizes(self.seen, sets).items():
+        groups = by_sizes(self.seen, sets)
+        for sizes, places in groups.items():
             if not sizes:
                 values[places] = np.logaddexp(*self.noise.nothing(self.chi2))
             elif 0 not in sizes and sum(sizes) < self.dof + len(sizes):
                 group = self.sets([sets[i] for i in places], sizes)
-                density = group.averaged() if exactly else group.screened()
-                values[places] = np.where(group.are_apart, density, -np.inf)
+                values[places] = group.averaged() if exactly else group.screened()
+        self._leave_apart(sets, groups, values)
         return values
+
+    def _leave_apart(
+        self, sets: Sequence[tuple[int, ...]], groups: Mapping[tuple[int, ...], list[int]],
+        values: FloatArray,
+    ) -> None:
+        """Give -inf in ``values`` (B,) to sets whose members are not apart, if they could count."""
+        judged, best = np.zeros(len(sets), bool), np.inf
+        while (top := float(values.max(initial=-np.inf))) < best:  # it falls with its best set
+            best = top
+            for sizes, places in groups.items():
+                at = np.array(places)
+                some = at[(values[at] > best - 2 * CONSTANTS.negligible) & ~judged[at]]
+                if len(some) and len(sizes) > 1:
+                    group = self.sets([sets[i] for i in some], sizes)
+                    values[some[~group.are_apart]] = -np.inf
+                judged[some] = True
 
     def left_out(self, members: Sequence[int], pose: IntArray) -> FloatArray:
         """Whitened residual of every data row when its pose is left out of the fit, (d,).
