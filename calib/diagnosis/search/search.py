@@ -49,7 +49,11 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
     search.screen_small()
     if search.posterior.is_nothing:
         return search.posterior
-    search.screen_larger()
+    search.refit_best(from_afar=False, most=1)
+    if not search.is_explained:
+        search.screen_larger()
+    else:
+        search.weigh_again()
     for count in range(ROUNDS):
         if not search.refit_best(from_afar=count < FAR_ROUNDS):
             break
@@ -79,6 +83,13 @@ class _Search:
             self.base, self.table, self.candidates, entries, self.nothing,
             self.singles - np.logaddexp(*self.nothing), self.drop,
         )
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether the best set of effects explains the rows at its own refit."""
+        best = max((e for k, e in self.entries.items() if not k & self.candidates.without_effect),
+                   key=lambda e: e.log_posterior)
+        return best.explains
 
     def screen_small(self) -> None:
         """Weigh every hypothesis alone and every pair of effects."""
@@ -148,8 +159,8 @@ class _Search:
         return key in self.refused or any(
             one & key for one in self.refused if one.bit_count() == 1)
 
-    def refit_best(self, from_afar: bool) -> bool:
-        """Refit the likeliest sets that have no refit yet; whether there were any.
+    def refit_best(self, from_afar: bool, most: int = REFITTED) -> bool:
+        """Refit the likeliest sets that have no refit yet, so many at ``most``; whether any was.
 
         The linearisation is right at a solution, and one more member that is small is linear as it
         is; elsewhere it errs the more, the more there is to explain.
@@ -168,7 +179,7 @@ class _Search:
                  or not any(part & k == part for part in whole))
         ]
         open_ones.sort(key=lambda e: -e.log_posterior)
-        chosen = open_ones[:REFITTED]
+        chosen = open_ones[:most]
         if from_afar:  # one effect by itself is a start where all larger sets are astray
             chosen += [e for e in open_ones[REFITTED:] if len(e.members) == 1][:REFITTED]
         for entry in chosen:
