@@ -28,7 +28,7 @@ from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.calibration import calibrate_triad
 from calib.fit.triad.determined import is_undetermined
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import AXES, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 FEWEST_OF_STATION = 2  #: sensors; derived: one has no spread to tell its station's error from
@@ -72,6 +72,19 @@ class CalibratedBlock:
     p_value: FloatArray
     poses: IntArray
     refusals: dict[str, CalibrationError]
+
+    def columns(self, names: Sequence[str]) -> dict[str, FloatArray]:
+        """The parameters of every sensor and their sds by ``NAME_AXIS`` and ``NAME_AXIS_sd``, (S,).
+
+        ``names`` are those of misalignment (rad), bias (counts) and scale (counts per SI unit).
+        """
+        value = self.parameters
+        groups = (value.misalignment_rad, value.bias_counts, value.scale_counts_per_unit)
+        columns: dict[str, FloatArray] = {}
+        for name, group, sd in zip(names, groups, value.sd, strict=True):
+            for i, axis in enumerate(AXES):
+                columns |= {f"{name}_{axis}": group[:, i], f"{name}_{axis}_sd": sd[:, i]}
+        return columns
 
 
 def calibrate_blocks(passes: Passes, model: Model, spec: TriadSpec) -> Iterator[CalibratedBlock]:

@@ -49,7 +49,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",),
     ],
     "calib.poses.averaging": [
-        ("pose_mean",), ("sway",), ("average_pose",),
+        ("pose_mean",), ("sway", "tabled_poses"), ("average_pose",),
         ("drift_within", "mean_noise", "session_clock"),
     ],
     "calib.poses.rests": [

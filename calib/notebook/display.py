@@ -99,18 +99,10 @@ def lot_frame(blocks: Sequence[CalibratedBlock]) -> "DataFrame":
     """Parameters, sds and the fit of every sensor of a lot by its name, SI."""
     from pandas import DataFrame, concat
 
-    frames = []
-    for block in blocks:
-        value = block.parameters
-        columns: dict[str, Any] = {"poses": block.poses, "chi2": block.chi2, "dof": block.dof,
-                                   "p_value": block.p_value}
-        groups = (value.misalignment_rad, value.bias_counts, value.scale_counts_per_unit)
-        for name, of_group, sd in zip(
-                ("misalignment", "bias", "scale"), groups, value.sd, strict=True):
-            for i, axis in enumerate(AXES):
-                columns |= {f"{name}_{axis}": of_group[:, i], f"{name}_{axis}_sd": sd[:, i]}
-        frames.append(DataFrame(columns, index=list(block.sensors)))
-    return concat(frames)
+    return concat([DataFrame(
+        {"poses": block.poses, "chi2": block.chi2, "dof": block.dof, "p_value": block.p_value,
+         **block.columns(("misalignment", "bias", "scale"))}, index=list(block.sensors))
+        for block in blocks])
 
 
 def pose_frame(assessed: AssessedTriad) -> "DataFrame":

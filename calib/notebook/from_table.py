@@ -16,7 +16,8 @@ from calib.fit.triad.evaluable import correct_other_poses
 from calib.lot import CalibratedBlock, SensorPoses, calibrate_blocks, pool_of_lot
 from calib.notebook import display
 from calib.notebook.calibration import Calibration, calibrated, named_model
-from calib.notebook.tables import SI, gravity_runs, parts_by, plate_runs, triad_columns
+from calib.notebook.tables import SI, gravity_runs, parts_by, plate_runs
+from calib.poses.averaging.tabled_poses import triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set

@@ -20,7 +20,8 @@ from calib.earth import (
 from calib.errors import UnusableLog
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, TriadMean, stated_means
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.averaging.tabled_poses import PREFIX, SD, TIME, tabled_poses, triad_columns
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.reference import PlateRate
@@ -28,8 +29,7 @@ from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
 
 SI = TriadSpec(np.inf, 0, "si")
-PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}
-POSE, TIME, RATE, SAMPLES = "pose", "time_s", "rate_rad_s", "samples"
+POSE, RATE = "pose", "rate_rad_s"
 
 #: What people have in place of m/s²: how long one SI unit is in each; definition
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
@@ -135,11 +135,6 @@ def _renaming(names: Sequence[str], triad: Triad) -> str:
     return " Rename the columns: table.rename(columns={...})."
 
 
-def triad_columns(triad: Triad, prefix: str = "") -> list[str]:
-    """Names of the three columns of a triad."""
-    return [f"{prefix}{PREFIX[triad]}_{axis}" for axis in AXES]
-
-
 def _numbers(name: str, values: Any) -> FloatArray:
     try:
         return np.asarray(values, dtype=float)
@@ -228,16 +223,9 @@ def pose_means(
     if len(set(labels)) < len(labels):
         return [_averaged(columns, label, np.array([each == label for each in labels]), rate_rad_s)
                 for label in dict.fromkeys(labels)]
-    read = {TIME, SAMPLES, *(name for each in TRIADS for prefix in ("", "sd_")
-                             for name in triad_columns(each, prefix))}
-    both = {each: _stated(columns, each, labels) for each in TRIADS}
-    time_s = columns.get(TIME, np.full(len(labels), np.nan))
-    return [
-        PoseMean(label, both["accelerometer"][i], both["gyroscope"][i], float(time_s[i]), 0.0,
-                 {name: float(values[i]) for name, values in columns.items() if name not in read},
-                 stated=True)
-        for i, label in enumerate(labels)
-    ]
+    for each in TRIADS:
+        _require_stated(columns, each, labels)
+    return tabled_poses(labels, columns, dict.fromkeys(TRIADS, SI))
 
 
 def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> PoseMean:
@@ -254,18 +242,16 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
     return average_pose(log, SI, SI, abs(rate_rad_s))
 
 
-def _stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> list[TriadMean]:
-    names, sd_names = triad_columns(triad), triad_columns(triad, "sd_")
+def _require_stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> None:
+    """Refuse means that are no numbers, and sds that are none."""
+    names, sd_names = triad_columns(triad), triad_columns(triad, SD)
     if any(name not in columns for name in names):
-        return [NOT_LOGGED] * len(labels)
-    means = np.column_stack([columns[name] for name in names])
-    if not np.isfinite(means).all():
-        row = int(np.flatnonzero(~np.isfinite(means).all(axis=1))[0])
-        raise UnusableLog(f"table: {' or '.join(names)} has no number in {labels[row]}. Leave that "
-                          f"row out: table.dropna().")
-    sd = np.full((len(labels), 3), np.nan)
-    if all(name in columns for name in sd_names):
-        sd = np.column_stack([columns[name] for name in sd_names])
-        if not (sd > 0).all():
-            raise UnusableLog(f"table: an sd in {', '.join(sd_names)} is not a positive number.")
-    return stated_means(means, sd, columns.get(SAMPLES))
+        return
+    missing = ~np.isfinite([columns[name] for name in names]).all(axis=0)
+    if missing.any():
+        raise UnusableLog(f"table: {' or '.join(names)} has no number in "
+                          f"{labels[int(np.argmax(missing))]}. Leave that row out: "
+                          f"table.dropna().")
+    if all(name in columns for name in sd_names) and not all(
+            (columns[name] > 0).all() for name in sd_names):
+        raise UnusableLog(f"table: an sd in {', '.join(sd_names)} is not a positive number.")

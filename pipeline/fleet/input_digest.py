@@ -13,9 +13,6 @@ from pipeline.text.names import program_version
 RECORD_FORMAT = 2
 """Raise it whenever a record holds other things than before."""
 
-BLOCK = 1 << 20
-"""Bytes read at a time; chosen: the digest does not depend on it."""
-
 
 def input_digest(config: Config, allow_python: bool, reports: bool) -> str:
     """The SHA-256 of everything that decides the results of ``config``.
@@ -71,12 +68,9 @@ def _python_files(config: Config, folder: Path) -> Iterator[Path]:
 
 
 def _digest(path: Path) -> bytes:
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
-            while block := file.read(BLOCK):
-                digest.update(block)
+            return hashlib.file_digest(file, "sha256").digest()
     except OSError as error:
         raise UnreadableInput(f"{path}: cannot be read ({error.strerror}). Check the name, and "
                               "that you may read the file.") from error
-    return digest.digest()

@@ -16,7 +16,7 @@ from calib.rounding import with_sd
 from pipeline.errors import DONE, FIT_FAILED, UNDETERMINED
 from pipeline.fleet.finish import FleetSummary, write_lot
 from pipeline.fleet.lot_sets import LotSets
-from pipeline.fleet.table import PARAMETER_NAMES, column, fleet_table
+from pipeline.fleet.table import column, fleet_table
 from pipeline.results.json_values import Json
 from pipeline.results.names import PARAMETERS
 from pipeline.text.formatting import count
@@ -73,16 +73,10 @@ def _parts(sets: LotSets, triad: Triad) -> "Iterator[DataFrame]":
 
 
 def _rows(triad: Triad, block: CalibratedBlock) -> "DataFrame":
-    parameters = block.parameters
-    value = np.concatenate([getattr(parameters, name) for name in PARAMETERS], axis=1)
-    sd = np.concatenate(parameters.sd, axis=1)
-    numbers = {"n_poses": block.poses, "chi2": block.chi2, "dof": block.dof,
-               "p_value": block.p_value}
-    for i, name in enumerate(PARAMETER_NAMES):
-        numbers |= {name: value[:, i], f"{name}_sd": sd[:, i]}
     return _frame(triad, block.sensors, station=block.stations, exit_code=DONE, reason="",
                   verdict=np.where(block.p_value < MISFIT_P_VALUE, MISFIT, FITS), missing="",
-                  **numbers)
+                  n_poses=block.poses, chi2=block.chi2, dof=block.dof, p_value=block.p_value,
+                  **block.columns(PARAMETERS))
 
 
 def _frame(triad: Triad, sensors: Sequence[str], **columns: Any) -> "DataFrame":

@@ -17,9 +17,16 @@ from calib.fit.least_squares.solver import fit_sets
 from calib.fit.model import Model
 from calib.fit.triad.correction import Correction
 from calib.lot import SensorPoses
-from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, stated_means
+from calib.poses.averaging.tabled_poses import (
+    READ,
+    SD,
+    TIME,
+    nominal_means,
+    tabled_poses,
+    triad_columns,
+)
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, IntArray, Triad
+from calib.poses.imu_log import TRIADS, FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config, config_from
 from pipeline.config.sensor import sensor_specs
@@ -27,19 +34,14 @@ from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import YamlSource, read_source
 from pipeline.errors import UnreadableInput
 from pipeline.fleet.lot_table import SensorRows, sensor_blocks
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates
-from pipeline.stages.pose_means import SD
 from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import sections_by_setting
 from pipeline.stages.site import gravity_of
 from pipeline.stages.triad_poses import accelerometer_poses, gyroscope_poses
 from pipeline.stages.user_effects import user_effects
-
-COLUMNS: Mapping[Triad, tuple[str, ...]] = {"accelerometer": ACCELEROMETER,
-                                            "gyroscope": GYROSCOPE}
 
 
 def load_design(path: Path, table: Path) -> Config:
@@ -57,7 +59,7 @@ def load_design(path: Path, table: Path) -> Config:
 def _with_table(source: YamlSource, table: str) -> YamlSource:
     values: dict[str, Any] = dict(source.values)
     poses = {"means": table}
-    for triad in COLUMNS:
+    for triad in TRIADS:
         section = values.get(triad)
         if isinstance(section, dict) and isinstance(section.get("runs"), list):
             runs = [{"poses": poses, **run} if isinstance(run, dict) else run
@@ -115,11 +117,11 @@ class LotSets:
     @property
     def triads(self) -> list[Triad]:
         """The triads that the design calibrates, accelerometer first."""
-        return [triad for triad in COLUMNS if getattr(self.design, triad) is not None]
+        return list(self.design.triads)
 
     def spec(self, triad: Triad) -> TriadSpec:
         """The data sheet of a triad."""
-        spec = sensor_specs(self.design.sensor)[list(COLUMNS).index(triad)]
+        spec = sensor_specs(self.design.sensor)[TRIADS.index(triad)]
         assert spec is not None
         return spec
 
@@ -138,8 +140,8 @@ class LotSets:
         UnreadableInput
             The table cannot be read, or a reading or an sd is no number.
         """
-        needed = [prefix + name for each in self.triads for prefix in ("", SD)
-                  for name in COLUMNS[each]]
+        needed = [name for one in self.triads for prefix in ("", SD)
+                  for name in triad_columns(one, prefix)]
         runs = [section.rate for section in self.design.gyroscope.runs
                 ] if self.design.gyroscope else []
         only = runs[0] if self.design.accelerometer is None and len(set(runs)) == 1 else STOPPED
@@ -185,7 +187,8 @@ class LotSets:
 
     def _example(self, triad: Triad, rows: SensorRows) -> _Example | str:
         """The poses of a sensor as a session makes them; why there are none."""
-        means = self._means(rows)
+        specs = {name: self.spec(name) for name in self.triads}
+        means = tabled_poses(rows.pose, rows.numbers, specs)
         recordings, places = {}, {}
         for setting in sections_by_setting(self.design):
             index = np.array([i for i, run in enumerate(rows.run) if run == setting.rate], int)
@@ -211,30 +214,9 @@ class LotSets:
             return (f"its rows are of the runs {', '.join(dict.fromkeys(rows.run))}, and the "
                     f"design has {wanted}.")
 
-    def _means(self, rows: SensorRows) -> list[PoseMean]:
-        triads = {}
-        for triad, names in COLUMNS.items():
-            if names[0] in rows.numbers and triad in self.triads:
-                reading, sd = self._nominal(triad, rows)
-                triads[triad] = stated_means(reading, sd)
-            else:
-                triads[triad] = [NOT_LOGGED] * len(rows.pose)
-        time_s = rows.numbers.get(TIME, np.full(len(rows.pose), np.nan))
-        others = _covariates(rows)
-        return [
-            PoseMean(label=label, accelerometer=triads["accelerometer"][i],
-                     gyroscope=triads["gyroscope"][i], time_s=float(time_s[i]), duration_s=0.0,
-                     columns={name: float(values[i]) for name, values in others.items()},
-                     stated=True)
-            for i, label in enumerate(rows.pose)
-        ]
-
     def _nominal(self, triad: Triad, rows: SensorRows) -> tuple[FloatArray, FloatArray]:
         """Readings and their sds by the data sheet, SI, each (n, 3)."""
-        spec, names = self.spec(triad), COLUMNS[triad]
-        reading = spec.nominal(np.column_stack([rows.numbers[name] for name in names]))
-        sd = np.column_stack([rows.numbers[SD + name] for name in names]) * spec.nominal_scale
-        return reading, sd
+        return nominal_means(rows.numbers, triad, self.spec(triad))
 
     def _measured(
         self, triad: Triad, example: _Example, rows: SensorRows, accelerometer: Correction | None
@@ -271,9 +253,7 @@ def _begin(rows: SensorRows) -> float:
 
 def _covariates(rows: SensorRows) -> dict[str, FloatArray]:
     """Logged columns (n,) beside time, means and sds."""
-    known = {TIME, *(prefix + name for names in COLUMNS.values() for name in names
-                     for prefix in ("", SD))}
-    return {name: values for name, values in rows.numbers.items() if name not in known}
+    return {name: values for name, values in rows.numbers.items() if name not in READ}
 
 
 def _require_numbers(sensors: Sequence[SensorRows], needed: Sequence[str], table: Path) -> None:

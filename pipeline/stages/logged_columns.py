@@ -9,6 +9,7 @@ import numpy as np
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
+from calib.poses.averaging.tabled_poses import STATED
 from calib.poses.imu_log import TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
@@ -16,7 +17,6 @@ from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import READINGS
 from pipeline.logs.read import column_names
-from pipeline.stages.pose_means import is_of_means
 from pipeline.stages.session_logs import SessionLogs
 from pipeline.text.names import nearest_name
 
@@ -70,7 +70,7 @@ def _header(section: LogsSection, i: int, path: Path) -> list[str]:
         names = column_names(path, section.columns_of(i))
     except UnreadableInput:  # said where the log itself is read
         return []
-    return [name for name in names if name not in READINGS and not is_of_means(name)] or [""]
+    return [name for name in names if name not in READINGS and name not in STATED] or [""]
 
 
 def require_logged_columns(config: Config, logs: SessionLogs) -> None:
