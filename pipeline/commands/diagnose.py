@@ -28,7 +28,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
 
     The command runs every stage and does not change the results or the history.
     """
-    from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
+    from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import misfit_lines, ranking_lines
@@ -36,7 +36,8 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     from pipeline.session_folder import working_on
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
-        outcome = run_as_shown(quiet, as_json)(session, folder, allow_python)
+        outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),
+                            bars=not quiet)
     if as_json:
         echo_whole(results_text(results_of(outcome)))
         return

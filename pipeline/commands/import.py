@@ -63,7 +63,6 @@ def command(
     first rows, states what is uncertain, runs the configuration, and then writes it. It changes no
     log and never replaces a file without --force.
     """
-    from pipeline.commands.interaction.run_with_progress import run_unwatched
     from pipeline.config.template import site_text
     from pipeline.console.import_text import guess_json, guess_lines
     from pipeline.errors import UnwritableOutput
@@ -73,6 +72,7 @@ def command(
     from pipeline.guess.files import guess_files, is_clip, measure_clips
     from pipeline.guess.session import guess_session
     from pipeline.stages.context import RunContext
+    from pipeline.stages.run import run_stages
 
     path = output or _path_for(files)
     if path.exists() and not force:
@@ -103,7 +103,7 @@ def command(
             latitude = ask_latitude()
         site = None if latitude is None else site_text(latitude, height)
         checked = checked_config(guess, path.absolute(), Choices(site),
-                                 lambda config: run_unwatched(config, context))
+                                 lambda config: run_stages(config, context))
     if as_json:
         echo_json(guess_json(guess, checked))
     write_whole(path, checked.text)

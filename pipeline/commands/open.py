@@ -29,7 +29,7 @@ def command(
     any model that you tried, and write the one that you want into CONFIG. The address answers this
     computer alone; a run in a terminal updates the page.
     """
-    from pipeline.commands.interaction.run_with_progress import run_silently
+    from pipeline.commands.interaction.run_with_progress import run_shown
     from pipeline.commands.run import command as run
     from pipeline.config.load import load_config
     from pipeline.stages.context import CACHE_NAME
@@ -51,4 +51,4 @@ def command(
 
     serve(Workbench(
         config, folder, output, folder / CACHE_NAME, allow_python,
-        lambda changed, into: run_silently(changed, into, allow_python), beside), opened)
+        lambda changed, into: run_shown(changed, into, allow_python, bars=False), beside), opened)

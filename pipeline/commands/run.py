@@ -39,7 +39,7 @@ def command(
 
     Later runs read the measured angles of the clips from the folder of the results.
     """
-    from pipeline.commands.interaction.run_with_progress import run_as_shown, say_waiting
+    from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
     from pipeline.report.outputs import outputs_of
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
@@ -47,7 +47,8 @@ def command(
 
     with working_on(config, output, say_waiting) as (session, folder):
         require_own_files(folder, force)
-        outcome = run_as_shown(quiet, as_json)(session, folder, allow_python)
+        outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),
+                            bars=not quiet)
         if not (quiet or as_json):
             _show(outcome)
         outputs = outputs_of(outcome, folder)

@@ -21,7 +21,6 @@ SET_OUTPUT_CONFIGURATION = 0xC0  # of the newer series
 WRONG_PERIOD = 0x03  # a code of ERROR
 TICKS_PER_S = 115200  #: fact: in which the sampling period is stated
 DATA_LENGTH_AT = 102  #: fact: of the length of its data in the answer to a request of configuration
-CONFIGURATION_BYTES = 118  #: fact: of that answer
 
 
 @dataclass(frozen=True, slots=True)

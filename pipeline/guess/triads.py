@@ -20,7 +20,7 @@ from pipeline.guess.magnitudes import (
     rate_scale,
     typical_length,
 )
-from pipeline.logs.header_words import read_name
+from pipeline.logs.header_words import read_name, whole_triples
 
 AXIS_COUNT = 3  #: fact: of a triad
 BITS = 16  #: fact: of the converters in use; a smaller one gives words of 16 bits too
@@ -77,15 +77,9 @@ class TriadGuess:
 
 def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
     """All x, y, z of one quantity whose names differ in nothing but the axis, the best first."""
-    by_stem: dict[tuple[str, bool], dict[int, str]] = {}
-    for name in columns:
-        words = read_name(name)
-        if words.quantity == quantity and words.axis is not None:
-            by_stem.setdefault((words.stem, words.gravity_free), {})[words.axis] = name
-    whole = [(free, tuple(axes[i] for i in range(AXIS_COUNT)))
-             for (_, free), axes in by_stem.items()
-             if len(axes) == AXIS_COUNT]
-    return [(x, y, z) for _, (x, y, z) in sorted(whole, key=lambda named: named[0])]
+    whole = whole_triples([read_name(name) for name in columns], quantity)
+    return [(columns[x], columns[y], columns[z])
+            for _, (x, y, z) in sorted(whole, key=lambda triple: triple[0])]
 
 
 def neighbours(columns: Sequence[str]) -> Iterator[Triple]:

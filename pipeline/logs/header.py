@@ -11,7 +11,7 @@ from pipeline.logs.columns import (
     missing_columns,
     our_name,
 )
-from pipeline.logs.header_words import Words, read_name
+from pipeline.logs.header_words import Words, read_name, whole_triples
 
 TRIPLES = {"acc": ACCELEROMETER, "gyr": GYROSCOPE}
 Named = tuple[str, float]  #: our name, and the factor to our unit
@@ -54,14 +54,10 @@ def _name_a_triad(
     read: list[Named], words: Sequence[Words], quantity: str, ours: Sequence[str]
 ) -> None:
     """The one triple of a quantity whose names differ in nothing but the axis."""
-    stems: dict[str, dict[int, int]] = {}
-    for i, word in enumerate(words):
-        if word.quantity == quantity and word.axis is not None and not word.gravity_free:
-            stems.setdefault(word.stem, {})[word.axis] = i
-    whole = [axes for axes in stems.values() if len(axes) == len(ours)]
+    whole = [places for free, places in whole_triples(words, quantity) if not free]
     if len(whole) == 1 and not {name for name, _ in read} & set(ours):
-        for axis, i in whole[0].items():
-            read[i] = (ours[axis], 1.0)
+        for name, i in zip(ours, whole[0], strict=True):
+            read[i] = (name, 1.0)
 
 
 def _name_the_temperature(read: list[Named], words: Sequence[Words]) -> None:

@@ -1,6 +1,7 @@
 """What the name of a column says: the quantity, the axis, the unit."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -99,6 +100,21 @@ def read_name(name: str) -> Words:
     stem = "".join(words)
     quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
     return Words(quantity, axis, unit, stem, _gravity_free(text, words))
+
+
+def whole_triples(
+    words: Sequence[Words], quantity: str
+) -> list[tuple[bool, tuple[int, int, int]]]:
+    """Places of every x, y, z of one quantity whose names differ in nothing but the axis.
+
+    Before them whether gravity is removed from their readings.
+    """
+    stems: dict[tuple[str, bool], dict[int, int]] = {}
+    for i, word in enumerate(words):
+        if word.quantity == quantity and word.axis is not None:
+            stems.setdefault((word.stem, word.gravity_free), {})[word.axis] = i
+    return [(free, (axes[0], axes[1], axes[2])) for (_, free), axes in stems.items()
+            if len(axes) == len(AXES)]
 
 
 def _split_unit(name: str) -> tuple[str, str]:

@@ -9,7 +9,7 @@ import click
 from calib.diagnosis.verdict.wording import enumeration
 from calib.errors import CalibrationError
 from pipeline.commands.interaction.output import echo_warnings
-from pipeline.commands.interaction.run_with_progress import run_quietly, run_silently, say_waiting
+from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
 from pipeline.commands.interaction.verdicts import echo_verdict
 from pipeline.config.load import Config
 from pipeline.console.answers import next_line
@@ -40,8 +40,7 @@ class Manner:
 
     def runner(self, folder: Path) -> Callable[[Config], Outcome]:
         """A run of a configuration with its cache in ``folder``."""
-        run = run_silently if self.quiet else run_quietly
-        return lambda config: run(config, folder, self.allow_python)
+        return lambda config: run_shown(config, folder, self.allow_python, bars=not self.quiet)
 
     def show(self, change: ModelChange) -> None:
         """Print the errors before and after."""

@@ -1,6 +1,5 @@
 """Running the stages at the terminal: a line for each, warnings, progress of the clips."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -51,34 +50,14 @@ def _line(result: StageResult) -> str:
     return installation_line(result)
 
 
-def run_watched(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
-    """Run every stage of ``config``; phase tracks are kept in ``folder``."""
-    return _run(config, folder, allow_python, lines=True)
-
-
-def run_quietly(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
-    """The same with warnings and progress only, for commands that show what they compare."""
-    return _run(config, folder, allow_python, lines=False)
-
-
-def run_silently(config: Config, folder: Path, allow_python: bool = False) -> Outcome:
-    """The same with warnings only, for ``--quiet``."""
-    return _run(config, folder, allow_python, lines=False, bars=False)
-
-
-def run_as_shown(quiet: bool, as_json: bool) -> Callable[[Config, Path, bool], Outcome]:
-    """How to run for a command with ``--quiet`` and ``--json``."""
-    return run_silently if quiet else run_quietly if as_json else run_watched
-
-
-def run_unwatched(config: Config, context: RunContext | None = None) -> Outcome:
-    """Run every stage of a configuration that no folder of results belongs to yet."""
-    return run_stages(config, context or RunContext())
-
-
-def _run(
-    config: Config, folder: Path, allow_python: bool, *, lines: bool, bars: bool = True
+def run_shown(
+    config: Config, folder: Path, allow_python: bool = False, *, lines: bool = False,
+    bars: bool = True,
 ) -> Outcome:
+    """Run every stage of ``config`` with its warnings; phase tracks are kept in ``folder``.
+
+    ``lines`` shows a line for each stage, ``bars`` the progress of the clips.
+    """
     with ClipProgress(bars) as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)
         return run_stages(config, context, stage_display(progress, lines))

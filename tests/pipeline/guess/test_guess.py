@@ -5,13 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.commands.interaction.run_with_progress import run_unwatched
 from pipeline.config.sensor import sensor_specs
 from pipeline.errors import UnreadableInput
 from pipeline.guess.checked import CheckedConfig, checked_config
 from pipeline.guess.config_text import Choices
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
 from tests.pipeline.guess.mixed_files import MIXED, android_lines
@@ -31,7 +32,7 @@ def log() -> HandLog:
 def imported(foreign: Foreign, folder: Path) -> CheckedConfig:
     tables, _ = guess_files(foreign.files, foreign.rate_hz)
     return checked_config(guess_session(tables), folder / "session.yaml", Choices(SITE),
-                          run_unwatched)
+                          lambda config: run_stages(config, RunContext()))
 
 
 @pytest.mark.parametrize("tool", EVERY)

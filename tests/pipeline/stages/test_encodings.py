@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pipeline.cli import main
-from pipeline.commands.interaction.run_with_progress import run_unwatched
 from pipeline.config.load import load_config
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates
+from pipeline.stages.run import run_stages
 from tests.pipeline.guess.hand_log import ACC_SCALE, HandLog, hand_log
 
 COUNTS_PER_G = 4096.0
@@ -54,7 +54,7 @@ def test_every_sheet_gives_the_same_calibration(
 ) -> None:
     readings = log.acc * per_m_s2 if modulus is None else counts(log) + offset
     config = session(tmp_path, log, readings % modulus if modulus else readings, sheet)
-    outcome = run_unwatched(load_config(config))
+    outcome = run_stages(load_config(config), RunContext())
     assert outcome.triad("accelerometer") is not None
     parameters = outcome.triad("accelerometer").calibration.parameters
     np.testing.assert_allclose(parameters.scale_counts_per_unit / per_m_s2, ACC_SCALE, atol=2e-3)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pipeline.cli import main
-from pipeline.commands.interaction.run_with_progress import run_unwatched
 from pipeline.config.load import load_config
-from pipeline.stages.run import Outcome
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.guess.hand_log import hand_log
 
 SESSION = """\
@@ -37,7 +37,7 @@ def run(folder: Path, head: str, rows: np.ndarray) -> Outcome:
     np.savetxt(folder / "means.csv", rows, delimiter=",", header=head, comments="")
     config = folder / "config.yaml"
     config.write_text(SESSION % "means: means.csv")
-    return run_unwatched(load_config(config))
+    return run_stages(load_config(config), RunContext())
 
 
 HEAD = "acc_x,acc_y,acc_z"
@@ -105,7 +105,7 @@ def test_two_logs_of_one_sensor_are_pooled_and_not_joined(tmp_path: Path) -> Non
                    header=f"time_s,{HEAD}", comments="", fmt="%.6f")
     config = tmp_path / "config.yaml"
     config.write_text(SESSION % "log: [0.csv, 1.csv], find: still")
-    outcome = run_unwatched(load_config(config))
+    outcome = run_stages(load_config(config), RunContext())
     assert outcome.triad("accelerometer") is not None
     assert len(outcome.triad("accelerometer").calibration.fit.poses) == 18
     assert any("2 logs hold the same triads: their poses are pooled (9 + 9)" in warning

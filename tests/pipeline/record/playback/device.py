@@ -17,7 +17,6 @@ from calib.poses.imu_log import FloatArray
 from pipeline.devices.sample import CLOCK_MODULUS
 from pipeline.devices.sketch_lines import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.devices.xbus import (
-    CONFIGURATION_BYTES,
     DATA_LENGTH_AT,
     ERROR,
     GO_TO_CONFIG,
@@ -40,6 +39,7 @@ from pipeline.devices.xsens_mtdata import (
 )
 from tests.pipeline.record.playback import Protocol
 
+CONFIGURATION_BYTES = 118  #: of the answer to a request of configuration, by the manual
 MOVE_S = 1.2  #: a hand's motion from one pose to the next
 HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds
 GREETING = b"Initializing I2C devices...\r\nMPU6050 connection successful\r\n"
