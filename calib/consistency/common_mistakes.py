@@ -86,14 +86,14 @@ def pose_mistakes(poses: PoseSet, fitted: Fit | None) -> Iterator[Mistake]:
     By their residuals, to first order: a refit without each pose takes seconds under Huber's loss,
     and would only put poses in order. Without a fit by the lengths of their readings.
     """
-    off = np.abs(_off_by_length(poses)) if fitted is None else _off_by_residual(fitted)
+    off = np.abs(relative_lengths(poses)) if fitted is None else _off_by_residual(fitted)
     for k in np.argsort(off)[: -WORST_POSES - 1 : -1]:
         yield from _of_readings(poses, np.arange(len(poses)) == k, f"in {poses.label[k]}")
 
 
 def range_mistakes(poses: PoseSet) -> Iterator[Mistake]:
     """Several poses whose readings are too long by the same common factor."""
-    off = _off_by_length(poses)
+    off = relative_lengths(poses)
     for factor, words in FACTORS[poses.triad].items():
         member = np.abs(off + np.log(factor)) < SAME_FACTOR
         if 1 < member.sum() < len(poses) / 2:
@@ -109,8 +109,8 @@ def _off_by_residual(fitted: Fit) -> FloatArray:
     return np.asarray(np.bincount(pose, left_out**2) / np.bincount(pose))
 
 
-def _off_by_length(poses: PoseSet) -> FloatArray:
-    """Logarithm of each reading's length over the reference, from the median, (n,); 0 at rest."""
+def relative_lengths(poses: PoseSet) -> FloatArray:
+    """Logarithm of each length over its reference, from the median, no unit, (n,); 0 at rest."""
     turning = ~poses.reference.is_null
     off = np.zeros(len(poses))
     length = np.maximum(np.linalg.norm(poses.reading[turning], axis=1), NO_LENGTH)

@@ -16,6 +16,7 @@ from scipy.special import fdtrc
 
 from calib.consistency.common_mistakes import (
     CHANGES,
+    SAME_FACTOR,
     Mistake,
     block_mistakes,
     blocks,
@@ -23,6 +24,7 @@ from calib.consistency.common_mistakes import (
     pose_mistakes,
     range_mistakes,
     rate_mistakes,
+    relative_lengths,
 )
 from calib.consistency.means_alone import by_means
 from calib.consistency.quadric import least_chi2
@@ -43,6 +45,9 @@ BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
 are the data sheet's within a third. Tuned on mistakes in whole sessions: at 2 exchanged axes of a
 run are passed over, at 4, 8, 16 and 32 nothing is. A limit of time."""
+
+MOST_ODD = 0.2
+"""Share of the poses. Derived: four of 18 may go before a direction is missing."""
 
 
 def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None:
@@ -73,6 +78,17 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / len(mistakes):
         return
     mistakes += [*pose_mistakes(poses, fitted), *range_mistakes(poses)]
+    if (words := _explanation(mistakes, poses, base)) is not None:
+        raise Contradiction(
+            f"{poses.triad}: the poses contradict each other, and they agree once one mistake is "
+            f"undone: {words}. Check the files and the configuration of these poses."
+        )
+    if fitted is None:
+        _require_alike_lengths(poses, base)
+
+
+def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> str | None:
+    """The mistake that explains the misfit and what it leaves, in words; None where none does."""
     before = _chi2(poses, base)
     whole = float(least_chi2([poses])[0]) if before is None else before[0]
     hopeful = _hopeful(mistakes, whole, len(poses))
@@ -82,17 +98,27 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
         for i, chi2, dof in zip(fits.index, fits.fitted.chi2, fits.fitted.dof, strict=True)
     ]
     if not tried:
-        return
+        return None
     chi2, dof, mistake = min(tried, key=lambda one: one[0])
     gained = dof / 2 * np.log(max(whole, dof) / max(chi2, dof))
     if gained < np.log(len(mistakes) / FALSE_ALARM) or chi2 - dof > LEFT_OVER * (whole - dof):
-        return
+        return None
     if mistake.of is not None and not _agree(mistake.undone, mistake.of, base, (chi2, dof)):
+        return None
+    return f"{mistake.words} (chi²/dof {chi2 / dof:.3g} instead of {whole / dof:.3g})"
+
+
+def _require_alike_lengths(poses: PoseSet, base: Model) -> None:
+    """Refuse poses without a fit where a few have readings of quite another length."""
+    off = relative_lengths(poses)
+    odd = np.abs(off) > SAME_FACTOR
+    if not 0 < odd.sum() <= MOST_ODD * len(poses) or _chi2(poses.take(~odd), base) is None:
         return
+    labels = [f"{poses.label[i]} ({np.exp(off[i]):.3g} times)" for i in np.flatnonzero(odd)]
     raise Contradiction(
-        f"{poses.triad}: the poses contradict each other, and they agree once one mistake is "
-        f"undone: {mistake.words} (chi²/dof {chi2 / dof:.3g} instead of "
-        f"{whole / dof:.3g}). Check the files and the configuration of these poses."
+        f"{poses.triad}: the readings of {' and '.join(labels)} are of quite another length than "
+        f"those of the other poses, and by no factor that ranges or units differ by. Without them "
+        f"the others determine the model. Record them again, or exclude them."
     )
 
 

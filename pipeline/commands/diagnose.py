@@ -11,6 +11,7 @@ from pipeline.commands.interaction.output import (
     json_option,
     python_option,
     quiet_option,
+    say,
 )
 from pipeline.commands.interaction.verdicts import echo_verdict
 
@@ -54,6 +55,6 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     for rate in outcome.rates.values():
         for line in verdict_lines(rate):
             click.echo()
-            click.secho(paragraph(line), bold=True)
+            say(paragraph(line), bold=True)
     click.echo()
     click.echo(next_line(outcome, folder, look="pipeline effects"))

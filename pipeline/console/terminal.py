@@ -1,7 +1,8 @@
 """Standard output and error as the commands see them.
 
 Names, headers and units come out of files, so that what is printed may hold anything: control
-characters are shown, never sent, but for the colours that the commands use themselves. A reader
+characters are shown, never sent. The commands' own colours are no part of a text: they are stated
+beside it (``write_between``). A reader
 that goes away (``| head``) never stops a command, and a character that the terminal's encoding
 lacks is replaced. On a terminal, lines longer than it is wide are cut between words; what programs
 read is never cut.
@@ -21,10 +22,8 @@ from typing import Any, TextIO, cast
 from pipeline.text.plain import HIDDEN, escape
 from pipeline.text.wrapping import terminal_columns
 
-#: The commands' own colours and faces; those that would hide text are not among them.
-FACE = r"\x1b\[(?:0|1|2|32|33|31|36)m"
-#: What is hidden or acts, but new line and tab and the faces.
-ACTING = re.compile(rf"{FACE}|[\n\t]|({HIDDEN.pattern})")
+#: What is hidden or acts, but new line and tab.
+ACTING = re.compile(rf"[\n\t]|({HIDDEN.pattern})")
 #: A line to be copied whole: a command, behind the word that announces it.
 COMMAND = re.compile(r"\s*(?:next: |afterwards: )?pipeline ")
 #: The title of a line, and the blanks before its text: further lines begin under the text.
@@ -49,15 +48,14 @@ def cut_between_words(line: str, columns: int) -> str:
     logs            36 poses
                 averaged
     """
-    plain = re.sub(FACE, "", line)
-    if len(plain) <= columns or COMMAND.match(plain) or os.path.lexists(plain):
+    if len(line) <= columns or COMMAND.match(line) or os.path.lexists(line):
         return line
-    title = TITLE.match(plain)
-    start = title.end() if title else FURTHER * plain.startswith(" ")
+    title = TITLE.match(line)
+    start = title.end() if title else FURTHER * line.startswith(" ")
     indent = min(start, int(DEEPEST * columns))
     lines, length = [""], 0
     for blanks, word in re.findall(r"(\s*)(\S+)", line):
-        size = len(re.sub(FACE, "", word))
+        size = len(word)
         if length and length + len(blanks) + size > columns:
             lines.append(" " * indent)
             blanks, length = "", indent
@@ -85,12 +83,19 @@ class ShownStream:
 
     def write(self, text: str) -> int:
         """Write ``text``; nothing happens once the reader has gone."""
+        self._send(self._shown(text))
+        return len(text)
+
+    def write_between(self, before: str, text: str, after: str) -> None:
+        """Write ``text`` between two sequences of the commands' own, which are sent as they are."""
+        self._send(before + self._shown(text) + after)
+
+    def _shown(self, text: str) -> str:
         clean = visible(text)
         columns = terminal_columns(self.raw)
-        if columns is not None:
-            clean = "\n".join(cut_between_words(line, columns) for line in clean.split("\n"))
-        self._send(clean)
-        return len(text)
+        if columns is None:
+            return clean
+        return "\n".join(cut_between_words(line, columns) for line in clean.split("\n"))
 
     def _send(self, text: str) -> None:
         if not self._gone:

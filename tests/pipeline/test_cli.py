@@ -15,6 +15,8 @@ import vision.errors
 from pipeline import cli
 from pipeline.commands import COMMANDS, front_page
 from pipeline.commands.interaction import group
+from pipeline.commands.interaction.output import say
+from pipeline.console.terminal import ShownStream
 from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
 from tests.paths import ROOT
 from tests.sessions import quick_session
@@ -229,11 +231,11 @@ def test_no_color_is_honoured(
 ) -> None:
     @click.command("colour")
     def command() -> None:
-        context = click.get_current_context()
-        click.echo(click.style("hi", fg="red"), color=True if context.color is None else None)
+        say("hi", fg="red")
 
     fail_with(AssertionError(), monkeypatch)
     monkeypatch.setattr(group, "import_module", lambda _: type("module", (), {"command": command}))
+    monkeypatch.setattr(ShownStream, "isatty", lambda _: True, raising=False)
     monkeypatch.setenv("NO_COLOR", no_color)
     assert cli.main(["fail"]) == 0
     assert capsys.readouterr().out == expected + "\n"

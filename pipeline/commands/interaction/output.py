@@ -29,10 +29,31 @@ def quiet_option(printed: str) -> Decorated:
                         help=f"Print only {printed}, and warnings.")
 
 
+def say(text: str, *, err: bool = False, **face: str | bool) -> None:
+    """Print a line, on a terminal in a face of the commands' own.
+
+    Parameters
+    ----------
+    text : str
+    err : bool
+        On standard error.
+    face : str or bool
+        As ``click.style`` takes it: ``fg="yellow"``, ``bold=True``.
+    """
+    stream = sys.stderr if err else sys.stdout
+    context = click.get_current_context(silent=True)
+    in_colour = stream.isatty() and (context is None or context.color is not False)
+    if in_colour and isinstance(stream, ShownStream):
+        before, after = click.style("\n", **face).split("\n")  # type: ignore[arg-type]
+        stream.write_between(before, text, f"{after}\n")
+    else:
+        click.echo(text, err=err)
+
+
 def echo_warnings(texts: Iterable[str], kind: str = "warning") -> None:
     """Print each of ``texts`` on standard error, after what it is."""
     for text in texts:
-        click.secho(f"{kind}: {text}", fg="yellow", err=True)
+        say(f"{kind}: {text}", fg="yellow", err=True)
 
 
 def echo_json(value: Any) -> None:

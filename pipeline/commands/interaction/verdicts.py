@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import click
-
 from pipeline.commands import paragraph
+from pipeline.commands.interaction.output import say
 
 if TYPE_CHECKING:
     from pipeline.stages.triads import TriadResult
@@ -18,5 +17,5 @@ def echo_verdict(result: "TriadResult") -> None:
     """Print the diagnosis of a triad in its colour, wrapped at the terminal's width."""
     from pipeline.console.run_text import verdict_line
 
-    click.secho(paragraph(verdict_line(result)), bold=True,
+    say(paragraph(verdict_line(result)), bold=True,
                 fg=COLOURS[result.diagnosis.explanation.standing])

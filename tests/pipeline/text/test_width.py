@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.commands.interaction.output import say
 from pipeline.console.terminal import ShownStream, cut_between_words
 from pipeline.text.tables import aligned
 from pipeline.text.wrapping import terminal_columns
@@ -49,14 +50,12 @@ def test_a_long_last_column_continues_under_itself() -> None:
 @pytest.mark.parametrize("line", [
     "gyroscope       90 poses in 5 runs, residual 0.0615 °/s, leave-one-out 0.0642 °/s",
     "  cannot determine: frame_rotation, lever_arm, reference_offset, reference_scale",
-    "\x1b[33mwarning: a colour takes no column of the terminal, and stays where it was\x1b[0m",
     "one_name_that_is_longer_than_the_terminal_is_wide_and_that_nobody_can_cut_in_two",
 ])
 def test_a_line_is_cut_between_words(line: str) -> None:
     cut = cut_between_words(line, 40)
     assert cut.split() == line.split()
-    plain = cut.replace("\x1b[33m", "").replace("\x1b[0m", "")
-    assert all(len(each) <= 40 or " " not in each.strip() for each in plain.splitlines())
+    assert all(len(each) <= 40 or " " not in each.strip() for each in cut.splitlines())
 
 
 def test_what_is_copied_stays_whole(tmp_path: Path) -> None:
@@ -99,3 +98,35 @@ def test_a_command_in_a_terminal_of_60_columns() -> None:
             break
     assert done.wait() == 0
     assert max(map(len, shown.decode().splitlines())) <= 60
+
+
+@pytest.mark.parametrize("face", [0, 1, 2, 7, 8, 31, 32, 33, 36, 44])
+def test_a_colour_that_stands_in_a_text_is_shown_and_not_sent(
+    face: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    raw = Terminal()
+    monkeypatch.setattr("sys.stderr", ShownStream(raw))
+    say(f"warning: column 'a\x1b[{face}mb'", err=True, fg="yellow")
+    print(f"plain \x1b[{face}m", file=sys.stderr)
+    own, _, rest = raw.getvalue().partition("warning: ")
+    assert own == "\x1b[33m"
+    assert rest.replace("\x1b[0m", "", 1).count("\x1b") == 0
+    assert rest.count(f"\\x1b[{face}m") == 2
+
+
+def test_no_command_sends_a_colour_out_of_a_file(tmp_path: Path) -> None:
+    config = tmp_path / "\x1b[32mgood\x1b[0m.yaml"
+    config.write_text('"\\e[31mtitel\\e[0m": 1\n', encoding="utf-8")
+    screen, terminal = pty.openpty()
+    done = subprocess.Popen([sys.executable, "-m", "pipeline", "check", str(config)], cwd=ROOT,
+                            stdout=terminal, stderr=terminal)
+    os.close(terminal)
+    shown = b""
+    while True:
+        try:
+            shown += os.read(screen, 65536)
+        except OSError:
+            break
+    assert done.wait() == 2
+    assert b"titel" in shown
+    assert b"\x1b" not in shown
