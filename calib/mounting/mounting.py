@@ -213,7 +213,7 @@ def mounting_from_logs(
 def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> HeadingForces:
     """Average and calibrate the still logs of each heading."""
     headings = (logs.still, logs.reverse) if logs.reverse else (logs.still,)
-    readings = [still_reading(each, accelerometer) for each in headings]
+    readings = [still_reading(heading, accelerometer) for heading in headings]
 
     def forces(calibration: TriadCalibration) -> FloatArray:
         return np.array([corrected(reading, calibration) for reading in readings])

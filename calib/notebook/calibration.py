@@ -69,7 +69,7 @@ class Calibration:
     def remove(self, *names: str) -> "Calibration":
         """The calibration without these effects."""
         return calibrated(self.poses, tuple(
-            each for each in self.model if display.name_of(each) not in names))
+            one for one in self.model if display.name_of(one) not in names))
 
     def correct(self, table: Any) -> FloatArray:
         """Correct a table of readings.
@@ -142,8 +142,8 @@ def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration
         An effect is unknown or not for this triad, the poses do not determine the model or
         contradict each other, or the fit does not converge.
     """
-    defined = {each.name: each for each in effects if isinstance(each, Effect)}
-    model = named_model([display.name_of(each) for each in effects], defined)
+    defined = {one.name: one for one in effects if isinstance(one, Effect)}
+    model = named_model([display.name_of(one) for one in effects], defined)
     at = poses.conditions(poses.reading)
     for effect in model.effects:
         require_for_triad(effect, poses.triad)

@@ -36,11 +36,11 @@ def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":
     if one.triad != other.triad:
         raise UnusableLog(f"one calibration is of the {one.triad}, the other of the {other.triad}: "
                           "compare two of the same triad.")
-    values = [{name: (value, sd, unit) for name, unit, value, sd in parameters_of(each.assessed)}
-              for each in (one, other)]
+    values = [{name: (value, sd, unit) for name, unit, value, sd in parameters_of(item.assessed)}
+              for item in (one, other)]
     names = list(dict.fromkeys([*values[0], *values[1]]))
     lacking = (np.nan, np.nan, "")
-    first, second = ([each.get(name, lacking) for name in names] for each in values)
+    first, second = ([item.get(name, lacking) for name in names] for item in values)
     difference = np.array([b[0] - a[0] for a, b in zip(first, second, strict=True)])
     sd = np.array([np.hypot(a[1], b[1]) for a, b in zip(first, second, strict=True)])
     return DataFrame({

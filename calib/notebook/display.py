@@ -110,13 +110,13 @@ def pose_frame(assessed: AssessedTriad) -> "DataFrame":
     from pandas import DataFrame
 
     poses = assessed.calibration.fit.poses
-    each = assessed.comparison.poses
+    one = assessed.comparison.poses
     columns: dict[str, Any] = {
         "run": poses.run,
         "reference": poses.reference.magnitude,
-        "residual": [pose.residual for pose in each],
-        "sd": [pose.sd for pose in each],
-        "left_out": [pose.left_out for pose in each],
+        "residual": [pose.residual for pose in one],
+        "sd": [pose.sd for pose in one],
+        "left_out": [pose.left_out for pose in one],
     }
     return DataFrame({**columns, **poses.columns}, index=list(poses.label))
 
@@ -127,16 +127,16 @@ def figure(assessed: AssessedTriad) -> "Figure":
     from matplotlib.ticker import MaxNLocator
 
     unit = SI_UNIT[assessed.calibration.triad]
-    each = assessed.comparison.poses
-    number = np.arange(1, len(each) + 1)
-    sd = np.array([pose.sd for pose in each])
+    one = assessed.comparison.poses
+    number = np.arange(1, len(one) + 1)
+    sd = np.array([pose.sd for pose in one])
     drawing = Figure(figsize=(8.0, 3.6), layout="constrained")
     axes = drawing.subplots()
     for times, shade in ((2, 0.12), (1, 0.22)):
         axes.fill_between(number, -times * sd, times * sd, step="mid", alpha=shade, lw=0,
                           color="tab:gray", label=f"noise, ±{times} sd")
-    axes.plot(number, [pose.residual for pose in each], "o", color="tab:blue", label="residual")
-    axes.plot(number, [pose.left_out for pose in each], "x", color="tab:orange",
+    axes.plot(number, [pose.residual for pose in one], "o", color="tab:blue", label="residual")
+    axes.plot(number, [pose.left_out for pose in one], "x", color="tab:orange",
               label="leave-one-out")
     axes.axhline(0, color="black", lw=0.6)
     axes.set(xlabel="pose", ylabel=f"magnitude less reference, {unit}")

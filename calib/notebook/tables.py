@@ -84,7 +84,7 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
     rows = next(iter(lengths.values()))
     if rows == 0:
         raise UnusableLog("table: it has no rows; a row for each pose is expected.")
-    labels = [str(each) for each in table[POSE]] if POSE in names else [
+    labels = [str(one) for one in table[POSE]] if POSE in names else [
         f"row {i + 1}" for i in range(rows)]
     return columns, labels
 
@@ -128,7 +128,7 @@ def _renaming(names: Sequence[str], triad: Triad) -> str:
         for i, letter in enumerate(name):
             axes = AXES if letter == "x" else [axis.upper() for axis in AXES]
             three = [name[:i] + axis + name[i + 1 :] for axis in axes]
-            if letter in "xX" and all(each in names for each in three):
+            if letter in "xX" and all(one in names for one in three):
                 pairs = ", ".join(f"'{theirs}': '{ours}'"
                                   for theirs, ours in zip(three, triad_columns(triad), strict=True))
                 return f" If these are the readings: table.rename(columns={{{pairs}}})."
@@ -184,15 +184,15 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
         _require_si({name: values[rates != 0] for name, values in columns.items()}, "gyroscope",
                     float(np.median(turning)), RATE_UNITS)
     runs = []
-    for each in dict.fromkeys(rates.tolist()):
-        rows = np.flatnonzero(rates == each)
+    for omega in dict.fromkeys(rates.tolist()):
+        rows = np.flatnonzero(rates == omega)
         means = pose_means({name: values[rows] for name, values in columns.items()},
-                           [labels[i] for i in rows], "gyroscope", each)
-        if each == 0:
+                           [labels[i] for i in rows], "gyroscope", omega)
+        if omega == 0:
             runs.append(stopped_run("stopped", means, None))
             continue
-        plate = PlateRate(f"{each:.6g} rad/s", np.array([abs(each)]), np.array([sd]),
-                          direction="ccw" if each > 0 else "cw")
+        plate = PlateRate(f"{omega:.6g} rad/s", np.array([abs(omega)]), np.array([sd]),
+                          direction="ccw" if omega > 0 else "cw")
         runs.append(turning_run(means, plate, None))
     return runs
 
@@ -221,10 +221,10 @@ def pose_means(
 ) -> list[PoseMean]:
     """Every pose's mean: of its rows where several have its name, else as its row states it."""
     if len(set(labels)) < len(labels):
-        return [_averaged(columns, label, np.array([each == label for each in labels]), rate_rad_s)
+        return [_averaged(columns, label, np.array([one == label for one in labels]), rate_rad_s)
                 for label in dict.fromkeys(labels)]
-    for each in TRIADS:
-        _require_stated(columns, each, labels)
+    for one in TRIADS:
+        _require_stated(columns, one, labels)
     return tabled_poses(labels, columns, dict.fromkeys(TRIADS, SI))
 
 
@@ -235,9 +235,9 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
                           f"a column time_s. Or give every pose its own name.")
     part = {name: values[rows] for name, values in columns.items()}
     accelerometer, gyroscope = (
-        np.column_stack([part.pop(name) for name in triad_columns(each)])
-        if triad_columns(each)[0] in part else np.full((int(rows.sum()), 3), np.nan)
-        for each in TRIADS)
+        np.column_stack([part.pop(name) for name in triad_columns(triad)])
+        if triad_columns(triad)[0] in part else np.full((int(rows.sum()), 3), np.nan)
+        for triad in TRIADS)
     log = ImuLog(label, part.pop(TIME), accelerometer, gyroscope, part)
     return average_pose(log, SI, SI, abs(rate_rad_s))
 

@@ -81,26 +81,27 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     left_out: list[str] = []
     clock = log.time_s - float(stored.contents["session_start_s"] or 0.0)
     known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
-    for each in stored.triads:
-        if not log.has(each.triad):
-            left_out.append(f"{log.label} has no {each.triad}; the {each.triad} is not corrected.")
+    for triad in stored.triads:
+        if not log.has(triad.triad):
+            left_out.append(f"{log.label} has no {triad.triad}; the {triad.triad} is not "
+                            f"corrected.")
             continue
         left_out += [
-            f"{each.triad}: {effect.name} is an effect of the bench, not an error of the sensor."
-            for effect in each.correction.model.effects
+            f"{triad.triad}: {effect.name} is an effect of the bench, not an error of the sensor."
+            for effect in triad.correction.model.effects
             if effect.belongs_to == "bench"
         ]
-        correction = each.correction.sensor_part()
-        nominal = correction.spec.nominal(getattr(log, each.triad))
-        columns = {**_other_triad(stored, each.triad, log), **log.columns}
+        correction = triad.correction.sensor_part()
+        nominal = correction.spec.nominal(getattr(log, triad.triad))
+        columns = {**_other_triad(stored, triad.triad, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)
-        _require_evaluable(log.label, each.triad, correction, at)
-        corrected[each.triad] = _correct(correction, at)
-        _require_numbers(log.label, each.triad, corrected[each.triad])
-        if each.triad == "accelerometer":
-            known["force"] = corrected[each.triad]
+        _require_evaluable(log.label, triad.triad, correction, at)
+        corrected[triad.triad] = _correct(correction, at)
+        _require_numbers(log.label, triad.triad, corrected[triad.triad])
+        if triad.triad == "accelerometer":
+            known["force"] = corrected[triad.triad]
     if not corrected:
-        there = " and ".join(each.triad for each in stored.triads) or "no triad"
+        there = " and ".join(triad.triad for triad in stored.triads) or "no triad"
         raise Undetermined(
             f"{log.label}: {stored.path} calibrates {there}, and the log has no such columns. "
             f"Use a log of the same sensor with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
@@ -112,16 +113,16 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
                     if name not in of_output}
     left_out += [f"the column {name} of the log is not copied: the output has one of this name."
                  for name in log.columns if name in of_output]
-    counts = any(each.correction.spec.bits for each in stored.triads if log.has(each.triad))
+    counts = any(triad.correction.spec.bits for triad in stored.triads if log.has(triad.triad))
     saturated = saturated_samples(stored, log) if counts else None
     return Applied(log.time_s, turned, columns_kept, axes, saturated, tuple(left_out))
 
 
 def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:
     """The nominal reading of the triad that is not ``triad``, where it is there."""
-    for each in stored.triads:
-        if each.triad != triad and log.has(each.triad):
-            nominal = each.correction.spec.nominal(getattr(log, each.triad))
+    for one in stored.triads:
+        if one.triad != triad and log.has(one.triad):
+            nominal = one.correction.spec.nominal(getattr(log, one.triad))
             return dict(zip(OTHER_TRIAD, nominal.T, strict=True))
     return {}
 
@@ -149,10 +150,10 @@ def _vehicle_axes(
 def saturated_samples(stored: Stored, log: ImuLog) -> BoolArray:
     """Samples (t,) in which an axis of a calibrated triad is at the end of its range."""
     saturated = np.zeros(len(log.time_s), bool)
-    for each in stored.triads:
-        if log.has(each.triad) and each.correction.spec.bits:
-            low, high = each.correction.spec.count_range
-            readings = each.correction.spec.signed(getattr(log, each.triad))
+    for triad in stored.triads:
+        if log.has(triad.triad) and triad.correction.spec.bits:
+            low, high = triad.correction.spec.count_range
+            readings = triad.correction.spec.signed(getattr(log, triad.triad))
             saturated |= ((readings <= low) | (readings >= high)).any(axis=1)
     return saturated
 

@@ -38,43 +38,43 @@ LARGEST_OFFSET = 3.5  #: m/s², of INS_ACCOFFS by ArduPilot's documentation
 
 def to_ardupilot(stored: Stored) -> Export:
     """``ardupilot.param``: a name and a value in a line, as the ground stations load it."""
-    warmed = [each for each in stored.triads if HELD in each.effects]
+    warmed = [triad for triad in stored.triads if HELD in triad.effects]
     span = temperatures(stored)
     values: dict[str, float] = {}
     loses = [*no_sds(stored)]
     caltemp = float(np.clip(REFERENCE_TEMPERATURE_C, min(span), max(span))) if span else None
-    for each in stored.triads:
-        name, temperature, _ = NAMES[each.triad]
-        slope = _slope(each)
-        offset = nominal_offset(each)
+    for triad in stored.triads:
+        name, temperature, _ = NAMES[triad.triad]
+        slope = _slope(triad)
+        offset = nominal_offset(triad)
         if warmed and caltemp is not None:
             offset = offset + slope * (caltemp - REFERENCE_TEMPERATURE_C)
             values[temperature] = caltemp
         values |= {f"{name}_{axis.upper()}": v for axis, v in zip(AXES, offset, strict=True)}
-        if each.triad == "accelerometer":
-            scale = gains(each)
+        if triad.triad == "accelerometer":
+            scale = gains(triad)
             values |= {f"INS_ACCSCAL_{a.upper()}": v for a, v in zip(AXES, scale, strict=True)}
             loses += _range_notes(offset, scale)
-        loses.append(what_is_left(stored, each, "ArduPilot",
-                                  keeps_scale=each.triad == "accelerometer"))
+        loses.append(what_is_left(stored, triad, "ArduPilot",
+                                  keeps_scale=triad.triad == "accelerometer"))
     values |= _temperature_calibration(stored, warmed, span)
     loses += [
         "Set INS_GYR_CAL to 0, or ArduPilot measures the gyroscope's offset anew at every start.",
         "The axes are those of the log: ArduPilot's are forward, right, down after the rotation of "
         "the sensor's driver. Logs of ArduPilot itself are corrected already: record them with "
         "offsets of 0, scales of 1 and INS_TCAL1_ENABLE 0.",
-        *no_effects(stored, "ArduPilot", {each.triad: (HELD,) for each in warmed}),
+        *no_effects(stored, "ArduPilot", {one.triad: (HELD,) for one in warmed}),
     ]
     lines = [hash_comment(line) for line in origin(stored)]
     lines += [f"{name},{value:.9g}" for name, value in values.items()]
     return Export({"ardupilot.param": "\n".join(lines) + "\n"}, tuple(loses))
 
 
-def _slope(each: StoredTriad) -> FloatArray:
+def _slope(triad: StoredTriad) -> FloatArray:
     """Change of the nominal reading with temperature, SI per kelvin, (3,)."""
-    if HELD not in each.effects:
+    if HELD not in triad.effects:
         return np.zeros(3)
-    return np.array(each.effects[HELD]["values"][:3], float) / gains(each)
+    return np.array(triad.effects[HELD]["values"][:3], float) / gains(triad)
 
 
 def _temperature_calibration(
@@ -84,7 +84,7 @@ def _temperature_calibration(
     if not warmed or not span:
         return {"INS_TCAL1_ENABLE": 0.0}
     values = {"INS_TCAL1_ENABLE": 1.0, "INS_TCAL1_TMIN": min(span), "INS_TCAL1_TMAX": max(span)}
-    slopes = {each.triad: _slope(each) for each in stored.triads}
+    slopes = {one.triad: _slope(one) for one in stored.triads}
     for triad, (_, _, prefix) in NAMES.items():
         first = COEFFICIENT * slopes.get(triad, np.zeros(3))
         for order in ORDERS:

@@ -95,7 +95,7 @@ def certificate_content(stored: Stored) -> CertificateContent:
         title=printable(contents["title"] or "Untitled session"),
         sensor=printable(contents["sensor"]),
         facts=tuple(_facts(stored)),
-        triads=tuple(_part(each, contents[each.triad]) for each in stored.triads),
+        triads=tuple(_part(triad, contents[triad.triad]) for triad in stored.triads),
         references=tuple(_references(contents)),
         notes=tuple(_notes(stored)),
     )
@@ -118,22 +118,22 @@ def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
         yield "Temperature", f"{min(warmth):.1f} to {max(warmth):.1f} °C"
 
 
-def _part(each: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
+def _part(triad: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
     diagnosis = section["diagnosis"]
     short = printable(diagnosis.get("short") or diagnosis["verdict"])
     blind = [printable(name) for name in diagnosis["blind"]]
     return TriadPart(
-        name=each.triad.capitalize(),
+        name=triad.triad.capitalize(),
         model=printable(short_model(section["model"])),
-        range=_range(each),
+        range=_range(triad),
         standing=diagnosis.get("standing") or "open",
         verdict=f"{short[:1].upper()}{short[1:]}",
         explanation=_typeset(printable(diagnosis["says"])),
-        rows=(*_base_rows(each), *_effect_rows(each)),
-        figures=tuple(_figures(each.triad, section)),
-        prediction=_prediction(each.triad, section["prediction"]),
+        rows=(*_base_rows(triad), *_effect_rows(triad)),
+        figures=tuple(_figures(triad.triad, section)),
+        prediction=_prediction(triad.triad, section["prediction"]),
         not_determined=", ".join(blind) or "nothing that was looked for",
-        residuals=_residuals(each.triad, section["poses"]),
+        residuals=_residuals(triad.triad, section["poses"]),
     )
 
 
@@ -142,25 +142,25 @@ def _typeset(text: str) -> str:
     return _MINUS.sub("−", text).replace(" = ", "\u00a0=\u00a0").replace(" %", "\u00a0%")
 
 
-def _range(each: StoredTriad) -> str:
-    spec, unit = each.correction.spec, SI_UNIT[each.triad]
+def _range(triad: StoredTriad) -> str:
+    spec, unit = triad.correction.spec, SI_UNIT[triad.triad]
     if not spec.bits:
         return "logged in physical units"
-    shown = math.degrees(spec.full_scale) if each.triad == "gyroscope" else spec.full_scale
-    return f"±{shown:.4g} {'°/s' if each.triad == 'gyroscope' else unit}, {spec.bits} bits"
+    shown = math.degrees(spec.full_scale) if triad.triad == "gyroscope" else spec.full_scale
+    return f"±{shown:.4g} {'°/s' if triad.triad == 'gyroscope' else unit}, {spec.bits} bits"
 
 
-def _base_rows(each: StoredTriad) -> Iterator[CertifiedRow]:
+def _base_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
     """Bias, scale and misalignment in the units of Angrisano et al."""
-    yield _row("Bias b [counts]", each.bias_counts, each.bias_sd)
-    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[each.triad]})]", each.scale_counts_per_unit,
-               each.scale_sd)
-    yield _row("Misalignment α [mrad]", each.misalignment_rad * 1e3, each.misalignment_sd * 1e3)
+    yield _row("Bias b [counts]", triad.bias_counts, triad.bias_sd)
+    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[triad.triad]})]", triad.scale_counts_per_unit,
+               triad.scale_sd)
+    yield _row("Misalignment α [mrad]", triad.misalignment_rad * 1e3, triad.misalignment_sd * 1e3)
 
 
-def _effect_rows(each: StoredTriad) -> Iterator[CertifiedRow]:
+def _effect_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
     """Added effects in units of data sheets, three values in a row; a shape parameter alone."""
-    for name, effect in each.effects.items():
+    for name, effect in triad.effects.items():
         unit, _, shape_unit = effect["unit"].partition("; ")
         values = np.array(effect["values"], float)
         sds = np.array([math.nan if sd is None else sd for sd in effect["sd"]], float)
@@ -283,6 +283,6 @@ def _notes(stored: Stored) -> Iterator[str]:
                        for key in ("roll_deg", "pitch_deg"))
         sds = mounting["sd_deg"]
         yield f"Mounting: roll {roll} ± {sds[0]:.2g}°, pitch {pitch} ± {sds[1]:.2g}°."
-    warnings = [printable(each) for each in stored.contents.get("warnings", [])]
+    warnings = [printable(one) for one in stored.contents.get("warnings", [])]
     if warnings:
         yield f"Warnings of the run: {' '.join(warnings)}"

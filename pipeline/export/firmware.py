@@ -36,19 +36,19 @@ def to_fusion(stored: Stored) -> Export:
         "#ifndef FUSION_CALIBRATION_H",
         "#define FUSION_CALIBRATION_H",
     ]
-    for each in stored.triads:
-        unit, per_si = _fusion_unit(each)
-        counts, si = example(each)
+    for triad in stored.triads:
+        unit, per_si = _fusion_unit(triad)
+        counts, si = example(triad)
         lines += [
             "",
-            c_comment(f"{each.triad}: counts ({plain_row(counts)}) are "
+            c_comment(f"{triad.triad}: counts ({plain_row(counts)}) are "
                       f"({plain_row(si * per_si)}) {unit}"),
-            f"static const FusionMatrix {each.triad}Misalignment = "
-            f"{{.element = {{{c_row(each.alignment.ravel())}}}}};",
-            f"static const FusionVector {each.triad}Sensitivity = "
-            f"{{.axis = {{{c_row(each.units_per_count * per_si)}}}}};",
-            f"static const FusionVector {each.triad}Offset = "
-            f"{{.axis = {{{c_row(each.bias_counts)}}}}};",
+            f"static const FusionMatrix {triad.triad}Misalignment = "
+            f"{{.element = {{{c_row(triad.alignment.ravel())}}}}};",
+            f"static const FusionVector {triad.triad}Sensitivity = "
+            f"{{.axis = {{{c_row(triad.units_per_count * per_si)}}}}};",
+            f"static const FusionVector {triad.triad}Offset = "
+            f"{{.axis = {{{c_row(triad.bias_counts)}}}}};",
         ]
     lines += ["", "#endif"]
     return Export(
@@ -57,8 +57,8 @@ def to_fusion(stored: Stored) -> Export:
     )
 
 
-def _fusion_unit(each: StoredTriad) -> tuple[str, float]:
-    if each.triad == "accelerometer":
+def _fusion_unit(triad: StoredTriad) -> tuple[str, float]:
+    if triad.triad == "accelerometer":
         return "g", 1 / STANDARD_GRAVITY_M_S2
     return "deg/s", math.degrees(1.0)
 
@@ -73,15 +73,15 @@ def to_px4(stored: Stored) -> Export:
     lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; this file "
                  "does not set them.")
     loses = [*no_sds(stored)]
-    for each in stored.triads:
-        name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[each.triad]
-        values = [(f"{axis.upper()}OFF", v) for axis, v in zip(AXES, nominal_offset(each),
+    for triad in stored.triads:
+        name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[triad.triad]
+        values = [(f"{axis.upper()}OFF", v) for axis, v in zip(AXES, nominal_offset(triad),
                                                                strict=True)]
-        if each.triad == "accelerometer":
-            values += [(f"{a.upper()}SCALE", v) for a, v in zip(AXES, gains(each), strict=True)]
+        if triad.triad == "accelerometer":
+            values += [(f"{a.upper()}SCALE", v) for a, v in zip(AXES, gains(triad), strict=True)]
         # vehicle, component, name, value, type (9 is a float)
         lines += [f"1\t1\t{name}_{key}\t{value:.10g}\t9" for key, value in values]
-        loses.append(what_is_left(stored, each, "PX4", keeps_scale=each.triad == "accelerometer"))
+        loses.append(what_is_left(stored, triad, "PX4", keeps_scale=triad.triad == "accelerometer"))
     loses.append("The axes are those of the log, as the driver publishes them: PX4 rotates into "
                  "the body (CAL_ACC0_ROT, CAL_GYRO0_ROT, SENS_BOARD_ROT) after the correction.")
     loses += no_effects(stored, "PX4")
@@ -115,26 +115,26 @@ def to_inav(stored: Stored) -> Export:
     return Export({"inav.txt": "\n".join(lines) + "\n"}, tuple(loses))
 
 
-def gains(each: StoredTriad) -> FloatArray:
+def gains(triad: StoredTriad) -> FloatArray:
     """Factors for nominal readings, about 1, no unit, shape (3,)."""
-    return np.asarray(each.units_per_count / each.correction.spec.nominal_scale)
+    return np.asarray(triad.units_per_count / triad.correction.spec.nominal_scale)
 
 
 def what_is_left(
-    stored: Stored, each: StoredTriad, program: str, *, keeps_scale: bool
+    stored: Stored, triad: StoredTriad, program: str, *, keeps_scale: bool
 ) -> str:
     """The largest error that a format without T (and without K) leaves, as a note."""
-    missing = each.alignment - np.eye(3)
+    missing = triad.alignment - np.eye(3)
     lost = "misalignment"
     if not keeps_scale:
-        missing = matrix(each) / each.correction.spec.nominal_scale - np.eye(3)
+        missing = matrix(triad) / triad.correction.spec.nominal_scale - np.eye(3)
         lost = "scale and misalignment"
     share = float(np.linalg.svd(missing, compute_uv=False)[0])
-    readings = [pose["reading"] for pose in stored.contents[each.triad]["poses"]
+    readings = [pose["reading"] for pose in stored.contents[triad.triad]["poses"]
                 if None not in pose["reading"]]
     largest = float(np.linalg.norm(np.array(readings).reshape(-1, 3), axis=1).max(initial=0.0))
     return (
-        f"{program} cannot store the {lost} of the {each.triad}: an error of up to "
-        f"{100 * share:.2g} % of the reading remains, {error_text(share * largest, each.triad)} at "
-        f"the largest reading of the session."
+        f"{program} cannot store the {lost} of the {triad.triad}: an error of up to "
+        f"{100 * share:.2g} % of the reading remains, "
+        f"{error_text(share * largest, triad.triad)} at the largest reading of the session."
     )

@@ -39,15 +39,15 @@ def require_counts(stored: Stored, log: ImuLog) -> None:
     ------
     UnusableLog
     """
-    for each in stored.triads:
-        spec = each.correction.spec
-        if not log.has(each.triad) or not spec.bits:
+    for triad in stored.triads:
+        spec = triad.correction.spec
+        if not log.has(triad.triad) or not spec.bits:
             continue
-        readings = spec.signed(getattr(log, each.triad))
+        readings = spec.signed(getattr(log, triad.triad))
         low, high = spec.count_range
         if readings.min() < low or readings.max() > high:
             raise UnusableLog(
-                f"{log.label}: {each.triad} readings run from {readings.min():g} to "
+                f"{log.label}: {triad.triad} readings run from {readings.min():g} to "
                 f"{readings.max():g}, but {stored.path} is valid for {spec.bits} bit "
                 f"{spec.encoding} counts, {low:g} to {high:g}. Use a raw log of the calibrated "
                 f"sensor, in the range and encoding of the session."
@@ -105,18 +105,18 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
     UnusableLog, Undetermined
         By the correction of the log, as :func:`pipeline.export.apply.apply_results`.
     """
-    for each in stored.triads:
-        if not log.has(each.triad):
+    for triad in stored.triads:
+        if not log.has(triad.triad):
             continue
-        readings = each.correction.spec.signed(getattr(log, each.triad))
-        if each.correction.spec.bits and (readings != np.rint(readings)).any():
-            yield (f"{log.label}: the {each.triad} has readings with decimals, where counts are "
+        readings = triad.correction.spec.signed(getattr(log, triad.triad))
+        if triad.correction.spec.bits and (readings != np.rint(readings)).any():
+            yield (f"{log.label}: the {triad.triad} has readings with decimals, where counts are "
                    f"whole numbers. If they are in physical units, the result is wrong.")
         stuck = np.ptp(readings, axis=0) == 0
         if len(readings) >= SHORTEST_SAMPLES and stuck.any():
-            yield (f"{log.label}: {each.triad} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
+            yield (f"{log.label}: {triad.triad} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
                    f"the same value in every sample.")
-        yield from _reading_warnings(each, stored, log)
+        yield from _reading_warnings(triad, stored, log)
     yield from _column_warnings(stored, log, session_clock)
     saturated = saturated_samples(stored, log)
     if saturated.any():
@@ -138,8 +138,8 @@ def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterat
     columns: Mapping[str, FloatArray] = (
         {**log.columns, "time_s": log.time_s} if session_clock else log.columns)
     for name, values in columns.items():
-        reasons = {each.triad: _depending(each, name) for each in stored.triads
-                   if log.has(each.triad)}
+        reasons = {one.triad: _depending(one, name) for one in stored.triads
+                   if log.has(one.triad)}
         named = [f"{effect} of the {triad}" for triad, effects in reasons.items()
                  for effect in effects]
         if not named and name != TEMPERATURE:
@@ -159,8 +159,8 @@ def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterat
                    + _consequence(stored, log, name, (low, high), named))
 
 
-def _depending(each: StoredTriad, name: str) -> list[str]:
-    effects = each.correction.model.acting_on("sensor")
+def _depending(triad: StoredTriad, name: str) -> list[str]:
+    effects = triad.correction.model.acting_on("sensor")
     return [effect.name for effect in effects if effect.belongs_to != "bench"
             and (name in effect.logged or (name == "time_s" and "time" in effect.needs))]
 
@@ -173,26 +173,26 @@ def _consequence(
     if name not in log.columns:
         return f"There {' and '.join(named)} is extrapolated."
     inside = replace(log, columns={**log.columns, name: np.clip(log.columns[name], *bounds)})
-    full, clipped = (apply_results(stored, each).triads for each in (log, inside))
+    full, clipped = (apply_results(stored, one).triads for one in (log, inside))
     parts = [f"{np.abs(full[triad] - clipped[triad]).max():.2g} {SI_UNIT[triad]} of the {triad}"
              for triad in full if not np.array_equal(full[triad], clipped[triad])]
     return (f"There {' and '.join(named)} is extrapolated; this changes the result by up to "
             f"{' and '.join(parts) or '0'}.")
 
 
-def _reading_warnings(each: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:
+def _reading_warnings(triad: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:
     """Readings beyond those of the poses, where the model is not linear in them."""
-    curved = [effect.name for effect in each.correction.model.acting_on("sensor")
-              if _is_curved(effect, each.correction.shapes.get(effect.name))]
+    curved = [effect.name for effect in triad.correction.model.acting_on("sensor")
+              if _is_curved(effect, triad.correction.shapes.get(effect.name))]
     if not curved:
         return
-    seen = np.array([pose["reading"] for pose in stored.contents[each.triad]["poses"]], float)
+    seen = np.array([pose["reading"] for pose in stored.contents[triad.triad]["poses"]], float)
     largest_seen = float(np.nanmax(np.linalg.norm(seen, axis=1)))
-    nominal = each.correction.spec.nominal(getattr(log, each.triad))
+    nominal = triad.correction.spec.nominal(getattr(log, triad.triad))
     largest = float(np.linalg.norm(nominal, axis=1).max())
     if largest > (1 + MARGIN) * largest_seen:
-        unit = SI_UNIT[each.triad]
-        yield (f"{log.label}: the {each.triad} reads up to {largest:.4g} {unit}, in the poses of "
+        unit = SI_UNIT[triad.triad]
+        yield (f"{log.label}: the {triad.triad} reads up to {largest:.4g} {unit}, in the poses of "
                f"the calibration up to {largest_seen:.4g} {unit}. Beyond that "
                f"{' and '.join(curved)} is extrapolated.")
 

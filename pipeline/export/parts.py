@@ -26,38 +26,38 @@ class Export:
     loses: tuple[str, ...]
 
 
-def matrix(each: StoredTriad) -> FloatArray:
+def matrix(triad: StoredTriad) -> FloatArray:
     """``T K`` of Angrisano et al. eq. (1), SI units per count, shape (3, 3)."""
-    return np.asarray(each.alignment * each.units_per_count)
+    return np.asarray(triad.alignment * triad.units_per_count)
 
 
 def triad_named(stored: Stored, name: str) -> StoredTriad | None:
     """The triad of this name; None where it was not calibrated."""
-    return next((each for each in stored.triads if each.triad == name), None)
+    return next((triad for triad in stored.triads if triad.triad == name), None)
 
 
-def short_name(each: StoredTriad) -> str:
+def short_name(triad: StoredTriad) -> str:
     """``acc`` or ``gyro``."""
-    return {"accelerometer": "acc", "gyroscope": "gyro"}[each.triad]
+    return {"accelerometer": "acc", "gyroscope": "gyro"}[triad.triad]
 
 
-def example_counts(each: StoredTriad) -> FloatArray:
+def example_counts(triad: StoredTriad) -> FloatArray:
     """The reading of the worked example, counts, (3,)."""
-    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[each.triad]
-    counts = each.bias_counts + wanted * each.scale_counts_per_unit
-    return np.round(counts) if each.correction.spec.bits else counts
+    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[triad.triad]
+    counts = triad.bias_counts + wanted * triad.scale_counts_per_unit
+    return np.round(counts) if triad.correction.spec.bits else counts
 
 
-def example(each: StoredTriad) -> tuple[FloatArray, FloatArray]:
+def example(triad: StoredTriad) -> tuple[FloatArray, FloatArray]:
     """A reading in counts and what bias, scale and misalignment make of it, SI; both (3,)."""
-    counts = example_counts(each)
-    return counts, matrix(each) @ (counts - each.bias_counts)
+    counts = example_counts(triad)
+    return counts, matrix(triad) @ (counts - triad.bias_counts)
 
 
-def example_text(each: StoredTriad) -> str:
+def example_text(triad: StoredTriad) -> str:
     """The worked example in one line."""
-    counts, si = example(each)
-    return f"counts ({plain_row(counts)}) are ({plain_row(si)}) {SI_UNIT[each.triad]}"
+    counts, si = example(triad)
+    return f"counts ({plain_row(counts)}) are ({plain_row(si)}) {SI_UNIT[triad.triad]}"
 
 
 def plain_row(values: FloatArray) -> str:
@@ -75,31 +75,31 @@ def no_effects(
 ) -> tuple[str, ...]:
     """Which added effects ``program`` cannot store; ``held`` by triad are those it can."""
     return tuple(
-        note for each in stored.triads
+        note for triad in stored.triads
         for note in lost_effects(
-            stored, each,
-            [name for name in each.effects if name not in (held or {}).get(each.triad, ())],
+            stored, triad,
+            [name for name in triad.effects if name not in (held or {}).get(triad.triad, ())],
             program)
     )
 
 
 def lost_effects(
-    stored: Stored, each: StoredTriad, names: Sequence[str], program: str
+    stored: Stored, triad: StoredTriad, names: Sequence[str], program: str
 ) -> tuple[str, ...]:
     """A note on the effects of a triad that ``program`` does not correct, with what they leave.
 
     The bench's are no errors of a reading and need no note.
     """
-    bench = {one.name for one in each.correction.model.effects if one.belongs_to == "bench"}
+    bench = {one.name for one in triad.correction.model.effects if one.belongs_to == "bench"}
     lost = [name for name in names if name not in bench]
     if not lost:
         return ()
-    error = remaining_error(stored, each, lost)
+    error = remaining_error(stored, triad, lost)
     size = ("The results do not hold the conditions that determine how large it is."
             if error is None else
-            f"In this session it is up to {error_text(error, each.triad)}.")
+            f"In this session it is up to {error_text(error, triad.triad)}.")
     return (
-        f"{program} cannot store {', '.join(lost)} of the {each.triad}: its corrected "
+        f"{program} cannot store {', '.join(lost)} of the {triad.triad}: its corrected "
         f"readings keep this error. {size} `pipeline apply` corrects it.",
     )
 
@@ -118,12 +118,12 @@ def origin(stored: Stored) -> tuple[str, ...]:
         f"Calibration of {one_line(stored.contents['sensor'])}: {title}",
         f"configuration {one_line(stored.contents['config_sha256'])[:HASH_DIGITS]} (SHA-256)",
     ]
-    for each in stored.triads:
-        spec = each.correction.spec
+    for triad in stored.triads:
+        spec = triad.correction.spec
         if spec.bits:
             lines.append(
-                f"{each.triad}: {spec.bits} bits over +-{spec.full_scale:.6g} "
-                f"{SI_UNIT[each.triad]}; the calibration is valid for this range only"
+                f"{triad.triad}: {spec.bits} bits over +-{spec.full_scale:.6g} "
+                f"{SI_UNIT[triad.triad]}; the calibration is valid for this range only"
             )
     warmth = temperatures(stored)
     if warmth:
@@ -135,7 +135,7 @@ def temperatures(stored: Stored) -> list[float]:
     """Temperatures of all poses that have one, degrees Celsius."""
     return [
         pose["columns"][TEMPERATURE]
-        for each in stored.triads
-        for pose in stored.contents[each.triad]["poses"]
+        for triad in stored.triads
+        for pose in stored.contents[triad.triad]["poses"]
         if pose["columns"].get(TEMPERATURE) is not None
     ]

@@ -17,14 +17,14 @@ from pipeline.text.plain import cell
 def to_json(stored: Stored) -> Export:
     """Matrix, bias and sds of each triad, ready for ``s = M (counts - b)``, with units."""
     triads = {
-        each.triad: {
-            "unit": SI_UNIT[each.triad],
+        triad.triad: {
+            "unit": SI_UNIT[triad.triad],
             "applies_as": "matrix @ (counts - bias_counts)",
-            "matrix": matrix(each).tolist(),
-            **_nine(each),
-            "effects": each.effects,
+            "matrix": matrix(triad).tolist(),
+            **_nine(triad),
+            "effects": triad.effects,
         }
-        for each in stored.triads
+        for triad in stored.triads
     }
     text = json.dumps({"title": stored.contents["title"], **triads}, indent=1, ensure_ascii=False)
     return Export({"calibration.json": text + "\n"}, _effects_by_name(stored))
@@ -35,35 +35,35 @@ def to_csv(stored: Stored) -> Export:
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(["triad", "parameter", "axis", "value", "sd", "unit"])
-    for each in stored.triads:
-        nine = _nine(each)
+    for triad in stored.triads:
+        nine = _nine(triad)
         for key in PARAMETERS:
-            unit = unit_of(key, each.triad)
+            unit = unit_of(key, triad.triad)
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
-                table.writerow([each.triad, key, axis, value, sd, unit])
-        for name, effect in each.effects.items():
+                table.writerow([triad.triad, key, axis, value, sd, unit])
+        for name, effect in triad.effects.items():
             for label, value, sd in zip(
                 _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
             ):
                 table.writerow(
-                    [each.triad, cell(name), cell(label), value, sd, cell(effect["unit"])])
+                    [triad.triad, cell(name), cell(label), value, sd, cell(effect["unit"])])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 
 def to_imu_tk(stored: Stored) -> Export:
     """imu_tk's ``.calib``: T, K and b of ``X' = T K (X - B)``, the model of this program."""
     files = {}
-    for each in stored.triads:
-        k = each.units_per_count
+    for triad in stored.triads:
+        k = triad.units_per_count
         scale = [[float(k[i]) if i == j else 0.0 for j in range(3)] for i in range(3)]
-        parts = (each.alignment.tolist(), scale, [[float(b)] for b in each.bias_counts])
-        files[f"{short_name(each)}.calib"] = "\n".join(map(_matrix_text, parts))
+        parts = (triad.alignment.tolist(), scale, [[float(b)] for b in triad.bias_counts])
+        files[f"{short_name(triad)}.calib"] = "\n".join(map(_matrix_text, parts))
     return Export(files, (*no_sds(stored), *no_effects(stored, "imu_tk")))
 
 
-def _nine(each: StoredTriad) -> dict[str, list[float | None]]:
-    values = (each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit)
-    sds = (each.misalignment_sd, each.bias_sd, each.scale_sd)
+def _nine(triad: StoredTriad) -> dict[str, list[float | None]]:
+    values = (triad.misalignment_rad, triad.bias_counts, triad.scale_counts_per_unit)
+    sds = (triad.misalignment_sd, triad.bias_sd, triad.scale_sd)
     nine: dict[str, list[float | None]] = {}
     for key, value, sd in zip(PARAMETERS, values, sds, strict=True):
         nine[key] = numbers(value)
@@ -86,8 +86,8 @@ def _matrix_text(rows: list[list[float]]) -> str:
 
 def _effects_by_name(stored: Stored) -> tuple[str, ...]:
     return tuple(
-        f"The matrix of the {each.triad} does not contain {', '.join(each.effects)}. The file "
+        f"The matrix of the {triad.triad} does not contain {', '.join(triad.effects)}. The file "
         f"lists their values; `pipeline apply` corrects them."
-        for each in stored.triads
-        if each.effects
+        for triad in stored.triads
+        if triad.effects
     )

@@ -23,14 +23,14 @@ UNKNOWN = ("previous", "vibration")
 
 
 def remaining_error(
-    stored: Stored, each: StoredTriad, lost: Iterable[str]
+    stored: Stored, triad: StoredTriad, lost: Iterable[str]
 ) -> float | None:
     """The largest error by effects that are not corrected, over the conditions of the session.
 
     Parameters
     ----------
     stored : Stored
-    each : StoredTriad
+    triad : StoredTriad
     lost : iterable of str
         Names of the effects that the format does not hold.
 
@@ -40,25 +40,26 @@ def remaining_error(
         Length of the error vector in SI units; None where the results do not tell.
     """
     names = {*lost}
-    effects = [effect for effect in each.correction.model.effects
+    effects = [effect for effect in triad.correction.model.effects
                if effect.name in names and effect.belongs_to != "bench"]
     if any(name in effect.needs for effect in effects for name in UNKNOWN):
         return None
-    at = session_conditions(stored, each, effects)
-    theta = each.correction.theta[each.correction.model.positions(effects)]
-    axes = Axes(each.alignment, np.asarray(np.linalg.inv(each.alignment), float))
-    errors = sensor_columns(effects, at, each.correction.shapes, axes) @ theta
+    at = session_conditions(stored, triad, effects)
+    theta = triad.correction.theta[triad.correction.model.positions(effects)]
+    axes = Axes(triad.alignment, np.asarray(np.linalg.inv(triad.alignment), float))
+    errors = sensor_columns(effects, at, triad.correction.shapes, axes) @ theta
     lengths = np.linalg.norm(errors, axis=1)
     return float(np.nanmax(lengths)) if np.isfinite(lengths).any() else None
 
 
 def session_conditions(
-    stored: Stored, each: StoredTriad, effects: Iterable[Effect]
+    stored: Stored, triad: StoredTriad, effects: Iterable[Effect]
 ) -> Conditions:
     """Every pose of the session, corrected; once for each direction of gravity where an effect
     needs the specific force.
     """
-    poses = [pose for pose in stored.contents[each.triad]["poses"] if None not in pose["corrected"]]
+    poses = [pose for pose in stored.contents[triad.triad]["poses"]
+             if None not in pose["corrected"]]
     vectors = np.array([pose["corrected"] for pose in poses], float).reshape(-1, 3)
     names = {name for pose in poses for name in pose["columns"]}
     columns = {name: _numbers(pose["columns"].get(name) for pose in poses) for name in names}

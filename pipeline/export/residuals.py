@@ -17,8 +17,8 @@ def to_residuals(stored: Stored) -> Export:
     ``residual_sds`` is the residual over its sd; ``left_out`` the residual predicted from all other
     poses.
     """
-    names = sorted({name for each in stored.triads
-                    for pose in stored.contents[each.triad]["poses"] for name in pose["columns"]})
+    names = sorted({name for triad in stored.triads
+                    for pose in stored.contents[triad.triad]["poses"] for name in pose["columns"]})
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow([
@@ -27,9 +27,9 @@ def to_residuals(stored: Stored) -> Export:
                       for axis in AXES),
         *(cell(name) for name in names),
     ])
-    for each in stored.triads:
-        for pose in stored.contents[each.triad]["poses"]:
-            table.writerow(_row(each.triad, pose, names))
+    for triad in stored.triads:
+        for pose in stored.contents[triad.triad]["poses"]:
+            table.writerow(_row(triad.triad, pose, names))
     return Export({"residuals.csv": text.getvalue()}, ())
 
 

@@ -55,15 +55,15 @@ def lower_and_rotation(square: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(r.T * sign), np.asarray((q * sign).T)
 
 
-def forward_matrix(each: StoredTriad) -> FloatArray:
+def forward_matrix(triad: StoredTriad) -> FloatArray:
     """N of ``y = N s + offset``: from the true vector to the nominal reading, no unit, (3, 3)."""
-    return np.asarray(each.correction.spec.nominal_scale * np.linalg.inv(matrix(each)))
+    return np.asarray(triad.correction.spec.nominal_scale * np.linalg.inv(matrix(triad)))
 
 
-def nominal_offset(each: StoredTriad) -> FloatArray:
+def nominal_offset(triad: StoredTriad) -> FloatArray:
     """What the data sheet makes of a reading of nothing, SI, shape (3,)."""
-    spec = each.correction.spec
-    return np.asarray(spec.nominal_scale * (each.bias_counts - spec.nominal_bias_counts))
+    spec = triad.correction.spec
+    return np.asarray(spec.nominal_scale * (triad.bias_counts - spec.nominal_bias_counts))
 
 
 def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
@@ -163,9 +163,9 @@ def _frame_angles(stored: Stored) -> FloatArray | None:
     return None if angles is None else np.array(angles, float)
 
 
-def _bias_comment(each: StoredTriad) -> list[str]:
-    row = ", ".join(f"{value:.10g}" for value in nominal_offset(each))
-    return [f"    # bias: [{row}]", f"    # {example_text(each)}"]
+def _bias_comment(triad: StoredTriad) -> list[str]:
+    row = ", ".join(f"{value:.10g}" for value in nominal_offset(triad))
+    return [f"    # bias: [{row}]", f"    # {example_text(triad)}"]
 
 
 class _RowByRow(yaml.SafeDumper):
@@ -217,7 +217,7 @@ def to_ros(stored: Stored) -> Export:
         "SM and bias are for counts. If the driver publishes m/s² by the data sheet, use the pair "
         "in the comment."
     )
-    lost = [each for each in no_effects(stored, "imu_calib") if "accelerometer" in each]
+    lost = [effect for effect in no_effects(stored, "imu_calib") if "accelerometer" in effect]
     return Export({"imu_calib.yaml": "\n".join(lines) + "\n"}, (*loses, *lost))
 
 

@@ -33,7 +33,7 @@ def histogram(value: FloatArray, unlike: BoolArray, unit: str) -> str:
             at, top, width = chart.x(start), chart.y(float(n)), chart.x(end) - chart.x(start)
             chart.parts.append(f'<path class="run0" d="M{pixel(at + 0.4)} {floor}V{pixel(top)}'
                                f'h{pixel(max(width - 0.8, 0.6))}V{floor}z"/>')
-    for each in value[unlike & np.isfinite(value)]:
-        where = pixel(chart.x(float(each)))
+    for one in value[unlike & np.isfinite(value)]:
+        where = pixel(chart.x(float(one)))
         chart.parts.append(f'<path class="unlike" d="M{where} {floor}v-9"/>')
     return chart.svg(f"Histogram of {len(stated)} sensors, in {unit}")

@@ -43,11 +43,11 @@ def _paths(value: Any) -> Iterator[Path]:
     if isinstance(value, Path):
         yield from _files(value)
     elif isinstance(value, dict):
-        for each in value.values():
-            yield from _paths(each)
+        for one in value.values():
+            yield from _paths(one)
     elif isinstance(value, list | tuple):
-        for each in value:
-            yield from _paths(each)
+        for one in value:
+            yield from _paths(one)
     elif hasattr(type(value), "model_fields"):
         for name in type(value).model_fields:
             yield from _paths(getattr(value, name))
@@ -56,9 +56,9 @@ def _paths(value: Any) -> Iterator[Path]:
 def _files(path: Path) -> Iterator[Path]:
     """The files of a path: itself, all in a folder, or the archive that it is a name in."""
     if path.is_dir():
-        yield from (each for each in path.rglob("*") if each.is_file())
+        yield from (one for one in path.rglob("*") if one.is_file())
         return
-    yield next((each for each in (path, *path.parents) if each.is_file()), path)
+    yield next((one for one in (path, *path.parents) if one.is_file()), path)
 
 
 def _python_files(config: Config, folder: Path) -> Iterator[Path]:

@@ -83,7 +83,7 @@ def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
         "copies": copies_text(population),
         "verdicts": [(code, n, n / len(population.rows)) for code, n in verdicts.most_common()],
         "effects": _effect_rows(population, named),
-        "histograms": [_histogram_view(each, population.triad) for each in population.spreads],
+        "histograms": [_histogram_view(spread, population.triad) for spread in population.spreads],
         "unlike": unlike[:MOST_ROWS],
         "unlike_count": len(unlike),
         "repeat": repeat_text(population),
@@ -97,10 +97,10 @@ def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[
     """Each candidate: in how many sessions it is named, and what the pool says; strongest first."""
     pooled = population.pool
     best: dict[str, PooledTrial] = {}
-    for each in pooled.candidates if pooled else ():
-        if each.trial.name not in best or each.exponent > best[each.trial.name].exponent:
-            best[each.trial.name] = each
-    in_pool = {each.name for each in pooled.effects} if pooled else set()
+    for one in pooled.candidates if pooled else ():
+        if one.trial.name not in best or one.exponent > best[one.trial.name].exponent:
+            best[one.trial.name] = one
+    in_pool = {effect.name for effect in pooled.effects} if pooled else set()
     names = sorted({*best, *named}, key=lambda name: (
         name not in in_pool, -named[name], -(best[name].exponent if name in best else 0.0)))
     rows = []
@@ -133,12 +133,13 @@ def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
     """Sensors unlike the lot, the most distant first: one row for each with all its parameters."""
     rows = []
     for i, sensor in enumerate(population.sensors):
-        off = [(abs(each.distance[i]), each) for each in population.spreads if each.unlike[i]]
+        off = [(abs(spread.distance[i]), spread) for spread in population.spreads
+               if spread.unlike[i]]
         if off:
             off.sort(key=lambda pair: -pair[0])
             what = ", ".join(
-                f"{each.name} {with_sd(each.value[i], each.sd[i])} ({distance:.1f} sds away)"
-                for distance, each in off)
+                f"{one.name} {with_sd(one.value[i], one.sd[i])} ({distance:.1f} sds away)"
+                for distance, one in off)
             rows.append({"sensor": sensor, "what": what, "size": off[0][0],
                          "links": _links(population.sessions_of(i), reports)})
     return sorted(rows, key=lambda row: -row["size"])
@@ -148,9 +149,9 @@ def _moved(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
     """Sensors whose sessions differ by more than is stated, the largest first."""
     rows = []
     for i, sensor in enumerate(population.sensors):
-        moved = [each for each in population.repeats if each.moved[i]]
+        moved = [repeat for repeat in population.repeats if repeat.moved[i]]
         if moved:
-            worst = max(moved, key=lambda each: each.of_sensor[i])
+            worst = max(moved, key=lambda one: one.of_sensor[i])
             what = (f"{worst.name} by {worst.change[i]:.3g} "
                     f"{parameter_unit(worst.name, population.triad)}")
             rows.append({"sensor": sensor, "what": what, "birge": worst.of_sensor[i],

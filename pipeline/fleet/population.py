@@ -59,8 +59,8 @@ class TriadPopulation:
 
     @cached_property
     def _sessions(self) -> dict[str, list[str]]:
-        return {str(name): list(each)
-                for name, each in self.rows.groupby("sensor")["session"]}
+        return {str(name): list(one)
+                for name, one in self.rows.groupby("sensor")["session"]}
 
 
 Pooled = Callable[[str, "DataFrame"], Pool | None]

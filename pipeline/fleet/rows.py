@@ -70,12 +70,12 @@ def _triad_columns(section: Mapping[str, Any]) -> Row:
 
 def _sizes(section: Mapping[str, Any]) -> Iterator[tuple[str, float | None]]:
     """Largest parameter of every effect that is in the model or named as missing, with its sd."""
-    named = {each["name"]: each for each in section["diagnosis"]["ranking"]
-             if each["name"] in section["diagnosis"]["names"]}
-    fitted = {name: {"size": each["values"], "sd": each["sd"]}
-              for name, each in section["effects"].items()}
-    for name, each in (named | fitted).items():
-        stated = [(abs(size), size, sd) for size, sd in zip(each["size"], each["sd"], strict=True)
+    named = {item["name"]: item for item in section["diagnosis"]["ranking"]
+             if item["name"] in section["diagnosis"]["names"]}
+    fitted = {name: {"size": item["values"], "sd": item["sd"]}
+              for name, item in section["effects"].items()}
+    for name, item in (named | fitted).items():
+        stated = [(abs(size), size, sd) for size, sd in zip(item["size"], item["sd"], strict=True)
                   if size is not None]
         if stated:
             _, size, sd = max(stated, key=lambda one: one[0])

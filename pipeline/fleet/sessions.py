@@ -50,7 +50,7 @@ def find_sessions(pattern: str) -> tuple[FleetSession, ...]:
     root = Path(*parts[:fixed])
     rest = str(Path(*parts[fixed:]))
     try:
-        paths = [each for each in root.glob(rest.replace(SENSOR, "*")) if each.is_file()]
+        paths = [one for one in root.glob(rest.replace(SENSOR, "*")) if one.is_file()]
     except ValueError as error:
         raise ConfigError(f"'{pattern}': is no pattern of files ({error}).") from error
     if not paths:
@@ -61,7 +61,7 @@ def find_sessions(pattern: str) -> tuple[FleetSession, ...]:
     expression = re.compile(_expression(rest))
     sessions = [_session(path.absolute(), path.relative_to(root).as_posix(), expression)
                 for path in paths]
-    return _with_own_names(sorted(sessions, key=lambda each: natural_key(each.name)))
+    return _with_own_names(sorted(sessions, key=lambda session: natural_key(session.name)))
 
 
 def _is_open(part: str) -> bool:
@@ -80,13 +80,13 @@ def _session(path: Path, below: str, expression: re.Pattern[str]) -> FleetSessio
 
 def _with_own_names(sessions: list[FleetSession]) -> tuple[FleetSession, ...]:
     names: dict[str, FleetSession] = {}
-    for each in sessions:
-        if each.name in names:
+    for session in sessions:
+        if session.name in names:
             raise ConfigError(
-                f"{each.config} and {names[each.name].config}: both would be called "
-                f"'{each.name}'. Narrow the pattern so that one of them is left."
+                f"{session.config} and {names[session.name].config}: both would be called "
+                f"'{session.name}'. Narrow the pattern so that one of them is left."
             )
-        names[each.name] = each
+        names[session.name] = session
     return tuple(sessions)
 
 

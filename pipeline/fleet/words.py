@@ -28,7 +28,7 @@ def pool_text(population: TriadPopulation) -> str:
         return (f"Nothing is missing in the lot: the evidence of {lot}, added up, shows none of "
                 f"{count(len(pooled.candidates), 'candidate')} (false alarms in "
                 f"{100 * FALSE_ALARM:.0f} % of lots).")
-    return f"Pooled over {lot}: " + " ".join(effect_text(each) for each in pooled.effects)
+    return f"Pooled over {lot}: " + " ".join(effect_text(effect) for effect in pooled.effects)
 
 
 def p_text(p_value: float) -> str:
@@ -88,7 +88,7 @@ def repeat_text(population: TriadPopulation) -> str:
     if not population.repeats:
         return ("No sensor has two sessions, so that nothing is known of its repeatability. "
                 "{sensor} in the pattern names the sensor of a session.")
-    worst = max(population.repeats, key=lambda each: each.birge)
+    worst = max(population.repeats, key=lambda repeat: repeat.birge)
     if worst.p_value * len(population.repeats) < FALSE_ALARM:
         return (f"Parameters differ from session to session by more than is stated: {worst.name} "
                 f"by {worst.birge:.1f} times its sd (Birge ratio, {worst.dof} degrees of freedom).")

@@ -69,15 +69,15 @@ class ComparedTriad:
 
     def farthest(self, k: int) -> ComparedParameter | None:
         """The parameter of calibration k that is the most sds from that of the first."""
-        known = [each for each in self.parameters if each.apart_sd[k] is not None]
-        return max(known, key=lambda each: abs(each.apart_sd[k] or 0.0), default=None)
+        known = [parameter for parameter in self.parameters if parameter.apart_sd[k] is not None]
+        return max(known, key=lambda one: abs(one.apart_sd[k] or 0.0), default=None)
 
     def chance_limit_sd(self, k: int) -> float:
         """Sds that the farthest of so many parameters exceeds by chance alone in one of a hundred
         cases (Šidák, *Rectangular Confidence Regions for the Means of Multivariate Normal
         Distributions*, 1967).
         """
-        count = sum(each.apart_sd[k] is not None for each in self.parameters)
+        count = sum(parameter.apart_sd[k] is not None for parameter in self.parameters)
         return float(-ndtri((1 - (1 - CHANCE) ** (1 / max(count, 1))) / 2))
 
 
@@ -92,14 +92,14 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
     compared = []
     for triad in TRIADS:
         triads = [next((t for t in stored.triads if t.triad == triad), None) for stored in results]
-        if sum(each is not None for each in triads) >= 2:
+        if sum(one is not None for one in triads) >= 2:
             sections = tuple(stored.contents[triad] for stored in results)
             compared.append(ComparedTriad(
                 triad, sections, tuple(_parameters(triad, triads, sections)),
-                tuple(_errors_on(section, each, triads)
-                      for section, each in zip(sections, triads, strict=True)),
+                tuple(_errors_on(section, one, triads)
+                      for section, one in zip(sections, triads, strict=True)),
                 tuple(_same_poses(sections[0], section) for section in sections),
-                tuple(_same_sheet(triads[0], each) for each in triads),
+                tuple(_same_sheet(triads[0], one) for one in triads),
             ))
     return tuple(compared)
 
@@ -108,19 +108,20 @@ def _parameters(
     triad: str, triads: Sequence[StoredTriad | None],
     sections: Sequence[Mapping[str, Any] | None],
 ) -> Iterator[ComparedParameter]:
-    sheets = [_same_sheet(triads[0], each) for each in triads]
+    sheets = [_same_sheet(triads[0], one) for one in triads]
     for key in PARAMETERS:
         title = key.split("_")[0]
         comparable = [key == "misalignment_rad" or sheet for sheet in sheets]
         for axis, name in enumerate(AXES):
             yield _compared(f"{title} {name}", unit_of(key, triad), False, [
-                None if each is None else (
-                    getattr(each, key)[axis], getattr(each, f"{title}_sd")[axis])
-                for each in triads
-            ], comparable, [_sd_seen_by_one(sections[0], each, key, axis) for each in sections])
-    names = dict.fromkeys(name for each in triads if each is not None for name in each.effects)
+                None if one is None else (
+                    getattr(one, key)[axis], getattr(one, f"{title}_sd")[axis])
+                for one in triads
+            ], comparable, [_sd_seen_by_one(sections[0], section, key, axis)
+                            for section in sections])
+    names = dict.fromkeys(name for one in triads if one is not None for name in one.effects)
     for name in names:
-        entries = [None if each is None else each.effects.get(name) for each in triads]
+        entries = [None if one is None else one.effects.get(name) for one in triads]
         parts = max((entry for entry in entries if entry is not None),
                     key=lambda entry: len(entry["values"]))
         for i, (part, unit) in enumerate(_parts(name, triad, parts)):
@@ -170,7 +171,7 @@ def _sd_seen_by_one(
     first: Mapping[str, Any] | None, other: Mapping[str, Any] | None, key: str, axis: int
 ) -> float:
     """What an sd lacks of the effects that one of two calibrations can see and the other cannot."""
-    parts = [{} if each is None else each["sd_parts_if_typical"] for each in (first, other)]
+    parts = [{} if one is None else one["sd_parts_if_typical"] for one in (first, other)]
     alone = [part[name][key][axis] for part, rest in (parts, parts[::-1]) for name in part
              if name not in rest]
     return math.hypot(*(sd for sd in alone if sd is not None))
@@ -188,22 +189,22 @@ def comparison_json(
         "results": [str(stored.path) for stored in results],
         "titles": [stored.contents["title"] for stored in results],
     } | {
-        each.triad: {
-            "model": [None if s is None else s["model"] for s in each.sections],
-            "verdict": [None if s is None else s["diagnosis"]["verdict"] for s in each.sections],
+        one.triad: {
+            "model": [None if s is None else s["model"] for s in one.sections],
+            "verdict": [None if s is None else s["diagnosis"]["verdict"] for s in one.sections],
         } | {
-            key: [None if s is None else s[key] for s in each.sections]
+            key: [None if s is None else s[key] for s in one.sections]
             for key in ("residual_rms", "loo_rms", "chi2", "dof")
         } | {
-            "same_poses": each.same_poses,
-            "error_on_poses": each.error_on_poses,
+            "same_poses": one.same_poses,
+            "error_on_poses": one.error_on_poses,
             "parameters": [
                 {"name": p.name, "unit": p.unit, "values": p.values, "sd": p.sds,
                  "apart_sd": p.apart_sd}
-                for p in each.parameters
+                for p in one.parameters
             ],
         }
-        for each in compared
+        for one in compared
     }
 
 
@@ -218,9 +219,9 @@ def _errors_on(
     if section is None or recorded_by is None:
         return (None,) * len(triads)
     return tuple(
-        _error_on(section["poses"], each)
-        if each is not None and _same_sheet(recorded_by, each) else None
-        for each in triads
+        _error_on(section["poses"], triad)
+        if triad is not None and _same_sheet(recorded_by, triad) else None
+        for triad in triads
     )
 
 

@@ -39,51 +39,51 @@ def require_fit(stored: Stored, anyway: bool) -> tuple[str, ...]:
     UnfitCalibration
         With the parameter or direction, its sd, and what is accepted.
     """
-    faults = [fault for each in stored.triads for fault in _faults(stored, each)]
+    faults = [fault for triad in stored.triads for fault in _faults(stored, triad)]
     if faults and not anyway:
         raise UnfitCalibration(
             f"{stored.path}: {faults[0]} Record what `pipeline diagnose` names and run again, or "
             f"add --anyway to use these results as they are."
         )
-    return (*faults, *(note for each in stored.triads for note in _notes(stored, each)))
+    return (*faults, *(note for triad in stored.triads for note in _notes(stored, triad)))
 
 
-def _faults(stored: Stored, each: StoredTriad) -> Iterator[str]:
-    section = stored.contents[each.triad]
+def _faults(stored: Stored, triad: StoredTriad) -> Iterator[str]:
+    section = stored.contents[triad.triad]
     reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
     # The sds of a run without the Birge ratio: what a run accepts is accepted here.
     widened = section["sd_widened_by"]
-    sd = np.concatenate([each.misalignment_sd, each.bias_sd, each.scale_sd]) / widened
+    sd = np.concatenate([triad.misalignment_sd, triad.bias_sd, triad.scale_sd]) / widened
     nine = TriadParameters(
-        each.misalignment_rad, each.bias_counts, each.scale_counts_per_unit, np.diag(sd**2))
+        triad.misalignment_rad, triad.bias_counts, triad.scale_counts_per_unit, np.diag(sd**2))
     lost = undetermined(nine, reference or np.nan)
     if lost:
-        yield f"the poses do not determine the {each.triad}'s {', '.join(lost)}."
+        yield f"the poses do not determine the {triad.triad}'s {', '.join(lost)}."
         return
     prediction = section["prediction"]
     if "scale" not in section["model"]:
         return
     if prediction is None or prediction["sd_worst"] is None or reference == 0:
-        yield (f"the gain of the {each.triad} was not measured: at rest, as in all its poses, a "
+        yield (f"the gain of the {triad.triad} was not measured: at rest, as in all its poses, a "
                f"gyroscope shows its bias only.")
     elif prediction["sd_worst"] > LARGEST_ERROR * reference:
-        unit = SI_UNIT[each.triad]
-        yield (f"a corrected {each.triad} errs by up to {prediction['sd_worst']:.2g} {unit} (1 sd) "
-               f"of {reference:.3g} {unit} in its worst direction, which is more than the "
+        unit = SI_UNIT[triad.triad]
+        yield (f"a corrected {triad.triad} errs by up to {prediction['sd_worst']:.2g} {unit} "
+               f"(1 sd) of {reference:.3g} {unit} in its worst direction, which is more than the "
                f"{100 * LARGEST_ERROR:.0f} % of an uncalibrated sensor.")
 
 
-def _notes(stored: Stored, each: StoredTriad) -> Iterator[str]:
-    verdict = stored.contents[each.triad]["diagnosis"]
+def _notes(stored: Stored, triad: StoredTriad) -> Iterator[str]:
+    verdict = stored.contents[triad.triad]["diagnosis"]
     if verdict["verdict"] not in (Code.NOTHING_MISSING, Code.NOISE):
-        yield f"{each.triad}: the calibration is incomplete. {verdict['says']}"
-    if "scale" not in each.correction.model.names:
-        yield f"{each.triad}: the gain was not fitted; it is that of the data sheet."
-    section = stored.contents[each.triad]
-    unseen, (unit, factor) = unseen_of(section), DISPLAY[each.triad]
+        yield f"{triad.triad}: the calibration is incomplete. {verdict['says']}"
+    if "scale" not in triad.correction.model.names:
+        yield f"{triad.triad}: the gain was not fitted; it is that of the data sheet."
+    section = stored.contents[triad.triad]
+    unseen, (unit, factor) = unseen_of(section), DISPLAY[triad.triad]
     by_them = math.hypot(*unseen.values())
     if unseen and by_them > (section["prediction"]["parts"]["poses"] or 0.0):
-        yield (f"{each.triad}: its poses are blind to {enumeration(list(unseen), 'and')}: if the "
+        yield (f"{triad.triad}: its poses are blind to {enumeration(list(unseen), 'and')}: if the "
                f"sensor is typical, corrected magnitudes err by {by_them * factor:.2g} {unit} "
                f"(1 sd) by that alone.")
 
@@ -103,4 +103,4 @@ def unseen_of(section: Mapping[str, Any]) -> dict[str, float]:
     """
     parts = (section["prediction"] or {}).get("parts") or {"unseen": {}}
     known = {name: rms for name, rms in parts["unseen"].items() if rms is not None}
-    return dict(sorted(known.items(), key=lambda each: -each[1]))
+    return dict(sorted(known.items(), key=lambda one: -one[1]))

@@ -47,8 +47,8 @@ def noise_json(log: str, rate_hz: float, length_s: float, triads: Mapping[str, A
 
 def _axis(axis: Any) -> AxisNoiseResult:
     return AxisNoiseResult.of(axis.curve, **{
-        name: CoefficientResult.of(each, below=each.limit)
-        for name, each in axis.coefficients.items()})
+        name: CoefficientResult.of(coefficient, below=coefficient.limit)
+        for name, coefficient in axis.coefficients.items()})
 
 
 def load_noise(path: Path) -> StoredNoise:

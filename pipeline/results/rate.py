@@ -46,7 +46,7 @@ def rate_section(rate: SettingRate) -> RateResult:
         clock=_clock(rate),
         source="video" if filmed else "stated",
         diagnosis=None if worst is None else _phase_diagnosis(worst.diagnosis),
-        clips=[_clip(*each) for each in zip(rate.sources, rate.clips, strict=True)],
+        clips=[_clip(*one) for one in zip(rate.sources, rate.clips, strict=True)],
     )
 
 
@@ -116,6 +116,6 @@ def _clip(source: str, clip: "RateMeasurement") -> ClipRate:
 
 def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> DiagnosisResult:
     ranking = [  # a revolution left out is no test: those beside it determine it
-        CandidateResult.of(each, rms_after=each.rms_after_rad, loo_after=None)
-        for each in diagnosis.ranking]
+        CandidateResult.of(one, rms_after=one.rms_after_rad, loo_after=None)
+        for one in diagnosis.ranking]
     return DiagnosisResult.of(diagnosis, says=diagnosis.explanation, ranking=ranking)

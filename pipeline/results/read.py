@@ -142,8 +142,8 @@ def _triad(
     theta = _array(stored["theta"])
     if len(theta) != model.size:
         raise ValueError(f"{name}: {len(theta)} parameters for a model of {model.size}")
-    if missing := [each.name for each in model.effects
-                   if each.shape is not None and each.name not in stored["shapes"]]:
+    if missing := [effect.name for effect in model.effects
+                   if effect.shape is not None and effect.name not in stored["shapes"]]:
         raise ValueError(f"{name}.correction.shapes.{missing[0]} is missing")
     triad = StoredTriad(
         triad=name,
@@ -176,7 +176,8 @@ def _require_agreement(triad: StoredTriad) -> None:
         if not np.allclose(getattr(triad, key), getattr(expected, key), rtol=SAME, atol=NONE):
             raise ValueError(f"{triad.triad}.parameters.{key} is not that of correction.theta")
     for name, entry in triad.effects.items():
-        of_effect = theta[model.positions([each for each in model.effects if each.name == name])]
+        of_effect = theta[model.positions(
+            [effect for effect in model.effects if effect.name == name])]
         values = _array(entry["values"])[: len(of_effect)]
         if not np.allclose(values, of_effect, rtol=SAME, atol=0, equal_nan=True):
             raise ValueError(f"{triad.triad}.effects.{name} is not that of correction.theta")

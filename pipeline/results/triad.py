@@ -61,7 +61,7 @@ def triad_section(
         "worst_poses": [pose.label for pose in comparison.worst(WORST_POSES)],
         "misfit_follows": result.diagnosis.follows,
         "poses": _poses(result),
-        "excluded": [_excluded(each) for each in result.excluded],
+        "excluded": [_excluded(one) for one in result.excluded],
         "prediction": result.prediction and _prediction(result.prediction),
         "diagnosis": _diagnosis(result),
         "correction": _correction(result, user_effects, folder),
@@ -129,11 +129,11 @@ def _prediction(prediction: Prediction) -> PredictionResult:
 
 def _diagnosis(result: TriadResult) -> TriadDiagnosis:
     diagnosis = result.diagnosis
-    ranking = [CandidateResult.of(each, blind=False) for each in diagnosis.ranking]
+    ranking = [CandidateResult.of(one, blind=False) for one in diagnosis.ranking]
     return TriadDiagnosis.of(
         diagnosis,
-        inclusion=[InclusionResult.of(each, **{"class": each.name})
-                   for each in diagnosis.inclusion],
+        inclusion=[InclusionResult.of(one, **{"class": one.name})
+                   for one in diagnosis.inclusion],
         says=diagnosis.text,
         standing=diagnosis.explanation.standing,
         short=diagnosis.explanation.short,

@@ -44,7 +44,7 @@ def write_output(
         ``path`` is an input or a file of the user's, or cannot be written.
     """
     data = encoded_text(content)
-    if path.exists() and any(each.exists() and path.samefile(each) for each in inputs):
+    if path.exists() and any(one.exists() and path.samefile(one) for one in inputs):
         raise UnwritableOutput(
             f"{path}: is what this command reads and would be replaced. Choose another name "
             f"with --output."

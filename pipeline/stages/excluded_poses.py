@@ -123,7 +123,7 @@ def _problem(labels: Sequence[str], name: PoseName, places: Sequence[int]) -> st
         return f"'{name}' means several poses: {several}. Write the whole name of one of them"
     if isinstance(name, int):
         return f"there is no pose {name}: the section has {count(len(labels), 'pose')}"
-    known = [each for label in labels for each in short_names(label)]
+    known = [one for label in labels for one in short_names(label)]
     first, last = (short_names(labels[i])[0] for i in (0, -1))
     return (f"no pose is named '{name}'{nearest_name(name, known)}. The section has "
             f"{count(len(labels), 'pose')}, from '{first}' to '{last}'")
@@ -175,9 +175,9 @@ def predicted_poses(
         The pose set of the poses of all runs.
     """
     return tuple(
-        ExcludedPose(each.label, name, run, each.mean,
-                     _predicted(fit, run, recorded, each, poses_of))
-        for run, name in enumerate(names) for each in excluded[run])
+        ExcludedPose(one.label, name, run, one.mean,
+                     _predicted(fit, run, recorded, one, poses_of))
+        for run, name in enumerate(names) for one in excluded[run])
 
 
 def _predicted(
@@ -189,7 +189,7 @@ def _predicted(
     means, places = recorded[run]
     with_it = list(recorded)
     with_it[run] = ((*means, excluded.mean), np.append(places, excluded.place))
-    place = sum(len(each) for each, _ in with_it[: run + 1]) - 1
+    place = sum(len(one) for one, _ in with_it[: run + 1]) - 1
     try:
         return predict_pose(fit, poses_of(with_it), place)
     except CalibrationError:  # that it is no pose of this run may be why it is excluded

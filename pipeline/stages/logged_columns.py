@@ -48,7 +48,7 @@ def check_covariates(config: Config) -> None:
 def logged_columns(config: Config, triad: Triad | None) -> list[str] | None:
     """Columns that every log of the triad has beside time and readings; None before recording."""
     poses = [run.poses for path, run in config.placed_runs() if triad in (None, path[0])]
-    heads = [names for each in poses if (names := _columns_of(each)) is not None]
+    heads = [names for pose in poses if (names := _columns_of(pose)) is not None]
     if not heads:
         return None
     return [name for name in heads[0] if all(name in names for names in heads)]

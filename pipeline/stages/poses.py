@@ -135,7 +135,7 @@ def _averaged(
     turning = of_all[choice.kept]
     wave = None
     if rate is not None and specs[0] is not None:
-        others = {name: each.rate_rad_s for name, each in rates.items() if name != setting.rate}
+        others = {name: one.rate_rad_s for name, one in rates.items() if name != setting.rate}
         wave = require_whole_turns(setting.rate, used, turning, (specs[0], specs[1]), others)
     ratio = None
     if wave is not None and rate is not None and rate.clips and specs[0] is not None:
@@ -166,15 +166,15 @@ def _pooled(recordings: Sequence[Recording]) -> Recording:
     """The poses of several recordings of one sensor; each has a clock of its own."""
     if len(recordings) == 1:
         return recordings[0]
-    counts = " + ".join(str(len(each.means)) for each in recordings)
-    means = tuple(mean for each in recordings for mean in each.means)
-    notes = tuple(note for each in recordings for note in each.warnings)
+    counts = " + ".join(str(len(recording.means)) for recording in recordings)
+    means = tuple(mean for recording in recordings for mean in recording.means)
+    notes = tuple(note for recording in recordings for note in recording.warnings)
     note = (f"{len(recordings)} logs hold the same triads: their poses are pooled ({counts}), and "
             f"nothing is joined in time.")
-    return Recording(means, (min(min(each.starts_s) for each in recordings),),
+    return Recording(means, (min(min(recording.starts_s) for recording in recordings),),
                      np.arange(len(means)),
                      (note, *notes),
-                     excluded=tuple(one for each in recordings for one in each.excluded))
+                     excluded=tuple(one for recording in recordings for one in recording.excluded))
 
 
 def still_search(section: StillSection) -> StillSearch:
@@ -192,7 +192,7 @@ def _searched(
     running = [without_frozen(log, turning=False) for log in logs]
     searches = [find_still(log, *specs, rate, still_search(section.poses.still))
                 for log, _ in running]
-    labels = [pose.label for each in searches for pose in each.logs]
+    labels = [pose.label for one in searches for pose in one.logs]
     out = {labels[i] for i in chosen(labels, section, config).excluded}
     return _pooled([_search_recording(log, frozen, search, out, specs, rate)
                     for (log, frozen), search in zip(running, searches, strict=True)])

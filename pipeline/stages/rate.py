@@ -141,7 +141,7 @@ def follow_clips(clips: Sequence[ClipToFollow], context: RunContext) -> "list[Ph
     with ThreadPoolExecutor(PARALLEL_CLIPS) as pool:
         waiting = [pool.submit(find, clip) for clip in clips]
         try:
-            return [each.result() for each in waiting]
+            return [one.result() for one in waiting]
         finally:
             stop.set()
             pool.shutdown(cancel_futures=True)

@@ -71,8 +71,8 @@ def rehearse(config: Config) -> Rehearsal:
     if accelerometer is not None:
         measure_mounting(config, accelerometer, gravity, reading_at_rest(config, recordings))
     of_triads = tuple(
-        note for each in (accelerometer, gyroscope) if each is not None
-        for note in doubts_of(each))
+        note for one in (accelerometer, gyroscope) if one is not None
+        for note in doubts_of(one))
     return Rehearsal({setting: len(recording.means) for setting, recording in
                       recordings.by_setting.items()},
                      (*recordings.warnings, *of_triads, *notes))
@@ -80,7 +80,7 @@ def rehearse(config: Config) -> Rehearsal:
 
 def _without_python(config: Config) -> Config:
     """The configuration without effects in Python, and without the triads that need one."""
-    effects = {name: each for name, each in config.effects.items() if each.python is None}
+    effects = {name: effect for name, effect in config.effects.items() if effect.python is None}
     python = config.effects.keys() - effects.keys()
     changes: dict[str, Any] = {
         triad: None for triad in TRIADS
@@ -149,15 +149,15 @@ def _felt(
     """
     recordings, rates = {}, {}
     for setting in settings:
-        each = logs.by_setting[setting]
-        if setting.poses.log or not each:
+        one = logs.by_setting[setting]
+        if setting.poses.log or not one:
             return None
-        means = tuple(average_pose(log, *specs, 0.0, UNLIMITED) for log in each)
+        means = tuple(average_pose(log, *specs, 0.0, UNLIMITED) for log in one)
         turning = np.linalg.norm([mean.gyroscope.mean for mean in means], axis=1)
         if not (turning > TURNING_RAD_S).all():
             return None
         rate = float(np.median(turning))
         recordings[setting] = Recording(
-            means, tuple(float(log.time_s[0]) for log in each), logs.choices[setting].kept)
+            means, tuple(float(log.time_s[0]) for log in one), logs.choices[setting].kept)
         rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([READ_SD * rate]))
     return recordings, rates

@@ -153,17 +153,17 @@ def read_session(config: Config) -> SessionLogs:
     specs = sensor_specs(config.sensor)
     read = {setting: _read(setting, folder, choices.get(setting), specs) for setting in sections}
     logs = SessionLogs(
-        {setting: tuple(log for log, _ in each) for setting, each in read.items()},
-        {setting: tuple(note for _, note in each if note) for setting, each in read.items()},
+        {setting: tuple(log for log, _ in one) for setting, one in read.items()},
+        {setting: tuple(note for _, note in one if note) for setting, one in read.items()},
         choices,
         {setting: tuple(_readable(setting, folder, choice.excluded, specs))
          for setting, choice in choices.items()},
     )
-    every = [log for each in logs.by_setting.values() for log in each]
+    every = [log for one in logs.by_setting.values() for log in one]
     if every:
         _require_one_unit_of_time(every)
         _require_celsius(every)
-        require_running([log for setting, each in logs.by_setting.items() for log in each
+        require_running([log for setting, one in logs.by_setting.items() for log in one
                          if not setting.poses.log])  # of long logs the poses are looked at
     for triad, spec in zip(TRIADS, specs, strict=True):
         require_no_copies(logs.triad_logs(config, triad), triad)

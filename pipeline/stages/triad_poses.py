@@ -36,7 +36,7 @@ class TriadPoses:
     @cached_property
     def used(self) -> PoseSet:
         """All poses that the configuration does not exclude."""
-        return self.poses_of([(each.means, each.places) for _, each in self.recorded])
+        return self.poses_of([(one.means, one.places) for _, one in self.recorded])
 
 
 def accelerometer_poses(
@@ -58,15 +58,15 @@ def accelerometer_poses(
         As they are used: an axis gives the very same value in all poses of a run.
     """
     assert config.accelerometer is not None
-    recorded = tuple((each.rate, recordings.of(each)) for each in config.accelerometer.sections)
+    recorded = tuple((run.rate, recordings.of(run)) for run in config.accelerometer.sections)
 
     def run_of(name: str, means: Sequence[PoseMean]) -> PoseRun:
         if name == STOPPED:
             return gravity_run(name, means, gravity.value_m_s2, gravity.sd_m_s2)
         return tilted_run(name, means, gravity.value_m_s2, gravity.sd_m_s2, leaning)
 
-    def poses_of(each: Recorded) -> PoseSet:
-        runs = [run_of(name, means) for (name, _), (means, _) in zip(recorded, each, strict=True)]
+    def poses_of(one: Recorded) -> PoseSet:
+        runs = [run_of(name, means) for (name, _), (means, _) in zip(recorded, one, strict=True)]
         return pose_set("accelerometer", runs, recordings.origin_s)
 
     return TriadPoses(recorded, poses_of)
@@ -104,8 +104,8 @@ def gyroscope_poses(
             return stopped_run(name, means, latitude)
         return turning_run(means, rates[name].of_poses(places), latitude)
 
-    def poses_of(each: Recorded) -> PoseSet:
-        runs = [run_of(name, *one) for (name, _), one in zip(recorded, each, strict=True)]
+    def poses_of(item: Recorded) -> PoseSet:
+        runs = [run_of(name, *one) for (name, _), one in zip(recorded, item, strict=True)]
         poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
         if accelerometer is None or config.accelerometer is None or not config.accelerometer.runs:
             return poses  # means and waves suffice beside a calibration at rest

@@ -221,8 +221,8 @@ def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
     """The result with the poses that the configuration excludes, run by run."""
     return replace(result, excluded=predicted_poses(
         result.calibration.fit, [name for name, _ in poses.recorded],
-        [(each.means, each.places) for _, each in poses.recorded],
-        [each.excluded for _, each in poses.recorded], poses.poses_of))
+        [(one.means, one.places) for _, one in poses.recorded],
+        [one.excluded for _, one in poses.recorded], poses.poses_of))
 
 
 def _calibrated(triad: TriadInput, config: Config) -> TriadResult:

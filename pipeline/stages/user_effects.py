@@ -226,17 +226,17 @@ def stored_effects(
         An expression or a file cannot be read.
     """
     effects = {}
-    for name, each in stored.items():
-        shapes = each.get("shapes") or {}
-        if each["expression"] is not None:
-            value: ValueOf = read_expression(each["expression"], tuple(shapes))
+    for name, one in stored.items():
+        shapes = one.get("shapes") or {}
+        if one["expression"] is not None:
+            value: ValueOf = read_expression(one["expression"], tuple(shapes))
         elif allow_python:
-            value = _imported(_same_file(each, folder), each["python"])
+            value = _imported(_same_file(one, folder), one["python"])
         else:
-            value = _refused(name, each["python"])
-        if each["per"] not in PARAMETERS:
-            raise BadExpression(f"effects.{name}: per '{each['per']}' is not known")
-        effects[name] = user_effect(name, value, each["per"], each["unit"], triad, _shape(shapes))
+            value = _refused(name, one["python"])
+        if one["per"] not in PARAMETERS:
+            raise BadExpression(f"effects.{name}: per '{one['per']}' is not known")
+        effects[name] = user_effect(name, value, one["per"], one["unit"], triad, _shape(shapes))
     return effects
 
 

@@ -92,10 +92,10 @@ class LotEvidence:
     def place(self, trial: Trial) -> slice:
         """Where the parameters of ``trial`` stand."""
         start = 0
-        for each in self.trials:
-            if each == trial:
-                return slice(start, start + each.size)
-            start += each.size
+        for one in self.trials:
+            if one == trial:
+                return slice(start, start + one.size)
+            start += one.size
         raise KeyError(trial)
 
     def reduced_by(self, trials: Sequence[Trial]) -> "LotEvidence":

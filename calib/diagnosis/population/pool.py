@@ -215,7 +215,7 @@ def _sizes(
 
 def _common(size: FloatArray, sd: FloatArray) -> tuple[RandomEffects | None, ...]:
     fits = []
-    for value, each in zip(size.T, sd.T, strict=True):
+    for value, one in zip(size.T, sd.T, strict=True):
         stated = np.isfinite(value)
-        fits.append(random_effects(value[stated], each[stated] ** 2) if stated.any() else None)
+        fits.append(random_effects(value[stated], one[stated] ** 2) if stated.any() else None)
     return tuple(fits)

@@ -67,9 +67,9 @@ def error_formula(
         axes = _turned_to_sensitive_axes(axes, calibrated.alignment)
     if calibrated.triad == "accelerometer":  # which measures the specific force itself
         vector = {name: ast.Name(axis) for name, axis in zip(FORCE, AXES, strict=True)}
-        axes = tuple(tuple(Product(each.factor, substituted(each.value, vector)) for each in axis)
+        axes = tuple(tuple(Product(one.factor, substituted(one.value, vector)) for one in axis)
                      for axis in axes)
-    names = dict.fromkeys(name for axis in axes for each in axis for name in _names(each.value))
+    names = dict.fromkeys(name for axis in axes for one in axis for name in _names(one.value))
     return ErrorFormula(effect.name, axes, tuple(names))
 
 
@@ -87,8 +87,8 @@ def _turned_to_sensitive_axes(
     inverse = np.linalg.inv(alignment)
     orthogonal = {name: _weighted(row) for name, row in zip(AXES, alignment, strict=True)}
     return tuple(
-        tuple(Product(float(inverse[i, j]) * each.factor, substituted(each.value, orthogonal))
-              for j in range(len(AXES)) if inverse[i, j] != 0 for each in axes[j])
+        tuple(Product(float(inverse[i, j]) * axis.factor, substituted(axis.value, orthogonal))
+              for j in range(len(AXES)) if inverse[i, j] != 0 for axis in axes[j])
         for i in range(len(AXES)))
 
 

@@ -76,18 +76,18 @@ class Routine:
         """Name and meaning of every argument, in order."""
         force = [("force", "specific force in m/s², as calibrate_accelerometer returns it")]
         return (("counts", "readings as logged"), *(force if self.needs_force else ()),
-                *((each.identifier, each.meaning) for each in self.inputs))
+                *((one.identifier, one.meaning) for one in self.inputs))
 
 
-def routine_of(each: StoredTriad) -> Routine:
+def routine_of(triad: StoredTriad) -> Routine:
     """The correction of one triad with every effect that samples determine."""
-    correction = each.correction
+    correction = triad.correction
     formulas, left_out = [], []
     for effect in correction.model.effects:
         if effect.acts_on == "reading":
             continue
         theta = correction.theta[correction.model.positions([effect])]
-        formula = error_formula(effect, theta, correction.shapes.get(effect.name), each)
+        formula = error_formula(effect, theta, correction.shapes.get(effect.name), triad)
         if formula is None:
             left_out.append(effect.name)
         else:
@@ -96,10 +96,10 @@ def routine_of(each: StoredTriad) -> Routine:
     spec = correction.spec
     inputs = _inputs([name for name in names if name not in FORCE])
     return Routine(
-        each.triad, each.bias_counts, each.units_per_count, each.alignment,
+        triad.triad, triad.bias_counts, triad.units_per_count, triad.alignment,
         2**spec.bits if spec.encoding == "unsigned-twos-complement" else None,
         tuple(formulas), any(name in FORCE for name in names), inputs, tuple(left_out),
-        _example(each, {formula.effect for formula in formulas}, inputs,
+        _example(triad, {formula.effect for formula in formulas}, inputs,
                  any(name in FORCE for name in names)),
     )
 
@@ -112,7 +112,7 @@ def _inputs(names: list[str]) -> tuple[Input, ...]:
         if name not in MEANINGS:
             identifier = base = "column_" + re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")[:40]
             number = 2
-            while any(each.identifier == identifier for each in inputs):
+            while any(one.identifier == identifier for one in inputs):
                 identifier, number = f"{base}_{number}", number + 1
         meaning = MEANINGS.get(name, f"the logged column {one_line(name)}")
         inputs.append(Input(name, identifier, meaning))
@@ -120,20 +120,20 @@ def _inputs(names: list[str]) -> tuple[Input, ...]:
 
 
 def _example(
-    each: StoredTriad, held: set[str], inputs: tuple[Input, ...], needs_force: bool
+    triad: StoredTriad, held: set[str], inputs: tuple[Input, ...], needs_force: bool
 ) -> str:
     """A reading and what becomes of it, in one line."""
-    counts = example_counts(each)
+    counts = example_counts(triad)
     values = {one.column: EXAMPLE_CONDITIONS.get(one.column, EXAMPLE_CONDITION) for one in inputs}
     force = EXAMPLE_DIRECTION * EXAMPLE_SIZE["accelerometer"]
     columns = {name: np.array([value]) for name, value in values.items()}
     at = Conditions.of_vectors(
-        each.correction.spec.nominal(counts)[None], columns, force=force[None],
+        triad.correction.spec.nominal(counts)[None], columns, force=force[None],
         time_s=columns.get("time_s", np.zeros(1)))
-    si = each.correction.sensor_part(held).correct(at)[0]
+    si = triad.correction.sensor_part(held).correct(at)[0]
     listed = [f"force ({plain_row(force)})"] if needs_force else []
     listed += [f"{one.identifier} {values[one.column]:g}" for one in inputs]
     conditions = f" at {', '.join(listed)}" if listed else ""
-    codes = counts if each.correction.spec.encoding != "unsigned-twos-complement" else (
-        counts % 2**each.correction.spec.bits)
-    return f"counts ({plain_row(codes)}) are ({plain_row(si)}) {SI_UNIT[each.triad]}{conditions}"
+    codes = counts if triad.correction.spec.encoding != "unsigned-twos-complement" else (
+        counts % 2**triad.correction.spec.bits)
+    return f"counts ({plain_row(codes)}) are ({plain_row(si)}) {SI_UNIT[triad.triad]}{conditions}"

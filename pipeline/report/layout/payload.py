@@ -31,10 +31,10 @@ def rounded(values: Iterable[float], digits: int = DIGITS) -> list[float]:
 def _packed(value: Any) -> Any:
     """``value`` with every column of rounded numbers as ``{"f32": base64}``."""
     if isinstance(value, dict):
-        return {key: _packed(each) for key, each in value.items()}
+        return {key: _packed(one) for key, one in value.items()}
     if not isinstance(value, list):
         return value
     if len(value) >= SHORTEST and all(
-            type(each) is float and float(f"{each:.{DIGITS}g}") == each for each in value):
+            type(one) is float and float(f"{one:.{DIGITS}g}") == one for one in value):
         return {"f32": base64.b64encode(np.array(value, "<f4").tobytes()).decode("ascii")}
-    return [_packed(each) for each in value]
+    return [_packed(one) for one in value]

@@ -169,10 +169,10 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
             "no slope and no jump: the plate does not slow down or slip.",
         )
     if len(rate.clips) > 1:
-        each = rate.plate.rate_rad_s
+        one = rate.plate.rate_rad_s
         yield _deviation_figure(
-            np.arange(1.0, len(each) + 1), (each / each.mean() - 1) * PPM,
-            rate.plate.sd_rad_s / each.mean() * PPM, "Rate of every clip", "clip",
+            np.arange(1.0, len(one) + 1), (one / one.mean() - 1) * PPM,
+            rate.plate.sd_rad_s / one.mean() * PPM, "Rate of every clip", "clip",
             "The bars show ± one sd from the frames.",
             "no drift from clip to clip. Each pose uses the rate of its own clip.",
         )

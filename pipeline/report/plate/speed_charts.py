@@ -44,10 +44,10 @@ def polar_figure(course: SpeedCourse) -> Figure | None:
     if last - first > WHOLE_TURNS:  # at its ends a course is less certain
         first, last = first + 1, last - 1
     at = np.arange(ANGLES + 1) / ANGLES
-    each = np.array([np.interp(turn + at, turns, smooth) for turn in range(first, last)])
-    mean = each.mean(axis=0)
-    limit = nice_limit(max(PER_CENT * float(np.quantile(np.abs(each), 0.99)), 1e-4))
-    shown = np.unique(np.linspace(0, len(each) - 1, min(len(each), MOST_TURNS)).astype(int))
+    courses = np.array([np.interp(turn + at, turns, smooth) for turn in range(first, last)])
+    mean = courses.mean(axis=0)
+    limit = nice_limit(max(PER_CENT * float(np.quantile(np.abs(courses), 0.99)), 1e-4))
+    shown = np.unique(np.linspace(0, len(courses) - 1, min(len(courses), MOST_TURNS)).astype(int))
     parts = [_circle(0.0, "zero"), _circle(1.0, "grid"), _circle(-1.0, "grid")]
     for quarter, place in enumerate(((390, 195, "end"), (200, 14, "middle"), (10, 195, "start"),
                                      (200, 396, "middle"))):
@@ -58,11 +58,11 @@ def polar_figure(course: SpeedCourse) -> Figure | None:
         parts.append(f'<text class="tick" x="{MIDDLE + 4:g}" '
                      f'y="{pixel(MIDDLE - EVEN_RADIUS - share * REACH - 4)}">'
                      f"{name}{limit * abs(share):g} %</text>")
-    parts += [_curve(PER_CENT * each[i] / limit, at, "turn") for i in shown]
+    parts += [_curve(PER_CENT * courses[i] / limit, at, "turn") for i in shown]
     parts.append(_curve(PER_CENT * mean / limit, at, "mean"))
     repeats = PER_CENT * float(np.ptp(mean)) / 2
-    rest = PER_CENT * float((each - mean).std())
-    caption = (f"{len(shown)} of {len(each)} turns, waves up to {SHOWN_ORDERS:g} per turn. "
+    rest = PER_CENT * float((courses - mean).std())
+    caption = (f"{len(shown)} of {len(courses)} turns, waves up to {SHOWN_ORDERS:g} per turn. "
                f"Thick: their mean, ± {repeats:.2g} %. The turns scatter about it by {rest:.2g} %.")
     title = "Speed over one turn"
     return Figure(title, drawing(parts, f"{title}. {caption}", POLAR),

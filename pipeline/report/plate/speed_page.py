@@ -23,7 +23,7 @@ class SpeedView:
 def speed_page(title: str, measured: Sequence[MeasuredFlutter]) -> str:
     """The page as text."""
     return page_templates().get_template("speed.html").render(
-        title=title, views=[_view(each) for each in measured])
+        title=title, views=[_view(one) for one in measured])
 
 
 def _view(measured: MeasuredFlutter) -> SpeedView:

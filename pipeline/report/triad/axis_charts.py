@@ -109,8 +109,8 @@ def _covariates(result: TriadResult) -> Iterator[str]:
 def _charts(
     result: TriadResult, effect: Effect, shown: tuple[Panel, ...], leads: bool
 ) -> AxisCharts:
-    before, after = (np.concatenate([values / p.sd for p, values in zip(shown, each, strict=True)])
-                     for each in ([p.before for p in shown], [p.after for p in shown]))
+    before, after = (np.concatenate([values / p.sd for p, values in zip(shown, one, strict=True)])
+                     for one in ([p.before for p in shown], [p.after for p in shown]))
     caption = (
         f"RMS in sds: {np.sqrt(np.mean(before**2)):.3g} without {effect.name}, "
         f"{np.sqrt(np.mean(after**2)):.3g} with it."
@@ -145,7 +145,7 @@ def lead_panel(result: TriadResult, charts: tuple[AxisCharts, ...]) -> Lead | No
     if first is None or not first.leads or first.in_model:
         return None
     if result.diagnosis.verdict is Code.UNKNOWN:
-        panel = max(first.panels, key=lambda each: float(np.mean((each.before / each.sd) ** 2)))
+        panel = max(first.panels, key=lambda one: float(np.mean((one.before / one.sd) ** 2)))
         chart, what = _error_chart(panel, nice_limit(_reach(panel)), PLAIN)
         title = f"{what.capitalize()} against {panel.against}"
         return Lead(Figure(title, chart.svg(f"{title}."), ""), "")

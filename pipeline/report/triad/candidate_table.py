@@ -34,30 +34,32 @@ class CandidateRow:
 
 def candidate_rows(result: TriadResult) -> tuple[CandidateRow, ...]:
     """Every hypothesis of the ranking, the most probable first."""
-    return tuple(_row(result, each) for each in result.diagnosis.ranking if each.kind != "noise")
+    return tuple(_row(result, one) for one in result.diagnosis.ranking if one.kind != "noise")
 
 
-def _row(result: TriadResult, each: Candidate) -> CandidateRow:
+def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
     _, factor = DISPLAY[result.triad]
     rms, loo = (("–" if math.isnan(error) else f"{error * factor:.3g}")
-                for error in (each.rms_after, each.loo_after))
-    share = each.chi2_drop / max(result.calibration.fit.chi2, NO_LENGTH)
-    name = each.name if each.kind == "listed" else readable(each.name, each.follows)
-    drop = tick_text(float(f"{each.chi2_drop:.3g}"))
+                for error in (candidate.rms_after, candidate.loo_after))
+    share = candidate.chi2_drop / max(result.calibration.fit.chi2, NO_LENGTH)
+    name = candidate.name
+    if candidate.kind != "listed":
+        name = readable(name, candidate.follows)
+    drop = tick_text(float(f"{candidate.chi2_drop:.3g}"))
     return CandidateRow(
-        name, odds_in_words(each.probability),
+        name, odds_in_words(candidate.probability),
         f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
-        _size(each), rms, loo,
-        bool(each.loo_after > result.comparison.loo_rms), ", ".join(each.aliases))
+        _size(candidate), rms, loo,
+        bool(candidate.loo_after > result.comparison.loo_rms), ", ".join(candidate.aliases))
 
 
-def _size(each: Candidate) -> str:
+def _size(candidate: Candidate) -> str:
     """The largest parameter with its sd, in the units of a data sheet."""
-    if not each.size.size:
+    if not candidate.size.size:
         return ""
-    largest = max(range(len(each.size)), key=lambda j: abs(float(each.size[j])))
-    unit, factor = display_unit(each.unit, each.size)
-    value = with_sd(float(each.size[largest]) * factor, float(each.sd[largest]) * factor)
+    largest = max(range(len(candidate.size)), key=lambda j: abs(float(candidate.size[j])))
+    unit, factor = display_unit(candidate.unit, candidate.size)
+    value = with_sd(float(candidate.size[largest]) * factor, float(candidate.sd[largest]) * factor)
     return with_minus_signs(f"{value} {unit}")
 
 

@@ -98,17 +98,17 @@ class Dependence:
         """
         value = self.columns[:, a, j]
         nothing = NOTHING * float(np.abs(value).max())
-        moving = [each for each, change in self.changes if not change[a, j] <= nothing]
+        moving = [one for one, change in self.changes if not change[a, j] <= nothing]
         if len(moving) == 1:
             return moving[0], False
-        scale = next((each for each in moving if (each.field, each.part) == ("vector", a)), None)
+        scale = next((one for one in moving if (one.field, one.part) == ("vector", a)), None)
         if len(moving) != 2 or scale is None:
             return None, False
         doubled = scale.changed(self.at, 2 * scale.of(self.at))
         twice = self.effect.evaluate(doubled, self.shape)[:, a, j]
         if np.abs(twice - 2 * value).max() > nothing:
             return None, False
-        return next(each for each in moving if each is not scale), True
+        return next(one for one in moving if one is not scale), True
 
 
 def dependence(
@@ -123,13 +123,13 @@ def dependence(
     """
     columns = effect.evaluate(at, shape)
     changes = []
-    for each in drivers(triad, at):
-        now = each.of(at)
+    for driver in drivers(triad, at):
+        now = driver.of(at)
         if not np.isfinite(now).all():
             continue
         reach = np.ptp(now) or np.abs(now).max() or 1.0
         with np.errstate(all="ignore"):  # a time before the session can be out of an effect's range
-            others = [effect.evaluate(each.changed(at, changed), shape) - columns
+            others = [effect.evaluate(driver.changed(at, changed), shape) - columns
                       for changed in (now + SHIFT * reach, -now)]
-        changes.append((each, np.abs(others).max(axis=(0, 1))))
+        changes.append((driver, np.abs(others).max(axis=(0, 1))))
     return Dependence(effect, shape, at, columns, tuple(changes))

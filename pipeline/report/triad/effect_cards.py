@@ -107,7 +107,7 @@ def effect_cards(
     drawings : sequence of str
         Names of the macros that draw.
     """
-    entries = {each["name"]: each for each in payload["effects"]}
+    entries = {one["name"]: one for one in payload["effects"]}
     cards = [_card(result, refits, effect, entries.get(effect.name), drawings)
              for effect in _effects(result, entries, refits.defined)]
     return tuple(sorted(cards, key=lambda card: not card.expanded))
@@ -117,8 +117,8 @@ def _effects(
     result: TriadResult, entries: Mapping[str, Json], defined: Mapping[str, Effect]
 ) -> Iterator[Effect]:
     """The effects of the page's boxes in their order, then the rest of the catalogue."""
-    catalogue = {name: each for name, each in EFFECTS.items() if result.triad in each.triads}
-    in_model = {each.name: each for each in result.calibration.fit.model.effects}
+    catalogue = {name: effect for name, effect in EFFECTS.items() if result.triad in effect.triads}
+    in_model = {effect.name: effect for effect in result.calibration.fit.model.effects}
     for name in dict.fromkeys([*entries, *defined, *catalogue]):
         try:
             yield in_model.get(name) or defined.get(name) or find_effect(name)
@@ -173,8 +173,8 @@ def _standing(result: TriadResult, effect: Effect) -> Standing:
         return "model"
     if effect.name in diagnosis.names:
         return "missing"
-    likely = {member for each in diagnosis.inclusion for member in each.members
-              if each.probability >= 1 - CONSTANTS.sure}
+    likely = {member for one in diagnosis.inclusion for member in one.members
+              if one.probability >= 1 - CONSTANTS.sure}
     if diagnosis.verdict is not Code.NOTHING_MISSING and effect.name in {*likely, *diagnosis.group}:
         return "offered"
     if effect.name in diagnosis.unavailable:
@@ -185,8 +185,8 @@ def _standing(result: TriadResult, effect: Effect) -> Standing:
 
 def _status(result: TriadResult, effect: Effect, standing: Standing) -> str:
     words = STANDINGS[standing]
-    inclusion = next((each for each in result.diagnosis.inclusion
-                      if effect.name in each.members), None)
+    inclusion = next((one for one in result.diagnosis.inclusion
+                      if effect.name in one.members), None)
     if standing == "offered" and inclusion is not None:
         return f"{words}, probability {inclusion.probability:.2g}"
     return words

@@ -57,7 +57,7 @@ def fingerprint(refits: Refits, name: str) -> Fingerprint | None:
         return None
     with_it, without = (refits.run, other) if name in run else (other, refits.run)
     d = with_it.fit.equations.data_count
-    measured, after = (each.fit.rows.residual[:d] for each in (without, with_it))
+    measured, after = (one.fit.rows.residual[:d] for one in (without, with_it))
     where = with_it.fit.model.slices()[name]
     columns = with_it.fit.rows.jacobian[:, where]
     others = np.delete(with_it.fit.rows.jacobian, np.r_[where], axis=1)

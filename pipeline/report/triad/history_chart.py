@@ -44,7 +44,7 @@ def staircase(triad: str, steps: Sequence[HistoryLine]) -> Staircase:
     steps_of_triad = [step.triads[triad] for step in steps if triad in step.triads]
     kept = [step for step, _ in groupby(steps_of_triad)][-MOST_STEPS:]
     unit, factor = DISPLAY[triad]
-    changes = step_names([each.model for each in kept])
+    changes = step_names([one.model for one in kept])
     stairs = tuple(
         Stair(
             i, change, short_model(step.model), f"{step.residual_rms * factor:.4g}",
@@ -110,7 +110,7 @@ def _stairs_chart(values: np.ndarray, kept: Sequence[HistoryTriad], y_title: str
         rightward(0.5, len(kept) + 0.5),
         upward(low / 1.6, high * 1.6, logarithmic=True), "" if named else "step", y_title,
     )
-    names = step_names([each.model for each in kept])
+    names = step_names([one.model for one in kept])
     longest = LONGEST_NAME.get(len(kept), 0)
     chart.axes([(i, _shortened(name, longest) if named else str(i))
                 for i, name in enumerate(names, 1)])

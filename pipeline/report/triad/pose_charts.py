@@ -121,7 +121,7 @@ def covariate_figures(result: TriadResult) -> Iterator[Figure]:
         if not np.isfinite(values).all() or np.ptp(values) == 0:
             continue
         short, title, factor = TITLES.get(name, (name, name, 1.0))
-        hollow = np.array([_covariate(each.poses, name) for each in shown_excluded(result)])
+        hollow = np.array([_covariate(one.poses, name) for one in shown_excluded(result)])
         reach = np.concatenate([values, hollow[np.isfinite(hollow)]]) * factor
         chart = _residual_chart(result, across(reach), title)
         chart.x_axis([(value, tick_text(value)) for value in chart.x.ticks()])
@@ -179,7 +179,7 @@ def _marks(chart: Chart, result: TriadResult, xs: FloatArray, *, whole_title: bo
 
 def shown_excluded(result: TriadResult) -> list[PredictedPose]:
     """The excluded poses of which the fit says something."""
-    return [each.predicted for each in result.excluded if each.predicted is not None]
+    return [one.predicted for one in result.excluded if one.predicted is not None]
 
 
 def _covariate(poses: PoseSet, name: str) -> float:
@@ -191,10 +191,10 @@ def _covariate(poses: PoseSet, name: str) -> float:
 def _hollow_marks(chart: Chart, result: TriadResult, xs: FloatArray) -> None:
     """The excluded poses at ``xs``; those far off stand at the edge of the chart."""
     unit, factor = DISPLAY[result.triad]
-    for x, each in zip(xs, shown_excluded(result), strict=True):
+    for x, one in zip(xs, shown_excluded(result), strict=True):
         if not np.isfinite(x):
             continue
-        pose = each.residual
+        pose = one.residual
         value = with_sd(pose.residual * factor, pose.sd * factor)
         y = float(np.clip(pose.residual, chart.y.low, chart.y.high))
         chart.mark(x, y, 0, EXCLUDED, f"{pose.label}: excluded; {value} {unit}",

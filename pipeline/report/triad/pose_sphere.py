@@ -42,7 +42,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
     means = _means(outcome, result)
     coverage = coverage_of(up)
     return {
-        "up": [_direction(each) for each in up],
+        "up": [_direction(one) for one in up],
         "expected": [
             {"up": [round(float(v), DIGITS) for v in direction], "covered": bool(is_covered)}
             for direction, is_covered in coverage.expected
@@ -52,17 +52,17 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
         "facts": [list(_facts(result.calibration.fit.poses, mean, i))
                   for i, mean in enumerate(means)],
         "traces": [None if mean.stated else _trace(result, mean) for mean in means],
-        "excluded": [_excluded(result, each) for each in result.excluded],
+        "excluded": [_excluded(result, one) for one in result.excluded],
         "exclude": _exclude_json(outcome, result),
     }
 
 
-def _excluded(result: TriadResult, each: ExcludedPose) -> Json:
+def _excluded(result: TriadResult, pose: ExcludedPose) -> Json:
     """An excluded pose on the sphere: its direction, and what the fit without it makes of it."""
-    if each.predicted is None:
-        return {"label": each.label, "run": each.run, "up": None, "in_sd": None}
-    up = _upward(result.triad, each.predicted.vector[None], each.predicted.poses)[0]
-    return {"label": each.label, "run": each.run, "in_sd": each.predicted.residual.in_sd,
+    if pose.predicted is None:
+        return {"label": pose.label, "run": pose.run, "up": None, "in_sd": None}
+    up = _upward(result.triad, pose.predicted.vector[None], pose.predicted.poses)[0]
+    return {"label": pose.label, "run": pose.run, "in_sd": pose.predicted.residual.in_sd,
             "up": _direction(up)}
 
 
@@ -70,7 +70,7 @@ def _exclude_json(outcome: Outcome, result: TriadResult) -> Json:
     """The lines that exclude a pose, in parts, for the script of the page to put together."""
     lines = exclude_lines(outcome.config, result.triad)
     return {"head": lines.head, "before": list(lines.before), "known": list(map(list, lines.known)),
-            "poses": [[each.word, each.number] for each in pose_sections(
+            "poses": [[section.word, section.number] for section in pose_sections(
                 outcome.config, outcome.recordings, result.triad)]}
 
 
@@ -123,8 +123,8 @@ def _trace(result: TriadResult, mean: PoseMean) -> Json:
     bytes (base64) from ``low`` to ``high`` of that axis.
     """
     factor = DISPLAY[result.triad][1]
-    each = getattr(mean, result.triad)
-    about = (each.envelope - each.mean) * factor  # (e, 2, 3)
+    one = getattr(mean, result.triad)
+    about = (one.envelope - one.mean) * factor  # (e, 2, 3)
     low, high = about.min(axis=(0, 1)), about.max(axis=(0, 1))
     step = np.where(high > low, high - low, 1.0) / LEVELS
     levels = np.rint((about - low) / step).astype(np.uint8).transpose(2, 1, 0)
@@ -157,8 +157,8 @@ def excluded_rows(result: TriadResult) -> tuple[PoseRow, ...]:
     """Every excluded pose by the fit without it; without numbers where it is no pose."""
     factor = DISPLAY[result.triad][1]
     return tuple(
-        _row(each.predicted.residual, factor) if each.predicted is not None
-        else PoseRow(each.label, each.run, "no pose of its run", "–") for each in result.excluded)
+        _row(one.predicted.residual, factor) if one.predicted is not None
+        else PoseRow(one.label, one.run, "no pose of its run", "–") for one in result.excluded)
 
 
 def _row(pose: PoseResidual, factor: float) -> PoseRow:

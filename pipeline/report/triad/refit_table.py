@@ -60,9 +60,9 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
         "left_out": rounded(pose.left_out * factor for pose in result.comparison.poses),
         "effects": entries + list(_unseen(result)),
         "refits": [
-            refit_row(refits, each, config, guesses)
-            | {"ticked": sorted(names.index(name) for name in each)}
-            for each in _sets(refits.run.added, names, _paired(result))
+            refit_row(refits, one, config, guesses)
+            | {"ticked": sorted(names.index(name) for name in one)}
+            for one in _sets(refits.run.added, names, _paired(result))
         ],
     }
 
@@ -101,7 +101,7 @@ def _sets(
     flips = [(), *((name,) for name in names), *combinations(names[:paired], 2)]
     sets = [toggled(added, flip) for flip in flips]
     sets += [added[:k] for k in range(len(added))]
-    yield from {frozenset(each): each for each in sets}.values()
+    yield from {frozenset(one): one for one in sets}.values()
 
 
 def _candidate(name: str, result: TriadResult) -> Candidate | None:

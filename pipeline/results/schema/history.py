@@ -37,5 +37,5 @@ class HistoryLine(Part):
     @property
     def triads(self) -> Mapping[str, HistoryTriad]:
         """The triads that were calibrated, by name."""
-        each = {triad: getattr(self, triad) for triad in TRIADS}
-        return {triad: result for triad, result in each.items() if result is not None}
+        one = {triad: getattr(self, triad) for triad in TRIADS}
+        return {triad: result for triad, result in one.items() if result is not None}

@@ -65,9 +65,9 @@ def _json_value(value: Any) -> Any:
         case np.generic():
             return _json_value(value.item())
         case Mapping():
-            return {str(key): _json_value(each) for key, each in value.items()}
+            return {str(key): _json_value(one) for key, one in value.items()}
         case tuple() | list():
-            return [_json_value(each) for each in value]
+            return [_json_value(one) for one in value]
     return value
 
 
@@ -77,8 +77,8 @@ def problems_of(part: type[Part], contents: Any) -> str:
         part.model_validate(contents)
     except ValidationError as error:
         details = error.errors(include_url=False, include_input=False)
-        shown = [f"{'.'.join(map(str, each['loc']))}: {each['msg'].removeprefix(BEFORE_OURS)}"
-                 for each in details[:PROBLEMS_SHOWN]]
+        shown = [f"{'.'.join(map(str, detail['loc']))}: {detail['msg'].removeprefix(BEFORE_OURS)}"
+                 for detail in details[:PROBLEMS_SHOWN]]
         more = len(details) - len(shown)
         return "; ".join(shown) + (f"; and {more} more" if more > 0 else "")
     return ""

@@ -62,7 +62,7 @@ def read_plainly(folder: Path, form: str) -> Any:
     return yaml.safe_load(text_of(plain(folder), form))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(name=TEXTS, title=TEXTS)
 def test_lines_of_parameters_and_commands_are_those_without_names(
     finished: RunSession, name: str, title: str
@@ -76,7 +76,7 @@ def test_lines_of_parameters_and_commands_are_those_without_names(
         assert without_names(text, "#") == without_names(text_of(stored, form), "#")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(name=TEXTS, title=TEXTS)
 def test_yaml_reads_back_as_without_names(finished: RunSession, name: str, title: str) -> None:
     hostile = renamed(plain(finished.folder), name, title)
@@ -91,14 +91,14 @@ def test_small_numbers_are_numbers_in_yaml(finished: RunSession) -> None:
     assert all(isinstance(value, float) for value in [*read["SM"], *read["bias"]])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(name=TEXTS, title=TEXTS)
 def test_json_keeps_every_name(finished: RunSession, name: str, title: str) -> None:
     hostile = renamed(load_results(finished.folder), name, title)
     assert json.loads(text_of(hostile, "json"))["title"] == title
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(name=TEXTS, title=TEXTS)
 def test_a_c_comment_ends_where_ours_ends(finished: RunSession, name: str, title: str) -> None:
     """Comments taken out as a compiler does: after trigraphs and spliced lines."""
@@ -131,7 +131,7 @@ def test_the_header_compiles_without_a_warning_whatever_the_names(
     assert done.returncode == 0, done.stderr
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(name=st.one_of(st.sampled_from(HOSTILE), st.text(min_size=1, max_size=20)))
 def test_a_column_of_any_name_stays_one_column_and_no_formula(
     finished: RunSession, name: str

@@ -46,7 +46,7 @@ def require_true_scales(folder: Path, evening: Evening, relative: float) -> None
     np.testing.assert_allclose(bias / evening.counts_per_rad_s, BIAS_GYR, atol=0.05 * DEG)
 
 
-@pytest.mark.parametrize("range_deg_s", [250.0, 500.0, 1000.0, 2000.0])
+@pytest.mark.parametrize("range_deg_s", [250.0, 2000.0])
 def test_the_rate_by_gravity_decides_the_range_of_the_gyroscope(
     here: Path, range_deg_s: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
