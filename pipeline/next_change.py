@@ -6,6 +6,7 @@ from collections.abc import Collection
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from calib.effects.effect import EFFECTS
 from calib.errors import CalibrationError
 from pipeline.model_change import ModelChange, RunConfig, Target, change_model, result_of
 from pipeline.stages.run import Outcome
@@ -13,6 +14,10 @@ from pipeline.stages.triads import TriadResult
 
 MOST_CHANGES = 8
 """Changes of ``--auto`` before it stops: no sensor in the catalogue's sources needs as many."""
+
+LARGEST_RISE = 0.02
+"""Rise of the leave-one-out error that noise in the model may cost: its weights are others. A
+judgement."""
 
 TURN_RAD = 0.6
 """Turn about each axis to attitudes that the session has not: between the faces, edges and corners
@@ -87,8 +92,16 @@ def correct_alike(one: TriadResult, other: TriadResult) -> bool:
 
 
 def predicts_better(change: ModelChange) -> bool:
-    """Whether the leave-one-out error of the triad fell with the change."""
+    """Whether the leave-one-out error of the triad fell with the change.
+
+    What is drawn predicts no pose: with it the misfit is explained, and the error does not rise.
+    """
     before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
     if before is None or after is None:
         return True
+    effect = EFFECTS.get(change.target.name)
+    if effect is not None and effect.acts_on == "noise":
+        explained = after.calibration.p_value > before.calibration.p_value
+        rise = after.comparison.loo_rms / before.comparison.loo_rms - 1
+        return explained and rise < LARGEST_RISE
     return after.comparison.predicts_better_than(before.comparison)

@@ -88,7 +88,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("posterior",), ("search",),
     ],
     "calib.diagnosis.verdict": [
-        ("ranking", "wording", "credible"), ("decision",), ("explain",),
+        ("ranking", "wording", "explanation", "kinds_of_noise", "credible"), ("decision",),
+        ("explain",),
     ],
     "vision": [
         ("geometry", "numbers"), ("phase_track",), ("errors", "image_return"),

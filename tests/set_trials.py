@@ -48,7 +48,7 @@ ALIKE = {
     "memory": {"hysteresis", "previous"},
     "temperature_lag": {"temperature_bias", "temperature_c"},
     "temperature_squared": {"temperature_c"},
-    "jump": {"jump"},
+    "jump": {"bias_step"},
 }
 """What counts as right of a disturbance that no catalogue has."""
 

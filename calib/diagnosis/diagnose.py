@@ -23,7 +23,8 @@ from calib.diagnosis.next_measurement.advice import (
 )
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.verdict.decision import Code, Verdict
-from calib.diagnosis.verdict.explain import Explanation, explain
+from calib.diagnosis.verdict.explain import explain
+from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
@@ -106,6 +107,8 @@ class Diagnosis:
     @property
     def addable(self) -> tuple[str, ...]:
         """The named effects that can be added as they are: no other looks the same."""
+        if self.explanation.step == "add" and self.verdict is Code.NOISE and self.name:
+            return (self.name,)
         alone = {each.name for each in self.inclusion if len(each.members) == 1}
         return tuple(name for name in self.names if name in alone)
 
@@ -167,7 +170,7 @@ def diagnose(
     ranking = rank(posterior)
     advice = _advise(posterior, verdict, ranking, full_scale)
     if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE) and (
-        verdict.name != "plate_rate"
+        verdict.name != "rate_scatter"
     ):
         advice = lay_missing(prediction) or advice
     return Diagnosis(
@@ -195,7 +198,7 @@ def _advise(
 ) -> Advice | None:
     """The block that would settle an open verdict."""
     plate = [j for j, h in enumerate(posterior.hypotheses) if h.kind == "plate_rate"]
-    if plate and "plate_rate" in (verdict.name, *verdict.group):
+    if plate and "rate_scatter" in (verdict.name, *verdict.group):
         return film_each_pose(posterior.base, float(posterior.drop[plate].max()))
     is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
     if not is_open or verdict.code not in (Code.AMBIGUOUS, Code.EFFECT):

@@ -8,7 +8,7 @@ from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.next_measurement.advice import Rival, best_block, sufficient_blocks
 from calib.diagnosis.unseen import typical_size
 from calib.diagnosis.verdict.decision import Code
-from calib.diagnosis.verdict.explain import Explanation
+from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.wording import NOTHING_MISSING, enumeration, what_separates
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.units import display_unit
@@ -95,7 +95,7 @@ def _on_the_plate(
     return replace(
         diagnosis, verdict=Code.AMBIGUOUS, group=("lever_arm",),
         explanation=Explanation("open", "its poses were taken on the turning plate", text,
-                                "repeat", again))
+                                "record", again))
 
 
 def _sized(effect: Effect, part: str, triad: Triad) -> str:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.verdict.decision import Code
-from calib.diagnosis.verdict.explain import Explanation
+from calib.diagnosis.verdict.explanation import Explanation
 
 TEXT = (
     "Whether something is missing cannot be determined: the poses have no sds, and no attitude was "
@@ -43,6 +43,6 @@ def untested(diagnosis: Diagnosis) -> Diagnosis:
         group=(),
         inclusion=(),
         advice=None,
-        explanation=Explanation("open", "its model cannot be tested", TEXT, "repeat",
+        explanation=Explanation("open", "its model cannot be tested", TEXT, "record",
                                 "State the sds of the means, or record every pose twice"),
     )

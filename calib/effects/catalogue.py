@@ -7,11 +7,13 @@ module of this folder, a new one or one that is there; nothing else names it.
 import pkgutil
 from collections.abc import Collection
 from dataclasses import replace
+from functools import partial
 from importlib import import_module
 
 from calib import effects
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
+from calib.effects.steps import times_from_elsewhere
 from calib.errors import CalibrationError, Remedy
 
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
@@ -61,7 +63,8 @@ def find_effect(name: str) -> Effect:
         return EFFECTS[name]
     step, _, number = name.rpartition("_")
     if step == STEP and number in FURTHER_STEPS:
-        return replace(EFFECTS[STEP], name=name)
+        elsewhere = partial(times_from_elsewhere, int(number))
+        return replace(EFFECTS[STEP], name=name, starts_in=elsewhere)
     if name.startswith(OF_COLUMN) and name != OF_COLUMN:
         return column_effect(name.removeprefix(OF_COLUMN))
     raise UnknownEffect(name)

@@ -10,6 +10,9 @@ from calib.poses.imu_log import AXES, FloatArray
 STEP_MARGIN = 2
 """Poses that a step leaves on either side at least. Derived: one is a bad pose."""
 
+APART = 0.6
+"""Share of the times by which further steps begin apart. Numerical: two at one time are one."""
+
 
 def _times_between(at: Conditions) -> tuple[float, ...]:
     """The middles between poses next to each other in time, but for the ends, the middle one first.
@@ -23,6 +26,13 @@ def _times_between(at: Conditions) -> tuple[float, ...]:
         return ()
     inner = inner[inner > 0]
     return tuple(map(float, inner[np.argsort(np.abs(inner - times.mean()), kind="stable")]))
+
+
+def times_from_elsewhere(number: int, at: Conditions) -> tuple[float, ...]:
+    """The times of a further step, from another one on than those of the steps before it."""
+    times = _times_between(at)
+    first = int(len(times) * ((number - 1) * APART % 1.0))
+    return (*times[first:], *times[:first])
 
 
 @effect(

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.diagnosis.verdict.decision import Code
-from calib.diagnosis.verdict.explain import SIGNS, Standing, Step
+from calib.diagnosis.verdict.explanation import SIGNS, Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
@@ -88,9 +88,9 @@ def next_line(outcome: Outcome, folder: Path, look: str = "") -> str:
     if answer is None:
         return f"next: add the sections accelerometer and gyroscope to {word(config)}"
     first, *others = answer.commands
-    if answer.step == "define" and look:
+    if answer.step == "discover" and look:
         return f"next: {look}"
-    if answer.step in ("add", "apply", "define"):
+    if answer.step in ("add", "apply", "discover"):
         return f"next: {first}"
     line = f"next: {answer.next[0].lower()}{answer.next[1:]} {first}"
     line += "".join(f"\nor see the errors with it: {other}" for other in others)
@@ -137,7 +137,7 @@ def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
         RATES, "open", short, _rates_good(lacking), wrong,
         "Add the term; the phase residual is printed before and after:" if commands else
         "Test the terms in the section on the plate rates.",
-        "add" if commands else "define", commands)
+        "add" if commands else "discover", commands)
 
 
 def _rates_good(lacking: Sequence[RateVerdict]) -> str:
@@ -247,5 +247,5 @@ def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]
     add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
     if step == "add":
         return add
-    return (command("diagnose" if step == "define" else "run", config),
+    return (command("diagnose" if step == "discover" else "run", config),
             *(add if result.diagnosis.verdict is Code.EFFECT else ()))

@@ -61,7 +61,7 @@ UNLISTED = (
     "bad_pose", "periodic",
 )
 ACCEPTED = {
-    "jump": {"jump", "time_s"},
+    "jump": {"bias_step", "time_s"},
     "periodic": {"time_s"},
     "bad_pose": {"bad_pose"},
 }

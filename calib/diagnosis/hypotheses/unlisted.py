@@ -14,13 +14,14 @@ from scipy.stats import rankdata
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis, bends
+from calib.effects.catalogue import further_step
 from calib.effects.effect import EFFECTS, Effect, Page, per_axis
 from calib.effects.steps import STEP_MARGIN
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.widened import times_apart
 from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, BoolArray, FloatArray
-from calib.poses.pose_set import PoseSet
 
 TIME_WAVES, COLUMN_WAVES = 8, 5
 """Half cosines over the range. A judgement: of 24 development sessions of
@@ -172,13 +173,13 @@ def step_hypotheses(fit: Fit) -> list[Hypothesis]:
     order = np.argsort(poses.time_s, kind="stable")
     tried = np.unique(np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int))
     prior = float(np.log(CONSTANTS.odds_rare / len(tried)))
-    hypotheses = []
+    name, hypotheses = further_step(fit.model.names), []
     for k in tried:
         after = np.zeros(len(poses))
         after[order[k:]] = 1.0
         time_s = 0.5 * float(poses.time_s[order[k - 1]] + poses.time_s[order[k]])
         hypotheses.append(
-            Hypothesis("jump", "jump", prior, _internal("jump", after),
+            Hypothesis(name, "jump", prior, _internal(name, after),
                        course=Course.of_bias(after[:, None]),
                        detail=f"{time_s:.1f} s")
         )
@@ -201,9 +202,9 @@ def wander_hypotheses(fit: Fit) -> list[Hypothesis]:
 
     Where the runs have no common clock, each wanders on its own.
     """
-    apart_s = _times_apart(fit.poses)
+    apart_s = times_apart(fit.poses)
     length_s = float(apart_s[np.isfinite(apart_s)].max(initial=0.0))
-    if length_s == 0:
+    if length_s == 0 or "bias_wander" in fit.model.names:
         return []
     prior = float(np.log(CONSTANTS.odds_wander / len(WANDER_SPANS)))
     kernel = np.exp(-apart_s / length_s)
@@ -215,25 +216,10 @@ def wander_hypotheses(fit: Fit) -> list[Hypothesis]:
         values, modes = eigh(kernel ** (1 / span), subset_by_index=strongest)
         strong = modes * np.sqrt(np.maximum(values, 0.0))
         hypotheses.append(
-            Hypothesis("wander", "wander", prior, course=Course.of_bias(strong),
+            Hypothesis("bias_wander", "wander", prior, course=Course.of_bias(strong),
                        detail=f"correlated over about {tau_s:.0f} s")
         )
     return hypotheses
-
-
-def _times_apart(poses: PoseSet) -> FloatArray:
-    """How far apart in time every two poses are, (n, n); infinite in runs without a common clock.
-
-    Where not even the order within a run is known, it is infinite for all of them.
-    """
-    if np.isfinite(poses.time_s).all():
-        return np.asarray(np.abs(poses.time_s[:, None] - poses.time_s))
-    never = np.full((len(poses), len(poses)), np.inf)
-    if poses.run_time_s is None or not np.isfinite(poses.run_time_s).all():
-        return never
-    run = np.array(poses.run)
-    within = np.abs(poses.run_time_s[:, None] - poses.run_time_s)
-    return np.asarray(np.where(run[:, None] == run, within, never))
 
 
 def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
@@ -243,7 +229,7 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
     is none to calibrate with: a rate of its own for every pose would hide any error of the sensor.
     """
     poses, turning = fit.poses, ~fit.poses.reference.is_null
-    if poses.triad != "gyroscope" or not turning.any():
+    if poses.triad != "gyroscope" or not turning.any() or "rate_scatter" in fit.model.names:
         return []
     if _scatter_needed(fit) > LARGEST_RATE_CHANGE:
         return []
@@ -253,7 +239,8 @@ def plate_hypotheses(fit: Fit) -> list[Hypothesis]:
         marks.append(("from pose to pose", np.diag(size)[:, turning]))
     prior = float(np.log(CONSTANTS.odds_rare / len(marks)))
     return [
-        Hypothesis("plate_rate", "plate_rate", prior, course=Course.of_size(shapes), detail=detail)
+        Hypothesis("rate_scatter", "plate_rate", prior, course=Course.of_size(shapes),
+                   detail=detail)
         for detail, shapes in marks
         if shapes.shape[1] > 0
     ]

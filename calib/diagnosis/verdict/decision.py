@@ -13,16 +13,21 @@ from enum import StrEnum
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import held
 from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior, is_course
 from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.verdict.credible import is_credible
+from calib.diagnosis.verdict.kinds_of_noise import kinds_of_noise
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
 
 NOISES = ("wander", "plate_rate")
 """Kinds that no calibration takes away: they widen the sds."""
+
+NAMED = ("listed", "jump")
+"""Kinds that a correction takes away, and that have a name in the catalogue."""
 
 
 class Code(StrEnum):
@@ -81,6 +86,8 @@ def reach_verdict(posterior: Posterior) -> Verdict:
         return Verdict(Code.NOTHING_MISSING, explains=True)
     share, explains = _explained(posterior, posterior.lead.refit)
     named, joint = _named(posterior)
+    steps = tuple(posterior.hypotheses[j].detail for j in posterior.lead.members
+                  if posterior.hypotheses[j].kind == "jump")
     if joint is not None:
         if not explains:
             share, explains = _explained(posterior, joint)
@@ -91,6 +98,7 @@ def reach_verdict(posterior: Posterior) -> Verdict:
                            explains=explains)
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
+            details=steps if any(each.kind == "jump" for each in named) else (),
             beside=_beside(posterior, named), share=share, explains=explains,
             straight=_as_a_curve(posterior, named),
         )
@@ -132,15 +140,15 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     them, or a size is none that nature has, the least likely goes.
     """
     sure = [each for each in posterior.classes
-            if each.kind == "listed" and each.probability >= CONSTANTS.name]
+            if each.kind in NAMED and each.probability >= CONSTANTS.name]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
         joint = _refit_of(posterior, [each.name for each in sure])
         if (joint and before and is_credible(joint, posterior.base)
                 and compare(joint.fit).predicts_better_than(before)):
-            size = {name: float(np.linalg.norm(_signal_rows(posterior, joint, name)))
-                    for name in joint.names}
+            size = {each.name: float(np.linalg.norm(_signal_rows(posterior, joint, each.name)))
+                    for each in sure}
             least = CONSTANTS.tolerance * max(size.values())
             if not joint.explains:  # a formula is off by what is left, and more looks like another
                 rest = np.sqrt(joint.fit.weight @ joint.fit.rows.residual**2)
@@ -165,7 +173,10 @@ def _refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
 
 def _signal_rows(posterior: Posterior, joint: Refit, name: str) -> FloatArray:
     """What an effect of ``joint`` explains, whitened, the model projected out, (r,)."""
-    where = joint.fit.model.slices()[name]
+    slices = joint.fit.model.slices()
+    same = {held(h, j).name for j, h in enumerate(posterior.hypotheses) if h.name == name}
+    where = [i for each in slices if each in same
+             for i in range(slices[each].start, slices[each].stop)]
     rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
     return posterior.table.projector(rows)
 
@@ -226,7 +237,7 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
         first = next((h for h in members if h.kind in NOISES), None)
         name = None if first is None else first.name
         details = tuple(h.detail for h in members if h.name == name)
-        return Verdict(Code.NOISE, name, details=details, beside=_open(posterior))
+        return _noise(posterior, name, details)
     unnamed = [h for h in members if h.kind != "listed"]
     if not unnamed:
         return None
@@ -246,16 +257,23 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if mass < least:
         return None
     if first.kind in NOISES:
-        return Verdict(Code.NOISE, first.name, details=details, beside=_open(posterior))
+        return _noise(posterior, first.name, details)
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
     if first.kind == "unknown" and not _predicts(posterior):
-        return Verdict(Code.NOISE)
+        return _noise(posterior, None, ())
     return Verdict(
         Code.UNKNOWN, first.subject, details=details,
         beside=_beside(posterior, posterior.classes), share=share, explains=explains,
     )
+
+
+def _noise(posterior: Posterior, name: str | None, details: tuple[str, ...]) -> Verdict:
+    """The verdict on noise, of which kind it is; ``group`` are those that look the same."""
+    group = kinds_of_noise(posterior.base) if name is None else (name,)
+    name = group[0] if group else None
+    return Verdict(Code.NOISE, name, group=group, details=details, beside=_open(posterior))
 
 
 def _best_step(posterior: Posterior) -> tuple[str, ...]:

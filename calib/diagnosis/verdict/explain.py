@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -11,13 +10,16 @@ from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
-from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.decision import NAMED, Code, Verdict
+from calib.diagnosis.verdict.explanation import Explanation, Step
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
     NOTHING_MISSING,
     covariate,
     curves,
     enumeration,
+    kind_of_noise,
+    minutes_of,
     odds_in_words,
     physics,
     readable,
@@ -30,35 +32,9 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.rounding import with_sd
 
-Standing = Literal["good", "act", "open"]
-Step = Literal["apply", "add", "record", "repeat", "define"]
-
-#: A sign beside the word, since colour alone says nothing.
-SIGNS: Mapping[Standing, str] = {"good": "✓", "act": "!", "open": "?"}
-
 LEAST_FALL_PERCENT = 5.0
 """Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
 chooses words only, and no bench tunes it."""
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """A verdict for people.
-
-    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``text`` in
-    two or three sentences. ``step`` is what to do next, for programs, ``following`` in words.
-    """
-
-    standing: Standing
-    short: str
-    text: str
-    step: Step
-    following: str
-
-    @property
-    def sign(self) -> str:
-        """The sign of the standing."""
-        return SIGNS[self.standing]
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +82,7 @@ def _nothing(case: _Case) -> Explanation:
 
 def _effect(case: _Case) -> Explanation:
     verdict = case.verdict
-    best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
+    best = next(c for c in case.ranking if c.name == verdict.name and c.kind in NAMED)
     more = verdict.names[1:]
     text = f"'{verdict.name}' is missing: {physics(verdict.names[0])} "
     for name in more:
@@ -119,6 +95,8 @@ def _effect(case: _Case) -> Explanation:
         unit, factor = display_unit(best.unit, best.size)
         size = with_sd(factor * float(best.size[largest]), factor * float(best.sd[largest]))
         text += f"{which} is {size} {unit}. "
+    if verdict.details:
+        text += f"The bias steps {enumeration([f'at {time}' for time in verdict.details], 'and')}. "
     others = enumeration([f"'{name}'" for name in verdict.group[1:]], "or")
     short = f"its model lacks {enumeration(verdict.names, 'and')}"
     if others:
@@ -167,9 +145,7 @@ def _ambiguous(case: _Case) -> Explanation:
 def _unknown(case: _Case) -> Explanation:
     verdict = case.verdict
     assert verdict.name is not None
-    if verdict.name == "jump":
-        what = f"the bias steps {enumeration([f'at {time}' for time in verdict.details], 'and')}"
-    elif verdict.name == "time_s":
+    if verdict.name == "time_s":
         what = "the bias has a course in time, along no straight line and no settling"
         at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
         words = [_with_odds(each) for each in verdict.beside]
@@ -190,7 +166,7 @@ def _course(case: _Case, what: str, which: str) -> Explanation:
         f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
     )
     return Explanation(
-        "act", f"{what}, as no listed effect does", text, "define",
+        "act", f"{what}, as no listed effect does", text, "discover",
         "If you know its physics, write it as your own effect under `effects:` in the "
         "configuration; the charts below show its shape",
     )
@@ -218,9 +194,9 @@ def _bad_pose(case: _Case) -> Explanation:
     else:
         what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
         short = f"the poses {names} contradict the others"
-    again = f"Record {verb} again, or exclude {verb}"
+    again = f"Record {verb} again ({minutes_of(len(poses))}), or exclude {verb}"
     text = f"{what} ({case.misfit}). {_beside(case.verdict)}{again}."
-    return Explanation("act", short, text, "repeat", again)
+    return Explanation("act", short, text, "record", again)
 
 
 def _noise(case: _Case) -> Explanation:
@@ -228,7 +204,9 @@ def _noise(case: _Case) -> Explanation:
     factor = np.sqrt(chi2 / max(case.fit.dof, 1))
     widened = "The sds of the parameters are widened by that factor."
     instead = _instead_of_noise(case.verdict)
-    if case.verdict.name == "wander":
+    name = case.verdict.name
+    add = "Add it: the sds then contain it, and its size is printed; no correction takes it away"
+    if name == "bias_wander":
         how = case.verdict.details[0] if case.verdict.details else ""
         text = (
             f"The bias wanders during the session, {how} ({case.misfit}): standard in low-cost "
@@ -236,24 +214,33 @@ def _noise(case: _Case) -> Explanation:
             f"poses' own noise. {widened} {instead}A faster session, or poses repeated throughout "
             f"it, leaves less of it."
         )
-        return Explanation("open", "its bias wanders during the session", text, "repeat",
-                           "Record the poses faster, or repeat some throughout the session")
-    if case.verdict.name == "plate_rate":
+        return Explanation("open", "its bias wanders during the session", text, "add", add)
+    if name == "rate_scatter":
         if case.verdict.details[0] == FROM_RUN_TO_RUN:
             widened = "The sds of the parameters contain that scatter."
         text = (
             f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
             f"{instead}Film the plate with each pose, so that each has a rate of its own."
         )
-        step: Step = "repeat" if case.advice is None else "record"
-        return Explanation("open", "the rate of the plate scatters", text, step,
+        if case.advice is None and case.verdict.details[0] != FROM_RUN_TO_RUN:
+            return Explanation("open", "the rate of the plate scatters", text, "add", add)
+        return Explanation("open", "the rate of the plate scatters", text, "record",
                            "Film the plate with each pose")
     text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
-        f"that any effect has ({case.misfit}). {widened} {instead}{remedy_of_noise(factor)}"
+        f"that any effect has ({case.misfit}). {widened} {instead}"
+        f"{kind_of_noise(case.verdict.group)}{remedy_of_noise(factor)}"
     )
-    return Explanation("open", "the residual is larger than the noise, without any shape", text,
-                       "repeat", f"Record {once_more(case.fit.poses)}")
+    short = "the residual is larger than the noise, without any shape"
+    if name is None:
+        return Explanation("open", short, text, "record", _once_more(case))
+    return Explanation("open", short, text, "add", add)
+
+
+def _once_more(case: _Case) -> str:
+    """The poses once more with their minutes, where no single block of poses would settle it."""
+    poses = case.fit.poses
+    return f"Record {once_more(poses)} ({minutes_of(len(poses))})"
 
 
 def _instead_of_noise(verdict: Verdict) -> str:
@@ -269,7 +256,7 @@ def _settle(case: _Case) -> tuple[Step, str]:
         return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
         return "record", _what_separates(case)
-    return "repeat", f"Record {once_more(case.fit.poses)}"
+    return "record", _once_more(case)
 
 
 def _what_separates(case: _Case) -> str:
@@ -282,7 +269,8 @@ def _record(case: _Case) -> str:
         return f" Record next: {case.advice.instruction}."
     if case.verdict.code == Code.EFFECT:
         return f" {_what_separates(case)}."
-    return f" Record next: {once_more(case.fit.poses)}."
+    return (f" No block of poses that this bench allows settles it at one go. Record next: "
+            f"{once_more(case.fit.poses)} ({minutes_of(len(case.fit.poses))}).")
 
 
 SPOKEN: Mapping[Code, Callable[[_Case], Explanation]] = {

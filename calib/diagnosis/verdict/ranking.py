@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
+from calib.diagnosis.hypotheses.listed import held
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.sizes import predicted_size
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import SI_UNIT, FloatArray
 
 LEAST_LEFT = 1e-3
 """Floor of what a row keeps for itself after the fit. Numerical."""
@@ -117,15 +118,19 @@ def _candidate(
         unit = h.effect.unit_for(posterior.base.poses.triad)
         same = table.aliases(j, [k for k, other in enumerate(posterior.hypotheses)
                                  if other.kind == "listed" and other.name != h.name])
+    elif h.kind == "jump":
+        unit = SI_UNIT[posterior.base.poses.triad]
     drop, rms, loo = _after(posterior, j, leverage)
     p_value = float(chdtrc(int(table.seen[j]), drop))
     if alone is not None:
         fit = alone.fit
         drop, rms, loo = _drop(posterior, alone), fit.residual_rms, linear_loo_rms(fit)
     lead = posterior.lead.refit
-    fitted = lead if lead is not None and h.name in lead.names else alone
-    if h.kind == "listed" and fitted is not None:
-        size, sd = _fitted(fitted, h.name)
+    inside = next((m for m in posterior.lead.members if posterior.hypotheses[m].name == h.name), j)
+    fitted_as = held(posterior.hypotheses[inside], inside).name if h.effect is not None else h.name
+    fitted = lead if lead is not None and fitted_as in lead.names else alone
+    if h.kind in ("listed", "jump") and fitted is not None and fitted_as in fitted.names:
+        size, sd = _fitted(fitted, fitted_as)
     factors = posterior.log_factor[of_name]
     return Candidate(
         name=h.subject,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from calib.diagnosis.next_measurement.advice import list_labels
+from calib.diagnosis.next_measurement.pose_blocks import MINUTES_PER_PASS
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.validation.prediction import Prediction
@@ -10,6 +11,7 @@ from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 
+NATURAL_POSES = 18  #: of a pass over the faces and edges of a box; fact
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 
@@ -60,17 +62,17 @@ def readable(name: str, follows: str | None = None) -> str:
 
     Examples
     --------
-    >>> readable("quadratic"), readable("jump"), readable("", follows="time_s")
-    ("'quadratic'", 'a step of the bias', 'something that follows time')
+    >>> readable("quadratic"), readable("bad_pose"), readable("", follows="time_s")
+    ("'quadratic'", 'a bad pose', 'something that follows time')
     """
     if follows is not None:
         return f"something that follows {covariate(follows)}"
     return {
-        "jump": "a step of the bias",
         "bad_pose": "a bad pose",
         "noise": "more noise than the poses show by themselves",
-        "wander": "a bias that wanders",
-        "plate_rate": "a plate whose rate scatters",
+        "bias_wander": "a bias that wanders",
+        "rate_scatter": "a plate whose rate scatters",
+        "bias_step": "a step of the bias",
     }.get(name, f"'{name}'")
 
 
@@ -170,3 +172,16 @@ def unsupported(prediction: Prediction) -> str:
             f"parameters unseen. "
         )
     return text
+
+
+def kind_of_noise(names: Sequence[str]) -> str:
+    """A sentence on the kind of noise, the first of ``names``; the others look the same."""
+    if not names:
+        return ""
+    others = "".join(f" or '{name}', which looks the same here" for name in names[1:])
+    return f"It is '{names[0]}'{others}: {physics(names[0])} "
+
+
+def minutes_of(poses: int) -> str:
+    """How long it takes to record so many poses, in words."""
+    return f"{max(1, round(poses * MINUTES_PER_PASS / NATURAL_POSES))} min"

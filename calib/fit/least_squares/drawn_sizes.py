@@ -15,10 +15,10 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
 from calib.effects.effect import Effect
-from calib.effects.needs import unavailable
+from calib.effects.needs import LACKING, unavailable
 from calib.errors import Undetermined
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.widened import WANDERS, Drawn, widened
+from calib.fit.least_squares.widened import WANDERS, Drawn, times_apart, widened
 from calib.fit.model import Model
 from calib.fit.rows.whitening import Whitening
 from calib.poses.imu_log import FloatArray
@@ -31,6 +31,7 @@ LEAST = 1e-2
 Numerical: the variance of a row changes by 1e-4."""
 
 LARGEST_LOG = float(np.log(1e5))  #: logarithm of the largest, so counted; numerical limit
+FIRST_SHARE = 0.2  #: part of the session at which a correlation time begins; numerical
 DIFFERENCE = 0.05  #: step of a logarithm, for the curvature of the likelihood; numerical
 START_SHARES = (1.0, 0.1)  #: parts of the misfit at which every size begins; numerical
 
@@ -108,7 +109,7 @@ def _part(fit: Fit, effect: Effect) -> Callable[[float], FloatArray]:
     errors = effect.evaluate(equations.at_reading)[pose, :, 0]
     shown = equations.directions(fit.rows.vector) * errors
     if effect.drawn == "in_time":
-        apart = np.abs(np.subtract.outer(fit.poses.time_s, fit.poses.time_s))[np.ix_(pose, pose)]
+        apart = times_apart(fit.poses)[np.ix_(pose, pose)]
         alike = shown @ shown.T
         return lambda tau_s: np.asarray(alike * np.exp(-apart / tau_s))
     if effect.drawn == "as_noise":
@@ -180,6 +181,14 @@ def _largest_of_one_sd(
     return float(np.exp(LARGEST_LOG))
 
 
+def log_densities(fit: Fit, effects: Sequence[Effect]) -> FloatArray:
+    """Log likelihoods, each at its likeliest size, of one drawn effect of ``effects`` alone, (m,).
+    """
+    return np.array([
+        likeliest(Likelihood.about(fit, (effect,)), (effect,), [_first_shape(effect, fit.poses)])[1]
+        for effect in effects])
+
+
 def fit_with_drawn(
     poses: PoseSet, model: Model, fit_means: Callable[[PoseSet, Model], Fit]
 ) -> Fit:
@@ -206,6 +215,8 @@ def fit_with_drawn(
     effects = model.acting_on("noise")
     for effect in effects:
         why = unavailable(effect, poses.conditions(poses.reading))
+        if effect.drawn == "in_time" and _length_s(poses) == 0:
+            why = LACKING["time"]
         if why is not None:
             raise Undetermined(f"{poses.triad}: '{effect.name}' cannot be evaluated: {why}.")
     now: dict[str, Drawn] = {}
@@ -227,7 +238,13 @@ def fit_with_drawn(
 def _first_shape(effect: Effect, poses: PoseSet) -> float:
     """Where a correlation time begins: a fifth of the session."""
     return 1.0 if effect.shape is None else float(np.clip(
-        0.2 * np.ptp(poses.time_s), *effect.shape.bounds))
+        FIRST_SHARE * _length_s(poses), *effect.shape.bounds))
+
+
+def _length_s(poses: PoseSet) -> float:
+    """Longest time between poses on one clock, s; 0 where none is known."""
+    apart = times_apart(poses)
+    return float(apart[np.isfinite(apart)].max(initial=0.0))
 
 
 def _with_sizes(fitted: Fit, sizes: Mapping[str, Drawn]) -> Fit:

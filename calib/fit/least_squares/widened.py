@@ -38,7 +38,7 @@ def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
         if each.effect.drawn == "as_noise":
             sd = sd + (each.size * unit * poses.sd) ** 2
         elif each.effect.drawn == "in_time":
-            strong, rest = _courses(poses.time_s, each.shape)
+            strong, rest = _courses(times_apart(poses), each.shape)
             modes.append(each.size * strong)
             sd = sd + each.size**2 * rest[:, None]
         elif each.effect.belongs_to == "bench":
@@ -59,10 +59,25 @@ def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
     return replace(poses, sd=np.sqrt(sd), reference=reference, stated=poses)
 
 
-def _courses(time_s: FloatArray, tau_s: float) -> tuple[FloatArray, FloatArray]:
+def _courses(apart_s: FloatArray, tau_s: float) -> tuple[FloatArray, FloatArray]:
     """The strongest modes (n, m) of a course of unit variance, and the variance (n,) they lack."""
-    kernel = np.exp(-np.abs(np.subtract.outer(time_s, time_s)) / tau_s)
+    kernel = np.exp(-apart_s / tau_s)
     first = max(len(kernel) - MODES, 0)
     values, vectors = eigh(kernel, subset_by_index=(first, len(kernel) - 1))
     strong = vectors * np.sqrt(np.maximum(values, 0.0))
     return strong, np.maximum(1 - (strong**2).sum(axis=1), 0.0)
+
+
+def times_apart(poses: PoseSet) -> FloatArray:
+    """How far apart in time every two poses are, (n, n); infinite in runs without a common clock.
+
+    Where not even the order within a run is known, it is infinite for all of them.
+    """
+    if np.isfinite(poses.time_s).all():
+        return np.asarray(np.abs(poses.time_s[:, None] - poses.time_s))
+    never = np.full((len(poses), len(poses)), np.inf)
+    if poses.run_time_s is None or not np.isfinite(poses.run_time_s).all():
+        return never
+    run = np.array(poses.run)
+    within = np.abs(poses.run_time_s[:, None] - poses.run_time_s)
+    return np.asarray(np.where(run[:, None] == run, within, never))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.verdict.decision import Code
+from calib.diagnosis.verdict.decision import NAMED, Code
 from calib.effects.effect import OF_COLUMN, Effect
 from pipeline.drawings.charts import (
     PLAIN,
@@ -81,12 +81,12 @@ def _leading(result: TriadResult) -> Iterator[str]:
     """The effects that the verdict names, or else those that were added to the model."""
     diagnosis = result.diagnosis
     if diagnosis.verdict in (Code.EFFECT, Code.AMBIGUOUS):
-        listed = {c.name for c in diagnosis.ranking if c.kind == "listed"}
+        listed = {c.name for c in diagnosis.ranking if c.kind in NAMED}
         yield from (name for name in (*diagnosis.names, *diagnosis.group) if name in listed)
     if diagnosis.verdict is Code.UNKNOWN:
         if diagnosis.name in result.calibration.fit.poses.columns:
             yield f"{OF_COLUMN}{diagnosis.name}"
-        elif diagnosis.name in ("jump", "time_s"):
+        elif diagnosis.name in ("bias_step", "time_s"):
             yield TIME
     yield from (e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading")
 

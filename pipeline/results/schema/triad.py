@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from calib.diagnosis.verdict.explain import Standing
+from calib.diagnosis.verdict.explanation import Standing
 from calib.poses.data_sheet import Encoding
 from pipeline.results.schema.rate import CandidateResult, FittedPart
 from pipeline.results.schema.types import (

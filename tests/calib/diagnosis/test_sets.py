@@ -73,7 +73,7 @@ def test_a_scattering_plate_takes_no_strong_effect_s_place(name: str) -> None:
     for size in (300.0, 1000.0):
         found = said("rich", "gyroscope", (name,), size, 7101)
         assert found.names == (name,), found.text
-        assert "plate_rate" not in {each.name for each in found.inclusion}
+        assert "rate_scatter" not in {each.name for each in found.inclusion}
 
 
 def test_what_looks_the_same_does_so_at_every_strength() -> None:
@@ -114,9 +114,9 @@ def test_a_bias_wanders_in_every_log_where_each_has_a_clock_of_its_own() -> None
         poses = poses_of(design, seed, "gyroscope", hidden)
         apart = replace(poses, time_s=np.full(len(poses), np.nan))
         found = diagnose(fit(apart, Model.of(BASE)))
-        assert (found.verdict, found.name) == ("noise", "wander"), found.text
+        assert (found.verdict, found.name) == ("noise", "bias_wander"), found.text
         unknown = diagnose(fit(replace(apart, run_time_s=None), Model.of(BASE)))
-        assert "wander" not in {c.name for c in unknown.ranking}
+        assert "bias_wander" not in {c.name for c in unknown.ranking}
 
 
 def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
@@ -135,7 +135,7 @@ def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
     assert "It may be more noise than the poses show by themselves" in several.text
     assert "instead, or beside it" in several.text
     one = found(98)
-    assert (one.verdict, one.name) == ("noise", "wander")
+    assert (one.verdict, one.name) == ("noise", "bias_wander")
 
 
 def test_a_memory_that_saturates_is_hysteresis_with_a_width() -> None:

@@ -76,7 +76,7 @@ def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less
 ) -> None:
     result = caused.triad("gyroscope")
     assert result is not None
-    words = replace(result.diagnosis.explanation, step="repeat",
+    words = replace(result.diagnosis.explanation, step="record",
                     following="Film the plate with each pose")
     noise = replace(result.diagnosis, verdict=Code.NOISE, advice=None, explanation=words)
     outcome = replace(caused, triads=tuple(

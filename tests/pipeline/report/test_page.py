@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from calib.diagnosis.verdict.explain import SIGNS
+from calib.diagnosis.verdict.explanation import SIGNS
 from pipeline.config.load import load_config
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict

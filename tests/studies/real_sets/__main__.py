@@ -60,8 +60,8 @@ def judgement(result: TriadResult, judged: Mapping[str, Judged]) -> str:
     if not missed:
         return "yes" if said.verdict in ("nothing_missing", "noise", "ambiguous") else (
             "nothing here contradicts it")
-    if best in IN_TIME and (said.name in ("jump", "time_s", "wander", "temperature_c")
-                            or {*said.group} & {"jump", "wander", "~time_s", best}):
+    if best in IN_TIME and (said.name in ("bias_step", "time_s", "bias_wander", "temperature_c")
+                            or {*said.group} & {"bias_step", "bias_wander", "~time_s", best}):
         return "yes"
     if best in said.group:
         return "yes: offered"

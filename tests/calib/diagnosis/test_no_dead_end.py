@@ -1,0 +1,104 @@
+"""What a verdict ends in: an effect to add, a measurement with its minutes, or the search for one.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.verdict.explanation import Step
+from calib.effects.catalogue import BASE, find_effect
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.fit.validation.leave_one_out import compare
+from calib.poses.pose_set import PoseSet
+from tests.calib.fit.least_squares.test_drawn_sizes import walk
+from tests.calib.made_poses import noisy, rich_poses
+
+
+def sound(seed: int) -> PoseSet:
+    return noisy(rich_poses("gyroscope", seed), seed)
+
+
+def stepped(seed: int, sds: float) -> PoseSet:
+    poses = sound(seed)
+    after = poses.time_s >= np.sort(poses.time_s)[50]
+    return replace(poses, reading=poses.reading + sds * np.outer(after, poses.sd[0] * [1, -1, 0.5]))
+
+
+def scattered(seed: int, sds: float) -> PoseSet:
+    poses, random = sound(seed), np.random.default_rng([seed, 3])
+    return replace(poses, reading=poses.reading + sds * poses.sd * random.normal(
+        size=poses.sd.shape))
+
+
+def wandering(seed: int, sds: float) -> PoseSet:
+    poses, random = sound(seed), np.random.default_rng([seed, 4])
+    return replace(poses, reading=poses.reading + sds * poses.sd * walk(poses.time_s, random))
+
+
+def spoilt(seed: int, sds: float) -> PoseSet:
+    poses = sound(seed)
+    reading = poses.reading.copy()
+    reading[7] += sds * poses.sd[7] * np.sign(reading[7])
+    return replace(poses, reading=reading)
+
+
+def fitted(poses: PoseSet) -> tuple[Fit, Diagnosis]:
+    base = fit(poses, Model.of(BASE))
+    return base, diagnose(base)
+
+
+def test_there_is_no_step_that_only_repeats() -> None:
+    assert {*get_args(Step)} == {"apply", "add", "record", "discover"}
+
+
+@pytest.mark.parametrize(("make", "code", "name", "step"), [
+    (stepped, "effect", "bias_step", "add"),
+    (scattered, "noise", "extra_noise", "add"),
+    (wandering, "noise", "bias_wander", "add"),
+])
+def test_what_has_no_formula_has_a_name_that_can_be_added(
+    make: Callable[[int, float], PoseSet], code: str, name: str, step: str
+) -> None:
+    right, settled = 0, 0
+    for seed in range(4):
+        base, said = fitted(make(seed, 5.0))
+        right += (said.verdict, said.name) == (code, name)
+        if said.name != name:
+            continue
+        assert said.explanation.step == step, said.text
+        assert said.addable == (name,)
+        after = fit(base.poses, Model.of((*BASE, name)))
+        assert after.p_value > 1e-3
+        if name != "extra_noise":  # it predicts no pose
+            assert compare(after).loo_rms < 0.9 * compare(base).loo_rms
+        settled += diagnose(after).verdict == "nothing_missing"
+    assert right >= 3
+    assert settled >= 3
+
+
+def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
+    poses = stepped(1, 8.0)
+    time = np.sort(poses.time_s)
+    back = poses.time_s >= time[95]
+    twice = replace(poses, reading=poses.reading - 8 * np.outer(back, poses.sd[0] * [1, -1, 0.5]))
+    base, said = fitted(twice)
+    assert said.name == "bias_step"
+    assert "The bias steps at" in said.text
+    both = fit(base.poses, Model.of((*BASE, "bias_step", "bias_step_2")))
+    assert both.p_value > 1e-3
+    for at_s, k in zip(sorted(both.shapes.values()), (50, 95), strict=True):
+        assert time[k - 2] < at_s < time[k + 1]
+    assert find_effect("bias_step_2").physics == find_effect("bias_step").physics
+
+
+def test_what_is_to_be_recorded_says_how_long_it_takes() -> None:
+    _, said = fitted(spoilt(2, 40.0))
+    assert said.verdict == "bad_pose"
+    assert said.explanation.step == "record"
+    assert "(1 min)" in said.explanation.following
