@@ -39,6 +39,8 @@ pose before has a sign that noise does not flip."""
 BASE_THETA = np.array([0.02, -0.013, 0.007, 0.011, -0.008, 0.015, 0.004, -0.006, 0.009])
 """Bias (of a rad/s or ten times that in m/s²), scale and misalignment of a low-cost unit."""
 
+WALK_TAU_S = 700.0  #: correlation time of a bias that wanders, s
+
 
 def tilted(directions: FloatArray, rng: np.random.Generator, jitter_deg: float = 3.0) -> FloatArray:
     """Unit vectors near ``directions``, as hands and wedges place them, (n, 3)."""
@@ -183,3 +185,14 @@ def chosen(poses: PoseSet, rows: FloatArray | list[int]) -> PoseSet:
 def pairs(names: list[str]) -> list[tuple[str, Triad]]:
     """Every effect of these names with every triad it is for."""
     return [(name, triad) for name in names for triad in EFFECTS[name].triads]
+
+
+def walk(time_s: FloatArray, random: np.random.Generator) -> FloatArray:
+    """An Ornstein-Uhlenbeck course of unit variance and ``WALK_TAU_S``, step by step, (n, 3)."""
+    order = np.argsort(time_s)
+    course, value, last = np.zeros((len(time_s), 3)), random.normal(size=3), time_s[order[0]]
+    for i in order:
+        keep = np.exp(-(time_s[i] - last) / WALK_TAU_S)
+        value, last = keep * value + np.sqrt(1 - keep**2) * random.normal(size=3), time_s[i]
+        course[i] = value
+    return course

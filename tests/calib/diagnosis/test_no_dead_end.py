@@ -16,8 +16,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.pose_set import PoseSet
-from tests.calib.fit.least_squares.test_drawn_sizes import walk
-from tests.calib.made_poses import noisy, rich_poses
+from tests.calib.made_poses import noisy, rich_poses, walk
 
 
 def sound(seed: int) -> PoseSet:

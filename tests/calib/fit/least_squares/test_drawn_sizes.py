@@ -11,11 +11,8 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.validation.leave_one_out import compare
-from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from tests.calib.made_poses import SD, base_theta, noisy, rich_poses, with_noise
-
-TAU_S = 700.0
+from tests.calib.made_poses import SD, base_theta, noisy, rich_poses, walk, with_noise
 
 
 def drawn(name: str, poses: PoseSet, seed: int) -> tuple[PoseSet, float]:
@@ -31,17 +28,6 @@ def drawn(name: str, poses: PoseSet, seed: int) -> tuple[PoseSet, float]:
         return replace(poses, reading=poses.reading * (1 + 2e-3 * random.normal(
             size=(len(poses), 1)))), 2e-3
     return replace(poses, reading=poses.reading + 5 * sd * walk(poses.time_s, random)), 5 * sd
-
-
-def walk(time_s: FloatArray, random: np.random.Generator) -> FloatArray:
-    """An Ornstein-Uhlenbeck course of unit variance and ``TAU_S``, step by step, (n, 3)."""
-    order = np.argsort(time_s)
-    course, value, last = np.zeros((len(time_s), 3)), random.normal(size=3), time_s[order[0]]
-    for i in order:
-        keep = np.exp(-(time_s[i] - last) / TAU_S)
-        value, last = keep * value + np.sqrt(1 - keep**2) * random.normal(size=3), time_s[i]
-        course[i] = value
-    return course
 
 
 def fitted(name: str, seed: int) -> tuple[Fit, Fit, float]:
