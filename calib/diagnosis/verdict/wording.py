@@ -11,7 +11,7 @@ from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 
-NATURAL_POSES = 18  #: of a pass over the faces and edges of a box; fact
+NATURAL_POSES = 18  #: number of faces and edges of a box together; fact
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 

@@ -182,7 +182,7 @@ def _largest_of_one_sd(
 
 
 def log_densities(fit: Fit, effects: Sequence[Effect]) -> FloatArray:
-    """Log likelihoods, each at its likeliest size, of one drawn effect of ``effects`` alone, (m,).
+    """Log likelihoods (m,), no unit, of each of ``effects`` alone at its likeliest size.
     """
     return np.array([
         likeliest(Likelihood.about(fit, (effect,)), (effect,), [_first_shape(effect, fit.poses)])[1]
