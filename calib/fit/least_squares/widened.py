@@ -69,7 +69,7 @@ def _courses(apart_s: FloatArray, tau_s: float) -> tuple[FloatArray, FloatArray]
 
 
 def times_apart(poses: PoseSet) -> FloatArray:
-    """Times s between every two poses, (n, n); infinite in runs without a common clock.
+    """Times between every two poses, SI, (n, n); infinite in runs without a common clock.
 
     Where not even the order within a run is known, it is infinite for all of them.
     """
