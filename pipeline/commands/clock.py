@@ -105,7 +105,7 @@ def command(
 def _require_sense(
     camera: str | None, clip: Path | None, show: bool, screen: Path | None, keep: Path | None
 ) -> None:
-    """Refuse options that contradict each other, and a name that is none."""
+    """Refuse options that contradict each other, and an empty name."""
     if camera is not None and not camera.strip():
         raise click.UsageError("--camera needs a name, such as c920 or phone.")
     if show and (camera or clip):

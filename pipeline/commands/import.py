@@ -115,7 +115,7 @@ def command(
 
 
 def _path_for(files: Sequence[Path]) -> Path:
-    """The configuration's name: that of the one log, ``config.yaml`` for a session of many."""
+    """The configuration's name: the log's own for one recording, ``config.yaml`` for many."""
     if len(files) > ONE_RECORDING:
         return Path("config.yaml")
     return Path(f"{files[0].name.split('.')[0] or 'session'}.yaml")

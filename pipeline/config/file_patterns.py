@@ -90,7 +90,7 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
 
 
 def _require_log(path: Path, name: str) -> None:
-    """Refuse what a pattern that ends like a file's name takes in and is none."""
+    """Refuse a folder, a dead link or a device that a pattern of files takes in."""
     if is_log_file(path):
         return
     if path.is_dir():

@@ -1,4 +1,4 @@
-"""The message for text that is no YAML: its line, what to look for, and PyYAML's own words."""
+"""The message for text that cannot be parsed: line, likely cause, and PyYAML's own words."""
 
 import re
 from pathlib import Path
@@ -23,7 +23,7 @@ _HINTS = (
 
 
 def syntax_error(path: Path, text: str, error: yaml.YAMLError) -> ConfigError:
-    """The error for text that is no YAML: its line, what to look for, and YAML's own words."""
+    """The error for text that cannot be parsed: its line, the likely cause, YAML's own words."""
     if isinstance(error, yaml.reader.ReaderError):
         line = text.count("\n", 0, error.position) + 1
         return ConfigError(

@@ -101,11 +101,11 @@ class YamlSource:
     key_spans: dict[PathTo, Span]
 
     def span(self, path: PathTo) -> Span:
-        """Where the value at ``path`` stands; KeyError where there is none."""
+        """Where the value at ``path`` stands; KeyError without a value."""
         return self.spans[path]
 
     def value(self, path: PathTo) -> Any:
-        """The value at ``path``; KeyError where there is none."""
+        """The value at ``path``; KeyError without a value."""
         value: Any = self.values
         for key in path:
             value = value[key]

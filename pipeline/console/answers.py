@@ -78,7 +78,7 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
 
 
 def next_line(outcome: Outcome, folder: Path, look: str = "") -> str:
-    """The next step of a session for the terminal: that of its worst answer.
+    """The next step of a session for the terminal, taken from its worst answer.
 
     ``look`` is the command on a shape that no listed effect has; by default it is ``pipeline
     diagnose``.

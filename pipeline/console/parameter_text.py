@@ -55,7 +55,7 @@ def _size(value: float, sd: float) -> str:
 
 
 def fitted_text(value: float, sd: float) -> str:
-    """One of the nine parameters ± sd; that of the data sheet where it was not fitted."""
+    """One of the nine parameters ± sd; the data sheet's value where it was not fitted."""
     return with_sd(value, sd) if math.isfinite(sd) else f"{value + 0.0:.6g} (not fitted)"
 
 

@@ -139,7 +139,7 @@ class ShownStream:
 
 @contextmanager
 def shown_streams() -> Iterator[ShownStream]:
-    """Standard output and error through :class:`ShownStream`; gives that of the output."""
+    """Standard output and error through :class:`ShownStream`; gives the wrapped output."""
     out, err = sys.stdout, sys.stderr
     stream = ShownStream(out)
     sys.stdout, sys.stderr = cast(TextIO, stream), cast(TextIO, ShownStream(err))

@@ -17,7 +17,7 @@ CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts
 def guess_files(
     files: Sequence[Path], rate_hz: float | None
 ) -> tuple[list[TableGuess], tuple[str, ...]]:
-    """What all tables of ``files`` are, and a note on each table that is no log.
+    """What all tables of ``files`` are, and a note on each table that holds no triad.
 
     Parameters
     ----------

@@ -191,7 +191,7 @@ def nominal_rpm(rate_rad_s: float) -> float:
 
 
 def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
-    """The speed that each table shares with those of about the same rate, rad/s; 0 at rest.
+    """The speed of each table, rad/s: the median of all tables of about its rate; 0 at rest.
 
     A bias makes the tables of one speed read differently from attitude to attitude.
     """

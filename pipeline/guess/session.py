@@ -133,7 +133,7 @@ def guess_session(
 
 
 def _speed(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> str | None:
-    """The speed of a turning table as a name: that of a clip, or of record players."""
+    """The name of a turning table's speed: by the clip, or by the speeds of record players."""
     clip = matching_clip(rate_rad_s, clips)
     rpm = nominal_rpm(clip.rate_rad_s) if clip else record_rpm(rate_rad_s)
     return f"{rpm:.3g}rpm" if rpm else None

@@ -216,7 +216,7 @@ def _further(
 
 
 def _is_celsius(values: FloatArray) -> bool:
-    """Whether a temperature is one in °C and no raw count; without any value it is none."""
+    """Whether a temperature is in °C and not in raw counts; False without any value."""
     known = values[np.isfinite(values)]
     return bool(known.size) and CELSIUS[0] < float(np.median(known)) < CELSIUS[1]
 
@@ -232,7 +232,7 @@ def _are_means(values: FloatArray) -> bool:
 
 
 def why_no_log(table: RawTable) -> str:
-    """Why a table is no log, as the end of a sentence that names it."""
+    """Why a table cannot be used, as the end of a sentence that names it."""
     names = list(table.columns)
     hint = hint_of(table.path)
     called = triples_by_name(names, "acc") or [

@@ -174,7 +174,7 @@ def is_direction(values: FloatArray) -> bool:
 
 
 def _are_alike(values: FloatArray) -> bool:
-    """Whether three columns may be one sensor: all whole numbers or none, and alike in scatter."""
+    """Whether three columns may be one sensor: all or none whole numbers, similar scatter."""
     whole = [np.array_equal(axis, np.rint(axis)) for axis in values.T]
     scatter = decoded(values)[0].std(axis=0)
     return len(set(whole)) == 1 and bool(scatter.min() >= LEAST_SCATTER * scatter.max())

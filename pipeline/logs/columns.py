@@ -1,4 +1,4 @@
-"""Names of log columns: ours, and those of well-known programs that mean the same."""
+"""Names of log columns: ours, and the names in well-known programs that mean the same."""
 
 from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence

@@ -178,7 +178,7 @@ def named_columns(
 
 
 def _renamed(name: str, theirs: str, columns: Renamed) -> tuple[str, float]:
-    """A renamed column with its factor; that of a known program's time is the program's."""
+    """A renamed column with its factor; a known program's time keeps the program's factor."""
     known, factor = our_name(theirs)
     if name == known == TIME:
         return name, factor

@@ -107,7 +107,7 @@ def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
 
 def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
-    """A row in the place of the last line of each sample, comments in those of the others."""
+    """A row in the place of the last line of each sample, comments in place of its other lines."""
     rows = []
     sample: list[str] = []
     begun = 0

@@ -263,7 +263,7 @@ def _dated_rows(text: LogText, at: int) -> list[str]:
 
 
 def _first_fault(text: LogText) -> str | None:
-    """The first row that is too short, too long, or holds what is no number; in words."""
+    """The first row that is too short, too long, or holds a cell that cannot be read; in words."""
     numbered = list(text.rows())
     for line, cells in numbered:
         if len(cells) != len(text.names):

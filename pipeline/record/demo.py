@@ -119,7 +119,7 @@ class ObeyedDisplay:
 
 
 def demo_config(folder: Path) -> Config:
-    """The configuration of the rehearsal in ``folder``, written where there is none yet.
+    """The configuration of the rehearsal in ``folder``, written if it is not there yet.
 
     Raises
     ------

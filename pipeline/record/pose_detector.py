@@ -234,7 +234,7 @@ class PoseDetector:
         return ""
 
     def _sensed_rate(self, mean: FloatArray) -> float:
-        """The plate's rate as the gyroscope feels it, rad/s; NaN where there is none."""
+        """The plate's rate as the gyroscope feels it, rad/s; NaN without a gyroscope."""
         return float(np.linalg.norm(less_rest(mean[3:], self.task.rest_rad_s)))
 
     def _least_rate(self) -> float:

@@ -71,7 +71,7 @@ class Filming(Protocol):
         ...
 
     def stop(self, keep: bool) -> str:
-        """End the clip; a remark on it, empty where there is none."""
+        """End the clip and return a remark on it, which may be empty."""
         ...
 
     def close(self) -> None:

@@ -17,7 +17,7 @@ def open_session(
     camera: int | None = None,
     camera_source: Path | None = None,
 ) -> Session:
-    """The session of ``config``; options given here come before those of the file.
+    """The session of ``config``; the options overrule the file.
 
     ``camera_source`` is a clip that stands for the camera, for trials.
 

@@ -30,7 +30,7 @@ def terminal_columns(stream: "TextIO | None" = None) -> int | None:
 
 
 def prose_width() -> int | None:
-    """Columns that a paragraph on standard output uses; None where that is no terminal."""
+    """Columns that a paragraph on standard output uses; None without a terminal."""
     columns = terminal_columns()
     return None if columns is None else min(columns, WIDEST)
 

@@ -37,7 +37,7 @@ class ConfigArgument(PathArgument):
     """The file of a configuration, or the folder that it stands in as ``config.yaml``."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The path of the file; of a folder that of its only or its ``config.yaml``."""
+        """The path of the file; in a folder the ``config.yaml`` or the only YAML file."""
         path: Path = super().convert(value, param, ctx)
         if not path.is_dir():
             return path

@@ -49,7 +49,7 @@ class ClipProgress:
 
 
 class SessionProgress:
-    """A bar for the sessions of a fleet; nothing where standard error is no terminal."""
+    """A bar for the sessions of a fleet, where standard error is a terminal."""
 
     def __init__(self, total: int, shown: bool = True) -> None:
         self._total, self._failed, self._shown = total, 0, shown

@@ -17,7 +17,7 @@ TEXT = (".csv", ".txt", ".tsv", ".log")
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The tables of text in an archive, by the names of their files; those of .npz by length."""
+    """The tables of text in an archive, by the names of their files; arrays of .npz by length."""
     try:
         with zipfile.ZipFile(path) as archive:
             return _tables(path, archive)

@@ -48,7 +48,7 @@ def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
 
 
 def tables_by_length(columns: Mapping[str, FloatArray]) -> list[FileTable]:
-    """Columns of one file as tables: those of one length stand beside each other.
+    """Columns of one file as tables: columns of one length stand beside each other.
 
     A table is called by what the names of its columns share, or by its first column.
     """

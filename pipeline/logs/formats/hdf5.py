@@ -9,7 +9,7 @@ from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The numeric data sets of a file; those of one length stand beside each other."""
+    """The numeric data sets of a file; sets of one length stand beside each other."""
     columns: dict[str, np.ndarray] = {}
 
     def visit(name: str, item: object) -> None:

@@ -131,7 +131,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
 
 
 def is_log_file(path: Path) -> bool:
-    """Whether a path is that of a file, a bag, or a table in one of them."""
+    """Whether a path names a file, a bag, or a table in one of them."""
     return _file_in(path) is not None
 
 
@@ -147,7 +147,7 @@ def split_member(path: Path) -> tuple[Path, str]:
 
 
 def _file_in(path: Path) -> Path | None:
-    """The file or bag that ``path`` is, or names a table in; None where there is none."""
+    """The file or bag at ``path``, or the one whose table it names; None without either."""
     for file in (path, *path.parents):
         if file.is_file():
             return file

@@ -1,4 +1,4 @@
-"""MATLAB files up to version 7.2; those of 7.3 are HDF5."""
+"""MATLAB files up to version 7.2; files of version 7.3 are HDF5."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The numeric arrays of a file; those of one length stand beside each other."""
+    """The numeric arrays of a file; arrays of one length stand beside each other."""
     columns: dict[str, np.ndarray] = {}
     with path.open("rb") as file:
         try:

@@ -10,7 +10,7 @@ from pipeline.logs.formats.file_table import FileTable
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The numeric columns and those of time stamps; stamps are seconds since 1970."""
+    """The numeric columns and the time stamps, which become seconds since 1970."""
     columns = {}
     table = pq.read_table(path)
     for name, column in zip(table.column_names, table.columns, strict=True):
