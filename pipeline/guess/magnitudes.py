@@ -174,7 +174,7 @@ def nearest_rate_unit(si_per_unit: float, is_counts: bool) -> tuple[str, float |
 
 
 def record_rpm(rate_rad_s: float) -> float | None:
-    """The record player's speed nearest to a rate, in revolutions per minute; None if none is near."""
+    """The record player's speed near a rate, in revolutions per minute; None if none is near."""
     rpm = rate_rad_s * 30 / math.pi
     nearest = min(RECORD_RPM, key=lambda speed: abs(math.log(rpm / speed))) if rpm > 0 else 0.0
     return nearest if nearest and abs(rpm / nearest - 1) < RPM_TOLERANCE else None

@@ -152,28 +152,53 @@ def _is_row(line: str, columns: ColumnNames | None) -> bool:
 
 
 def named_columns(
-    path: Path, head: Head, width: int, columns: ColumnNames | None
+    where: str, header: Sequence[str] | None, width: int, columns: ColumnNames | None,
+    ends_open: bool = False,
 ) -> list[tuple[str, float]]:
     """Our name and the factor of every column of a log.
+
+    Parameters
+    ----------
+    where : str
+        File, and line where it has lines, for messages.
+    header : sequence of str or None
+        Their names in the file.
+    width : int
+        Their number.
+    columns : sequence of str or Renamed or None
+        What the configuration states of them.
+    ends_open : bool
+        Whether the last one is only what follows the last delimiter.
 
     Raises
     ------
     UnreadableInput
-        No header names a triad, or rows have no header and no ``columns``.
+        They hold no whole triad, have no names, or the names are too few or too many.
     """
     if isinstance(columns, Renamed):
-        renamed = columns.apply(head.names or ())
+        renamed = columns.apply(header or ())
         if renamed is None:
-            raise _not_among(path, head, columns)
-        return [_renamed(name, theirs, columns)
-                for name, theirs in zip(renamed, head.names or (), strict=True)]
-    if columns is not None:
-        return [our_name(name) for name in columns]
-    if head.names is None:
-        raise _headerless(path, head.names_line, width)
-    names = our_names(head.names)
-    if missing_columns([name for name, _ in names]) is not None:
-        raise _wrong_header(path, head.names_line, head.names)
+            raise _not_among(where, header or (), columns)
+        names = [_renamed(name, theirs, columns)
+                 for name, theirs in zip(renamed, header or (), strict=True)]
+    elif columns is not None:
+        names = [our_name(name) for name in columns]
+    elif header is None:
+        raise _headerless(where, width)
+    else:
+        names = our_names(header)
+        if missing_columns([name for name, _ in names]) is not None:
+            raise _wrong_header(where, header)
+    if ends_open and width == len(names) + 1:
+        names.append((SKIP, 1.0))
+    listed = ", ".join(name for name, _ in names)
+    if width != len(names):
+        raise UnreadableInput(
+            f"{where}: {width} values found, {len(names)} expected ({listed}). Name every column "
+            f"of the file, '{SKIP}' for those not to be read, or delete the damaged line."
+        )
+    if lacks := missing_columns([name for name, _ in names]):
+        raise UnreadableInput(f"{where}: {lacks} (columns: {listed}). {MISSING_TRIAD}.")
     return names
 
 
@@ -197,36 +222,36 @@ def no_rows(path: Path, head: Head) -> UnreadableInput:
                                "again.")
     if head.names is None:
         return UnreadableInput(f"{path}: no row of numbers. {MISSING_TRIAD}.")
-    return _wrong_header(path, head.names_line, head.names)
+    return _wrong_header(f"{path}:{head.names_line + 1}", head.names)
 
 
-def _headerless(path: Path, i: int, n: int) -> UnreadableInput:
+def _headerless(where: str, n: int) -> UnreadableInput:
     """The error for rows without a header: what they mean is asked, not guessed."""
     usual = ", ".join(USUAL.get(n, USUAL[7]))
     return UnreadableInput(
-        f"{path}:{i + 1}: {n} column{'' if n == 1 else 's'} of numbers without a header. Name them "
+        f"{where}: {n} column{'' if n == 1 else 's'} of numbers without a header. Name them "
         f"beside the file in the configuration, for example `columns: [{usual}]`; '{SKIP}' names "
         f"a column not to be read. `pipeline import` guesses the names from the numbers."
     )
 
 
-def _wrong_header(path: Path, i: int, cells: list[str]) -> UnreadableInput:
+def _wrong_header(where: str, cells: Sequence[str]) -> UnreadableInput:
     """The error for a header that names no triad, with the nearest right names."""
     names = [our_name(cell)[0] for cell in cells]
     near = [f"'{name}' for '{cell}'" for cell in cells if our_name(cell)[0] not in READINGS
             for name in nearest_names(cell, READINGS)]
     meant = f" (did you mean {', '.join(near)}?)" if near else ""
     return UnreadableInput(
-        f"{path}:{i + 1}: found {_shown(cells)}: {missing_columns(names)}{meant}. {MISSING_TRIAD}."
+        f"{where}: found {_shown(cells)}: {missing_columns(names)}{meant}. {MISSING_TRIAD}."
     )
 
 
-def _not_among(path: Path, head: Head, columns: Renamed) -> UnreadableInput:
+def _not_among(where: str, header: Sequence[str], columns: Renamed) -> UnreadableInput:
     """The error for a configuration that picks a column that the file does not have."""
-    names = [bare(name) for name in head.names or ()]
+    names = [bare(name) for name in header]
     absent = [theirs for _, theirs in columns.pairs if bare(theirs) not in names]
     return UnreadableInput(
-        f"{path}:{head.names_line + 1}: `columns` picks '{absent[0] if absent else ''}', but the "
+        f"{where}: `columns` picks '{absent[0] if absent else ''}', but the "
         f"columns are {_shown(names) or 'not named'}. Write the name as it stands in the file."
     )
 

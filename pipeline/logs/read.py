@@ -21,13 +21,12 @@ from pipeline.logs.columns import (
     SKIP,
     TIME,
     ColumnNames,
-    Renamed,
     missing_columns,
-    our_name,
 )
 from pipeline.logs.formats.archive import member_lines
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_of
+from pipeline.logs.head import named_columns
 from pipeline.logs.header import our_names
 from pipeline.logs.join import join_logs
 from pipeline.logs.source import read_bytes, text_lines
@@ -165,22 +164,7 @@ def _picked(
 def _named_table(path: Path, table: FileTable, columns: ColumnNames | None) -> LogTable:
     """A table of a file with its columns named."""
     theirs = list(table.columns)
-    if isinstance(columns, Renamed):
-        renamed = columns.apply(theirs)
-        if renamed is None:
-            absent = next(name for _, name in columns.pairs if name not in theirs)
-            raise UnreadableInput(f"{path}: `columns` picks '{absent}', but the columns are "
-                                  f"{', '.join(theirs)}. Write the name as it stands there.")
-        names = [our_name(name) if name in columns.ours else (name, 1.0) for name in renamed]
-    else:
-        names = [our_name(name) for name in columns] if columns else our_names(theirs)
-    if len(names) != len(theirs):
-        raise UnreadableInput(f"{path}: {len(theirs)} columns found ({', '.join(theirs)}), "
-                              f"{len(names)} expected. Name every column, '{SKIP}' for those not "
-                              "to be read.")
-    if lacks := missing_columns([name for name, _ in names]):
-        raise UnreadableInput(f"{path}: {lacks} (columns: {', '.join(theirs)}). Name them by "
-                              "`columns` in the configuration.")
+    names = named_columns(str(path), theirs, len(theirs), columns)
     return _log_table(str(path), names, list(table.columns.values()), None,
                       lambda row: f"{path}, row {row + 1}")
 

@@ -17,7 +17,6 @@ from pipeline.logs.columns import (
     TIME,
     ColumnNames,
     bare,
-    missing_columns,
 )
 from pipeline.logs.dialect import (
     Dialect,
@@ -28,7 +27,7 @@ from pipeline.logs.dialect import (
     seconds_of,
     split_cells,
 )
-from pipeline.logs.head import MISSING_TRIAD, find_head, is_time, named_columns, no_rows
+from pipeline.logs.head import find_head, is_time, named_columns, no_rows
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
@@ -112,17 +111,8 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     if head.first is None:
         raise no_rows(path, head)
     dialect, cells = _first_row(lines, head.first)
-    names = named_columns(path, head, len(cells), columns)
-    if cells[-1] == "" and len(cells) == len(names) + 1:  # every row ends in a delimiter
-        names.append((SKIP, 1.0))
-    if len(cells) != len(names):
-        raise UnreadableInput(
-            f"{path}:{head.first + 1}: {len(cells)} values found, {len(names)} expected "
-            f"({', '.join(name for name, _ in names)}). Name every column of the file, '{SKIP}' "
-            f"for those not to be read, or delete the damaged line."
-        )
-    if lacks := missing_columns([name for name, _ in names]):
-        raise UnreadableInput(f"{path}: {lacks}. {MISSING_TRIAD}.")
+    names = named_columns(f"{path}:{head.names_line + 1}", head.names, len(cells), columns,
+                          ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
     dated = _date_column(dialect, cells, [i for i, (name, _) in enumerate(read) if name == TIME])

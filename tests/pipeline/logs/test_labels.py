@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from pipeline.logs.labels import without_labels
+from pipeline.logs.labels import unlabelled_lines
 
 LONG = 5000
 
@@ -18,6 +18,6 @@ def test_twice_the_length_takes_about_twice_the_time(line: str) -> None:
     for length in (LONG, 2 * LONG):
         lines = [(line * length)[:length] + end for end in ("", "|", " x", ")")]
         begun = time.process_time()
-        assert len(without_labels(lines)) == len(lines)
+        assert len(unlabelled_lines(lines)) == len(lines)
         took.append(time.process_time() - begun)
     assert took[1] < 3.3 * took[0] + 0.05
