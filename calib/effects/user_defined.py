@@ -8,6 +8,7 @@ cannot write to.
 import ast
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from types import TracebackType
 from typing import Literal
 
 import numpy as np
@@ -25,20 +26,6 @@ START_SHARES = (0.5, 0.05, 0.15, 0.25, 0.35, 0.65, 0.75, 0.85, 0.95)
 """Where between its bounds, by their logarithm, a shape parameter is tried; the first one first.
 Numerical: every value between the bounds has a start within 0.08 of them; within 0.1, three of 16
 supply knees (``tests/calib/diagnosis/test_naming_rules.py``) end at a straight line."""
-
-RAISED_BY_USERS_CODE = (
-    ArithmeticError,
-    AttributeError,
-    ImportError,
-    LookupError,
-    NameError,
-    OSError,
-    RuntimeError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-)
-"""What a user's own code can be expected to raise; it is named, like any other bad input."""
 
 PARAMETERS: Mapping[Per, tuple[str, ...]] = {
     "axis": AXES,
@@ -166,16 +153,36 @@ def _expressions(value: ValueOf, per: Per) -> tuple[str, ...]:
     return (value.text,)
 
 
+class UsersCode:
+    """A stretch in which a user's own code runs: whatever it raises is named, like bad input.
+
+    An interrupt passes, and so does a want of memory.
+
+    Parameters
+    ----------
+    said : callable
+        From the exception's type and words to the error that is raised instead.
+    """
+
+    def __init__(self, said: Callable[[str], CalibrationError]) -> None:
+        self._said = said
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 _trace: TracebackType | None) -> None:
+        if kind is not None and not issubclass(kind, (KeyboardInterrupt, MemoryError)):
+            raise self._said(f"{kind.__name__}: {error}") from error
+
+
 def _guarded(name: str, function: ValueOf) -> ValueOf:
     """A user's function, whose faults are named and which cannot write to what it is given."""
 
     def value(at: Conditions, *shapes: float) -> FloatArray:
-        try:
+        with UsersCode(lambda raised: Undetermined(
+                f"effects.{name}: the Python function raised {raised}.")):
             values = np.asarray(function(read_only(at), *shapes), dtype=float)
-        except RAISED_BY_USERS_CODE as error:
-            raise Undetermined(
-                f"effects.{name}: the Python function raised {type(error).__name__}: {error}."
-            ) from error
         if values.shape != at.vector.shape:
             raise Undetermined(
                 f"effects.{name}: the Python function gives an array of shape {values.shape}, "

@@ -1,10 +1,12 @@
 """All sessions of a fleet on Dask: workers of this machine, or those of a scheduler elsewhere."""
 
 import logging
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 from pipeline.errors import BUG, ConfigError, DeviceError
 from pipeline.fleet.record import SessionRecord
@@ -52,20 +54,45 @@ def connected(scheduler: str | None, workers: int) -> "Iterator[Client]":
         ):
             yield client
         return
+    client = _answering(scheduler)
+    with client:
+        _require_workers(client, scheduler)
+        yield client
+
+
+def _answering(scheduler: str) -> "Client":
+    """A client of the scheduler at an address; one that accepts and is silent has not answered."""
+    from distributed import Client
+
     try:
-        client = Client(scheduler, timeout=ANSWER_S)
+        _require_greeting(scheduler)
+        return Client(scheduler, timeout=ANSWER_S)
     except OSError as error:
         raise DeviceError(
             f"{scheduler}: no Dask scheduler answers there within {ANSWER_S:.0f} s. Start one with "
             f"`dask scheduler`, check address and port, and that no firewall is between; without "
             f"--scheduler the sessions run on this machine."
         ) from error
-    except ValueError as error:
+    except (ValueError, TypeError, RuntimeError, ImportError) as error:
         raise ConfigError(f"'{scheduler}' is no address of a scheduler ({error}). Expected "
                           f"tcp://HOST:PORT, as `dask scheduler` prints it.") from error
-    with client:
-        _require_workers(client, scheduler)
-        yield client
+
+
+def _require_greeting(scheduler: str) -> None:
+    """Wait for the first byte that a scheduler sends to whoever connects; Dask waits for longer.
+
+    Raises
+    ------
+    OSError
+        Nothing is there, or what is there says nothing.
+    """
+    address = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+    if address.scheme != "tcp" or address.hostname is None or address.port is None:
+        return
+    with socket.create_connection((address.hostname, address.port), ANSWER_S) as line:
+        line.settimeout(ANSWER_S)
+        if not line.recv(1):
+            raise ConnectionResetError("it hangs up")
 
 
 def _require_workers(client: "Client", scheduler: str) -> None:

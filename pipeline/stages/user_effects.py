@@ -23,7 +23,7 @@ from calib.effects.expression import (
 )
 from calib.effects.user_defined import (
     PARAMETERS,
-    RAISED_BY_USERS_CODE,
+    UsersCode,
     ValueOf,
     shape_between,
     user_effect,
@@ -199,10 +199,8 @@ def _imported(path: Path, python: str) -> ValueOf:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    try:
+    with UsersCode(lambda raised: CalibrationError(f"{path} cannot be used: {raised}")):
         spec.loader.exec_module(module)
-    except RAISED_BY_USERS_CODE as error:
-        raise CalibrationError(f"{path} cannot be used: {type(error).__name__}: {error}") from error
     function: ValueOf = getattr(module, python.partition(":")[2])
     return function
 

@@ -87,6 +87,12 @@ def _factor(at: Where, dose: float, _rng: Rng) -> None:
     at.counts *= dose
 
 
+def _other_unit(at: Where, dose: float, _rng: Rng) -> None:
+    """Another sensor of the same type."""
+    at.counts *= 1 - dose * np.array([1.0, -0.7, 0.5])
+    at.counts += dose * np.abs(at.counts).max() * np.array([0.3, -0.5, 0.2])
+
+
 def _swap(at: Where, _dose: float, rng: Rng) -> None:
     order = rng.choice([(1, 0, 2), (0, 2, 1), (2, 1, 0)])
     at.counts[:] = at.counts[..., order]
@@ -155,6 +161,8 @@ MISTAKES: dict[str, Mistake] = {
     "factor": Mistake((0.1, 10.0), _factor, OTHER, ("pose", "few", "run")),
     "gain": Mistake((1.002, 1.1), _factor, "gain|agree|another unit|temperature|bad pose|"
                     "contradict|moved|wander|rate|scale|noise", ("pose", "few", "run")),
+    "other unit": Mistake((0.02, 0.08), _other_unit, "another unit|drift|agree|gain|contradict|"
+                          "where gravity|missing", ("run",), ("accelerometer",)),
     "axes": Mistake((1, 1), _swap, AXES, ("pose", "few", "run", "all"), ("gyroscope",)),
     "axes of a pose": Mistake((1, 1), _swap, AXES, ("pose", "few"), ("accelerometer",)),
     "sign": Mistake((1, 1), _mirror, AXES, ("pose", "run")),
@@ -241,7 +249,7 @@ def _changed(run: RunLog, session: Session, triad: str, poses: np.ndarray, mista
     return replace(run, time_s=time_s, **{triad: counts.astype(np.int64)})
 
 
-ABSORBED = ("bias", "sign")
+ABSORBED = ("bias", "sign", "gain")
 """Kinds that are no mistake where every pose of a triad has them."""
 
 UNOBSERVABLE = {"gravity": ("paper", "rich"), "sd of the rate": ("paper", "rich"),

@@ -4,8 +4,8 @@
 
 Every attack is a fresh session with one mistake of a drawn dose. Printed are those that end in a
 silent wrong number (a parameter more than 4 stated sds off where nothing is said), in a bug, or
-after more than 20 s; and per kind of mistake how many were harmless (no parameter is off), told
-(refused, warned of or given a verdict) and told by words that name it.
+after more than 20 s of processor time; and per kind of mistake how many were harmless (no parameter
+is off), told (refused, warned of or given a verdict) and told by words that name it.
 """
 
 import argparse
@@ -43,7 +43,7 @@ def main() -> None:
     options = parser.parse_args()
     table: dict[str, Counter[str]] = defaultdict(Counter)
     for seed in range(options.first, options.first + options.count):
-        attack, begun = drawn(seed, options.what), time.monotonic()
+        attack, begun = drawn(seed, options.what), time.process_time()
         with tempfile.TemporaryDirectory() as folder:
             try:
                 judged = attack.judged(Path(folder))
@@ -51,7 +51,7 @@ def main() -> None:
                 table[attack.what]["bug"] += 1
                 print(f"{seed} {attack.words}: BUG {traceback.format_exc(limit=-3)}", flush=True)
                 continue
-        seconds = time.monotonic() - begun
+        seconds = time.process_time() - begun
         kind = outcome(attack, judged)
         table[attack.what][kind] += 1
         if seconds > LONG_S:

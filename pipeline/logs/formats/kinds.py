@@ -1,12 +1,11 @@
 """What a file is, by its first bytes, and which module reads it."""
 
 import re
-import struct
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from types import TracebackType
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable
@@ -16,11 +15,6 @@ from pipeline.logs.source import require_file
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
 HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
 JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
-
-#: What libraries raise when a file is cut off or damaged.
-DAMAGED = (ValueError, TypeError, KeyError, IndexError, AttributeError, EOFError, OSError,
-           ArithmeticError, NotImplementedError, RuntimeError, struct.error, zlib.error)
-
 
 @dataclass(frozen=True)
 class Kind:
@@ -97,6 +91,29 @@ def kind_of(path: Path) -> Kind | None:
     return next((kind for mark, kind in KINDS.items() if head.startswith(mark)), None)
 
 
+class _LibraryCode:
+    """A stretch in which the library of a format reads: whatever it raises says that it cannot.
+
+    Of a damaged file each library raises what it happens to stumble over, bugs of its own included.
+    """
+
+    def __init__(self, path: Path, kind: Kind) -> None:
+        self._path, self._kind = path, kind
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 _trace: TracebackType | None) -> None:
+        passes = (UnreadableInput, MemoryError, KeyboardInterrupt, SystemExit)
+        if kind is not None and not issubclass(kind, passes):
+            raise UnreadableInput(
+                f"{self._path}: looks like {self._kind.one} but cannot be read ({kind.__name__}: "
+                f"{' '.join(str(error).split())}). It may be cut off; copy it again from where it "
+                f"was made."
+            ) from error
+
+
 def tables_of(path: Path, kind: Kind) -> list[FileTable]:
     """Read all tables of a file.
 
@@ -115,15 +132,8 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
             f"{path}: is {kind.one}; reading it needs {error.name}, which is not installed. "
             f"Type, in the folder of the program: pip install -e '.[{kind.extra}]'"
         ) from error
-    try:
+    with _LibraryCode(path, kind):
         tables: list[FileTable] = module.tables(path)
-    except UnreadableInput:
-        raise
-    except DAMAGED as error:
-        raise UnreadableInput(
-            f"{path}: looks like {kind.one} but cannot be read ({type(error).__name__}: "
-            f"{error}). It may be cut off; copy it again from where it was made."
-        ) from error
     if not tables:
         raise UnreadableInput(f"{path}: this {kind.name} holds no readings of an accelerometer or "
                               "a gyroscope.")

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
 
@@ -13,10 +12,7 @@ def tables(path: Path) -> list[FileTable]:
     """The numeric arrays of a file; arrays of one length stand beside each other."""
     columns: dict[str, np.ndarray] = {}
     with path.open("rb") as file:
-        try:
-            variables = loadmat(file, squeeze_me=False, struct_as_record=False)
-        except MatReadError as error:
-            raise ValueError(str(error)) from error
+        variables = loadmat(file, squeeze_me=False, struct_as_record=False)
     for name, value in variables.items():
         if not name.startswith("__"):
             columns |= _columns(name, value)

@@ -218,3 +218,26 @@ def test_a_logarithm_of_nothing_is_found_out() -> None:
     says = fault_of_user_effect(effect, AT)
     assert says is not None
     assert "is not a number in 12 of 12 poses" in says
+
+
+@pytest.mark.parametrize("raised", [
+    "class Own(BaseException):\n    pass\nraise Own('mine')", "raise StopIteration",
+    "raise SystemError",
+    "import sys\nsys.exit(7)", "raise GeneratorExit", "assert False",
+])
+def test_whatever_a_function_raises_is_its_own_fault(raised: str) -> None:
+    body = "\n    ".join(raised.split("\n"))
+    scope: dict[str, Callable[..., FloatArray]] = {}
+    exec(f"def damp(at):\n    {body}\n", scope)  # as the user's file is run
+    effect = user_effect("damp", scope["damp"], "axis", "1", "gyroscope", None)
+    with pytest.raises(Undetermined, match=r"effects\.damp: the Python function raised"):
+        effect.evaluate(Conditions.of_vectors(np.ones((4, 3))))
+
+
+def test_an_interrupt_is_no_fault_of_a_function() -> None:
+    def stopped(_at: Conditions) -> FloatArray:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        user_effect("damp", stopped, "axis", "1", "gyroscope", None).evaluate(
+            Conditions.of_vectors(np.ones((4, 3))))

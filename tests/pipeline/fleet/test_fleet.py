@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import signal
+import socket
 import sys
 import time
 from collections.abc import Iterator
@@ -175,9 +176,23 @@ def test_a_scheduler_that_does_not_answer_is_told_at_once(
     assert not (tmp_path / "out").exists()
 
 
-def test_an_address_that_is_none_is_a_mistake_of_usage(lot: Path, tmp_path: Path) -> None:
+def test_what_accepts_and_is_silent_is_no_scheduler(
+    lot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.fleet.cluster.ANSWER_S", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        begun = time.monotonic()
+        assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path / "out",
+                        "--scheduler", f"127.0.0.1:{silent.getsockname()[1]}") == DEVICE
+    assert time.monotonic() - begun < 20
+
+
+@pytest.mark.parametrize("address", ["nonsense://x", "tls://127.0.0.1:9", "ucx://127.0.0.1:9"])
+def test_an_address_that_is_none_is_a_mistake_of_usage(
+    lot: Path, tmp_path: Path, address: str
+) -> None:
     assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path / "out",
-                    "--scheduler", "nonsense://x") == USAGE
+                    "--scheduler", address) == USAGE
 
 
 def test_workers_and_a_scheduler_exclude_each_other(lot: Path, tmp_path: Path) -> None:

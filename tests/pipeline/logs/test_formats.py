@@ -6,6 +6,7 @@ import struct
 import sys
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -186,6 +187,37 @@ def test_a_file_that_was_cut_off_is_refused_in_one_paragraph(
         read_log(path)
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)
+
+
+def npy(folder: Path) -> Path:
+    table = np.rec.fromarrays([*COLUMNS.values()], names=",".join(COLUMNS))
+    np.save(folder / "log.npy", table)
+    return folder / "log.npy"
+
+
+FLIPPED = 40  #: places of each format
+#: Tables whose text is no number, and sizes that no memory has, are refused above the reader.
+REFUSED = (UnreadableInput, MemoryError)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("write", [*WRITERS.values(), npy], ids=[*WRITERS, "npy"])
+def test_a_flipped_byte_is_refused_or_read_and_never_a_bug(
+    tmp_path: Path, write: Callable[[Path], Path]
+) -> None:
+    whole = write(tmp_path)
+    path = whole if whole.is_file() else next(iter([*whole.glob("*.mcap"), *whole.glob("*.db3")]))
+    data = path.read_bytes()
+    rng = np.random.default_rng(len(data))
+    head = rng.integers(0, min(200, len(data)), FLIPPED // 2)  # where a format says what it is
+    for at in [*head, *rng.integers(0, len(data), FLIPPED - len(head))]:
+        damaged = bytearray(data)
+        damaged[at] ^= int(rng.integers(1, 256))
+        path.write_bytes(bytes(damaged))
+        with suppress(*REFUSED):
+            log = read_log(whole)
+            assert len(log.time_s) > 0
+
 
 
 def test_a_missing_library_names_the_command_that_installs_it(
