@@ -10,6 +10,7 @@ from calib.consistency.mistakes import require_no_mistake
 from calib.consistency.one_sensor import require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.room_field import beside_a_field
 from calib.diagnosis.seen import among_what_is_seen
 from calib.diagnosis.unseen import LOW_COST, with_unseen
 from calib.diagnosis.untested import untested
@@ -97,6 +98,7 @@ def assess(
     diagnosis = diagnose(fitted, candidates, spec.full_scale, covariates, prediction)
     if prediction is not None:
         prediction = with_unseen(prediction, calibration, diagnosis, part)
+    diagnosis = beside_a_field(diagnosis, fitted)
     return AssessedTriad(
         calibration,
         compare(fitted),

@@ -80,7 +80,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
                        ("comparison", "from_table")],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding",), ("diagnose",), ("unseen", "untested", "population"), ("seen",),
+        ("finding",), ("diagnose",), ("unseen", "untested", "room_field", "population"), ("seen",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [

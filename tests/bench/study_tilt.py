@@ -2,13 +2,14 @@
 
     python -m tests.bench.study_tilt --sessions evening --seeds 20 --tilt 0.3 2 5 10 20
     python -m tests.bench.study_tilt --sessions three_minutes --seeds 12 --tilt 20
+    python -m tests.bench.study_tilt --sessions three_minutes --seeds 12 --tilt 0.3 20 --poses 36
 
 ``evening``: 18 poses at rest and 18 on the plate at one speed, an ordinary drive, with and without
 a g-sensitivity whose nine elements are drawn at the typical size. Printed are how often it is
 named, what else is, the rms deviation in stated sds of its elements where it is fitted, and which
 share of the errors of corrected rates, with what was named in the model, lies within one and two
 stated sds, over rates and gravity in random directions. ``three_minutes``: nine mountings, both
-triads from the plate.
+triads from the plate; 18 poses at rest and 18 on the plate beside them.
 """
 
 import argparse
@@ -25,6 +26,7 @@ from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from tests.fitting import pose_sets, tilted_pose_sets
+from tests.world.bench import Turntable
 from tests.world.designs import SLOW, paper_design, tilted_design
 from tests.world.hidden import Hidden
 from tests.world.imu import G_STANDARD, MPU_SPREAD, Sensor, another_unit, mpu6050
@@ -47,15 +49,10 @@ def unit_of(seed: int) -> tuple[Sensor, FloatArray]:
 
 
 def evening(seed: int, tilt_deg: float, hide: bool) -> tuple[Session, FloatArray]:
-    """The published design on a plate that leans, and the truth of its g-sensitivity.
-
-    The way it leans is drawn: along it the Earth's rate looks like a g-sensitivity.
-    """
+    """The published design on a plate that leans, and the truth of its g-sensitivity."""
     sensor, size = unit_of(seed)
     design = paper_design(sensor, MOTION)
-    heading = np.random.default_rng([FRESH + seed, 3]).uniform(0, 2 * np.pi)
-    tilt = np.radians(tilt_deg) * np.array([np.cos(heading), np.sin(heading)])
-    table = replace(design.turntable, tilt_rad=(float(tilt[0]), float(tilt[1])))
+    table = leaning(design.turntable, tilt_deg, seed)
     hidden = (Hidden("g_sensitivity", "gyroscope", size),) if hide else ()
     session = simulate(replace(design, turntable=table, sample_rate_hz=50.0), FRESH + seed, hidden)
     return session, size * hide
@@ -109,30 +106,52 @@ def study_evenings(tilt_deg: float, hide: bool, seeds: int) -> None:
           flush=True)
 
 
-def study_three_minutes(tilt_deg: float, seeds: int) -> None:
-    """Print how nine mountings come out against the truth."""
+def leaning(table: Turntable, tilt_deg: float, seed: int) -> Turntable:
+    """A plate that leans any way: along it the Earth's rate looks like a g-sensitivity."""
+    heading = np.random.default_rng([FRESH + seed, 3]).uniform(0, 2 * np.pi)
+    tilt = np.radians(tilt_deg) * np.array([np.cos(heading), np.sin(heading)])
+    return replace(table, tilt_rad=(float(tilt[0]), float(tilt[1])))
+
+
+def nine_mountings(tilt_deg: float, seed: int) -> tuple[Session, FloatArray]:
+    """Both triads from the leaning plate, and the truth of the g-sensitivity."""
+    sensor, size = unit_of(seed)
+    design = tilted_design(tilt_deg, sensor, MOTION)
+    design = replace(design, turntable=leaning(design.turntable, tilt_deg, seed),
+                     sample_rate_hz=50.0)
+    return simulate(design, FRESH + seed, (Hidden("g_sensitivity", "gyroscope", size),)), size
+
+
+def study_three_minutes(tilt_deg: float, seeds: int, mountings: int) -> None:
+    """Print how nine mountings, or 36 poses, come out against the truth."""
     rms: dict[str, list[FloatArray]] = {}
     in_sd: dict[str, list[FloatArray]] = {}
     chi2 = []
     for seed in range(seeds):
-        sensor, size = unit_of(seed)
-        design = replace(tilted_design(tilt_deg, sensor, MOTION), sample_rate_hz=50.0)
-        session = simulate(design, FRESH + seed, (Hidden("g_sensitivity", "gyroscope", size),))
-        accelerometer, gyroscope, specs = tilted_pose_sets(session)
+        if mountings == 9:
+            session, size = nine_mountings(tilt_deg, seed)
+            accelerometer, gyroscope, specs = tilted_pose_sets(session)
+        else:
+            session, size = evening(seed, tilt_deg, hide=True)
+            accelerometer, gyroscope, specs = pose_sets(session)
+        sensor, seen = session.design.sensor, gyroscope.ring is not None
+        model = Model.of([*BASE, "g_sensitivity"] if seen else BASE)
         both = (calibrate_triad(fit(accelerometer, Model.of(BASE)), specs[0]),
-                calibrate_triad(fit(gyroscope, Model.of([*BASE, "g_sensitivity"])), specs[1]))
+                calibrate_triad(fit(gyroscope, model), specs[1]))
         chi2.append([each.fit.chi2 / each.fit.dof for each in both])
         for each, truth in zip(both, (session.accelerometer, session.gyroscope), strict=True):
             for name, error, sd in deviations(each, truth):
                 rms.setdefault(name, []).append(error)
                 in_sd.setdefault(name, []).append(error / sd)
+        if not seen:
+            continue
         where = both[1].fit.model.slices()["g_sensitivity"]
         error = both[1].fit.theta[where] - g_sensitivity_seen(sensor, size).ravel()
         rms.setdefault("g_sensitivity [°/s per g]", []).append(error * IN_DEG_S_PER_G)
         in_sd.setdefault("g_sensitivity [°/s per g]", []).append(
             error / np.sqrt(np.diag(both[1].fit.cov)[where]))
     for name, each in rms.items():
-        print(f"{tilt_deg:g}°, nine mountings, {name}: rms error "
+        print(f"{tilt_deg:g}°, {mountings} poses, {name}: rms error "
               f"{np.sqrt(np.mean(np.square(each))):.3g}, rms z "
               f"{np.sqrt(np.mean(np.square(in_sd[name]))):.2f}", flush=True)
     print(f"chi²/dof {np.mean(chi2, axis=0).round(2)}")
@@ -156,11 +175,12 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sessions", choices=("evening", "three_minutes"), default="evening")
     parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--poses", type=int, choices=(9, 36), default=9)
     parser.add_argument("--tilt", type=float, nargs="*", default=[0.3, 2.0, 5.0, 10.0, 20.0])
     asked = parser.parse_args()
     for tilt in asked.tilt:
         if asked.sessions == "three_minutes":
-            study_three_minutes(tilt, asked.seeds)
+            study_three_minutes(tilt, asked.seeds, asked.poses)
             continue
         for hide in (True, False):
             study_evenings(tilt, hide, asked.seeds)

@@ -1,5 +1,6 @@
 """The experiment: site, turntable, attitudes, surroundings and the runs of one evening."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -42,12 +43,23 @@ class Turntable:
     vibration_m_s2 : float
         Vibration that the motor makes at 33 1/3 rpm, per axis, root mean square; proportional to
         speed.
+    rocking : callable or None
+        How the case rocks on the plate: a small rotation vector in plate coordinates, rad,
+        (p, n, 3), from the angle of the plate, rad, and the time within its pose, s, (p, n) each.
+    magnet : (float, float)
+        What acts on the gyroscope and stays in the room, north and west, in units of
+        :attr:`magnetic`: a motor's field.
+    magnetic : array, shape (3, 3)
+        Error of the gyroscope in the case by that, rad/s per unit.
     """
 
     tilt_rad: tuple[float, float] = (0.006, -0.004)
     offset_m: tuple[float, float] = (0.0, 0.0)
     placement_sd_m: float = 0.001
     vibration_m_s2: float = 0.05
+    rocking: Callable[[FloatArray, FloatArray], FloatArray] | None = None
+    magnet: tuple[float, float] = (0.0, 0.0)
+    magnetic: FloatArray = field(default_factory=lambda: np.eye(3))
 
 
 def wedge_directions() -> FloatArray:
@@ -158,6 +170,8 @@ class Run:
         Warmth added by a heating chamber during this run, in °C.
     in_accelerometer_section : bool
         Whether the poses calibrate the accelerometers.
+    tilt_rad : (float, float) or None
+        As of the turntable, where it is put another way for this run.
     """
 
     name: str
@@ -168,6 +182,7 @@ class Run:
     lead_s: float = 0.0
     soak_c: float = 0.0
     in_accelerometer_section: bool = False
+    tilt_rad: tuple[float, float] | None = None
 
     @property
     def length_s(self) -> float:

@@ -128,7 +128,8 @@ def move(
         plate_from_site = np.eye(3)
     else:
         angle, rate, spin_up = _turn(run.motion, time_s)
-        plate_from_site = Rotation.from_rotvec([*table.tilt_rad, 0.0]).as_matrix().T
+        tilt = run.tilt_rad or table.tilt_rad
+        plate_from_site = Rotation.from_rotvec([*tilt, 0.0]).as_matrix().T
     up = _on_plate(plate_from_site @ Z, angle)
     earth = _on_plate(plate_from_site @ (site.earth_rate() + floor_rate(hidden) * Z), angle)
 
@@ -147,8 +148,16 @@ def move(
             force[..., 1] += spin_up * x - rate**2 * y
         return force
 
+    field_in_plate = _on_plate(plate_from_site @ np.array([*table.magnet, 0.0]), angle)
+    rocked = np.zeros((*angle.shape, 3))
+    if table.rocking is not None and run.motion is not None:
+        rocked = table.rocking(angle, time_s - time_s[:, :1])
+    step_s = time_s[0, 1] - time_s[0, 0]
+
     chip = place + (attitude @ design.sensor.chip_m)[:, None, :]
-    at_centre, at_chip = specific_force(place) @ into_case, specific_force(chip) @ into_case
+    at_centre, at_chip = (
+        (force - np.cross(rocked, force)) @ into_case
+        for force in (specific_force(place), specific_force(chip)))
     shake = np.zeros((poses, 1, 1))
     if run.motion is not None and table.vibration_m_s2 > 0:
         speed = np.abs(rate).mean(axis=1) / RATED_SPEED_RAD_S
@@ -158,8 +167,10 @@ def move(
         at_centre, at_chip = at_centre + vibration, at_chip + vibration
     spindle = attitude[:, 2, None, :]  # the plate's z in the case, (p, 1, 3)
     spin = rate[..., None] * spindle
+    rocking = np.gradient(rocked, step_s, axis=1) - np.cross(rocked, rate[..., None] * Z)
+    magnetic = field_in_plate @ into_case @ table.magnetic.T
     return Motion(
-        rate=earth @ into_case + spin,
+        rate=earth @ into_case + spin + rocking @ into_case + magnetic,
         force=at_centre,
         force_at_chip=at_chip,
         spin=spin,

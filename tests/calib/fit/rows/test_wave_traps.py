@@ -1,0 +1,138 @@
+"""What goes round with the plate and is no gravity: nothing is named, and figures stay honest."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from calib.assess import AssessedTriad, assess
+from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+from tests.calib.leaning_poses import PER_SI
+from tests.fitting import pose_sets
+from tests.world.bench import Design, Run
+from tests.world.designs import FAST, SLOW, paper_design, turning_run
+from tests.world.hidden import Hidden
+from tests.world.imu import mpu6050
+from tests.world.make_data import WOW
+from tests.world.plate import PlateMotion
+from tests.world.session import simulate
+from tests.world.truth import g_sensitivity_seen
+
+Rocking = Callable[[FloatArray, FloatArray], FloatArray]
+WITH_G = Model.of([*BASE, "g_sensitivity"])
+LEAN = (float(np.radians(10.0)), 0.0)
+BACK = (-LEAN[0], 0.0)
+#: of a part that feels a motor's field in its own way, rad/s per unit
+MAGNETIC = np.array([[0.8, -0.3, 0.5], [0.2, -0.9, 0.4], [-0.6, 0.1, 0.7]])
+
+
+def evening(runs: tuple[Run, ...] = (), **table: Any) -> Design:
+    design = paper_design(mpu6050(), PlateMotion(SLOW, wow=WOW))
+    of_table = {"tilt_rad": LEAN, **table}
+    return replace(design, turntable=replace(design.turntable, **of_table), sample_rate_hz=25.0,
+                   runs=(design.runs[0], *(runs or design.runs[1:])))
+
+
+def assessed(design: Design, hide: bool = False, seed: int = 3) -> tuple[PoseSet, AssessedTriad]:
+    hidden = (Hidden("g_sensitivity", "gyroscope", PER_SI),) if hide else ()
+    _, poses, specs = pose_sets(simulate(design, seed, hidden))
+    return poses, assess(poses, Model.of(BASE), specs[1])
+
+
+def deviations(poses: PoseSet, hide: bool) -> FloatArray:
+    fitted = fit(poses, WITH_G)
+    where = fitted.model.slices()["g_sensitivity"]
+    truth = g_sensitivity_seen(mpu6050(), PER_SI * hide).ravel()
+    return np.asarray((fitted.theta[where] - truth) / np.sqrt(np.diag(fitted.cov)[where]))
+
+
+def in_the_room(size: Callable[[FloatArray], FloatArray]) -> Rocking:
+    """A small rotation about one line of the room, by the angle of the plate."""
+    def rocking(angle: FloatArray, _: FloatArray) -> FloatArray:
+        turned = np.stack([np.cos(angle), -np.sin(angle), np.zeros_like(angle)], axis=-1)
+        return np.asarray(size(angle)[..., None] * turned)
+    return rocking
+
+
+def slid(angle: FloatArray, time_s: FloatArray) -> FloatArray:
+    """Two degrees about the spindle in the fourth pose, after nine seconds."""
+    rotation = np.zeros((*angle.shape, 3))
+    rotation[3, :, 2] = np.radians(2.0) * (time_s[3] > 9.0)
+    return rotation
+
+
+@pytest.mark.parametrize("rocking", [
+    in_the_room(lambda angle: np.full_like(angle, 0.01)),
+    in_the_room(lambda angle: 0.005 * np.cos(angle)),
+    slid,
+], ids=["gives way under gravity", "nods once", "slides"])
+def test_a_case_that_moves_with_the_plate_names_nothing(rocking: Rocking) -> None:
+    poses, found = assessed(evening(rocking=rocking))
+    assert found.diagnosis.names == ()
+    assert np.sqrt(np.mean(deviations(poses, hide=False) ** 2)) < 2
+
+
+@pytest.mark.parametrize("rocking", [
+    in_the_room(lambda angle: 1e-3 * np.exp(2 * (np.cos(angle - 1.0) - 1))),
+    in_the_room(lambda angle: 5e-4 * np.cos(2 * angle)),
+], ids=["a cable tugs", "nods twice"])
+def test_what_makes_waves_of_its_own_is_seen_and_is_no_effect_of_the_sensor(
+    rocking: Rocking
+) -> None:
+    _, found = assessed(evening(rocking=rocking))
+    assert found.diagnosis.names == ()
+    assert found.diagnosis.verdict != "nothing_missing"
+
+
+@pytest.mark.parametrize("tilt_deg", [0.3, 0.7, 1.0, 1.4])
+def test_a_plate_that_hardly_leans_names_nothing(tilt_deg: float) -> None:
+    for hide in (False, True):
+        _, found = assessed(evening(tilt_rad=(float(np.radians(tilt_deg)), 0.0)), hide)
+        assert found.diagnosis.names == ()
+        assert found.prediction is not None
+        assert "g_sensitivity" in found.prediction.unseen
+
+
+def test_four_turns_are_enough() -> None:
+    design = evening()
+    short = replace(design.runs[1], seconds=4.1 * 2 * np.pi / SLOW)
+    poses, found = assessed(replace(design, runs=(design.runs[0], short)), hide=True)
+    assert found.diagnosis.names == ("g_sensitivity",)
+    assert np.sqrt(np.mean(deviations(poses, hide=True) ** 2)) < 2
+
+
+def run_at(rate: float, tilt: tuple[float, float], name: str) -> Run:
+    first = evening().runs[1]
+    return replace(turning_run(name, PlateMotion(rate, wow=WOW), first.directions), tilt_rad=tilt)
+
+
+@pytest.mark.parametrize("tilt", [LEAN, (0.0, float(np.radians(4.0))), (0.0, 0.005)],
+                         ids=["alike", "less, another way", "level"])
+def test_two_speeds_may_lean_in_two_ways(tilt: tuple[float, float]) -> None:
+    design = evening(runs=(run_at(SLOW, LEAN, "17rpm"), run_at(FAST, tilt, "33rpm")))
+    poses, found = assessed(design, hide=True)
+    assert found.diagnosis.names == ("g_sensitivity",)
+    assert np.sqrt(np.mean(deviations(poses, hide=True) ** 2)) < 2
+    _, found = assessed(design)
+    assert found.diagnosis.names == ()
+
+
+def test_a_field_of_the_motor_looks_like_gravity_until_the_player_leans_the_other_way() -> None:
+    """As strong as 0.03 °/s, along the lean."""
+    motor = {"magnet": (0.0, 5e-4), "magnetic": MAGNETIC}
+    _, found = assessed(evening(**motor))
+    assert found.diagnosis.names == ("g_sensitivity",)
+    assert "with the other side of the record player raised" in found.diagnosis.explanation.text
+    both = (run_at(SLOW, LEAN, "17rpm"), run_at(SLOW, BACK, "back"))
+    poses, found = assessed(evening(runs=both, **motor))
+    assert "g_sensitivity" not in found.diagnosis.names
+    assert np.abs(deviations(poses, hide=False)).max() < 6  # of one tilt more than 20
+    poses, found = assessed(evening(runs=both), hide=True)
+    assert found.diagnosis.names == ("g_sensitivity",)
+    assert "raised" not in found.diagnosis.explanation.text
