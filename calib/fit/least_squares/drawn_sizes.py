@@ -93,10 +93,11 @@ class Likelihood:
                      - 0.5 * rest @ rest)
 
     def units(self, shapes: Sequence[float]) -> FloatArray:
-        """The size of each part, SI, that makes one sd in a typical row, (m,)."""
-        typical = [float(np.median(_diagonal(part(shape))))
-                   for part, shape in zip(self.parts, shapes, strict=True)]
-        return 1 / np.sqrt(np.maximum(typical, np.finfo(float).tiny))
+        """The size of each part, SI, that makes one sd in a typical row of those it shows in, (m,).
+        """
+        shown = [_diagonal(part(shape)) for part, shape in zip(self.parts, shapes, strict=True)]
+        return np.array([1 / np.sqrt(np.median(each[each > 0])) if each.any() else 1.0
+                         for each in shown])
 
 
 def _diagonal(covariance: FloatArray) -> FloatArray:
