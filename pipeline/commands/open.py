@@ -1,6 +1,7 @@
-"""``pipeline open CONFIG``."""
+"""``pipeline open [CONFIG|FOLDER]``."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -9,12 +10,17 @@ from pipeline.commands.interaction.arguments import PathArgument
 from pipeline.commands.interaction.named_results import named_results
 from pipeline.commands.interaction.output import python_option
 
+if TYPE_CHECKING:
+    from pipeline.workbench.application import Workbench
+    from pipeline.workbench.held_out import HeldOut
+
 
 @click.command(epilog=examples(
     "pipeline open config.yaml",
+    "pipeline open sessions",
     "pipeline open monday.yaml --held-out tuesday.yaml",
 ))
-@click.argument("config", type=PathArgument())
+@click.argument("config", metavar="[CONFIG|FOLDER]", type=PathArgument(), default=".")
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
 @click.option("--held-out", type=PathArgument(), metavar="SESSION",
@@ -27,28 +33,60 @@ def command(
 
     There you tick effects and leave out poses, see the exact refit and the error fall, go back to
     any model that you tried, and write the one that you want into CONFIG. The address answers this
-    computer alone; a run in a terminal updates the page.
+    computer alone; a run in a terminal updates the page. Of a FOLDER, by default this one, the page
+    lists the sessions; logs and clips that you drop there become a new one.
     """
-    from pipeline.commands.interaction.run_with_progress import run_shown
     from pipeline.commands.run import command as run
-    from pipeline.config.load import load_config
-    from pipeline.stages.context import CACHE_NAME
-    from pipeline.workbench.application import Workbench
+    from pipeline.workbench.application import routes_of
+    from pipeline.workbench.folder_page import FolderPage
     from pipeline.workbench.held_out import HeldOut
     from pipeline.workbench.serve import serve
 
     beside = None if held_out is None else HeldOut.of(named_results(held_out, allow_python))
+    if config.is_dir():
+        if output is not None:
+            raise click.UsageError("--output is for one session; name its configuration.")
+        page = FolderPage(config, lambda path: _workbench(
+            _run(path, allow_python), None, allow_python, beside))
+        serve(page.routes, _say)
+        return
     click.get_current_context().invoke(
         run, config=config, output=output, allow_python=allow_python)
+    serve(routes_of(_workbench(config, output, allow_python, beside)), _say)
+
+
+def _say(address: str) -> None:
+    """Print the address, and open a browser there."""
+    click.echo(address)
+    click.echo("Ctrl-C ends the workbench.", err=True)
+    if click.launch(address) != 0:
+        click.secho("no browser could be started: open this address in one.", fg="yellow", err=True)
+
+
+def _workbench(
+    config: Path, output: Path | None, allow_python: bool, held_out: "HeldOut | None"
+) -> "Workbench":
+    from pipeline.commands.interaction.run_with_progress import run_shown
+    from pipeline.config.load import load_config
+    from pipeline.stages.context import CACHE_NAME
+    from pipeline.workbench.application import Workbench
+
     folder = (output or load_config(config).output_folder).absolute()
+    return Workbench(config, folder, output, folder / CACHE_NAME, allow_python,
+                     lambda changed, into: run_shown(changed, into, allow_python, bars=False),
+                     held_out)
 
-    def opened(address: str) -> None:
-        click.echo(address)
-        click.echo("Ctrl-C ends the workbench.", err=True)
-        if click.launch(address) != 0:
-            click.secho("no browser could be started: open this address in one.", fg="yellow",
-                        err=True)
 
-    serve(Workbench(
-        config, folder, output, folder / CACHE_NAME, allow_python,
-        lambda changed, into: run_shown(changed, into, allow_python, bars=False), beside), opened)
+def _run(path: Path, allow_python: bool) -> Path:
+    """The configuration, which is run where it has no report yet."""
+    from pipeline.commands.interaction.run_with_progress import run_shown
+    from pipeline.report.outputs import outputs_of
+    from pipeline.results.names import REPORT_NAME
+    from pipeline.session_folder import require_own_files, working_on, write_session
+
+    with working_on(path) as (config, folder):
+        if not (folder / REPORT_NAME).is_file():
+            require_own_files(folder)
+            write_session(folder, outputs_of(
+                run_shown(config, folder, allow_python, bars=False), folder))
+    return path

@@ -3,7 +3,7 @@
 import asyncio
 import json
 import re
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
 
 from calib.errors import CalibrationError
 from calib.poses.imu_log import TRIADS, Triad
@@ -107,8 +107,9 @@ class Workbench:
     def page(self) -> str:
         """The report with its script from this server and the tools of the workbench."""
         text = self.report.read_text(encoding="utf-8")
-        tools = _own("workbench.html")
-        scripts = '<script src="/workbench.js"></script>\n<script src="/report.js"></script>'
+        tools = template("workbench.html")
+        scripts = ('<script src="drawing.js"></script>\n<script src="workbench.js"></script>\n'
+                   '<script src="report.js"></script>')
         return _SCRIPT.sub(lambda _: f"{tools}\n{scripts}", text).replace(
             "<html ", '<html class="served" ', 1)
 
@@ -143,8 +144,14 @@ class Workbench:
         return {"lines": changed_lines(config.source.text, text), "path": str(self.path)}
 
 
-def application(workbench: Workbench, token: str, port: int) -> Guard:
-    """The guarded application."""
+def routes_of(workbench: Workbench) -> list[BaseRoute]:
+    """What is answered of one session.
+
+    Raises
+    ------
+    ConfigError, Undetermined
+        The answer to a question that is none; the application turns it into a sentence.
+    """
 
     def page(_: Request) -> Response:
         return HTMLResponse(workbench.page())
@@ -166,23 +173,28 @@ def application(workbench: Workbench, token: str, port: int) -> Guard:
         return StreamingResponse(_news(workbench, request), media_type="text/event-stream")
 
     async def refit(request: Request) -> Response:
-        return await _answered(request, lambda question: _refit(workbench, question))
+        return await answered(request, lambda question: _refit(workbench, question))
 
     async def expression(request: Request) -> Response:
-        return await _answered(request, lambda question: _tried(workbench, question))
+        return await answered(request, lambda question: _tried(workbench, question))
 
     async def write(request: Request) -> Response:
-        return await _answered(request, workbench.write)
+        return await answered(request, workbench.write)
 
-    routes = [
+    return [
         Route("/", page),
-        Route("/report.js", _script(page_templates().get_template("report.js").render())),
-        Route("/workbench.js", _script(_own("workbench.js"))),
+        Route("/report.js", script(page_templates().get_template("report.js").render())),
+        Route("/drawing.js", script(template("drawing.js"))),
+        Route("/workbench.js", script(template("workbench.js"))),
         Route("/held-out/{triad}", held_out), Route("/held-out", hold_out, methods=["POST"]),
         Route("/columns/{triad}", columns), Route("/events", events),
         Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),
         Route("/expression", expression, methods=["POST"]),
     ]
+
+
+def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
+    """The guarded application; what is refused is answered with a sentence."""
     handlers: Any = {
         TooLarge: lambda *_: Response("larger than any question", 413),
         **dict.fromkeys(REFUSED, lambda _, error: JSONResponse({"error": str(error)}, 422)),
@@ -190,11 +202,12 @@ def application(workbench: Workbench, token: str, port: int) -> Guard:
     return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)
 
 
-def _script(text: str) -> Callable[[Request], Response]:
+def script(text: str) -> Callable[[Request], Response]:
+    """What answers with a script."""
     return lambda _: Response(text, media_type="text/javascript")
 
 
-def _own(name: str) -> str:
+def template(name: str) -> str:
     """The text of one of the workbench's own templates."""
     path = resources.files("pipeline.workbench").joinpath("templates", name)
     return path.read_text(encoding="utf-8")
@@ -221,7 +234,7 @@ def _tried(workbench: Workbench, question: Json) -> Json:
         str(question.get("expression")), str(question.get("per")))
 
 
-async def _answered(request: Request, answer: Callable[[Json], Json]) -> Response:
+async def answered(request: Request, answer: Callable[[Json], Json]) -> Response:
     """The answer to a question in JSON, computed beside the loop that serves the others."""
     try:
         question = json.loads(await request.body())

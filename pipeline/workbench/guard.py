@@ -18,8 +18,8 @@ LOOPBACK = "127.0.0.1"
 COOKIE = "pipeline-workbench"
 LARGEST_QUESTION = 1_000_000
 """Bytes of a question's body: a state is some kilobytes. Chosen."""
-UPLOADS = {"/held-out": 1 << 26}
-"""Where files are dropped, and how large they may be, in bytes: 10,000 poses are 8 MB. Chosen."""
+LARGEST_RESULTS = 1 << 26  #: bytes of a results.json: 10,000 poses are 8 MB. Chosen
+LARGEST_FILE = 1 << 30  #: bytes of a log or a clip that is dropped. Chosen
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; connect-src 'self'; base-uri 'none'; form-action 'none'; "
@@ -109,7 +109,9 @@ def cookie_of(request: Request, name: str) -> str | None:
 
 def largest(path: str) -> int:
     """Bytes that the body of a question to ``path`` may have."""
-    return UPLOADS.get(path, LARGEST_QUESTION)
+    if path.startswith("/bring/"):
+        return LARGEST_FILE
+    return LARGEST_RESULTS if path.endswith("/held-out") else LARGEST_QUESTION
 
 
 def int_of(text: str) -> int:

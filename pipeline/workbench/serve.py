@@ -2,12 +2,13 @@
 
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FrameType
 
 import uvicorn
+from starlette.routing import BaseRoute
 
-from pipeline.workbench.application import Workbench, application
+from pipeline.workbench.application import application
 from pipeline.workbench.guard import LOOPBACK
 
 PREFERRED_PORT = 8818  #: tried first, so that a reloaded page finds a new server. Chosen
@@ -22,12 +23,15 @@ class _Server(uvicorn.Server):
         super().handle_exit(sig, frame)
 
 
-def serve(workbench: Workbench, opened: Callable[[str], None], port: int = PREFERRED_PORT) -> None:
+def serve(
+    routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int = PREFERRED_PORT
+) -> None:
     """Serve until a signal ends it, which is raised again then.
 
     Parameters
     ----------
-    workbench : Workbench
+    routes : sequence of route
+        What is answered.
     opened : callable
         Gets the address with its token once the server listens.
     port : int
@@ -42,7 +46,7 @@ def serve(workbench: Workbench, opened: Callable[[str], None], port: int = PREFE
     chosen = int(listener.getsockname()[1])
     token = secrets.token_urlsafe(TOKEN_BYTES)
     config = uvicorn.Config(
-        application(workbench, token, chosen), log_level="error", access_log=False,
+        application(routes, token, chosen), log_level="error", access_log=False,
         lifespan="off", server_header=False, ws="none", timeout_graceful_shutdown=0)
     opened(f"http://{LOOPBACK}:{chosen}/?token={token}")
     with listener:

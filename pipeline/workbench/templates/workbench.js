@@ -2,7 +2,7 @@
 // tried, and writes what the screen shows into the configuration.
 (() => {
 "use strict";
-const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, FOOT = 34;
+const { node, span, plot, sent, droppable, WIDTH, HEIGHT, FOOT } = drawing;
 const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
@@ -20,31 +20,11 @@ const state = () => ({
 });
 
 async function post(where, question) {
-  const response = await fetch(`/${where}`, { method: "POST",
+  const response = await fetch(where, { method: "POST",
     headers: { "content-type": "application/json" }, body: JSON.stringify(question) });
   const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
   if (!response.ok) throw new Error(answer.error);
   return answer;
-}
-
-// A file to the server, as it is.
-async function sent(where, file) {
-  const response = await fetch(`/${where}`, { method: "POST", body: file });
-  const answer = await response.json().catch(() => ({ error: `${file.name} is too large (${response.status})` }));
-  if (!response.ok) throw new Error(answer.error);
-  return answer;
-}
-
-// Files that are dropped on ``area`` or chosen in ``input`` go to ``take``.
-function droppable(area, input, take) {
-  input.addEventListener("change", () => { if (input.files.length) take(...input.files); });
-  for (const [name, is] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
-    area.addEventListener(name, (event) => {
-      event.preventDefault();
-      area.classList.toggle("dropping", is);
-      if (name === "drop" && event.dataTransfer.files.length) take(...event.dataTransfer.files);
-    });
-  }
 }
 
 function say(text, changed = []) {
@@ -117,12 +97,13 @@ const actions = {
 
 // --- what outlives a new page --------------------------------------------------------------------
 
-const keep = (name, value) => sessionStorage.setItem(name, JSON.stringify(value));
-const drop = (name) => sessionStorage.removeItem(name);
-const kept = (name) => JSON.parse(sessionStorage.getItem(name) ?? "null");
+const mine = (name) => `${location.pathname} ${name}`;  // each session of a folder has its own
+const keep = (name, value) => sessionStorage.setItem(mine(name), JSON.stringify(value));
+const drop = (name) => sessionStorage.removeItem(mine(name));
+const kept = (name) => JSON.parse(sessionStorage.getItem(mine(name)) ?? "null");
 
 function listen() {
-  const events = new EventSource("/events");
+  const events = new EventSource("events");
   let report = null;
   events.addEventListener("changed", (event) => {
     const stamp = JSON.parse(event.data);
@@ -136,38 +117,6 @@ function listen() {
   });
   events.addEventListener("begin", (event) => { report = JSON.parse(event.data).report; });
   events.addEventListener("error", () => say("The server has ended: type `pipeline open` again."));
-}
-
-// --- drawings ------------------------------------------------------------------------------------
-
-function node(name, attributes = {}, text = "") {
-  const made = document.createElementNS(SVG, name);
-  Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, value));
-  if (text) made.textContent = text;
-  return made;
-}
-
-const span = (values) => {
-  const finite = values.filter(Number.isFinite);
-  const low = Math.min(...finite), high = Math.max(...finite), room = 0.06 * (high - low) || 1;
-  return [low - room, high + room];
-};
-
-// Axes from these ranges; gives the drawing and what turns values into places.
-function plot([left, right], [low, high], across, upward, words) {
-  const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, class: "chart" });
-  const x = (value) => LEFT + (value - left) / (right - left) * (WIDTH - LEFT - 8);
-  const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - 10);
-  for (const part of [0.06, 0.5, 0.94]) {
-    const [vx, vy] = [left + part * (right - left), low + part * (high - low)]
-      .map((value) => (Math.abs(value) < 1e-9 * (right - left + high - low) ? 0 : value));
-    svg.append(node("text", { class: "tick", x: x(vx), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, page.short(vx)),
-      node("text", { class: "tick", x: LEFT - 5, y: y(vy) + 4, "text-anchor": "end" }, page.short(vy)));
-  }
-  svg.append(node("text", { class: "title", x: (LEFT + WIDTH) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, across),
-    node("text", { class: "title", x: 2, y: 10 }, upward));
-  if (low < 0 && high > 0) svg.append(node("path", { class: "zero", d: `M${LEFT} ${y(0)}H${WIDTH - 8}` }));
-  return { svg, x, y };
 }
 
 // --- one triad -----------------------------------------------------------------------------------
@@ -185,7 +134,7 @@ class Bench {
     droppable(this.part("drop"), this.part("held"), (file) => this.hold(file));
     for (const name of ["expression", "per"]) this.part(name).addEventListener("input", () => this.typed());
     this.note();
-    fetch(`/columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
+    fetch(`columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
       this.columns = answer.columns;
       this.quantiles = answer.quantiles;
       this.choices();
@@ -196,7 +145,7 @@ class Bench {
 
   // The session that is held out, by the model of the file: what every tick is compared with.
   async holdOut() {
-    const answer = await fetch(`/held-out/${this.section.triad.triad}`).then((each) => each.json());
+    const answer = await fetch(`held-out/${this.section.triad.triad}`).then((each) => each.json());
     this.heldAsRun = answer.held_out ?? null;
     if (this.heldAsRun) this.section.update();
   }
@@ -402,6 +351,7 @@ window.workbench = {
   ask: (where, question) => post(where, { ...question, state: state() }),
   begin(parts) {
     page = parts;
+    drawing.short = page.short;
     page.asRun = now = JSON.stringify(state());
     for (const section of page.sections) {
       const update = section.update.bind(section), show = section.show.bind(section);

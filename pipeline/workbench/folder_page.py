@@ -1,0 +1,136 @@
+"""The page of a folder: its sessions, each with its workbench, and the logs that are brought."""
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.routing import BaseRoute, Mount, Route, Router
+
+from calib.poses.imu_log import TRIADS
+from pipeline.errors import ConfigError
+from pipeline.report.layout.page_templates import page_templates
+from pipeline.results.json_values import Json
+from pipeline.results.names import RESULTS_NAME
+from pipeline.workbench.application import Workbench, answered, routes_of, script, template
+from pipeline.workbench.brought import Brought
+
+PATTERNS = ("*.yaml", "*.yml", "*/*.yaml", "*/*.yml")
+"""Where configurations of a folder stand: in it, or in a folder of their own."""
+_SESSION = re.compile(r"^(?:accelerometer|gyroscope|sensor)\s*:", re.MULTILINE)
+LARGEST_CONFIG = 1 << 20  #: bytes; a longer file is no configuration. Chosen
+
+OpenWorkbench = Callable[[Path], Workbench]
+
+
+class FolderPage:
+    """A folder with its sessions.
+
+    Parameters
+    ----------
+    folder : Path
+    opened : callable
+        Gives the workbench of a configuration, which it runs where it was not run.
+    """
+
+    def __init__(self, folder: Path, opened: OpenWorkbench) -> None:
+        self.folder, self._opened = folder.resolve(), opened
+        self.brought = Brought(self.folder)
+        self._paths: list[Path] = []
+        self._mounted: set[int] = set()
+        self._benches = Router()
+        self.routes: list[BaseRoute] = [
+            Route("/", lambda _: HTMLResponse(page_templates().from_string(
+                template("start.html")).render(title=self.folder.name))),
+            Route("/drawing.js", script(template("drawing.js"))),
+            Route("/start.js", script(template("start.js"))),
+            Route("/sessions", lambda _: JSONResponse({"sessions": self.sessions()})),
+            Mount("/session", app=self._benches),
+            Route("/bring/{name:path}", self._bring, methods=["POST"]),
+            *(Route(f"/{name}", _of(answer), methods=["POST"]) for name, answer in (
+                ("open", self.open), ("guess", self._guess), ("use", self._use),
+                ("forget", self._forget))),
+        ]
+
+    def sessions(self) -> list[Json]:
+        """The sessions of the folder, in the order of their names; no link out of it is followed.
+        """
+        there = sorted({path for pattern in PATTERNS for path in self.folder.glob(pattern)})
+        for path in there:
+            if path not in self._paths and self._is_session(path):
+                self._paths.append(path)
+        listed = [(i, path) for i, path in enumerate(self._paths) if path.is_file()]
+        return [self._row(i, path) for i, path in sorted(listed, key=lambda each: each[1])]
+
+    def _is_session(self, path: Path) -> bool:
+        if not path.is_file() or not path.resolve().is_relative_to(self.folder):
+            return False
+        try:
+            with path.open(encoding="utf-8") as file:
+                return bool(_SESSION.search(file.read(LARGEST_CONFIG)))
+        except (OSError, ValueError):
+            return False
+
+    def _row(self, number: int, path: Path) -> Json:
+        """What a line of the list shows; the verdicts are those of the last run."""
+        inside = path.relative_to(self.folder)
+        row: Json = {"number": number, "path": str(inside), "was_run": False,
+                     "title": str(inside.parent if inside.parent.name else inside.stem)}
+        results = path.with_suffix(".run") / RESULTS_NAME
+        try:
+            contents: Any = json.loads(results.read_text(encoding="utf-8"))
+            verdicts = {str(triad): contents[triad]["diagnosis"]["short"] if contents[triad]
+                        else "–" for triad in TRIADS}
+            return row | {"title": contents["title"] or row["title"], "was_run": True} | verdicts
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            return row | {str(triad): "not run yet" for triad in TRIADS}
+
+    def open(self, question: Json) -> Json:
+        """The address of the workbench of a session, which is run where it was not.
+
+        Raises
+        ------
+        PipelineError, CalibrationError, VisionError
+            There is no such session, or it does not run.
+        """
+        number = question.get("number")
+        if not isinstance(number, int) or not 0 <= number < len(self._paths):
+            raise ConfigError("there is no such session; load the page again.")
+        if number not in self._mounted:
+            workbench = self._opened(self._paths[number])
+            self._benches.routes.append(Mount(f"/{number}", routes=routes_of(workbench)))
+            self._mounted.add(number)
+        return {"address": f"/session/{number}/"}
+
+    async def _bring(self, request: Request) -> Response:
+        await self.brought.save(request.path_params["name"], request.stream())
+        return JSONResponse({"files": len(self.brought.files)})
+
+    def _guess(self, question: Json) -> Json:
+        return self.brought.guessed(_number(question.get("range")))
+
+    def _use(self, question: Json) -> Json:
+        latitude, height = (_number(question.get(key)) for key in ("latitude", "height"))
+        written = self.brought.use(str(question.get("name")), latitude, height or 0.0,
+                                   _number(question.get("range")))
+        self.sessions()
+        return written | {"number": self._paths.index(Path(written["path"]))}
+
+    def _forget(self, _: Json) -> Json:
+        self.brought.forget()
+        return {}
+
+
+def _of(answer: Callable[[Json], Json]) -> Callable[[Request], Any]:
+    async def route(request: Request) -> Response:
+        return await answered(request, answer)
+
+    return route
+
+
+def _number(value: Any) -> float | None:
+    """A number of a question; None where it is none."""
+    return float(value) if isinstance(value, int | float) and abs(value) < 1e6 else None

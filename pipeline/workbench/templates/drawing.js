@@ -1,0 +1,59 @@
+// Axes for dots and lines, and files that are dropped: what all pages of the workbench share.
+const drawing = (() => {
+"use strict";
+const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, FOOT = 34;
+
+function node(name, attributes = {}, text = "") {
+  const made = document.createElementNS(SVG, name);
+  Object.entries(attributes).forEach(([key, value]) => made.setAttribute(key, value));
+  if (text) made.textContent = text;
+  return made;
+}
+
+const span = (values) => {
+  const finite = values.filter(Number.isFinite);
+  const low = Math.min(...finite), high = Math.max(...finite), room = 0.06 * (high - low) || 1;
+  return [low - room, high + room];
+};
+
+// Axes from these ranges; gives the drawing and what turns values into places.
+function plot([left, right], [low, high], across, upward, words) {
+  const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, class: "chart" });
+  const x = (value) => LEFT + (value - left) / (right - left) * (WIDTH - LEFT - 8);
+  const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - 10);
+  for (const part of [0.06, 0.5, 0.94]) {
+    const [vx, vy] = [left + part * (right - left), low + part * (high - low)]
+      .map((value) => (Math.abs(value) < 1e-9 * (right - left + high - low) ? 0 : value));
+    svg.append(node("text", { class: "tick", x: x(vx), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, drawing.short(vx)),
+      node("text", { class: "tick", x: LEFT - 5, y: y(vy) + 4, "text-anchor": "end" }, drawing.short(vy)));
+  }
+  svg.append(node("text", { class: "title", x: (LEFT + WIDTH) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, across),
+    node("text", { class: "title", x: 2, y: 10 }, upward));
+  if (low < 0 && high > 0) svg.append(node("path", { class: "zero", d: `M${LEFT} ${y(0)}H${WIDTH - 8}` }));
+  return { svg, x, y };
+}
+
+// A file to the server, as it is.
+async function sent(where, file) {
+  const response = await fetch(where, { method: "POST", body: file });
+  const answer = await response.json().catch(() => ({ error: `${file.name} is too large (${response.status})` }));
+  if (!response.ok) throw new Error(answer.error);
+  return answer;
+}
+
+// Files that are dropped on ``area`` or chosen in ``input`` go to ``take``.
+function droppable(area, input, take) {
+  input.addEventListener("change", () => { if (input.files.length) take(...input.files); });
+  for (const [name, is] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
+    area.addEventListener(name, (event) => {
+      event.preventDefault();
+      area.classList.toggle("dropping", is);
+      if (name === "drop" && event.dataTransfer.files.length) take(...event.dataTransfer.files);
+    });
+  }
+}
+
+const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
+const drawing = { node, span, plot, sent, droppable, short, WIDTH, HEIGHT, FOOT };
+return drawing;
+})();

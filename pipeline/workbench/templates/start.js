@@ -1,0 +1,107 @@
+// The page of a folder: its sessions, and logs that are brought.
+(() => {
+"use strict";
+const part = (name) => document.querySelector(`[data-${name}]`);
+const form = part("use"), brought = part("brought"), AXES = ["x", "y", "z"];
+let batch = 0, names = new Set();
+
+async function asked(where, question = {}) {
+  const response = await fetch(where, { method: "POST", body: JSON.stringify(question) });
+  const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
+  if (!response.ok) throw new Error(answer.error);
+  return answer;
+}
+
+const cell = (row, text) => { row.insertCell().textContent = text; };
+
+async function list() {
+  const { sessions } = await fetch("sessions").then((answer) => answer.json());
+  part("sessions").replaceChildren(...sessions.map((session) => {
+    const row = document.createElement("tr"), open = document.createElement("button");
+    [session.title, session.path, session.accelerometer, session.gyroscope].forEach((text) => cell(row, text));
+    open.textContent = session.was_run ? "open" : "run and open";
+    open.setAttribute("aria-label", `${open.textContent} ${session.path}`);
+    open.addEventListener("click", () => show(session.number, part("sessions-words")));
+    row.insertCell().append(open);
+    return row;
+  }));
+  if (!sessions.length) part("sessions-words").textContent = "There is none yet: bring a log, or type `pipeline demo`.";
+}
+
+async function show(number, words) {
+  words.textContent = "The session is run …";
+  try {
+    location.href = (await asked("open", { number })).address;
+  } catch (error) {
+    words.textContent = error.message;
+  }
+}
+
+// Files of one drop keep their names; a name that is there already goes into a folder of its drop.
+async function take(...files) {
+  batch += 1;
+  const paths = files.map((file) => file.webkitRelativePath || file.name);
+  const clash = paths.some((path) => names.has(path));
+  try {
+    for (const [i, file] of files.entries()) {
+      brought.textContent = `${i + 1} of ${files.length}: ${paths[i]}`;
+      const path = clash ? `drop${batch}/${paths[i]}` : paths[i];
+      await drawing.sent(`bring/${path.split("/").map(encodeURIComponent).join("/")}`, file);
+      names.add(path);
+    }
+    await guess();
+  } catch (error) {
+    brought.textContent = error.message;
+  }
+}
+
+async function guess() {
+  brought.textContent = "The files are read …";
+  const answer = await asked("guess", { range: Number(form.range.value) || null });
+  brought.textContent = [`${names.size} files.`, ...answer.passed_over].join(" ");
+  part("lines").textContent = answer.lines.join("\n");
+  part("plots").replaceChildren(...answer.plots.map(drawn));
+  part("range").hidden = answer.ranges.length === 0;
+  if (answer.ranges.length) {
+    form.range.replaceChildren(new Option("not known", ""), ...answer.ranges.map(({ deg_s: range, rpm }) =>
+      new Option(`±${range} °/s: the plate turns at ${drawing.short(rpm)} rpm`, range)));
+  }
+  form.hidden = false;
+}
+
+function drawn({ name, triad, unit, time_s: time, values }) {
+  const { svg, x, y } = drawing.plot(drawing.span(time), drawing.span(values.flat()), `${name}: time [s]`,
+    `${triad} [${unit}]`, `${triad} of ${name}, axis by axis against time.`);
+  values.forEach((axis, a) => svg.append(drawing.node("path", { class: AXES[a],
+    d: `M${axis.map((value, i) => `${x(time[i]).toFixed(1)} ${y(value).toFixed(1)}`).join("L")}` })));
+  return svg;
+}
+
+form.addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const words = part("used"), number = (field) => (form[field].value === "" ? null : Number(form[field].value));
+  words.textContent = "The configuration is tried …";
+  try {
+    const answer = await asked("use", { name: form.name.value, latitude: number("latitude"),
+      height: number("height") ?? 0, range: number("range") });
+    part("text").textContent = answer.text;
+    part("text").hidden = false;
+    words.textContent = [`${answer.path} was written.`, ...answer.changes, answer.fault ?? ""].join(" ");
+    names = new Set();
+    await list();
+    if (!answer.fault) await show(answer.number, words);
+  } catch (error) {
+    words.textContent = error.message;
+  }
+});
+form.range.addEventListener("change", guess);
+part("forget").addEventListener("click", async () => {
+  await asked("forget");
+  names = new Set();
+  form.hidden = true;
+  brought.textContent = "Forgotten.";
+});
+drawing.droppable(part("drop"), part("files"), take);
+drawing.droppable(part("drop"), part("folder"), take);
+list();
+})();
