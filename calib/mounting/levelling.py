@@ -21,34 +21,17 @@ Order = Literal["xyz", "yxz"]
 ORDERS: tuple[Order, ...] = get_args(Order)
 
 
-def _axes_turned(axis: str, angle_rad: float) -> FloatArray:
-    """The matrix that turns the axes, not the vector, by an angle about one of them."""
-    from scipy.spatial.transform import Rotation  # few sessions measure a mounting
-
-    return np.asarray(Rotation.from_euler(axis, angle_rad).inv().as_matrix())
-
-
-def rotation_x(roll_rad: float) -> FloatArray:
-    """Rotation ``R_x(φ)`` of eq. (1), shape (3, 3)."""
-    return _axes_turned("x", roll_rad)
-
-
-def rotation_y(pitch_rad: float) -> FloatArray:
-    """Rotation ``R_y(θ)`` of eq. (2), shape (3, 3)."""
-    return _axes_turned("y", pitch_rad)
-
-
-def rotation_z(yaw_rad: float) -> FloatArray:
-    """Rotation ``R_z(ψ)`` of eq. (3), shape (3, 3)."""
-    return _axes_turned("z", yaw_rad)
-
-
 def mounting_rotation(
     order: Order, roll_rad: float, pitch_rad: float, yaw_rad: float = 0.0
 ) -> FloatArray:
-    """Rotation ``R_xyz = R_x R_y R_z`` or ``R_yxz = R_y R_x R_z``, vehicle to sensor, (3, 3)."""
-    x, y, z = rotation_x(roll_rad), rotation_y(pitch_rad), rotation_z(yaw_rad)
-    return np.asarray(x @ y @ z if order == "xyz" else y @ x @ z)
+    """Rotation ``R_xyz = R_x R_y R_z`` or ``R_yxz = R_y R_x R_z``, vehicle to sensor, (3, 3).
+
+    ``R_x(φ)``, ``R_y(θ)`` and ``R_z(ψ)`` of eq. (1)-(3) turn the axes and not the vector.
+    """
+    from scipy.spatial.transform import Rotation  # few sessions measure a mounting
+
+    angles = (roll_rad, pitch_rad) if order == "xyz" else (pitch_rad, roll_rad)
+    return np.asarray(Rotation.from_euler(order, [*angles, yaw_rad]).inv().as_matrix())
 
 
 def order_margins(g: FloatArray) -> dict[Order, float]:

@@ -19,9 +19,6 @@ from calib.mounting.levelling import (
     roll_pitch,
     roll_pitch_jacobian,
     rotation_order,
-    rotation_x,
-    rotation_y,
-    rotation_z,
 )
 from tests.calib.mounting.simulated_reading import G, vehicle_to_sensor
 
@@ -50,9 +47,13 @@ def test_the_papers_roll_is_right_to_97_82_per_cent_not_99_978() -> None:
 
 
 def test_eq_1_to_3_turn_the_axes_not_the_vector() -> None:
-    assert rotation_z(math.pi / 2) @ [1, 0, 0] == pytest.approx([0, -1, 0], abs=1e-15)
-    assert rotation_x(math.pi / 2) @ [0, 1, 0] == pytest.approx([0, 0, -1], abs=1e-15)
-    assert rotation_y(math.pi / 2) @ [0, 0, 1] == pytest.approx([-1, 0, 0], abs=1e-15)
+    quarter = math.pi / 2
+    for rotation, axis, turned in (
+        (mounting_rotation("xyz", 0.0, 0.0, quarter), [1, 0, 0], [0, -1, 0]),
+        (mounting_rotation("xyz", quarter, 0.0), [0, 1, 0], [0, 0, -1]),
+        (mounting_rotation("yxz", 0.0, quarter), [0, 0, 1], [-1, 0, 0]),
+    ):
+        assert rotation @ axis == pytest.approx(turned, abs=1e-15)
 
 
 def test_with_yaw_zero_the_products_are_the_matrices_of_section_iv() -> None:
