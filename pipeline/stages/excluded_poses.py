@@ -5,17 +5,14 @@ averaged by itself where it can be, so that the report shows what the fit predic
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import CalibrationError
-from calib.fit.least_squares.result import Fit
-from calib.fit.validation.predicted_pose import PredictedPose, predict_pose
+from calib.fit.validation.predicted_pose import PredictedPose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray
-from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config
 from pipeline.config.schema import RunSection
 from pipeline.config.yaml_text import PathTo
@@ -27,9 +24,6 @@ _PART_OF_FILE = re.compile(r"(?:row \d+|\d+\.\d-\d+\.\d s)$")
 """How the labels of rows of a table and of stops of a long log end."""
 
 PoseName = str | int
-Recorded = Sequence[tuple[Sequence[PoseMean], IntArray]]
-"""The poses of every run, and their places among those that were recorded there."""
-
 
 @dataclass(frozen=True, eq=False)
 class Choice:
@@ -53,15 +47,13 @@ class ExcludedMean:
 
 @dataclass(frozen=True, eq=False)
 class ExcludedPose:
-    """One excluded pose beside the fit; ``section`` is the number of its run.
+    """One excluded pose beside the fit.
 
     ``predicted`` is what the fit says of it, None where it is no pose of its run.
     """
 
     label: str
     run: str
-    section: int
-    mean: PoseMean | None
     predicted: PredictedPose | None
 
 
@@ -151,46 +143,3 @@ def chosen(
 def section_path(section: RunSection, config: Config) -> PathTo:
     """Where a section with poses stands in its configuration."""
     return next(path for path, run in config.placed_runs() if run == section)
-
-
-def predicted_poses(
-    fit: Fit,
-    names: Sequence[str],
-    recorded: Recorded,
-    excluded: Sequence[Sequence[ExcludedMean]],
-    poses_of: Callable[[Recorded], PoseSet],
-) -> tuple[ExcludedPose, ...]:
-    """The excluded poses of a triad with what its fit says of each.
-
-    Parameters
-    ----------
-    fit : Fit
-    names : sequence of str
-        The runs, in the order of their sections.
-    recorded : sequence of (means, places)
-        The poses of each run that the fit has.
-    excluded : sequence of sequence of ExcludedMean
-        Those of each run that it has not.
-    poses_of : callable
-        The pose set of the poses of all runs.
-    """
-    return tuple(
-        ExcludedPose(one.label, name, run, one.mean,
-                     _predicted(fit, run, recorded, one, poses_of))
-        for run, name in enumerate(names) for one in excluded[run])
-
-
-def _predicted(
-    fit: Fit, run: int, recorded: Recorded, excluded: ExcludedMean,
-    poses_of: Callable[[Recorded], PoseSet],
-) -> PredictedPose | None:
-    if excluded.mean is None:
-        return None
-    means, places = recorded[run]
-    with_it = list(recorded)
-    with_it[run] = ((*means, excluded.mean), np.append(places, excluded.place))
-    place = sum(len(one) for one, _ in with_it[: run + 1]) - 1
-    try:
-        return predict_pose(fit, poses_of(with_it), place)
-    except CalibrationError:  # that it is no pose of this run may be why it is excluded
-        return None

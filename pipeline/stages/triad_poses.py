@@ -4,14 +4,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.effects.user_defined import fault_of_user_effect
-from calib.errors import Remedy, Undetermined
+from calib.errors import CalibrationError, Remedy, Undetermined
+from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
 from calib.fit.triad.axis_of_turning import with_axes
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import correct_other_poses
+from calib.fit.validation.predicted_pose import PredictedPose, predict_pose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray
 from calib.poses.pose_set import PoseSet, pose_set
@@ -21,9 +25,12 @@ from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_ru
 from calib.poses.runs.tilted_run import NOT_FITTED, Leaning, tilted_run
 from pipeline.config.load import Config
 from pipeline.config.types import STOPPED
-from pipeline.stages.excluded_poses import Recorded
+from pipeline.stages.excluded_poses import ExcludedMean, ExcludedPose
 from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.site import Gravity, latitude_of
+
+Recorded = Sequence[tuple[Sequence[PoseMean], IntArray]]
+"""The poses of every run, and their places among those that were recorded there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +44,24 @@ class TriadPoses:
     def used(self) -> PoseSet:
         """All poses that the configuration does not exclude."""
         return self.poses_of([(one.means, one.places) for _, one in self.recorded])
+
+    def excluded(self, fit: Fit) -> tuple[ExcludedPose, ...]:
+        """The poses that the configuration excludes, with what a fit without them says of each."""
+        return tuple(ExcludedPose(one.label, name, self._predicted(fit, run, one))
+                     for run, (name, recording) in enumerate(self.recorded)
+                     for one in recording.excluded)
+
+    def _predicted(self, fit: Fit, run: int, excluded: ExcludedMean) -> PredictedPose | None:
+        if excluded.mean is None:
+            return None
+        recorded = [(one.means, one.places) for _, one in self.recorded]
+        means, places = recorded[run]
+        recorded[run] = ((*means, excluded.mean), np.append(places, excluded.place))
+        place = sum(len(one) for one, _ in recorded[: run + 1]) - 1
+        try:
+            return predict_pose(fit, self.poses_of(recorded), place)
+        except CalibrationError:  # that it is no pose of this run may be why it is excluded
+            return None
 
 
 def accelerometer_poses(

@@ -23,7 +23,7 @@ from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import AccelerometerSection, GyroscopeSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext
-from pipeline.stages.excluded_poses import ExcludedPose, predicted_poses
+from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.force_check import KNOWN_FORCE, check_force
 from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.logged_columns import check_covariates
@@ -217,27 +217,19 @@ def triad_input(
         senses=senses_of(config, recordings) if accelerometer and force.is_known else None)
 
 
-def _with_excluded(result: TriadResult, poses: TriadPoses) -> TriadResult:
-    """The result with the poses that the configuration excludes, run by run."""
-    return replace(result, excluded=predicted_poses(
-        result.calibration.fit, [name for name, _ in poses.recorded],
-        [(one.means, one.places) for _, one in poses.recorded],
-        [one.excluded for _, one in poses.recorded], poses.poses_of))
-
-
 def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
     poses, section, spec = triad.poses, triad.section, triad.spec
     model, usable, notes = model_on(section.model, triad.defined, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,
                       senses=triad.senses, part=part_of(config))
-    result = TriadResult(
+    return TriadResult(
         **vars(assessed),
         unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
         gravity=triad.gravity,
         warnings=(*notes, *doubts_of(assessed.calibration)),
+        excluded=triad.recorded.excluded(assessed.calibration.fit),
     )
-    return _with_excluded(result, triad.recorded)
 
 
 def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:

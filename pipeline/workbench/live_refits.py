@@ -156,13 +156,7 @@ class OpenSession:
         return {key: [each.get(k, lost.get(k)) for k in range(n)] for key, each in values.items()}
 
     def _predicted(self, state: Screen, triad: Triad) -> dict[str, float]:
-        from pipeline.stages.excluded_poses import predicted_poses
-
-        recorded = self._input(state, triad).recorded
-        every = predicted_poses(
-            self._refitted(state, triad).fit, [name for name, _ in recorded.recorded],
-            [(each.means, each.places) for _, each in recorded.recorded],
-            [each.excluded for _, each in recorded.recorded], recorded.poses_of)
+        every = self._input(state, triad).recorded.excluded(self._refitted(state, triad).fit)
         return {each.label: each.predicted.residual.residual for each in every if each.predicted}
 
     def refitted(self, state: Screen, triad: Triad) -> Refitted:
