@@ -97,7 +97,7 @@ CASES: dict[str, tuple[str, Spoil, str, int, str]] = {
     "the same files under new names": ("paper", two_names, "check", 4,
                                        "hold the same accelerometer samples"),
     "the same run twice": ("rich", config_text(RUN_17, f"{RUN_17}\n    {RUN_17}"), "check", 2,
-                           "is in gyroscope.runs.0..poses as well"),
+                           "is in gyroscope.runs[0].poses as well"),
     "one file by two paths": (
         "paper", config_text("poses: accelerometer/pose_*.csv", "poses: [accelerometer/pose_*.csv, "
                              "accelerometer/../accelerometer/pose_01.csv]"), "check", 2,
