@@ -1,30 +1,58 @@
-"""What two keys of a configuration state differently: gravity, rates, files under two names."""
+"""What keys of a configuration state differently: gravity, rates, files of two runs, counts."""
 
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from calib.earth import gravity_bounds
 from calib.fit.triad.determined import LARGEST_SHARE
-from pipeline.config.schema import KnownRateSection
+from pipeline.config.schema import KnownRateSection, LogsSection, VideoRateSection
+from pipeline.config.session import Config
 from pipeline.config.yaml_text import Key, PathTo, path_text
-
-if TYPE_CHECKING:
-    from pipeline.config.load import Config
+from pipeline.text.formatting import count
 
 Problems = Iterator[tuple[PathTo, str]]
 
 
-def contradictions(config: "Config") -> Problems:
+def contradictions(config: Config) -> Problems:
     """Where and how valid values contradict each other."""
+    yield from _clip_counts(config)
+    yield from _column_counts(config)
     yield from _gravity(config)
     yield from _rates(config)
     yield from _files_of_two_runs(config)
     yield from _headings(config)
 
 
-def _gravity(config: "Config") -> Problems:
+def _clip_counts(config: Config) -> Problems:
+    """Runs whose poses and clips cannot be paired."""
+    for path, run in config.placed_runs():
+        rate = config.rate.get(run.rate)
+        clips = len(rate.video) if isinstance(rate, VideoRateSection) else 1
+        if run.poses.files and clips not in (1, len(run.poses.files)):
+            yield (*path, "rate"), (
+                f"'{run.rate}' has {clips} clips for {len(run.poses.files)} poses. Give one clip "
+                f"for the whole run, or one per pose in the order of the poses."
+            )
+
+
+def _column_counts(config: Config) -> Problems:
+    """Lists of column names that cannot be paired with the files of a key."""
+    sections: list[tuple[PathTo, LogsSection]] = [
+        ((*path, "poses"), run.poses) for path, run in config.placed_runs()]
+    if config.installation:
+        sections.append((("installation",), config.installation))
+    for path, section in sections:
+        lists = len(section.columns or ())
+        for key, paths in section.files_by_key().items():
+            if lists > 1 and paths and len(paths) != lists:
+                yield (*path, "columns"), (
+                    f"{lists} lists of names for the {count(len(paths), 'file')} of `{key}`. Give "
+                    f"one list for all files, or one per file in the same order."
+                )
+
+
+def _gravity(config: Config) -> Problems:
     site = config.site
     if site is None or site.gravity_m_s2 is None or site.latitude_deg is None:
         return
@@ -41,7 +69,7 @@ def _gravity(config: "Config") -> Problems:
         )
 
 
-def _rates(config: "Config") -> Problems:
+def _rates(config: Config) -> Problems:
     for name, rate in config.rate.items():
         if isinstance(rate, KnownRateSection):
             share, key = rate.sd_rad_s / abs(rate.rate_rad_s), ("rate", name, "sd_rad_s")
@@ -54,7 +82,7 @@ def _rates(config: "Config") -> Problems:
             )
 
 
-def _files_of_two_runs(config: "Config") -> Problems:
+def _files_of_two_runs(config: Config) -> Problems:
     seen: dict[tuple[Key, Path], PathTo] = {}
     for keys, run in config.placed_runs():
         place = (*keys, "poses")
@@ -69,7 +97,7 @@ def _files_of_two_runs(config: "Config") -> Problems:
                 return
 
 
-def _headings(config: "Config") -> Problems:
+def _headings(config: Config) -> Problems:
     section = config.installation
     if section is None:
         return
