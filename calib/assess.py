@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from calib.consistency.mistakes import require_no_mistake
 from calib.consistency.one_sensor import require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
+from calib.consistency.repeated_means import require_no_repeated_means
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.room_field import beside_a_field
 from calib.diagnosis.seen import among_what_is_seen
@@ -129,6 +130,8 @@ def calibrate(
         As :func:`assess`.
     """
     drawn = model.acting_on("noise")
+    if seek_mistakes:
+        require_no_repeated_means(poses)
     if not has_sds(poses):
         means = Model(tuple(effect for effect in model.effects if not effect.drawn))
         poses = with_estimated_sds(poses, means)

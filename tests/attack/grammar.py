@@ -22,6 +22,7 @@ DESIGNS = {"paper": paper_design, "rich": rich_design}
 SAMPLE_RATE = {"paper": 0.5, "rich": 0.3}  #: of the designs', to halve the time
 TRIADS = ("accelerometer", "gyroscope")
 Rng = np.random.Generator
+OFF = 4.0  #: stated sds from which on a parameter is wrong
 
 
 @dataclass
@@ -191,6 +192,14 @@ class Drawn:
     truth: Session
     edits: tuple[tuple[str, str], ...] = ()
 
+    def outcome(self, judged: Judged) -> str:
+        """``silent`` (a parameter is off, without a word), ``harmless``, ``named`` or ``told``."""
+        if judged.is_silent:
+            blind = self.words.split(":")[0] in UNOBSERVABLE.get(self.what, ())
+            return "silent" if judged.worst > OFF and not blind else "harmless"
+        kinds = MISTAKES if self.what in MISTAKES else CONFIGURATIONS
+        return "named" if re.search(kinds[self.what].named, judged.said) else "told"
+
     def judged(self, folder: Path) -> Judged:
         """What the program makes of it, written to ``folder``."""
         config = write_session(folder, self.session, film=False).config
@@ -255,8 +264,3 @@ ABSORBED = ("bias", "sign", "gain")
 UNOBSERVABLE = {"gravity": ("paper", "rich"), "sd of the rate": ("paper", "rich"),
                 "stated rate": ("paper",)}
 """Kinds that no data show, by design: what all references are off by together, and its sd."""
-
-
-def pattern_of(what: str) -> str:
-    """The words that name a mistake rightly."""
-    return (MISTAKES[what] if what in MISTAKES else CONFIGURATIONS[what]).named

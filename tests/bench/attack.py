@@ -9,27 +9,16 @@ is off), told (refused, warned of or given a verdict) and told by words that nam
 """
 
 import argparse
-import re
 import tempfile
 import time
 import traceback
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from tests.attack.grammar import CONFIGURATIONS, MISTAKES, UNOBSERVABLE, Drawn, drawn, pattern_of
-from tests.attack.judged import Judged
+from tests.attack.configured import CONFIGURATIONS
+from tests.attack.grammar import MISTAKES, drawn
 
-OFF = 4.0  #: stated sds from which on a parameter is wrong
 LONG_S = 20.0
-
-
-def outcome(attack: Drawn, judged: Judged) -> str:
-    """``silent``, ``harmless``, ``named`` or ``told``."""
-    if judged.is_silent:
-        wrong = judged.worst > OFF
-        blind = attack.words.split(":")[0] in UNOBSERVABLE.get(attack.what, ())
-        return "silent" if wrong and not blind else "harmless"
-    return "named" if re.search(pattern_of(attack.what), judged.said) else "told"
 
 
 def main() -> None:
@@ -52,7 +41,7 @@ def main() -> None:
                 print(f"{seed} {attack.words}: BUG {traceback.format_exc(limit=-3)}", flush=True)
                 continue
         seconds = time.process_time() - begun
-        kind = outcome(attack, judged)
+        kind = attack.outcome(judged)
         table[attack.what][kind] += 1
         if seconds > LONG_S:
             table[attack.what]["long"] += 1

@@ -74,6 +74,8 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.consistency.plate_axes", (
         "FEWEST_POSES", "LEAST_SPREAD", "MOST_RUNS", "LARGEST_SCATTER", "OTHER_POSE"),
      ("calib/consistency/test_plate_axes.py",)),
+    ("calib.consistency.repeated_means", ("REPEATED",),
+     ("calib/consistency/test_repeated_means.py",)),
     ("calib.consistency.repeats", (
         "CORRELATED", "LEAST_ENTROPY", "SHORTEST_COPY"), ("calib/consistency/test_repeats.py",)),
     ("calib.fit.triad.determined", ("LARGEST_SHARE",), ("calib/fit/triad",)),

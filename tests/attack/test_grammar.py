@@ -1,0 +1,17 @@
+"""A small draw of ``tests.bench.attack``: parameters that are off imply a word, at every dose."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.attack.configured import CONFIGURATIONS
+from tests.attack.grammar import MISTAKES, drawn
+
+FIRST_SEED = 500_000  #: used by no bench
+
+
+@pytest.mark.parametrize("what", [*MISTAKES, *CONFIGURATIONS])
+def test_parameters_that_are_off_imply_a_word(what: str, tmp_path: Path) -> None:
+    attack = drawn(FIRST_SEED + len(what), what)
+    judged = attack.judged(tmp_path)
+    assert attack.outcome(judged) != "silent", (attack.words, judged.worst, judged.said)
