@@ -37,6 +37,7 @@ from pipeline.config.schema import (
     VideoRateSection,
 )
 from pipeline.config.sensor import PRESETS, AccelerometerSheet, GyroscopeSheet, SensorSection
+from pipeline.drawings.leaning_player import leaning_svg
 from pipeline.drawings.sheet import poses_svg
 from pipeline.export.formats import FORMATS
 from tests.paths import ROOT
@@ -269,8 +270,9 @@ def test_the_readme_is_short_and_lists_its_sections() -> None:
         assert f"[{title.split(':')[0]}](#" in contents, title
 
 
-def test_the_drawing_of_the_poses_is_what_the_program_draws() -> None:
+def test_the_drawings_are_what_the_program_draws() -> None:
     assert (DOCS / "poses.svg").read_text(encoding="utf-8") == poses_svg()
+    assert (DOCS / "leaning.svg").read_text(encoding="utf-8") == leaning_svg()
 
 
 def test_the_guide_answers_fifteen_points() -> None:

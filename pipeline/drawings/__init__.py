@@ -2,4 +2,5 @@
 
     box ─┬─ terminal
          └─ sheet
+    leaning_player (a book under one side)
 """

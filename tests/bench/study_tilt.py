@@ -74,11 +74,11 @@ def errors(session: Session, size: FloatArray, found: AssessedTriad, seed: int) 
     return np.asarray((corrected - SLOW) / found.prediction.sd_median)
 
 
-def study_evenings(tilt_deg: float, hide: bool, seeds: int) -> None:
+def study_evenings(tilt_deg: float, hide: bool, seeds: range) -> None:
     """Print what was named of the evenings at one tilt."""
     named, wrong, refused = 0, 0, 0
     z, covered = [np.zeros(0)], [np.zeros(0)]
-    for seed in range(seeds):
+    for seed in seeds:
         session, size = evening(seed, tilt_deg, hide)
         try:
             _, poses, specs = pose_sets(session)
@@ -100,7 +100,7 @@ def study_evenings(tilt_deg: float, hide: bool, seeds: int) -> None:
         covered.append(np.abs(errors(session, size, found, seed)))
     of_elements, every = np.concatenate(z), np.concatenate(covered)
     spread = f"{np.sqrt(np.mean(of_elements**2)):.2f}" if of_elements.size else "-"
-    print(f"{tilt_deg:g}°, {'hidden' if hide else 'nothing'}: named {named} of {seeds}, wrong "
+    print(f"{tilt_deg:g}°, {'hidden' if hide else 'nothing'}: named {named} of {len(seeds)}, wrong "
           f"names {wrong}, refused {refused}; rms z of the elements {spread}; within one stated sd "
           f"{100 * np.mean(every < 1):.0f} %, within two {100 * np.mean(every < 2):.0f} %",
           flush=True)
@@ -122,12 +122,12 @@ def nine_mountings(tilt_deg: float, seed: int) -> tuple[Session, FloatArray]:
     return simulate(design, FRESH + seed, (Hidden("g_sensitivity", "gyroscope", size),)), size
 
 
-def study_three_minutes(tilt_deg: float, seeds: int, mountings: int) -> None:
+def study_three_minutes(tilt_deg: float, seeds: range, mountings: int) -> None:
     """Print how nine mountings, or 36 poses, come out against the truth."""
     rms: dict[str, list[FloatArray]] = {}
     in_sd: dict[str, list[FloatArray]] = {}
     chi2 = []
-    for seed in range(seeds):
+    for seed in seeds:
         if mountings == 9:
             session, size = nine_mountings(tilt_deg, seed)
             accelerometer, gyroscope, specs = tilted_pose_sets(session)
@@ -177,13 +177,15 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--poses", type=int, choices=(9, 36), default=9)
     parser.add_argument("--tilt", type=float, nargs="*", default=[0.3, 2.0, 5.0, 10.0, 20.0])
+    parser.add_argument("--first", type=int, default=0)
     asked = parser.parse_args()
+    seeds = range(asked.first, asked.first + asked.seeds)
     for tilt in asked.tilt:
         if asked.sessions == "three_minutes":
-            study_three_minutes(tilt, asked.seeds, asked.poses)
+            study_three_minutes(tilt, seeds, asked.poses)
             continue
         for hide in (True, False):
-            study_evenings(tilt, hide, asked.seeds)
+            study_evenings(tilt, hide, seeds)
 
 
 if __name__ == "__main__":
