@@ -52,6 +52,10 @@ class NothingMoves(RateRefused):
     """The frames of a stretch differ by the noise of the camera alone."""
 
 
+class NothingRepeats(RateRefused):
+    """Much changes in the picture, and nothing of it comes back."""
+
+
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
     """The first of two refusals, unless nothing moved there and something did later."""
     if first is None or isinstance(first, NothingMoves) > isinstance(later, NothingMoves):

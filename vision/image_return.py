@@ -88,15 +88,12 @@ class ImageReturn:
         Periods to the latest clear return.
     correlation : float
         Of the best blocks with themselves at the returns.
-    share : array, shape (h // 8, w // 8)
-        How much of each block returns, at most 1; 0 where there is nothing but noise.
     """
 
     period_s: float
     sd_s: float
     turns: int
     correlation: float
-    share: FloatArray
 
     @property
     def rate_rad_s(self) -> float:
@@ -153,10 +150,13 @@ def image_return(
         return None
     period, sd = fitted_period(lags, count)
     sd = float(np.hypot(sd, BIAS * period))
-    share = np.zeros(rows * columns)
-    share[seen] = score
-    share = share.reshape(rows, columns)
-    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean, share)
+    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean)
+
+
+def much_varies(small: NDArray[np.uint8]) -> bool:
+    """Whether frames, (f, h, w) some time apart, vary by more than noise and flicker together."""
+    square = (_varying(small, len(small)) ** 2).mean(axis=0)
+    return int((square > THRESHOLDS.clearly_varies).sum()) >= FEWEST_BLOCKS * BLOCK**2
 
 
 def other_return(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision.image_return import image_return, other_return
+from vision.image_return import image_return, much_varies, other_return
 from vision.plate.periodic import periodic_pixels
 from vision.plate.pixel_motion import turning
 
@@ -102,3 +102,15 @@ def test_what_goes_to_and_fro_is_no_turning_plate() -> None:
     pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), returned.period_s,
                              returned.sd_s)
     assert turning(pixels, mask) is None
+
+
+def test_things_that_move_vary_and_a_lamp_that_flickers_does_not() -> None:
+    rng = np.random.default_rng(8)
+    noise = 100 + 2 * rng.standard_normal((60, 72, 128))
+    lamp = noise * (1 + 0.1 * np.sin(np.arange(60)))[:, None, None]
+    y, x = np.mgrid[:72, :128]
+    way = np.cumsum(rng.normal(0, 6, (60, 2)), axis=0) % (72, 128)
+    moves = noise + 80 * np.exp(-((y - way[:, :1, None]) ** 2 + (x - way[:, 1:, None]) ** 2) / 60)
+    assert not much_varies(np.rint(noise).astype(np.uint8))
+    assert not much_varies(np.rint(lamp).astype(np.uint8))
+    assert much_varies(np.rint(moves).astype(np.uint8))

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack
 from vision.rate.steady_part import ClipPart
-from vision.rate.unwrap import continuous_angle, frame_time, rough_rate, usable
+from vision.rate.unwrap import (
+    continuous_angle,
+    frame_time,
+    rough_rate,
+    scatter_about_even,
+    usable,
+)
 
 FEWEST_FRAMES = 12  #: frames that the camera took; two per parameter of the phase's model
 SLOPES = 51  #: numerical
@@ -161,14 +167,8 @@ def _lower_corners(values: FloatArray) -> NDArray[np.intp]:
 
 
 def _scatter(frames: FrameTimes) -> float:
-    """Scatter of the angle about an even rotation with a wave once and twice per turn, robust,
-    rad."""
+    """Scatter of the angle about an even rotation, rad; infinite with too few frames."""
     if usable(frames.track).sum() < FEWEST_FRAMES:
         return np.inf
     rate = rough_rate(frames.track, frames.time_s)
-    angle = continuous_angle(frames.track, frames.time_s, rate)
-    turned = rate * angle.time_s
-    x = np.stack([np.ones_like(turned), angle.time_s, np.cos(turned), np.sin(turned),
-                  np.cos(2 * turned), np.sin(2 * turned)], axis=1)
-    rest = angle.angle_rad - x @ np.linalg.lstsq(x, angle.angle_rad)[0]
-    return float(np.median(np.abs(rest)))
+    return scatter_about_even(continuous_angle(frames.track, frames.time_s, rate))

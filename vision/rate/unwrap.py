@@ -161,6 +161,15 @@ def phase_noise(angle_rad: FloatArray) -> float:
     return float(SD_PER_MAD * np.median(np.abs(third)) / np.sqrt(20.0))
 
 
+def scatter_about_even(angle: PlateAngle) -> float:
+    """Robust sd of angles about an even rotation with a wave once and twice per turn, rad."""
+    turned = angle.angle_rad
+    waves = [f(k * turned) for k in (1, 2) for f in (np.cos, np.sin)]
+    x = np.stack([np.ones_like(turned), angle.time_s - angle.time_s.mean(), *waves], axis=1)
+    rest = turned - x @ np.linalg.lstsq(x, turned)[0]
+    return float(SD_PER_MAD * np.median(np.abs(rest)))
+
+
 def rate_history(angle: PlateAngle) -> RateHistory:
     """Mean rate over each turn (or over the clip, if that is less), half a turn apart.
 

@@ -16,9 +16,14 @@ def scatter_rad(track: "PhaseTrack") -> float:
 
     Of a plate that changes its speed, and is seen well, the noise of a frame.
     """
-    from vision.numbers import SD_PER_MAD
     from vision.rate.slow_camera import frame_times
-    from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
+    from vision.rate.unwrap import (
+        continuous_angle,
+        rate_history,
+        rough_rate,
+        scatter_about_even,
+        usable,
+    )
 
     if usable(track).sum() < FEWEST_FRAMES:
         return np.inf
@@ -29,8 +34,4 @@ def scatter_rad(track: "PhaseTrack") -> float:
     rate = history.rate_rad_s
     if np.ptp(rate) > CHANGES * abs(np.median(rate)):
         return history.phase_noise_rad
-    turned = angle.angle_rad
-    waves = [f(k * turned) for k in (1, 2) for f in (np.cos, np.sin)]
-    x = np.stack([np.ones_like(turned), angle.time_s - angle.time_s.mean(), *waves], axis=1)
-    rest = turned - x @ np.linalg.lstsq(x, turned)[0]
-    return float(SD_PER_MAD * np.median(np.abs(rest)))
+    return scatter_about_even(angle)

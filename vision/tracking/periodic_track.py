@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.errors import RateRefused, Return
+from vision.errors import NothingRepeats, RateRefused, Return
 from vision.geometry import FloatArray, PlateView
-from vision.image_return import ImageReturn, image_return
+from vision.image_return import ImageReturn, image_return, much_varies
 from vision.numbers import RPM
 from vision.phase_track import LUMA, PhaseTrack, PlateLayout
 from vision.plate.background import repeated
@@ -24,7 +24,8 @@ from vision.video.reader import ClipReader, Frame, Luma
 from vision.video.reduction import reduced
 
 SMALL, SMALLER = 320, 128  # pixels of the longer side: of what is measured, of what returns
-HELD = 1200  #: frames held whole; a limit of memory
+HELD = 600  #: frames held whole; a limit of memory and time
+GLIMPSES = 100  # frames, for whether anything varies
 PIXELS = 6000  #: pixels that are measured; a limit of time
 MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
 FEWEST_PIXELS = 500  # in however long a clip
@@ -44,6 +45,7 @@ class _SmallClip:
     values: list[NDArray[np.uint8]] = field(default_factory=list)
     shown: Frame | None = None
     returns: ImageReturn | None = None
+    varies: bool = False
     mask: NDArray[np.bool_] | None = None
 
     def add(self, frame: Frame, stated: int | None) -> bool:
@@ -77,6 +79,8 @@ class _SmallClip:
         tiny = np.stack([reduced(small, smaller) for small in self.frames])
         self.returns = image_return(tiny[at], frame_s)
         if self.returns is None:
+            self.varies = much_varies(tiny[:: max(1, len(tiny) // GLIMPSES)])
+            self.frames = []
             return
         most = min(PIXELS, max(FEWEST_PIXELS, MOST_VALUES // max(stated or 0, len(time))))
         first = np.stack(self.frames[:CHOSEN_FROM])
@@ -116,12 +120,13 @@ def track_by_return(
     for frame in (frame for batch in batches for frame in batch):
         if not small.add(frame, clip.frames_stated):
             break
-    if small.mask is None:
+    if small.mask is None and small.frames:
         small.choose()
     returns, mask = small.returns, small.mask
     if returns is None or mask is None:
         lasts = small.time_s[-1] - small.time_s[0] if small.time_s else 0.0
-        raise RateRefused(f"Nothing in the picture repeats within its {lasts:.1f} s.")
+        why = f"Nothing in the picture repeats within its {lasts:.1f} s."
+        raise (NothingRepeats if small.varies else RateRefused)(why)
     values, time = np.stack(small.values), np.array(small.time_s)
     pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
     turns = turning(pixels, mask) or _as_followed(roughly, returns, small.factor)

@@ -18,7 +18,13 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
-from vision.errors import NoSuchPart, NothingMoves, RateRefused, more_telling
+from vision.errors import (
+    NoSuchPart,
+    NothingMoves,
+    NothingRepeats,
+    RateRefused,
+    more_telling,
+)
 from vision.geometry import PlateOverride
 from vision.tracking.evenness import scatter_rad
 from vision.tracking.glimpses import nothing_moves
@@ -98,11 +104,17 @@ def track_phase(
         return by_luma
     if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
         raise by_luma
-    tracks = [by_luma]
-    if not _turns(by_luma):
+    tracks, returned = [by_luma], None
+    if plate is None and not isinstance(by_luma, NothingMoves):
+        returned = _by_return(task, by_luma)
+    nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NothingRepeats)
+    if not _turns(by_luma) and not nothing:
         tracks.append(_track_or_refusal(task, ClipPass(colours=True)))
-    if not _good(tracks[-1]) and plate is None:
-        tracks.append(_by_return(task, next(filter(_turns, tracks), None)))
+    if plate is None and not _good(tracks[-1]):
+        colour_turns = len(tracks) > 1 and _turns(tracks[-1])
+        if returned is None or (colour_turns and isinstance(returned, RateRefused)):
+            returned = _by_return(task, tracks[-1])  # which may know a view of the plate
+        tracks.append(returned)
     return _best(task.path.name, tracks)
 
 
@@ -120,8 +132,9 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
     still = [track for track in tracks if not isinstance(track, RateRefused)]
     if still:
         return still[0]
-    telling = reduce(more_telling, refusals[:2])
-    raise type(telling)(" ".join(map(str, (telling, *refusals[2:]))))
+    last = refusals.pop() if len(refusals) > 2 or isinstance(refusals[-1], NothingRepeats) else ""
+    telling = reduce(more_telling, refusals)
+    raise type(telling)(f"{telling} {last}".rstrip())
 
 
 def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
@@ -156,10 +169,12 @@ def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefuse
         return refusal
 
 
-def _by_return(task: ClipTask, roughly: "PhaseTrack | None") -> "PhaseTrack | RateRefused":
+def _by_return(
+    task: ClipTask, roughly: "PhaseTrack | RateRefused"
+) -> "PhaseTrack | RateRefused":
     """A track by the return of the picture, with what a poor track of the plate tells of it."""
     try:
-        return _returning(task, roughly)
+        return _returning(task, roughly if _turns(roughly) else None)
     except RateRefused as refusal:
         return refusal
 
