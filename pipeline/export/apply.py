@@ -82,26 +82,26 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     clock = log.time_s - float(stored.contents["session_start_s"] or 0.0)
     known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
     for triad in stored.triads:
-        if not log.has(triad.triad):
-            left_out.append(f"{log.label} has no {triad.triad}; the {triad.triad} is not "
+        if not log.has(triad.name):
+            left_out.append(f"{log.label} has no {triad.name}; the {triad.name} is not "
                             f"corrected.")
             continue
         left_out += [
-            f"{triad.triad}: {effect.name} is an effect of the bench, not an error of the sensor."
+            f"{triad.name}: {effect.name} is an effect of the bench, not an error of the sensor."
             for effect in triad.correction.model.effects
             if effect.belongs_to == "bench"
         ]
         correction = triad.correction.sensor_part()
-        nominal = correction.spec.nominal(getattr(log, triad.triad))
-        columns = {**_other_triad(stored, triad.triad, log), **log.columns}
+        nominal = correction.spec.nominal(getattr(log, triad.name))
+        columns = {**_other_triad(stored, triad.name, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)
-        _require_evaluable(log.label, triad.triad, correction, at)
-        corrected[triad.triad] = _correct(correction, at)
-        _require_numbers(log.label, triad.triad, corrected[triad.triad])
-        if triad.triad == "accelerometer":
-            known["force"] = corrected[triad.triad]
+        _require_evaluable(log.label, triad.name, correction, at)
+        corrected[triad.name] = _correct(correction, at)
+        _require_numbers(log.label, triad.name, corrected[triad.name])
+        if triad.name == "accelerometer":
+            known["force"] = corrected[triad.name]
     if not corrected:
-        there = " and ".join(triad.triad for triad in stored.triads) or "no triad"
+        there = " and ".join(triad.name for triad in stored.triads) or "no triad"
         raise Undetermined(
             f"{log.label}: {stored.path} calibrates {there}, and the log has no such columns. "
             f"Use a log of the same sensor with the columns acc_x, acc_y, acc_z or gyr_x, gyr_y, "
@@ -113,7 +113,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
                     if name not in of_output}
     left_out += [f"the column {name} of the log is not copied: the output has one of this name."
                  for name in log.columns if name in of_output]
-    counts = any(triad.correction.spec.bits for triad in stored.triads if log.has(triad.triad))
+    counts = any(triad.correction.spec.bits for triad in stored.triads if log.has(triad.name))
     saturated = saturated_samples(stored, log) if counts else None
     return Applied(log.time_s, turned, columns_kept, axes, saturated, tuple(left_out))
 
@@ -121,8 +121,8 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
 def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:
     """The nominal reading of the triad that is not ``triad``, where it is there."""
     for one in stored.triads:
-        if one.triad != triad and log.has(one.triad):
-            nominal = one.correction.spec.nominal(getattr(log, one.triad))
+        if one.name != triad and log.has(one.name):
+            nominal = one.correction.spec.nominal(getattr(log, one.name))
             return dict(zip(OTHER_TRIAD, nominal.T, strict=True))
     return {}
 
@@ -151,9 +151,9 @@ def saturated_samples(stored: Stored, log: ImuLog) -> BoolArray:
     """Samples (t,) in which an axis of a calibrated triad is at the end of its range."""
     saturated = np.zeros(len(log.time_s), bool)
     for triad in stored.triads:
-        if log.has(triad.triad) and triad.correction.spec.bits:
+        if log.has(triad.name) and triad.correction.spec.bits:
             low, high = triad.correction.spec.count_range
-            readings = triad.correction.spec.signed(getattr(log, triad.triad))
+            readings = triad.correction.spec.signed(getattr(log, triad.name))
             saturated |= ((readings <= low) | (readings >= high)).any(axis=1)
     return saturated
 

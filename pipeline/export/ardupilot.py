@@ -44,26 +44,26 @@ def to_ardupilot(stored: Stored) -> Export:
     loses = [*no_sds(stored)]
     caltemp = float(np.clip(REFERENCE_TEMPERATURE_C, min(span), max(span))) if span else None
     for triad in stored.triads:
-        name, temperature, _ = NAMES[triad.triad]
+        name, temperature, _ = NAMES[triad.name]
         slope = _slope(triad)
         offset = nominal_offset(triad)
         if warmed and caltemp is not None:
             offset = offset + slope * (caltemp - REFERENCE_TEMPERATURE_C)
             values[temperature] = caltemp
         values |= {f"{name}_{axis.upper()}": v for axis, v in zip(AXES, offset, strict=True)}
-        if triad.triad == "accelerometer":
+        if triad.name == "accelerometer":
             scale = gains(triad)
             values |= {f"INS_ACCSCAL_{a.upper()}": v for a, v in zip(AXES, scale, strict=True)}
             loses += _range_notes(offset, scale)
         loses.append(what_is_left(stored, triad, "ArduPilot",
-                                  keeps_scale=triad.triad == "accelerometer"))
+                                  keeps_scale=triad.name == "accelerometer"))
     values |= _temperature_calibration(stored, warmed, span)
     loses += [
         "Set INS_GYR_CAL to 0, or ArduPilot measures the gyroscope's offset anew at every start.",
         "The axes are those of the log: ArduPilot's are forward, right, down after the rotation of "
         "the sensor's driver. Logs of ArduPilot itself are corrected already: record them with "
         "offsets of 0, scales of 1 and INS_TCAL1_ENABLE 0.",
-        *no_effects(stored, "ArduPilot", {one.triad: (HELD,) for one in warmed}),
+        *no_effects(stored, "ArduPilot", {one.name: (HELD,) for one in warmed}),
     ]
     lines = [hash_comment(line) for line in origin(stored)]
     lines += [f"{name},{value:.9g}" for name, value in values.items()]
@@ -84,7 +84,7 @@ def _temperature_calibration(
     if not warmed or not span:
         return {"INS_TCAL1_ENABLE": 0.0}
     values = {"INS_TCAL1_ENABLE": 1.0, "INS_TCAL1_TMIN": min(span), "INS_TCAL1_TMAX": max(span)}
-    slopes = {one.triad: _slope(one) for one in stored.triads}
+    slopes = {one.name: _slope(one) for one in stored.triads}
     for triad, (_, _, prefix) in NAMES.items():
         first = COEFFICIENT * slopes.get(triad, np.zeros(3))
         for order in ORDERS:

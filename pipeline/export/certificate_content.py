@@ -95,7 +95,7 @@ def certificate_content(stored: Stored) -> CertificateContent:
         title=printable(contents["title"] or "Untitled session"),
         sensor=printable(contents["sensor"]),
         facts=tuple(_facts(stored)),
-        triads=tuple(_part(triad, contents[triad.triad]) for triad in stored.triads),
+        triads=tuple(_part(triad, contents[triad.name]) for triad in stored.triads),
         references=tuple(_references(contents)),
         notes=tuple(_notes(stored)),
     )
@@ -123,17 +123,17 @@ def _part(triad: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
     short = printable(diagnosis.get("short") or diagnosis["verdict"])
     blind = [printable(name) for name in diagnosis["blind"]]
     return TriadPart(
-        name=triad.triad.capitalize(),
+        name=triad.name.capitalize(),
         model=printable(short_model(section["model"])),
         range=_range(triad),
         standing=diagnosis.get("standing") or "open",
         verdict=f"{short[:1].upper()}{short[1:]}",
         explanation=_typeset(printable(diagnosis["says"])),
         rows=(*_base_rows(triad), *_effect_rows(triad)),
-        figures=tuple(_figures(triad.triad, section)),
-        prediction=_prediction(triad.triad, section["prediction"]),
+        figures=tuple(_figures(triad.name, section)),
+        prediction=_prediction(triad.name, section["prediction"]),
         not_determined=", ".join(blind) or "nothing that was looked for",
-        residuals=_residuals(triad.triad, section["poses"]),
+        residuals=_residuals(triad.name, section["poses"]),
     )
 
 
@@ -143,17 +143,17 @@ def _typeset(text: str) -> str:
 
 
 def _range(triad: StoredTriad) -> str:
-    spec, unit = triad.correction.spec, SI_UNIT[triad.triad]
+    spec, unit = triad.correction.spec, SI_UNIT[triad.name]
     if not spec.bits:
         return "logged in physical units"
-    shown = math.degrees(spec.full_scale) if triad.triad == "gyroscope" else spec.full_scale
-    return f"±{shown:.4g} {'°/s' if triad.triad == 'gyroscope' else unit}, {spec.bits} bits"
+    shown = math.degrees(spec.full_scale) if triad.name == "gyroscope" else spec.full_scale
+    return f"±{shown:.4g} {'°/s' if triad.name == 'gyroscope' else unit}, {spec.bits} bits"
 
 
 def _base_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
     """Bias, scale and misalignment in the units of Angrisano et al."""
     yield _row("Bias b [counts]", triad.bias_counts, triad.bias_sd)
-    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[triad.triad]})]", triad.scale_counts_per_unit,
+    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[triad.name]})]", triad.scale_counts_per_unit,
                triad.scale_sd)
     yield _row("Misalignment α [mrad]", triad.misalignment_rad * 1e3, triad.misalignment_sd * 1e3)
 

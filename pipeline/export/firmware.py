@@ -41,13 +41,13 @@ def to_fusion(stored: Stored) -> Export:
         counts, si = example(triad)
         lines += [
             "",
-            c_comment(f"{triad.triad}: counts ({plain_row(counts)}) are "
+            c_comment(f"{triad.name}: counts ({plain_row(counts)}) are "
                       f"({plain_row(si * per_si)}) {unit}"),
-            f"static const FusionMatrix {triad.triad}Misalignment = "
+            f"static const FusionMatrix {triad.name}Misalignment = "
             f"{{.element = {{{c_row(triad.alignment.ravel())}}}}};",
-            f"static const FusionVector {triad.triad}Sensitivity = "
+            f"static const FusionVector {triad.name}Sensitivity = "
             f"{{.axis = {{{c_row(triad.units_per_count * per_si)}}}}};",
-            f"static const FusionVector {triad.triad}Offset = "
+            f"static const FusionVector {triad.name}Offset = "
             f"{{.axis = {{{c_row(triad.bias_counts)}}}}};",
         ]
     lines += ["", "#endif"]
@@ -58,7 +58,7 @@ def to_fusion(stored: Stored) -> Export:
 
 
 def _fusion_unit(triad: StoredTriad) -> tuple[str, float]:
-    if triad.triad == "accelerometer":
+    if triad.name == "accelerometer":
         return "g", 1 / STANDARD_GRAVITY_M_S2
     return "deg/s", math.degrees(1.0)
 
@@ -74,14 +74,14 @@ def to_px4(stored: Stored) -> Export:
                  "does not set them.")
     loses = [*no_sds(stored)]
     for triad in stored.triads:
-        name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[triad.triad]
+        name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[triad.name]
         values = [(f"{axis.upper()}OFF", v) for axis, v in zip(AXES, nominal_offset(triad),
                                                                strict=True)]
-        if triad.triad == "accelerometer":
+        if triad.name == "accelerometer":
             values += [(f"{a.upper()}SCALE", v) for a, v in zip(AXES, gains(triad), strict=True)]
         # vehicle, component, name, value, type (9 is a float)
         lines += [f"1\t1\t{name}_{key}\t{value:.10g}\t9" for key, value in values]
-        loses.append(what_is_left(stored, triad, "PX4", keeps_scale=triad.triad == "accelerometer"))
+        loses.append(what_is_left(stored, triad, "PX4", keeps_scale=triad.name == "accelerometer"))
     loses.append("The axes are those of the log, as the driver publishes them: PX4 rotates into "
                  "the body (CAL_ACC0_ROT, CAL_GYRO0_ROT, SENS_BOARD_ROT) after the correction.")
     loses += no_effects(stored, "PX4")
@@ -130,11 +130,11 @@ def what_is_left(
         missing = matrix(triad) / triad.correction.spec.nominal_scale - np.eye(3)
         lost = "scale and misalignment"
     share = float(np.linalg.svd(missing, compute_uv=False)[0])
-    readings = [pose["reading"] for pose in stored.contents[triad.triad]["poses"]
+    readings = [pose["reading"] for pose in stored.contents[triad.name]["poses"]
                 if None not in pose["reading"]]
     largest = float(np.linalg.norm(np.array(readings).reshape(-1, 3), axis=1).max(initial=0.0))
     return (
-        f"{program} cannot store the {lost} of the {triad.triad}: an error of up to "
+        f"{program} cannot store the {lost} of the {triad.name}: an error of up to "
         f"{100 * share:.2g} % of the reading remains, "
-        f"{error_text(share * largest, triad.triad)} at the largest reading of the session."
+        f"{error_text(share * largest, triad.name)} at the largest reading of the session."
     )

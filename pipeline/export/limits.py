@@ -41,13 +41,13 @@ def require_counts(stored: Stored, log: ImuLog) -> None:
     """
     for triad in stored.triads:
         spec = triad.correction.spec
-        if not log.has(triad.triad) or not spec.bits:
+        if not log.has(triad.name) or not spec.bits:
             continue
-        readings = spec.signed(getattr(log, triad.triad))
+        readings = spec.signed(getattr(log, triad.name))
         low, high = spec.count_range
         if readings.min() < low or readings.max() > high:
             raise UnusableLog(
-                f"{log.label}: {triad.triad} readings run from {readings.min():g} to "
+                f"{log.label}: {triad.name} readings run from {readings.min():g} to "
                 f"{readings.max():g}, but {stored.path} is valid for {spec.bits} bit "
                 f"{spec.encoding} counts, {low:g} to {high:g}. Use a raw log of the calibrated "
                 f"sensor, in the range and encoding of the session."
@@ -106,15 +106,15 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
         By the correction of the log, as :func:`pipeline.export.apply.apply_results`.
     """
     for triad in stored.triads:
-        if not log.has(triad.triad):
+        if not log.has(triad.name):
             continue
-        readings = triad.correction.spec.signed(getattr(log, triad.triad))
+        readings = triad.correction.spec.signed(getattr(log, triad.name))
         if triad.correction.spec.bits and (readings != np.rint(readings)).any():
-            yield (f"{log.label}: the {triad.triad} has readings with decimals, where counts are "
+            yield (f"{log.label}: the {triad.name} has readings with decimals, where counts are "
                    f"whole numbers. If they are in physical units, the result is wrong.")
         stuck = np.ptp(readings, axis=0) == 0
         if len(readings) >= SHORTEST_SAMPLES and stuck.any():
-            yield (f"{log.label}: {triad.triad} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
+            yield (f"{log.label}: {triad.name} {AXES[int(np.argmax(stuck))]} is stuck: it gives "
                    f"the same value in every sample.")
         yield from _reading_warnings(triad, stored, log)
     yield from _column_warnings(stored, log, session_clock)
@@ -138,8 +138,8 @@ def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterat
     columns: Mapping[str, FloatArray] = (
         {**log.columns, "time_s": log.time_s} if session_clock else log.columns)
     for name, values in columns.items():
-        reasons = {one.triad: _depending(one, name) for one in stored.triads
-                   if log.has(one.triad)}
+        reasons = {one.name: _depending(one, name) for one in stored.triads
+                   if log.has(one.name)}
         named = [f"{effect} of the {triad}" for triad, effects in reasons.items()
                  for effect in effects]
         if not named and name != TEMPERATURE:
@@ -186,13 +186,13 @@ def _reading_warnings(triad: StoredTriad, stored: Stored, log: ImuLog) -> Iterat
               if _is_curved(effect, triad.correction.shapes.get(effect.name))]
     if not curved:
         return
-    seen = np.array([pose["reading"] for pose in stored.contents[triad.triad]["poses"]], float)
+    seen = np.array([pose["reading"] for pose in stored.contents[triad.name]["poses"]], float)
     largest_seen = float(np.nanmax(np.linalg.norm(seen, axis=1)))
-    nominal = triad.correction.spec.nominal(getattr(log, triad.triad))
+    nominal = triad.correction.spec.nominal(getattr(log, triad.name))
     largest = float(np.linalg.norm(nominal, axis=1).max())
     if largest > (1 + MARGIN) * largest_seen:
-        unit = SI_UNIT[triad.triad]
-        yield (f"{log.label}: the {triad.triad} reads up to {largest:.4g} {unit}, in the poses of "
+        unit = SI_UNIT[triad.name]
+        yield (f"{log.label}: the {triad.name} reads up to {largest:.4g} {unit}, in the poses of "
                f"the calibration up to {largest_seen:.4g} {unit}. Beyond that "
                f"{' and '.join(curved)} is extrapolated.")
 

@@ -33,17 +33,17 @@ def matrix(triad: StoredTriad) -> FloatArray:
 
 def triad_named(stored: Stored, name: str) -> StoredTriad | None:
     """The triad of this name; None where it was not calibrated."""
-    return next((triad for triad in stored.triads if triad.triad == name), None)
+    return next((triad for triad in stored.triads if triad.name == name), None)
 
 
 def short_name(triad: StoredTriad) -> str:
     """``acc`` or ``gyro``."""
-    return {"accelerometer": "acc", "gyroscope": "gyro"}[triad.triad]
+    return {"accelerometer": "acc", "gyroscope": "gyro"}[triad.name]
 
 
 def example_counts(triad: StoredTriad) -> FloatArray:
     """The reading of the worked example, counts, (3,)."""
-    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[triad.triad]
+    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[triad.name]
     counts = triad.bias_counts + wanted * triad.scale_counts_per_unit
     return np.round(counts) if triad.correction.spec.bits else counts
 
@@ -57,7 +57,7 @@ def example(triad: StoredTriad) -> tuple[FloatArray, FloatArray]:
 def example_text(triad: StoredTriad) -> str:
     """The worked example in one line."""
     counts, si = example(triad)
-    return f"counts ({plain_row(counts)}) are ({plain_row(si)}) {SI_UNIT[triad.triad]}"
+    return f"counts ({plain_row(counts)}) are ({plain_row(si)}) {SI_UNIT[triad.name]}"
 
 
 def plain_row(values: FloatArray) -> str:
@@ -78,7 +78,7 @@ def no_effects(
         note for triad in stored.triads
         for note in lost_effects(
             stored, triad,
-            [name for name in triad.effects if name not in (held or {}).get(triad.triad, ())],
+            [name for name in triad.effects if name not in (held or {}).get(triad.name, ())],
             program)
     )
 
@@ -97,9 +97,9 @@ def lost_effects(
     error = remaining_error(stored, triad, lost)
     size = ("The results do not hold the conditions that determine how large it is."
             if error is None else
-            f"In this session it is up to {error_text(error, triad.triad)}.")
+            f"In this session it is up to {error_text(error, triad.name)}.")
     return (
-        f"{program} cannot store {', '.join(lost)} of the {triad.triad}: its corrected "
+        f"{program} cannot store {', '.join(lost)} of the {triad.name}: its corrected "
         f"readings keep this error. {size} `pipeline apply` corrects it.",
     )
 
@@ -122,8 +122,8 @@ def origin(stored: Stored) -> tuple[str, ...]:
         spec = triad.correction.spec
         if spec.bits:
             lines.append(
-                f"{triad.triad}: {spec.bits} bits over +-{spec.full_scale:.6g} "
-                f"{SI_UNIT[triad.triad]}; the calibration is valid for this range only"
+                f"{triad.name}: {spec.bits} bits over +-{spec.full_scale:.6g} "
+                f"{SI_UNIT[triad.name]}; the calibration is valid for this range only"
             )
     warmth = temperatures(stored)
     if warmth:
@@ -136,6 +136,6 @@ def temperatures(stored: Stored) -> list[float]:
     return [
         pose["columns"][TEMPERATURE]
         for triad in stored.triads
-        for pose in stored.contents[triad.triad]["poses"]
+        for pose in stored.contents[triad.name]["poses"]
         if pose["columns"].get(TEMPERATURE) is not None
     ]

@@ -17,8 +17,8 @@ from pipeline.text.plain import cell
 def to_json(stored: Stored) -> Export:
     """Matrix, bias and sds of each triad, ready for ``s = M (counts - b)``, with units."""
     triads = {
-        triad.triad: {
-            "unit": SI_UNIT[triad.triad],
+        triad.name: {
+            "unit": SI_UNIT[triad.name],
             "applies_as": "matrix @ (counts - bias_counts)",
             "matrix": matrix(triad).tolist(),
             **_nine(triad),
@@ -38,15 +38,15 @@ def to_csv(stored: Stored) -> Export:
     for triad in stored.triads:
         nine = _nine(triad)
         for key in PARAMETERS:
-            unit = unit_of(key, triad.triad)
+            unit = unit_of(key, triad.name)
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
-                table.writerow([triad.triad, key, axis, value, sd, unit])
+                table.writerow([triad.name, key, axis, value, sd, unit])
         for name, effect in triad.effects.items():
             for label, value, sd in zip(
                 _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
             ):
                 table.writerow(
-                    [triad.triad, cell(name), cell(label), value, sd, cell(effect["unit"])])
+                    [triad.name, cell(name), cell(label), value, sd, cell(effect["unit"])])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 
@@ -86,7 +86,7 @@ def _matrix_text(rows: list[list[float]]) -> str:
 
 def _effects_by_name(stored: Stored) -> tuple[str, ...]:
     return tuple(
-        f"The matrix of the {triad.triad} does not contain {', '.join(triad.effects)}. The file "
+        f"The matrix of the {triad.name} does not contain {', '.join(triad.effects)}. The file "
         f"lists their values; `pipeline apply` corrects them."
         for triad in stored.triads
         if triad.effects

@@ -58,7 +58,7 @@ def session_conditions(
     """Every pose of the session, corrected; once for each direction of gravity where an effect
     needs the specific force.
     """
-    poses = [pose for pose in stored.contents[triad.triad]["poses"]
+    poses = [pose for pose in stored.contents[triad.name]["poses"]
              if None not in pose["corrected"]]
     vectors = np.array([pose["corrected"] for pose in poses], float).reshape(-1, 3)
     names = {name for pose in poses for name in pose["columns"]}

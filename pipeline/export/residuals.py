@@ -18,7 +18,7 @@ def to_residuals(stored: Stored) -> Export:
     poses.
     """
     names = sorted({name for triad in stored.triads
-                    for pose in stored.contents[triad.triad]["poses"] for name in pose["columns"]})
+                    for pose in stored.contents[triad.name]["poses"] for name in pose["columns"]})
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow([
@@ -28,8 +28,8 @@ def to_residuals(stored: Stored) -> Export:
         *(cell(name) for name in names),
     ])
     for triad in stored.triads:
-        for pose in stored.contents[triad.triad]["poses"]:
-            table.writerow(_row(triad.triad, pose, names))
+        for pose in stored.contents[triad.name]["poses"]:
+            table.writerow(_row(triad.name, pose, names))
     return Export({"residuals.csv": text.getvalue()}, ())
 
 

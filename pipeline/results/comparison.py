@@ -91,7 +91,7 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
     """
     compared = []
     for triad in TRIADS:
-        triads = [next((t for t in stored.triads if t.triad == triad), None) for stored in results]
+        triads = [next((t for t in stored.triads if t.name == triad), None) for stored in results]
         if sum(one is not None for one in triads) >= 2:
             sections = tuple(stored.contents[triad] for stored in results)
             compared.append(ComparedTriad(
@@ -227,7 +227,7 @@ def _errors_on(
 
 def _error_on(poses: Sequence[Mapping[str, Any]], triad: StoredTriad) -> float | None:
     """Rms error of ``triad`` on poses with the readings of a triad with its data sheet."""
-    errors = StoredPoses.of(triad.triad, poses).errors(triad.correction)
+    errors = StoredPoses.of(triad.name, poses).errors(triad.correction)
     return None if errors is None else rms(errors)
 
 

@@ -49,7 +49,7 @@ def require_fit(stored: Stored, anyway: bool) -> tuple[str, ...]:
 
 
 def _faults(stored: Stored, triad: StoredTriad) -> Iterator[str]:
-    section = stored.contents[triad.triad]
+    section = stored.contents[triad.name]
     reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
     # The sds of a run without the Birge ratio: what a run accepts is accepted here.
     widened = section["sd_widened_by"]
@@ -58,32 +58,32 @@ def _faults(stored: Stored, triad: StoredTriad) -> Iterator[str]:
         triad.misalignment_rad, triad.bias_counts, triad.scale_counts_per_unit, np.diag(sd**2))
     lost = undetermined(nine, reference or np.nan)
     if lost:
-        yield f"the poses do not determine the {triad.triad}'s {', '.join(lost)}."
+        yield f"the poses do not determine the {triad.name}'s {', '.join(lost)}."
         return
     prediction = section["prediction"]
     if "scale" not in section["model"]:
         return
     if prediction is None or prediction["sd_worst"] is None or reference == 0:
-        yield (f"the gain of the {triad.triad} was not measured: at rest, as in all its poses, a "
+        yield (f"the gain of the {triad.name} was not measured: at rest, as in all its poses, a "
                f"gyroscope shows its bias only.")
     elif prediction["sd_worst"] > LARGEST_ERROR * reference:
-        unit = SI_UNIT[triad.triad]
-        yield (f"a corrected {triad.triad} errs by up to {prediction['sd_worst']:.2g} {unit} "
+        unit = SI_UNIT[triad.name]
+        yield (f"a corrected {triad.name} errs by up to {prediction['sd_worst']:.2g} {unit} "
                f"(1 sd) of {reference:.3g} {unit} in its worst direction, which is more than the "
                f"{100 * LARGEST_ERROR:.0f} % of an uncalibrated sensor.")
 
 
 def _notes(stored: Stored, triad: StoredTriad) -> Iterator[str]:
-    verdict = stored.contents[triad.triad]["diagnosis"]
+    verdict = stored.contents[triad.name]["diagnosis"]
     if verdict["verdict"] not in (Code.NOTHING_MISSING, Code.NOISE):
-        yield f"{triad.triad}: the calibration is incomplete. {verdict['says']}"
+        yield f"{triad.name}: the calibration is incomplete. {verdict['says']}"
     if "scale" not in triad.correction.model.names:
-        yield f"{triad.triad}: the gain was not fitted; it is that of the data sheet."
-    section = stored.contents[triad.triad]
-    unseen, (unit, factor) = unseen_of(section), DISPLAY[triad.triad]
+        yield f"{triad.name}: the gain was not fitted; it is that of the data sheet."
+    section = stored.contents[triad.name]
+    unseen, (unit, factor) = unseen_of(section), DISPLAY[triad.name]
     by_them = math.hypot(*unseen.values())
     if unseen and by_them > (section["prediction"]["parts"]["poses"] or 0.0):
-        yield (f"{triad.triad}: its poses are blind to {enumeration(list(unseen), 'and')}: if the "
+        yield (f"{triad.name}: its poses are blind to {enumeration(list(unseen), 'and')}: if the "
                f"sensor is typical, corrected magnitudes err by {by_them * factor:.2g} {unit} "
                f"(1 sd) by that alone.")
 

@@ -32,7 +32,8 @@ class StoredTriad:
 
     Parameters
     ----------
-    triad : str
+    name : str
+        Which triad.
     correction : Correction
     misalignment_rad, misalignment_sd : array, shape (3,)
         rad; all sds are NaN where a parameter was not fitted.
@@ -44,7 +45,7 @@ class StoredTriad:
         Those added to the nine parameters, as the file has them.
     """
 
-    triad: str
+    name: str
     correction: Correction
     misalignment_rad: FloatArray
     bias_counts: FloatArray
@@ -146,7 +147,7 @@ def _triad(
                    if effect.shape is not None and effect.name not in stored["shapes"]]:
         raise ValueError(f"{name}.correction.shapes.{missing[0]} is missing")
     triad = StoredTriad(
-        triad=name,
+        name=name,
         correction=Correction(spec, model, theta, stored["shapes"]),
         misalignment_rad=_array(value["misalignment_rad"]),
         bias_counts=_array(value["bias_counts"]),
@@ -174,13 +175,13 @@ def _require_agreement(triad: StoredTriad) -> None:
     expected = triad_parameters(model, theta, no_cov, correction.spec)
     for key in PARAMETERS:
         if not np.allclose(getattr(triad, key), getattr(expected, key), rtol=SAME, atol=NONE):
-            raise ValueError(f"{triad.triad}.parameters.{key} is not that of correction.theta")
+            raise ValueError(f"{triad.name}.parameters.{key} is not that of correction.theta")
     for name, entry in triad.effects.items():
         of_effect = theta[model.positions(
             [effect for effect in model.effects if effect.name == name])]
         values = _array(entry["values"])[: len(of_effect)]
         if not np.allclose(values, of_effect, rtol=SAME, atol=0, equal_nan=True):
-            raise ValueError(f"{triad.triad}.effects.{name} is not that of correction.theta")
+            raise ValueError(f"{triad.name}.effects.{name} is not that of correction.theta")
 
 
 def _user_effects(

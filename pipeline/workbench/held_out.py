@@ -27,8 +27,8 @@ class HeldOut:
     def of(cls, stored: Stored) -> "HeldOut":
         """The session of a results.json."""
         return cls(stored.contents["title"] or stored.folder.with_suffix("").name, {
-            each.triad: (each.correction.spec,
-                         StoredPoses.of(each.triad, stored.contents[each.triad]["poses"]))
+            each.name: (each.correction.spec,
+                         StoredPoses.of(each.name, stored.contents[each.name]["poses"]))
             for each in stored.triads})
 
     @classmethod

@@ -65,7 +65,7 @@ def error_formula(
                  for axis in terms)
     if effect.orthogonal:
         axes = _turned_to_sensitive_axes(axes, calibrated.alignment)
-    if calibrated.triad == "accelerometer":  # which measures the specific force itself
+    if calibrated.name == "accelerometer":  # which measures the specific force itself
         vector = {name: ast.Name(axis) for name, axis in zip(FORCE, AXES, strict=True)}
         axes = tuple(tuple(Product(one.factor, substituted(one.value, vector)) for one in axis)
                      for axis in axes)

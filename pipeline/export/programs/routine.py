@@ -96,7 +96,7 @@ def routine_of(triad: StoredTriad) -> Routine:
     spec = correction.spec
     inputs = _inputs([name for name in names if name not in FORCE])
     return Routine(
-        triad.triad, triad.bias_counts, triad.units_per_count, triad.alignment,
+        triad.name, triad.bias_counts, triad.units_per_count, triad.alignment,
         2**spec.bits if spec.encoding == "unsigned-twos-complement" else None,
         tuple(formulas), any(name in FORCE for name in names), inputs, tuple(left_out),
         _example(triad, {formula.effect for formula in formulas}, inputs,
@@ -136,4 +136,4 @@ def _example(
     conditions = f" at {', '.join(listed)}" if listed else ""
     codes = counts if triad.correction.spec.encoding != "unsigned-twos-complement" else (
         counts % 2**triad.correction.spec.bits)
-    return f"counts ({plain_row(codes)}) are ({plain_row(si)}) {SI_UNIT[triad.triad]}{conditions}"
+    return f"counts ({plain_row(codes)}) are ({plain_row(si)}) {SI_UNIT[triad.name]}{conditions}"

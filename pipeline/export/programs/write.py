@@ -56,12 +56,12 @@ def _notes(stored: Stored, routines: Sequence[Routine], program: str) -> tuple[s
         if any(one.column == "time_s" for one in routine.inputs):
             timed = [one.effect for one in routine.formulas if "time_s" in one.names]
             notes.append(
-                f"{', '.join(timed)} of the {triad.triad} holds on the clock of the calibration "
+                f"{', '.join(timed)} of the {triad.name} holds on the clock of the calibration "
                 f"session: pass time_s in seconds since its first sample. On another day it is not "
                 f"known.")
         further = [f"{one.identifier} ({one.meaning})" for one in routine.inputs
                    if one.column != "time_s"]
         further += ["force (the corrected specific force)"] if routine.needs_force else []
         if further:
-            notes.append(f"calibrate_{triad.triad} also takes {', '.join(further)}.")
+            notes.append(f"calibrate_{triad.name} also takes {', '.join(further)}.")
     return tuple(notes)

@@ -19,7 +19,7 @@ COUNTS = np.array([[20_000.0, 31_000.0, 45_000.0], [32_768.0, 32_768.0, 32_768.0
 
 def corrected(stored: Stored, triad: str) -> np.ndarray:
     """By the calibration itself."""
-    (own,) = (each for each in stored.triads if each.triad == triad)
+    (own,) = (each for each in stored.triads if each.name == triad)
     matrix, offset = own.correction.linear_form()
     return own.correction.spec.nominal(COUNTS) @ matrix.T + offset
 

@@ -41,7 +41,7 @@ Corrected = Callable[[Stored, Path, str, np.ndarray, Mapping[str, np.ndarray]], 
 
 
 def routine(stored: Stored, triad: str) -> Routine:
-    (own,) = (each for each in stored.triads if each.triad == triad)
+    (own,) = (each for each in stored.triads if each.name == triad)
     return routine_of(own)
 
 
@@ -105,8 +105,8 @@ def a_drive(stored: Stored, triad: str, **more: np.ndarray) -> tuple[np.ndarray,
     log = a_log(temperature_c=warmth, **more)
     expected = apply_results(stored, log, session_clock=True).triads
     start = float(stored.contents["session_start_s"] or 0.0)
-    other = next(each for each in stored.triads if each.triad != triad)
-    nominal = other.correction.spec.nominal(getattr(log, other.triad))
+    other = next(each for each in stored.triads if each.name != triad)
+    nominal = other.correction.spec.nominal(getattr(log, other.name))
     return expected[triad], {
         "counts": getattr(log, triad), "force": expected["accelerometer"], "time_s":
         log.time_s - start, "temperature_c": warmth, "other_x": nominal[:, 0],

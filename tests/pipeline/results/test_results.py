@@ -133,7 +133,7 @@ def test_read_back_it_holds_the_same_calibration(
 ) -> None:
     for given in (finished.folder, finished.folder / "results.json"):
         stored = load_results(given)
-        assert [each.triad for each in stored.triads] == ["accelerometer", "gyroscope"]
+        assert [each.name for each in stored.triads] == ["accelerometer", "gyroscope"]
         gyroscope = stored.triads[1]
         assert gyroscope.bias_counts.tolist() == found["gyroscope"]["parameters"]["bias_counts"]
         matrix, offset = gyroscope.correction.linear_form()
