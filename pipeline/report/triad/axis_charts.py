@@ -63,7 +63,8 @@ def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
     known: set[tuple[str, ...]] = set()  # a column and an effect of it have the same panels
     for name in dict.fromkeys([*leading, *_credible(result), *_covariates(result)]):
         effect = refits.effect(name)
-        if effect is None or result.triad not in effect.triads or effect.acts_on == "reading":
+        if effect is None or result.triad not in effect.triads or (
+                effect.acts_on in ("reading", "noise")):
             continue
         # Beside the other effects that the verdict names together with this one.
         names = result.diagnosis.names if name in result.diagnosis.names else ()

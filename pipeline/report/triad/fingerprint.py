@@ -49,11 +49,11 @@ class Fingerprint:
 def fingerprint(refits: Refits, name: str) -> Fingerprint | None:
     """The fingerprint of one effect; None where these poses do not determine it.
 
-    ``refits`` are those of the triad.
+    ``refits`` are those of the triad. What acts on the noise widens the sds and has no pattern.
     """
     run = refits.run.added
-    other = refits.flipped(name)
-    if other is None:
+    effect, other = refits.effect(name), refits.flipped(name)
+    if effect is None or effect.acts_on == "noise" or other is None:
         return None
     with_it, without = (refits.run, other) if name in run else (other, refits.run)
     d = with_it.fit.equations.data_count
