@@ -80,11 +80,11 @@ class LinePatternParser:
 
     unit = AS_LABELLED
 
-    def __init__(self, pattern: LinePattern, from_start: bool = False) -> None:
+    def __init__(self, pattern: LinePattern) -> None:
         stamp = clock_among(pattern.names)
         self.clock: DeviceClock | None = CLOCKS[stamp][0] if stamp else None
         self._pattern = pattern
-        self._lines = LineReader(from_start)
+        self._lines = LineReader()
         self._damaged = 0
         self._read = 0
         self._last = ""

@@ -37,23 +37,18 @@ one or two rows of six offsets before their first sample."""
 class Mpu6050TextParser:
     """Samples from lines of text; see :class:`pipeline.devices.sample.Parser`.
 
-    Parameters
-    ----------
-    from_start : bool
-        The bytes begin with a whole line, as a file does; a serial line seldom does.
-
     Attributes
     ----------
     settings : dict
         What the header of the project's own sketch states, for example ``fs_a`` in g.
     """
 
-    def __init__(self, from_start: bool = False) -> None:
+    def __init__(self) -> None:
         self.clock: DeviceClock | None = None
         self.unit = COUNTS
         self.advice = ""
         self.settings: dict[str, float] = {}
-        self._lines = LineReader(from_start)
+        self._lines = LineReader()
         self._damaged = 0
         self._own = False
         self._table: HeaderTable | None = None

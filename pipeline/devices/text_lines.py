@@ -12,10 +12,10 @@ class LineReader:
         Lines that were no text, or too long.
     """
 
-    def __init__(self, from_start: bool = False) -> None:
+    def __init__(self) -> None:
         self.bad = 0
         self._rest = bytearray()
-        self._discard = not from_start
+        self._discard = True
 
     def feed(self, data: bytes) -> list[str]:
         """The whole lines that ``data`` completes, without their ends."""

@@ -12,8 +12,8 @@ class PoseCamera:
 
     Parameters
     ----------
-    source : int or Path
-        Number of the camera, or a clip that stands for one.
+    number : int
+        Number of the camera; 0 is the first.
     clock : callable
         The session's clock, which the sensor's log is kept on.
 
@@ -23,9 +23,9 @@ class PoseCamera:
         The camera cannot be opened.
     """
 
-    def __init__(self, source: int | Path, clock: Callable[[], float]) -> None:
+    def __init__(self, number: int, clock: Callable[[], float]) -> None:
         try:
-            self._camera = Camera(source, clock)
+            self._camera = Camera(number, clock)
         except CameraFailed as error:
             raise DeviceError(str(error)) from error
 

@@ -15,11 +15,8 @@ def open_session(
     port: str | None = None,
     baud: int | None = None,
     camera: int | None = None,
-    camera_source: Path | None = None,
 ) -> Session:
     """The session of ``config``; the options overrule the file.
-
-    ``camera_source`` is a clip that stands for the camera, for trials.
 
     Raises
     ------
@@ -44,17 +41,16 @@ def open_session(
     def open_port(speed: int) -> Port:
         return SerialPort(name, speed)
 
-    return Session(chosen, open_port, display, _open_camera(
-        record.camera if camera_source is None else camera_source))
+    return Session(chosen, open_port, display, _open_camera(record.camera))
 
 
-def _open_camera(source: int | Path | None) -> OpenCamera | None:
-    if source is None:
+def _open_camera(number: int | None) -> OpenCamera | None:
+    if number is None:
         return None
 
     def open_camera(clock: Callable[[], float]) -> Filming:
         from pipeline.record.filming import PoseCamera  # cv2, which few recordings need
 
-        return PoseCamera(source, clock)
+        return PoseCamera(number, clock)
 
     return open_camera

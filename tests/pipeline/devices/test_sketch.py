@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from tests.paths import DATA
+from tests.pipeline.devices.real_streams import begun
 
 SKETCH = (DATA / "arduino" / "turntable_mpu6050"
           / "turntable_mpu6050.ino")
@@ -74,7 +75,7 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def test_its_lines_are_read_whole_with_numbers_times_and_settings(printed: bytes) -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     samples = parser.feed(printed) + parser.finish()
     assert len(samples) > 1000
     assert parser.bad == 0
@@ -89,7 +90,7 @@ def test_its_clock_wraps_and_its_samples_come_at_the_rate_it_states(printed: byt
     from pipeline.devices.sample import MICROS
     from pipeline.devices.time_base import Unwrap
 
-    parser, unwrap = Mpu6050TextParser(from_start=True), Unwrap(MICROS)
+    parser, unwrap = begun(Mpu6050TextParser()), Unwrap(MICROS)
     ticks = [sample.ticks or 0 for sample in parser.feed(printed)]
     assert min(np.diff(ticks)) < 0  # the wrap is in it
     total = [unwrap(tick) for tick in ticks]

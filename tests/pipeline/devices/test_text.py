@@ -10,13 +10,13 @@ from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Sample
 from pipeline.devices.sketch_lines import crc8, sketch_line
 from pipeline.devices.text_lines import LONGEST_LINE
-from tests.pipeline.devices.real_streams import captured
+from tests.pipeline.devices.real_streams import begun, captured
 
 COUNTS, SI = "counts", "m/s², rad/s"
 
 
 def parse(text: str | bytes, parser: Mpu6050TextParser | None = None) -> list[Sample]:
-    parser = parser or Mpu6050TextParser(from_start=True)
+    parser = parser or begun(Mpu6050TextParser())
     data = text.encode("latin-1") if isinstance(text, str) else text
     return parser.feed(data) + parser.finish()
 
@@ -32,7 +32,7 @@ def parse(text: str | bytes, parser: Mpu6050TextParser | None = None) -> list[Sa
 def test_every_excerpt_is_read(
     name: str, count: int, unit: str, first: tuple[float, ...], last: tuple[float, ...]
 ) -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     samples = parse(captured("mpu6050_text_excerpts", f"{name}.txt").read_bytes(), parser)
     assert len(samples) == count
     assert (parser.bad, parser.unit, parser.advice) == (0, unit, "")
@@ -40,7 +40,7 @@ def test_every_excerpt_is_read(
 
 
 def test_excerpts_that_hold_no_readings_yield_none() -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     assert parse(captured("mpu6050_text_excerpts", "imu_zero_done_line.txt").read_bytes(),
                  parser) == []
     assert "IMU_Zero" in parser.advice
@@ -55,7 +55,7 @@ def test_columns_are_found_by_their_header() -> None:
     assert sample.accelerometer == (60, 8, 2232)
     assert sample.ticks == 55158008
     path = captured("xio_fusion_example", "sensor_data.head3000.csv.gz")
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     samples = parse(gzip.decompress(path.read_bytes()), parser)
     assert len(samples) >= 2999
     assert parser.unit == "g, deg/s"
@@ -74,7 +74,7 @@ def test_a_block_that_lost_a_line_is_no_sample() -> None:
     block = ("Acceleration X: 1, Y: 2, Z: 3 m/s^2\nRotation X: 4, Y: 5, Z: 6 rad/s\n"
              "Temperature: 7 degC\n\n")
     without = block.replace("Rotation X: 4, Y: 5, Z: 6 rad/s\n", "")
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     samples = parse(block + without + block, parser)
     assert [sample.gyroscope for sample in samples] == [(4, 5, 6)] * 2
     assert parser.bad == 1
@@ -99,7 +99,7 @@ def test_usual_rows_are_read(text: str) -> None:
 
 
 def test_numbers_that_nothing_explains_are_asked_about_not_guessed() -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     assert parse("1,2,3,4,5,6,7\n", parser) == []
     assert "`pattern`" in parser.advice
 
@@ -109,7 +109,7 @@ def test_numbers_that_nothing_explains_are_asked_about_not_guessed() -> None:
     "a/g:\t1\t2\t3\t4\t5\t6.5", "a/g:\t1\t2\t3\xff\t4\t5\t6", "a" * 3 * LONGEST_LINE,
 ])
 def test_damaged_lines_are_counted_and_give_no_sample(line: str) -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     good = "a/g:\t1\t2\t3\t4\t5\t6\n"
     assert len(parse(good + line + "\n" + good, parser)) == 2
     assert parser.bad == 1
@@ -123,7 +123,7 @@ def test_the_half_line_at_the_beginning_is_left_out() -> None:
 
 
 def test_orientation_from_the_chip_is_refused_in_words() -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     assert parse("quat\t1.00\t0.00\t0.00\t0.00\n", parser) == []
     assert "not raw readings" in parser.advice
 
@@ -138,14 +138,14 @@ def test_every_changed_character_of_a_sketch_line_is_noticed() -> None:
     assert (sample.accelerometer, sample.gyroscope, sample.ticks) == ((1, -2, 16384), (4, -5, 6),
                                                                       70123)
     assert dict(sample.columns)["temperature_c"] == pytest.approx(25.0, abs=0.01)
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     changed = [line[:i] + chr(ord(line[i]) ^ 1) + line[i + 1 :] for i in range(2, len(line) - 3)]
     assert parse("\n".join(changed) + "\n", parser) == []
     assert parser.bad == len(changed)
 
 
 def test_the_sketch_is_preferred_to_everything_else_on_the_line() -> None:
-    parser = Mpu6050TextParser(from_start=True)
+    parser = begun(Mpu6050TextParser())
     line = sketch_line(0, 1, (1, 2, 3, 4, 5, 6, 0))
     samples = parse(f"#turntable v1 mpu6050 fs_a=2 fs_g=250 odr=100\n{line}\n9,9,9,9,9,9\n{line}\n",
                     parser)
@@ -155,7 +155,7 @@ def test_the_sketch_is_preferred_to_everything_else_on_the_line() -> None:
 
 def test_any_line_can_be_described_by_a_pattern() -> None:
     pattern = LinePattern.stated("t={time_ms} A {acc_x}/{acc_y}/{acc_z} {skip} T{temperature_c}")
-    parser = LinePatternParser(pattern, from_start=True)
+    parser = begun(LinePatternParser(pattern))
     (sample,) = parser.feed(b"t=12  A 1/-2/3.5 ok  T21.5\r\nnonsense\n")
     assert sample.accelerometer == (1, -2, 3.5)
     assert np.isnan(sample.gyroscope).all()
@@ -176,7 +176,7 @@ def test_a_pattern_that_makes_no_log_is_refused(pattern: str, says: str) -> None
 
 
 def test_a_pattern_no_line_fits_is_answered_with_the_line() -> None:
-    parser = LinePatternParser(LinePattern.stated("{acc_x},{acc_y},{acc_z}"), from_start=True)
+    parser = begun(LinePatternParser(LinePattern.stated("{acc_x},{acc_y},{acc_z}")))
     parser.feed(b"hello\n")
     assert "'hello'" in parser.advice
 
@@ -184,6 +184,6 @@ def test_a_pattern_no_line_fits_is_answered_with_the_line() -> None:
 def test_a_number_is_never_cut_in_two_to_fit_a_pattern() -> None:
     """A blank between two numbers is a blank: a line of five numbers is none of six."""
     pattern = LinePattern.stated("{acc_x} {acc_y} {acc_z} {gyr_x} {gyr_y} {gyr_z}")
-    parser = LinePatternParser(pattern, from_start=True)
+    parser = begun(LinePatternParser(pattern))
     assert parser.feed(b"1000 2 3 4 5\n") == []
     assert parser.bad == 1

@@ -102,9 +102,15 @@ def test_an_absent_camera_is_told() -> None:
         PoseCamera(97, time.monotonic)
 
 
-def test_each_pose_on_the_plate_has_its_clip_on_the_same_clock(
-    uneven_film: Path, tmp_path: Path
-) -> None:
+@pytest.fixture
+def played_camera(uneven_film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clip in the place of the first camera."""
+    monkeypatch.setattr("pipeline.record.filming.Camera",
+                        lambda _number, clock: Camera(uneven_film, clock))
+
+
+@pytest.mark.usefixtures("played_camera")
+def test_each_pose_on_the_plate_has_its_clip_on_the_same_clock(tmp_path: Path) -> None:
     session = evening(faces_only=True)
     config = write_config(tmp_path, session, "xsens-mti", turning=True, more=", poses: 6")
     rate = "{video: video/slow_*.mkv, nominal_rpm: 16.667}"
@@ -114,7 +120,7 @@ def test_each_pose_on_the_plate_has_its_clip_on_the_same_clock(
     watcher = onlooker()
     with playing(session, "xsens-mti", hold_s=14.0, turning=True) as port:
         open_session(load_config(config, files_may_be_missing=True), watcher, port=port,
-                     camera_source=uneven_film).run()
+                     camera=0).run()
     poses = sorted((tmp_path / "gyr").glob("pose_*.csv"))
     clips = sorted((tmp_path / "video").glob("slow_*.mkv"))
     assert [path.stem[-2:] for path in poses] == [path.stem[-2:] for path in clips]
@@ -130,10 +136,9 @@ def test_each_pose_on_the_plate_has_its_clip_on_the_same_clock(
     assert read_log(poses[0]).has("gyroscope")
 
 
-def test_filming_needs_a_name_for_the_clip_of_every_pose(
-    uneven_film: Path, tmp_path: Path
-) -> None:
+@pytest.mark.usefixtures("played_camera")
+def test_filming_needs_a_name_for_the_clip_of_every_pose(tmp_path: Path) -> None:
     config = write_config(tmp_path, evening(), "xsens-mti", turning=True)
     with pytest.raises(ConfigError, match=r"Write `video: video/slow_\*.mkv`"):
         open_session(load_config(config, files_may_be_missing=True), onlooker(), port="unused",
-                     camera_source=uneven_film)
+                     camera=0)
