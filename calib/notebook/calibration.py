@@ -1,5 +1,6 @@
 """The calibration of one triad as an object to ask, extend and show."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from calib.assess import AssessedTriad, assess
+from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.diagnosis.diagnose import Diagnosis
 from calib.effects.catalogue import UnknownEffect
 from calib.effects.effect import EFFECTS, Effect
@@ -142,6 +144,7 @@ def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration
         An effect is unknown or not for this triad, the poses do not determine the model or
         contradict each other, or the fit does not converge.
     """
+    require_effects(effects)
     defined = {one.name: one for one in effects if isinstance(one, Effect)}
     model = named_model([display.name_of(one) for one in effects], defined)
     at = poses.conditions(poses.reading)
@@ -151,7 +154,24 @@ def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration
             known = ", ".join(poses.columns) or "none"
             raise Undetermined(f"{effect.name} cannot be evaluated in these poses: {reason}. Their "
                                f"columns are: {known}.")
-    return Calibration(poses, effects, assess(poses, model, SI, candidates=tuple(defined.values())))
+    assessed = assess(poses, model, SI, candidates=tuple(defined.values()))
+    for doubt in gain_off_the_sheet(assessed.calibration.parameters, SI, poses.triad):
+        warnings.warn(doubt, stacklevel=3)
+    return Calibration(poses, effects, assessed)
+
+
+def require_effects(model: Any) -> None:
+    """Refuse a model that is no list of effects and their names.
+
+    Raises
+    ------
+    CalibrationError
+        Naming what stands there.
+    """
+    if isinstance(model, str) or not isinstance(model, Sequence) or not model or not all(
+            isinstance(one, (str, Effect)) for one in model):
+        raise CalibrationError(f"model={model!r}: a list of effects or their names is expected, as "
+                               f"in model=['bias', 'scale', 'misalignment'].")
 
 
 def require_for_triad(effect: Effect, triad: Triad) -> None:

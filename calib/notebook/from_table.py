@@ -15,8 +15,8 @@ from calib.fit.model import Model
 from calib.fit.triad.evaluable import correct_other_poses
 from calib.lot import CalibratedBlock, SensorPoses, calibrate_blocks, pool_of_lot
 from calib.notebook import display
-from calib.notebook.calibration import Calibration, calibrated, named_model
-from calib.notebook.tables import SI, gravity_runs, parts_by, plate_runs
+from calib.notebook.calibration import Calibration, calibrated, named_model, require_effects
+from calib.notebook.tables import SI, finite, gravity_runs, parts_by, plate_runs
 from calib.poses.averaging.tabled_poses import triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
@@ -144,6 +144,11 @@ def calibrate(
     if gravity is not None and rate is not None:
         raise UnusableLog("State `gravity=` for an accelerometer or `rate=` for a gyroscope, one "
                           "of the two.")
+    gravity_sd, rate_sd = finite("gravity_sd", gravity_sd, 0.0), finite("rate_sd", rate_sd, 0.0)
+    gravity = None if gravity is None else finite("gravity", gravity)
+    rate = None if rate is None else finite("rate", rate)
+    require_effects(model)
+
     def poses_of(part: Any) -> PoseSet:
         return _poses_of(part, gravity, gravity_sd, rate, rate_sd, accelerometer)
 

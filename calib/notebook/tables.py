@@ -21,7 +21,14 @@ from calib.errors import UnusableLog
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.averaging.tabled_poses import PREFIX, SD, TIME, tabled_poses, triad_columns
+from calib.poses.averaging.tabled_poses import (
+    PREFIX,
+    SAMPLES,
+    SD,
+    TIME,
+    tabled_poses,
+    triad_columns,
+)
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.reference import PlateRate
@@ -84,6 +91,7 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
     rows = next(iter(lengths.values()))
     if rows == 0:
         raise UnusableLog("table: it has no rows; a row for each pose is expected.")
+    _require_sds(columns)
     labels = [str(one) for one in table[POSE]] if POSE in names else [
         f"row {i + 1}" for i in range(rows)]
     return columns, labels
@@ -136,11 +144,44 @@ def _renaming(names: Sequence[str], triad: Triad) -> str:
 
 
 def _numbers(name: str, values: Any) -> FloatArray:
+    raw = np.asarray(values) if np.ndim(values) == 1 else np.zeros(())
+    if raw.ndim != 1 or raw.dtype.kind in "mM":
+        raise UnusableLog(f"table: column {name} is no list of numbers. Of dates and times make "
+                          f"seconds first; a value for each row is expected.")
     try:
-        return np.asarray(values, dtype=float)
+        return np.asarray(raw, dtype=float)
     except (TypeError, ValueError) as error:
         raise UnusableLog(f"table: column {name} is not numeric ({error}). Leave it out, or turn "
                           f"it into numbers.") from error
+
+
+def _require_sds(columns: Columns) -> None:
+    """Refuse sds of some axes only, and sds and numbers of samples that are not positive."""
+    for triad in TRIADS:
+        sds = [SD + name for name in triad_columns(triad)]
+        there = [name for name in sds if name in columns]
+        if there and len(there) < len(sds):
+            raise UnusableLog(f"table: {', '.join(there)} without the other axes; {', '.join(sds)} "
+                              f"are expected together, or none of them.")
+    for name, values in columns.items():
+        if (name == SAMPLES or name.startswith(SD)) and not (values > 0).all():
+            raise UnusableLog(f"table: column {name} has {values[~(values > 0)][0]:g}; a positive "
+                              f"number is expected in every row.")
+
+
+def finite(name: str, value: Any, least: float = -np.inf) -> float:
+    """An argument that is a finite number of at least ``least``, in its own unit.
+
+    Raises
+    ------
+    UnusableLog
+        Naming the argument.
+    """
+    is_number = isinstance(value, (int, float, np.integer, np.floating))
+    if not is_number or isinstance(value, bool) or not least <= value < np.inf:
+        wanted = "a finite number" if least < 0 else "a finite number that is not negative"
+        raise UnusableLog(f"{name}={value!r}: {wanted} is expected.")
+    return float(value)
 
 
 def gravity_runs(table: Any, gravity: float, sd: float) -> list[PoseRun]:

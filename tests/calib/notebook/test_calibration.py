@@ -180,3 +180,37 @@ def test_a_table_of_many_sensors_is_a_lot() -> None:
     assert "5 of 6 sensors calibrated" in repr(many)
     with pytest.raises(UnusableLog, match="no column unit, by which its sensors are told apart"):
         calib.calibrate(table, by="unit", gravity=gravity)
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("gravity", np.nan), ("gravity", np.inf), ("gravity", "9.8"), ("gravity", [9.8]),
+    ("gravity", True), ("gravity_sd", np.nan), ("gravity_sd", None), ("gravity_sd", -1.0),
+    ("rate_sd", np.inf), ("model", []), ("model", "bias"), ("model", [3]), ("model", None),
+])
+def test_an_argument_of_a_wrong_kind_is_named(name: str, value: object) -> None:
+    with pytest.raises(CalibrationError, match=f"{name}="):
+        calib.calibrate(readings(), **{"gravity": G, name: value})  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize(("changed", "words"), [
+    ({"samples": -1.0}, "column samples has -1"), ({"samples": 0.0}, "column samples has 0"),
+    ({"sd_acc_x": np.nan}, "column sd_acc_x has nan"),
+    ({"time_s": pandas.Timestamp("2020-01-01")}, "column time_s is no list of numbers"),
+])
+def test_a_column_of_a_wrong_kind_is_named(changed: dict[str, object], words: str) -> None:
+    with pytest.raises(UnusableLog, match=words):
+        calib.calibrate(readings().assign(**changed), gravity=G)
+
+
+def test_sds_of_some_axes_only_are_refused() -> None:
+    with pytest.raises(UnusableLog, match="sd_acc_x, sd_acc_y without the other axes"):
+        calib.calibrate(readings().drop(columns="sd_acc_z"), gravity=G)
+
+
+def test_a_gain_of_two_is_warned_of_and_removing_everything_is_refused() -> None:
+    table = readings()
+    table[["acc_x", "acc_y", "acc_z"]] *= 2
+    with pytest.warns(UserWarning, match=r"gain on . is 1\.9|gain on . is 2"):
+        doubled = calib.calibrate(table, gravity=G)
+    with pytest.raises(CalibrationError, match=r"model=\(\)"):
+        doubled.remove("bias", "scale", "misalignment")
