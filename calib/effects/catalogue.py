@@ -13,7 +13,6 @@ from importlib import import_module
 from calib import effects
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
-from calib.effects.steps import times_from_elsewhere
 from calib.errors import CalibrationError, Remedy
 
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
@@ -63,6 +62,9 @@ def find_effect(name: str) -> Effect:
         return EFFECTS[name]
     step, _, number = name.rpartition("_")
     if step == STEP and number in FURTHER_STEPS:
+        # At the top it would come before the effects of all other modules in the registry.
+        from calib.effects.steps import times_from_elsewhere
+
         elsewhere = partial(times_from_elsewhere, int(number))
         return replace(EFFECTS[STEP], name=name, starts_in=elsewhere)
     if name.startswith(OF_COLUMN) and name != OF_COLUMN:

@@ -9,7 +9,8 @@ a g-sensitivity whose nine elements are drawn at the typical size. Printed are h
 named, what else is, the rms deviation in stated sds of its elements where it is fitted, and which
 share of the errors of corrected rates, with what was named in the model, lies within one and two
 stated sds, over rates and gravity in random directions. ``three_minutes``: nine mountings, both
-triads from the plate; 18 poses at rest and 18 on the plate beside them.
+triads from the plate; 18 poses at rest and 18 on the plate beside them. ``twice``: what the waves
+twice per turn, which are no rows, would add.
 """
 
 import argparse
@@ -25,6 +26,7 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
+from calib.poses.runs.ring import ANGLES, ROUND
 from tests.fitting import pose_sets, tilted_pose_sets
 from tests.world.bench import Turntable
 from tests.world.designs import SLOW, paper_design, tilted_design
@@ -157,6 +159,32 @@ def study_three_minutes(tilt_deg: float, seeds: range, mountings: int) -> None:
     print(f"chi²/dof {np.mean(chi2, axis=0).round(2)}")
 
 
+def study_twice_per_turn(tilt_deg: float) -> None:
+    """Print by how much rows of the waves twice per turn would lower the sds of an effect."""
+    to_wave = np.stack([np.cos(2 * ROUND), np.sin(2 * ROUND)]) * 2 / ANGLES
+    accelerometer, _, _ = tilted_pose_sets(nine_mountings(tilt_deg, 0)[0])
+    _, gyroscope, _ = pose_sets(evening(0, tilt_deg, hide=False)[0])
+    for poses, name in ((accelerometer, "quadratic"), (accelerometer, "cubic"),
+                        (accelerometer, "asymmetry"), (gyroscope, "g_sensitivity"),
+                        (gyroscope, "g_squared_sensitivity"), (gyroscope, "quadratic")):
+        fitted = fit(poses, Model.of([*BASE, name]))
+        waves, ring = fitted.equations.waves, poses.ring
+        assert waves is not None
+        assert ring is not None
+        _, columns, _ = waves.points.corrected(fitted.theta, fitted.shapes)
+        rows = np.tensordot(columns.reshape(-1, ANGLES, *columns.shape[-2:]), to_wave, (1, 1))
+        if poses.triad == "gyroscope":  # what is along the axis is wow
+            axis = poses.reading[ring.place]
+            axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+            rows -= np.einsum("wi,wj,wjpc->wipc", axis, axis, rows)
+        rows = np.moveaxis(rows / ring.sd[:, :, None, None], 2, -1).reshape(-1, fitted.model.size)
+        more = np.linalg.inv(np.linalg.inv(fitted.cov) + rows.T @ rows)
+        of_effect = fitted.model.slices()[name]
+        ratio = np.sqrt(np.diag(more)[of_effect] / np.diag(fitted.cov)[of_effect])
+        print(f"{tilt_deg:g}°, {poses.triad} {name}: sds times {ratio.min():.2f} to "
+              f"{ratio.max():.2f}", flush=True)
+
+
 def deviations(
     found: TriadCalibration, truth: Parameters
 ) -> list[tuple[str, FloatArray, FloatArray]]:
@@ -173,7 +201,8 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sessions", choices=("evening", "three_minutes"), default="evening")
+    parser.add_argument("--sessions", choices=("evening", "three_minutes", "twice"),
+                        default="evening")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--poses", type=int, choices=(9, 36), default=9)
     parser.add_argument("--tilt", type=float, nargs="*", default=[0.3, 2.0, 5.0, 10.0, 20.0])
@@ -181,6 +210,9 @@ def main() -> None:
     asked = parser.parse_args()
     seeds = range(asked.first, asked.first + asked.seeds)
     for tilt in asked.tilt:
+        if asked.sessions == "twice":
+            study_twice_per_turn(tilt)
+            continue
         if asked.sessions == "three_minutes":
             study_three_minutes(tilt, seeds, asked.poses)
             continue

@@ -158,14 +158,14 @@ def tilt_of_run(means: Sequence[PoseMean]) -> float | None:
 
 
 def _tilt(mean: FloatArray, waves: Waves) -> float:
-    across = np.sqrt((waves.amplitude[0] ** 2).sum() / 2)
+    across = np.sqrt((waves.amplitude ** 2).sum() / 2)
     return float(np.arctan2(across, np.linalg.norm(mean)))
 
 
 def _is_round(waves: Waves) -> bool:
     """Whether gravity goes round in a circle: equal cosine and sine, across one another."""
-    cosine, sine = waves.amplitude[0]
-    square = (waves.amplitude[0] ** 2).sum() / 2
+    cosine, sine = waves.amplitude
+    square = (waves.amplitude ** 2).sum() / 2
     return bool(abs(cosine @ cosine - sine @ sine) < 2 * OUT_OF_ROUND * square
                 and abs(cosine @ sine) < OUT_OF_ROUND * square)
 
@@ -228,7 +228,7 @@ def _steadied(waves: Sequence[Waves | None]) -> FloatArray:
 def _points(mean: FloatArray, waves: Waves | None) -> FloatArray:
     """Readings (k, 3) at the angles ``ROUND``."""
     assert waves is not None
-    cosine, sine = waves.amplitude[0]
+    cosine, sine = waves.amplitude
     return np.asarray(mean + np.outer(np.cos(ROUND), cosine) + np.outer(np.sin(ROUND), sine))
 
 
