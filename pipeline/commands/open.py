@@ -8,7 +8,7 @@ import click
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
 from pipeline.commands.interaction.named_results import named_results
-from pipeline.commands.interaction.output import python_option
+from pipeline.commands.interaction.output import python_option, say_address
 
 if TYPE_CHECKING:
     from pipeline.workbench.application import Workbench
@@ -48,19 +48,11 @@ def command(
             raise click.UsageError("--output is for one session; name its configuration.")
         page = FolderPage(config, lambda path: _workbench(
             _run(path, allow_python), None, allow_python, beside))
-        serve(page.routes, _say)
+        serve(page.routes, say_address)
         return
     click.get_current_context().invoke(
         run, config=config, output=output, allow_python=allow_python)
-    serve(routes_of(_workbench(config, output, allow_python, beside)), _say)
-
-
-def _say(address: str) -> None:
-    """Print the address, and open a browser there."""
-    click.echo(address)
-    click.echo("Ctrl-C ends the workbench.", err=True)
-    if click.launch(address) != 0:
-        click.secho("no browser could be started: open this address in one.", fg="yellow", err=True)
+    serve(routes_of(_workbench(config, output, allow_python, beside)), say_address)
 
 
 def _workbench(

@@ -1,5 +1,7 @@
 """``pipeline record CONFIG``."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -7,10 +9,11 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import ConfigArgument
-from pipeline.commands.interaction.output import quiet_option
+from pipeline.commands.interaction.output import quiet_option, say_address
 from pipeline.text.commands import command as proposed
 
 if TYPE_CHECKING:
+    from pipeline.commands.interaction.recording_display import LivePanel, PlainLines
     from pipeline.config.load import Config
     from pipeline.record.session import RecordingDisplay, Session
 
@@ -21,7 +24,7 @@ REHEARSAL = "pipeline-rehearsal"  #: folder that `--demo` writes by default
 @click.command(epilog=examples(
     "pipeline record config.yaml",
     "pipeline record config.yaml --port /dev/ttyUSB0 --camera 0",
-    "pipeline record --demo",
+    "pipeline record --demo --page",
     "pipeline record --ports",
 ))
 @click.argument("config", required=False, type=ConfigArgument())
@@ -32,6 +35,7 @@ REHEARSAL = "pipeline-rehearsal"  #: folder that `--demo` writes by default
               help="Record poses that will not determine the model.")
 @click.option("--camera", type=click.IntRange(min=0),
               help="Film the poses on the turning plate with this camera (0 is the first).")
+@click.option("--page", is_flag=True, help="Show the panel in the browser too.")
 @click.option("--demo", is_flag=True,
               help=f"Rehearse with a simulated sensor in the folder {REHEARSAL}; no CONFIG.")
 @click.option("--ports", is_flag=True,
@@ -39,7 +43,7 @@ REHEARSAL = "pipeline-rehearsal"  #: folder that `--demo` writes by default
 @quiet_option("the instructions and the poses")
 def command(
     config: Path | None, port: str | None, baud: int | None, anyway: bool,
-    camera: int | None, demo: bool, ports: bool, quiet: bool,
+    camera: int | None, page: bool, demo: bool, ports: bool, quiet: bool,
 ) -> None:
     """Record the poses of CONFIG from a sensor, with instructions for each pose.
 
@@ -58,21 +62,39 @@ def command(
 
     loaded = _rehearsal() if config is None else _recordable(config, anyway)
     path = loaded.source.path
-    display = watcher(quiet, path)
-    try:
-        session = (_demo(loaded, display) if config is None else
-                   open_session(loaded, display, port=port, baud=baud, camera=camera))
-        done = session.run()
-    except KeyboardInterrupt:
-        again = proposed("record", "--demo") if config is None else proposed("record", path)
-        display.say(f"Stopped; recorded poses are kept. Continue with: {again}")
-        raise
-    finally:
-        display.close()
+    with _shown(watcher(quiet, path), path, page) as display:
+        try:
+            session = (_demo(loaded, display) if config is None else
+                       open_session(loaded, display, port=port, baud=baud, camera=camera))
+            done = session.run()
+        except KeyboardInterrupt:
+            again = proposed("record", "--demo") if config is None else proposed("record", path)
+            display.say(f"Stopped; recorded poses are kept. Continue with: {again}")
+            raise
     for block in done:
         click.echo(f"{block.rate}: {block.recorded} of {block.wanted} poses")
     click.echo(f"next: {proposed('plan', path)}")
     click.echo(f"afterwards: {proposed('run', path)}")
+
+
+@contextmanager
+def _shown(
+    panel: "LivePanel | PlainLines", path: Path, page: bool
+) -> Iterator["RecordingDisplay"]:
+    """The display of a recording, closed at its end; with ``page`` the browser shows it too."""
+    try:
+        if not page:
+            yield panel
+            return
+        from pipeline.commands.interaction.recording_outlook import outlook_lines
+        from pipeline.workbench.recording_page import RecordingPage
+        from pipeline.workbench.serve import serving
+
+        both = RecordingPage(panel, lambda: outlook_lines(path))
+        with serving(both.routes, say_address):
+            yield both
+    finally:
+        panel.close()
 
 
 def _recordable(path: Path, anyway: bool) -> "Config":

@@ -25,6 +25,14 @@ def poses_svg(corners: bool = False) -> str:
             f'<rect width="100%" height="100%" fill="white"/>\n{cells}\n</svg>\n')
 
 
+def pose_svg(up: FloatArray) -> str:
+    """One pose, the side ``up`` (3,) of the sensor upwards, as the text of an SVG."""
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {CELL} {CELL + 24}" '
+            f'font-family="sans-serif" font-size="12" role="img" '
+            f'aria-label="{escape(direction_name(up))}">\n'
+            f'<rect width="100%" height="100%" fill="white"/>\n{_cell(up, 0)}\n</svg>')
+
+
 def _cell(up: FloatArray, number: int) -> str:
     """The drawing of one pose."""
     x0 = number % PER_ROW * CELL + CELL / 2

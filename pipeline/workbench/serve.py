@@ -2,7 +2,9 @@
 
 import secrets
 import socket
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from types import FrameType
 
 import uvicorn
@@ -12,6 +14,7 @@ from pipeline.workbench.application import application
 from pipeline.workbench.guard import LOOPBACK
 
 PREFERRED_PORT = 8818  #: tried first, so that a reloaded page finds a new server. Chosen
+END_S = 2.0  #: for a server in a thread to end. Chosen
 TOKEN_BYTES = 32  #: 256 random bits. Chosen
 
 
@@ -42,15 +45,38 @@ def serve(
     ConfigError, Undetermined
         The answer to a question that is none; the application turns it into a sentence.
     """
-    listener = listening_socket(port)
-    chosen = int(listener.getsockname()[1])
-    token = secrets.token_urlsafe(TOKEN_BYTES)
-    config = uvicorn.Config(
-        application(routes, token, chosen), log_level="error", access_log=False,
-        lifespan="off", server_header=False, ws="none", timeout_graceful_shutdown=0)
-    opened(f"http://{LOOPBACK}:{chosen}/?token={token}")
-    with listener:
-        _Server(config).run(sockets=[listener])
+    with _listening(routes, opened, port) as (server, listener):
+        server.run(sockets=[listener])
+
+
+@contextmanager
+def serving(
+    routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int = PREFERRED_PORT
+) -> Iterator[None]:
+    """A server in a thread of its own, which ends with the block; as :func:`serve`."""
+    with _listening(routes, opened, port) as (server, listener):
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            server.should_exit = server.force_exit = True
+            thread.join(END_S)
+
+
+@contextmanager
+def _listening(
+    routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int
+) -> Iterator[tuple[_Server, socket.socket]]:
+    """A server with its socket, whose address is told."""
+    with listening_socket(port) as listener:
+        chosen = int(listener.getsockname()[1])
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        config = uvicorn.Config(
+            application(routes, token, chosen), log_level="error", access_log=False,
+            lifespan="off", server_header=False, ws="none", timeout_graceful_shutdown=0)
+        opened(f"http://{LOOPBACK}:{chosen}/?token={token}")
+        yield _Server(config), listener
 
 
 def listening_socket(port: int) -> socket.socket:

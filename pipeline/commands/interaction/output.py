@@ -68,3 +68,11 @@ def echo_whole(content: str | bytes) -> None:
         sys.stdout.write_bytes(data)
     else:
         click.echo(data, nl=False)
+
+
+def say_address(address: str) -> None:
+    """Print the address of a page of this computer, and open a browser there."""
+    click.echo(address)
+    click.echo("Ctrl-C ends it.", err=True)
+    if click.launch(address) != 0:
+        click.secho("no browser could be started: open this address in one.", fg="yellow", err=True)
