@@ -83,6 +83,15 @@ class OpenSession:
         for k, axis in enumerate(AXES):
             known[f"reading {axis} [{unit}]"] = poses.reading[:, k] * factor
             known[f"specific force {axis} [m/s²]"] = poses.force[:, k]
+        other: Triad = "gyroscope" if triad == "accelerometer" else "accelerometer"
+        shown, per_si = DISPLAY[other]
+        if poses.other_reading is not None:
+            known |= {f"{other} {axis} [{shown}]": poses.other_reading[:, k] * per_si
+                      for k, axis in enumerate(AXES)}
+        if poses.run_time_s is not None:
+            known["time since the run began [min]"] = (
+                poses.run_time_s - np.array([poses.run_time_s[np.array(poses.run) == run].min()
+                                             for run in poses.run])) / 60
         known |= dict(poses.columns)
         n = int((~poses.reference.is_null).sum())
         place = np.arange(1, n + 1)

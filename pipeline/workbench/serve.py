@@ -73,7 +73,7 @@ def _listening(
         chosen = int(listener.getsockname()[1])
         token = secrets.token_urlsafe(TOKEN_BYTES)
         config = uvicorn.Config(
-            application(routes, token, chosen), log_level="error", access_log=False,
+            application(routes, token, chosen), log_level="critical", access_log=False,
             lifespan="off", server_header=False, ws="none", timeout_graceful_shutdown=0)
         opened(f"http://{LOOPBACK}:{chosen}/?token={token}")
         yield _Server(config), listener

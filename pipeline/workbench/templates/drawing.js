@@ -16,16 +16,24 @@ const span = (values) => {
   return [low - room, high + room];
 };
 
+// Round values within a range, three to six of them.
+function ticks(low, high) {
+  const raw = (high - low) / 4, decade = 10 ** Math.floor(Math.log10(raw));
+  const step = decade * [1, 2, 5, 10].find((each) => decade * each >= raw * (1 - 1e-9));
+  const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
+  return Array.from({ length: last - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(12)));
+}
+
 // Axes from these ranges; gives the drawing and what turns values into places.
 function plot([left, right], [low, high], across, upward, words) {
   const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, class: "chart" });
   const x = (value) => LEFT + (value - left) / (right - left) * (WIDTH - LEFT - 8);
   const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - 10);
-  for (const part of [0.06, 0.5, 0.94]) {
-    const [vx, vy] = [left + part * (right - left), low + part * (high - low)]
-      .map((value) => (Math.abs(value) < 1e-9 * (right - left + high - low) ? 0 : value));
-    svg.append(node("text", { class: "tick", x: x(vx), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, drawing.short(vx)),
-      node("text", { class: "tick", x: LEFT - 5, y: y(vy) + 4, "text-anchor": "end" }, drawing.short(vy)));
+  for (const value of ticks(left, right)) {
+    svg.append(node("text", { class: "tick", x: x(value), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, drawing.short(value)));
+  }
+  for (const value of ticks(low, high)) {
+    svg.append(node("text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, drawing.short(value)));
   }
   svg.append(node("text", { class: "title", x: (LEFT + WIDTH) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, across),
     node("text", { class: "title", x: 2, y: 10 }, upward));

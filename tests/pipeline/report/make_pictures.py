@@ -13,6 +13,7 @@ from PIL import Image
 
 from tests.paths import DATA
 from tests.pipeline.report.tab import Tab, started_browser
+from tests.pipeline.workbench.conftest import opened_workbench
 from tests.sessions import pipeline
 
 SCREEN = {"width": 1120, "height": 900, "deviceScaleFactor": 1, "mobile": False}
@@ -27,6 +28,8 @@ PICTURES = {
     "report_boxes": ("#gyroscope .refit .tiles", "#gyroscope .fall"),
     "report_axes": ("#gyroscope .axes", "#gyroscope .axes"),
 }
+#: Of the workbench, with the tick.
+WORKBENCH = {"workbench": ("#gyroscope [data-bench]", "#gyroscope [data-bench-gain-words]")}
 
 
 def picture(tab: Tab, first: str, last: str) -> bytes:
@@ -58,6 +61,14 @@ def make(folder: Path) -> None:
                     tab.click(TICK)
                     tab.evaluate("window.scrollTo(0, 0)")
                 (folder / f"{name}.png").write_bytes(picture(tab, first, last))
+            with opened_workbench(bench / "data" / SESSION / "config.yaml") as opened:
+                tab.send("Emulation.setDeviceMetricsOverride", **SCREEN)
+                tab.visit(opened.address)
+                tab.wait("document.querySelectorAll('[data-bench-normal] circle').length > 0")
+                tab.click(TICK)
+                tab.wait("document.querySelectorAll('#gyroscope .tried tbody tr').length > 1")
+                for name, (first, last) in WORKBENCH.items():
+                    (folder / f"{name}.png").write_bytes(picture(tab, first, last))
 
 
 if __name__ == "__main__":
