@@ -31,7 +31,9 @@ def fleet_lines(summary: FleetSummary) -> Iterator[str]:
         verdicts = Counter(rows["verdict"]).most_common()
         yield f"{triad:15s} " + ", ".join(f"{n} {code}" for code, n in verdicts)
     for population in summary.populations:
-        texts = pool_text(population), repeat_text(population), copies_text(population)
+        # The sensors of one table have one session each, and no pattern that could name another.
+        repeat = repeat_text(population) if population.repeats or summary.seconds else ""
+        texts = pool_text(population), repeat, copies_text(population)
         yield from (f"{population.triad}: {text}" for text in texts if text)
     yield from summary.notes
     if summary.seconds:
