@@ -42,7 +42,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib": [
         ("errors", "earth", "rounding", "numbers"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "noise"),
-        ("planning", "assess", "lot"), ("notebook",),
+        ("planning", "assess", "lot", "discovery"), ("notebook",),
     ],
     "calib.poses": [
         ("triad_kind",), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
@@ -78,6 +78,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
     "calib.notebook": [("tables", "display", "partial"), ("calibration",),
                        ("comparison", "from_table")],
+    "calib.discovery": [("grammar",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding",), ("diagnose",), ("unseen", "untested", "room_field", "population"), ("seen",),

@@ -13,6 +13,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "rate": ("VIDEO...", "Measure the rate of a plate from clips."),
     "clock": ("", "Measure the clock of a camera by filming this computer's screen."),
     "diagnose": ("CONFIG", "Print what the model misses and the next command to type."),
+    "discover": ("CONFIG", "Look for a formula of an error that no listed effect describes."),
     "add": ("CONFIG TARGET", "Add an effect to the model and compare the errors."),
     "remove": ("CONFIG TARGET", "Remove an effect from the model and compare the errors."),
     "effects": ("[NAME]", "List all effects, or print the page of one effect."),

@@ -45,7 +45,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     if quiet:
         for result in outcome.triads:
             echo_verdict(result)
-        click.echo(next_line(outcome, folder, look="pipeline effects"))
+        click.echo(next_line(outcome, folder))
         return
     for result in outcome.triads:
         click.echo()
@@ -57,4 +57,4 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
             click.echo()
             say(paragraph(line), bold=True)
     click.echo()
-    click.echo(next_line(outcome, folder, look="pipeline effects"))
+    click.echo(next_line(outcome, folder))

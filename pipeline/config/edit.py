@@ -55,6 +55,18 @@ def _add_item(
     return _spliced(source.text, end, end, f"\n{bullet}{name}")
 
 
+def add_effect(source: YamlSource, name: str, definition: str) -> str:
+    """The text with one more effect, ``name: definition``, in its section ``effects``."""
+    entry = f"{yaml_word(name)}: {definition}"
+    if ("effects",) in source.spans and not source.value(("effects",)):
+        span = source.span(("effects",))
+        return _spliced(source.text, span.start, span.end, f"{{{entry}}}")
+    if ("effects",) not in source.spans:
+        body = source.text if source.text.endswith("\n") else f"{source.text}\n"
+        return f"{body}effects:\n  {entry}\n"
+    return _add_key(source, ("effects",), entry)
+
+
 def remove_item(source: YamlSource, section: PathTo, name: str) -> str:
     """The text with ``name`` removed from the list ``model`` of ``section``."""
     path = (*section, "model")

@@ -77,7 +77,7 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
         WORST_FIRST.index(answer.standing), answer.step != "add")))
 
 
-def next_line(outcome: Outcome, folder: Path, look: str = "") -> str:
+def next_line(outcome: Outcome, folder: Path) -> str:
     """The next step of a session for the terminal, taken from its worst answer.
 
     ``look`` is the command on a shape that no listed effect has; by default it is ``pipeline
@@ -88,8 +88,6 @@ def next_line(outcome: Outcome, folder: Path, look: str = "") -> str:
     if answer is None:
         return f"next: add the sections accelerometer and gyroscope to {word(config)}"
     first, *others = answer.commands
-    if answer.step == "discover" and look:
-        return f"next: {look}"
     if answer.step in ("add", "apply", "discover"):
         return f"next: {first}"
     line = f"next: {answer.next[0].lower()}{answer.next[1:]} {first}"
@@ -247,5 +245,5 @@ def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]
     add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
     if step == "add":
         return add
-    return (command("diagnose" if step == "discover" else "run", config),
+    return (command("discover" if step == "discover" else "run", config),
             *(add if result.diagnosis.verdict is Code.EFFECT else ()))

@@ -1,0 +1,129 @@
+"""Which formula the poses show: screened beside the model in closed form, judged on poses left out.
+
+All formulas stand at one table (:mod:`calib.diagnosis.search.table_at`). Each has the log odds of
+its evidence against none, with a prior that halves and halves again with every term, so that a
+longer one pays. The likeliest are refitted, and one is accepted where it is likely against none and
+where it predicts poses that took no part, fold by fold, better than the model without it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.columns import causes
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.refit import refit
+from calib.diagnosis.search.table_at import table_at
+from calib.discovery.grammar import Formula, formulas
+from calib.fit.least_squares.result import Fit
+from calib.fit.validation.leave_one_out import left_out_residual
+from calib.poses.imu_log import FloatArray
+
+PER_TERM = float(np.log(4.0))
+"""Log odds that each further term of a formula costs. Derived: about four more formulas can be made
+with every term, and all of one length are as likely as all of the next."""
+
+ACCEPTED = float(np.log(100.0))
+"""Log odds of a formula against none from which it is believed. Derived: 100 to 1, one false
+formula in a hundred."""
+
+FOLDS = 5  #: parts of the poses, each of which is left out in turn; a judgement, as elsewhere
+FOLDS_BETTER = 4
+"""Number of folds that a formula must predict better. Derived: by chance 3 of 16 do."""
+
+LEAST_FALL = 0.05
+"""Fall of the chi-square of the poses left out, relative. A judgement: less is no formula that a
+user would want to keep."""
+
+REFITTED = 6  #: the likeliest formulas, of different classes, that are refitted; a limit of time
+
+
+@dataclass(frozen=True, eq=False)
+class Discovered:
+    """A formula that the poses show.
+
+    Attributes
+    ----------
+    formula : Formula
+    alike : tuple of Formula
+        What looks the same in these poses, the likeliest first.
+    log_odds : float
+        Against no formula, its prior included.
+    left_out_before, left_out_after : float
+        Root mean square in sds of the rows of poses that took no part, without and with it.
+    fit : Fit
+        With it.
+    """
+
+    formula: Formula
+    alike: tuple[Formula, ...]
+    log_odds: float
+    left_out_before: float
+    left_out_after: float
+    fit: Fit
+
+
+def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | None:
+    """The likeliest formula for what the model of ``fit`` misses.
+
+    Parameters
+    ----------
+    fit : Fit
+    covariates : sequence of str or None
+        Logged columns that may cause an error; None for all that do not follow attitude or clock.
+
+    Returns
+    -------
+    Discovered or None
+        None where no formula holds on poses that took no part.
+    """
+    made = formulas(fit.poses, causes(fit.poses, covariates))
+    made = [each for each in made if each.name not in fit.model.names]
+    at = fit.equations.at_reading
+    made = [each for each in made if np.isfinite(each.effect.evaluate(at)).all()]
+    if not made:
+        return None
+    weights = np.array([-PER_TERM * each.length for each in made])
+    priors = weights - np.logaddexp.reduce(weights) + np.log(CONSTANTS.odds_unknown)
+    hypotheses = [Hypothesis(each.name, "listed", float(prior), each.effect)
+                  for each, prior in zip(made, priors, strict=True)]
+    table = table_at(fit, hypotheses)
+    density, _ = table.singles()
+    odds = density + priors - np.logaddexp(*table.noise.nothing(table.chi2))
+    open_ones = [int(j) for j in np.argsort(-odds) if np.isfinite(odds[j])]
+    likely = [j for j in open_ones if odds[j] > odds[open_ones[0]] - CONSTANTS.refuted]
+    before = _left_out(fit)
+    for _ in range(REFITTED):
+        if not likely or odds[likely[0]] < ACCEPTED:
+            return None
+        j = likely.pop(0)
+        same = [k for k in table.aliases(j, likely) if k in likely]
+        likely = [k for k in likely if k not in same]
+        joint = refit(fit, [made[j].effect])
+        if joint is None:
+            continue
+        after = _left_out(joint.fit)
+        if _holds(before, after):
+            rows = fit.equations.data_count
+            return Discovered(
+                made[j], tuple(made[k] for k in same), float(odds[j]),
+                float(np.sqrt(before.sum() / rows)), float(np.sqrt(after.sum() / rows)), joint.fit)
+    return None
+
+
+def _holds(before: FloatArray, after: FloatArray) -> bool:
+    """Whether sums of squares (FOLDS,) of what was left out fall in nearly every fold, and much."""
+    fall = 1 - float(after.sum()) / float(before.sum())
+    return int((after < before).sum()) >= FOLDS_BETTER and fall > LEAST_FALL
+
+
+def _left_out(fit: Fit) -> FloatArray:
+    """Sum of the squares of the whitened rows of each fold when it takes no part, (FOLDS,)."""
+    fold = np.random.default_rng(len(fit.poses)).permutation(len(fit.poses)) % FOLDS
+    of_row = fold[fit.equations.row_pose]
+    root = np.sqrt(fit.weight)
+    jacobian = fit.rows.jacobian @ fit.directions * root[:, None]
+    out = left_out_residual(fit.rows.residual * root, jacobian, of_row)
+    return np.asarray(np.bincount(of_row, out**2, minlength=FOLDS), float)

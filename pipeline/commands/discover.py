@@ -1,0 +1,63 @@
+"""``pipeline discover CONFIG``."""
+
+from pathlib import Path
+
+import click
+
+from pipeline.commands import examples, paragraph
+from pipeline.commands.interaction.arguments import ConfigArgument
+from pipeline.commands.interaction.output import python_option
+
+
+@click.command(epilog=examples(
+    "pipeline discover config.yaml",
+    "pipeline discover config.yaml --write",
+))
+@click.argument("config", type=ConfigArgument())
+@click.option("--write", is_flag=True,
+              help="Write the formulas under `effects:` of CONFIG, for `pipeline add`.")
+@python_option
+def command(config: Path, write: bool, allow_python: bool) -> None:
+    """Look for a formula of an error that no listed effect describes.
+
+    Some hundred formulas are tried in every triad whose poses show a misfit: bias, gain, an error
+    in proportion to the size or the square of the reading, the sensitivity to gravity and the
+    memory of the pose before, each as a function of every logged column and of time. A formula is
+    printed only if it predicts poses that took no part in its fit.
+    """
+    from calib.diagnosis.verdict.decision import Code
+    from calib.discovery.discover import discover
+    from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
+    from pipeline.config.edit import add_effect
+    from pipeline.config.load import parse_config
+    from pipeline.console.discovery_text import definition, discovery_lines, no_formula
+    from pipeline.report.outputs import outputs_of
+    from pipeline.session_folder import working_on, write_session
+    from pipeline.text.commands import command as typed
+
+    with working_on(config, on_wait=say_waiting) as (session, folder):
+        outcome = run_shown(session, folder, allow_python)
+        changed, following = session, []
+        for result in outcome.triads:
+            if result.diagnosis.verdict is Code.NOTHING_MISSING:
+                click.echo(f"{result.triad}: nothing is missing, and no formula is sought.")
+                continue
+            formula = discover(result.calibration.fit, session.covariates)
+            if formula is None:
+                click.echo(paragraph(no_formula(result)))
+                continue
+            sentence, *lines = discovery_lines(result, formula)
+            click.echo("\n".join([paragraph(sentence), *lines]))
+            name = formula.formula.name
+            if write and name not in session.effects:
+                text = add_effect(changed.source, name, definition(result.triad, formula))
+                changed = parse_config(config, text)
+            following.append(f"{result.triad}.{name}")
+        if changed is not session:
+            write_session(folder, outputs_of(outcome, folder), session, changed.source.text)
+            click.echo(f"{config} was changed: `effects:` has the formula.")
+    if following and (write or all(each.partition(".")[2] in session.effects
+                                   for each in following)):
+        click.echo(f"next: {typed('add', config, *following)}")
+    elif following:
+        click.echo(f"next: {typed('discover', config, '--write')}")

@@ -1,0 +1,71 @@
+"""A formula that was discovered, as text: the sentence, its picture, and the lines that define it.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from calib.discovery.discover import Discovered
+from calib.poses.imu_log import AXES
+from pipeline.config.yaml_words import yaml_word
+from pipeline.stages.triads import TriadResult
+from pipeline.text.formatting import DISPLAY
+
+BARS = "▁▂▃▄▅▆▇█"
+PICTURE_WIDTH = 40  #: characters of a picture at most: chosen
+ALIKE_SHOWN = 3  #: formulas that look the same and are named: chosen
+
+
+def definition(triad: str, found: Discovered) -> str:
+    """The value of the effect's key in a configuration, on one line."""
+    formula = found.formula
+    return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, unit: "
+            f"'{{u}}', triad: {triad}}}")
+
+
+def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
+    """The sentence, the figures, the picture and the definition."""
+    formula = found.formula
+    odds = min(found.log_odds / np.log(10), 99)
+    text = (
+        f"{result.triad}: {formula.words}. Poses that took no part err by "
+        f"{found.left_out_before:.3g} sd without it and by {found.left_out_after:.3g} sd with it; "
+        f"the odds against no formula are 10^{odds:.0f} to 1."
+    )
+    if found.alike:
+        alike = "; ".join(each.words for each in found.alike[:ALIKE_SHOWN])
+        more = len(found.alike) - ALIKE_SHOWN
+        text += f" In these poses it looks the same as: {alike}"
+        text += f"; and {more} more." if more > 0 else "."
+    yield text
+    if formula.column:
+        yield from _picture(result, found)
+    yield "effects:"
+    yield f"  {formula.name}: {definition(result.triad, found)}"
+
+
+def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
+    """The error of the axis that it moves most, along the column that it follows."""
+    poses, fit = found.fit.poses, found.fit
+    column = (poses.time_s if found.formula.column == "time_s"
+              else poses.columns[found.formula.column])
+    theta = fit.theta[fit.model.slices()[found.formula.name]]
+    errors = fit.columns_of(found.formula.effect) @ theta
+    axis = int(np.argmax((errors**2).mean(axis=0)))
+    unit, factor = DISPLAY[result.triad]
+    of_axis = factor * np.abs(errors[:, axis])
+    edges = np.linspace(column.min(), column.max(), PICTURE_WIDTH + 1)
+    place = np.clip(np.digitize(column, edges) - 1, 0, PICTURE_WIDTH - 1)
+    largest = max(float(of_axis.max()), np.finfo(float).tiny)
+    bars = "".join(
+        BARS[int(of_axis[place == k].mean() / largest * (len(BARS) - 1))]
+        if (place == k).any() else " " for k in range(PICTURE_WIDTH))
+    yield (f"  |error of {AXES[axis]}| to {largest:.3g} {unit} along {found.formula.column} "
+           f"{column.min():.4g} to {column.max():.4g}")
+    yield f"  {bars}"
+
+
+def no_formula(result: TriadResult) -> str:
+    """The sentence where none holds."""
+    return (f"{result.triad}: no formula. None of those that were tried predicts poses that took "
+            f"no part better than the model does. {result.diagnosis.explanation.following}.")

@@ -1,0 +1,53 @@
+"""A formula is recovered, judged on poses that took no part, and none is found where none is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.discovery.discover import discover
+from calib.discovery.grammar import formulas
+from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from tests.hidden_formulas import SEEN, hide, poses_of, recovered
+
+
+@pytest.mark.parametrize(("name", "design"), [
+    ("bias ~ power²", "rich"), ("gain ~ humidity", "rich"), ("|s| ~ humidity", "hand"),
+    ("bias ~ tanh of power", "hand"),
+])
+def test_what_was_hidden_is_recovered(name: str, design: str) -> None:
+    right = [recovered(SEEN[name], design, 20.0, seed)[0] for seed in (3, 4)]
+    assert all(right)
+
+
+@pytest.mark.parametrize("design", ["rich", "hand"])
+def test_there_is_no_formula_in_noise(design: str) -> None:
+    for seed in range(20, 26):
+        assert discover(fit(poses_of(design, seed)[0], Model.of(BASE))) is None
+
+
+def test_what_no_column_drives_has_no_formula() -> None:
+    """Errors drawn anew in every pose, three times the noise."""
+    for seed in range(4):
+        poses, _ = poses_of("rich", seed)
+        noise = np.random.default_rng([seed, 7]).normal(size=poses.sd.shape)
+
+        spoilt = replace(poses, reading=poses.reading + 3 * poses.sd * noise)
+        assert discover(fit(spoilt, Model.of(BASE))) is None
+
+
+def test_a_formula_says_what_errs_and_what_it_follows() -> None:
+    poses, true = poses_of("rich", 5)
+    spoilt = hide(SEEN["bias ~ power²"], poses, true, 20.0, 5)
+    found = discover(fit(spoilt, Model.of(BASE)))
+    assert found is not None
+    assert found.formula.words == "the bias of each axis follows the square of tx_power_w"
+    assert found.formula.expression == "tx_power_w**2"
+    assert found.left_out_after < 1.2 < 5 < found.left_out_before
+    at = poses.conditions(poses.reading)
+    every = formulas(poses, tuple(poses.columns))
+    assert len(every) > 500
+    assert len({each.name for each in every}) == len(every)
+    assert np.isfinite([each.effect.evaluate(at).sum() for each in every[::17]]).all()

@@ -1,0 +1,48 @@
+"""``pipeline discover``: a formula of what no listed effect describes, then ``pipeline add``."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from pipeline.cli import main
+from pipeline.config.edit import add_effect
+from pipeline.config.load import load_config
+from pipeline.config.yaml_text import read_source
+from tests.world.designs import rich_design
+from tests.world.session import simulate
+from tests.world.sizes import draw_effect
+from tests.world.write import write_session
+
+
+def test_a_hidden_curve_in_a_column_is_found_written_and_added(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    design = rich_design().scaled(seconds=0.3)
+    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 8)
+    config = write_session(tmp_path, simulate(design, 8, (hidden,)), film=False).config
+    assert main(["discover", str(config), "--write"]) == 0
+    said = capsys.readouterr().out
+    assert "accelerometer: nothing is missing" in said
+    assert "gyroscope: the bias of each axis follows" in said
+    (name,) = load_config(config).effects
+    assert "supply_v" in name
+    assert f"next: pipeline add {config} gyroscope.{name}" in said
+    assert main(["add", str(config), f"gyroscope.{name}"]) == 0
+    before, after = map(float, re.findall(r"^leave-one-out.* ([0-9.]+) +([0-9.]+)$",
+                                          capsys.readouterr().out, re.MULTILINE)[0])
+    assert after < 0.1 * before
+
+
+@pytest.mark.parametrize("text", [
+    "title: one\n", "effects:\n  mine: {expression: x, unit: '1'}\ntitle: one\n",
+    "effects: {mine: {expression: x, unit: '1'}}", "title: one\neffects: {}\n",
+])
+def test_an_effect_is_written_wherever_the_section_stands(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "config.yaml"
+    path.write_text(text, encoding="utf-8")
+    changed = add_effect(read_source(path), "new", "{expression: y, unit: '{u}'}")
+    path.write_text(changed, encoding="utf-8")
+    effects = read_source(path).value(("effects",))
+    assert effects["new"] == {"expression": "y", "unit": "{u}"}
+    assert ("mine" in effects) == ("mine" in text)
