@@ -22,7 +22,7 @@ from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray
 
 PER_TERM = float(np.log(4.0))
-"""Log odds that each further term of a formula costs. Derived: about four more formulas can be made
+"""Log odds that each further term of a formula costs. Derived: about four more formulas can be built
 with every term, and all of one length are as likely as all of the next."""
 
 ACCEPTED = float(np.log(100.0))
@@ -78,17 +78,22 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     -------
     Discovered or None
         None where no formula holds on poses that took no part.
+
+    Raises
+    ------
+    Undetermined
+        A Python function of the model of ``fit`` raised.
     """
-    made = formulas(fit.poses, causes(fit.poses, covariates))
-    made = [each for each in made if each.name not in fit.model.names]
+    every = formulas(fit.poses, causes(fit.poses, covariates))
+    every = [each for each in every if each.name not in fit.model.names]
     at = fit.equations.at_reading
-    made = [each for each in made if np.isfinite(each.effect.evaluate(at)).all()]
-    if not made:
+    every = [each for each in every if np.isfinite(each.effect.evaluate(at)).all()]
+    if not every:
         return None
-    weights = np.array([-PER_TERM * each.length for each in made])
+    weights = np.array([-PER_TERM * each.length for each in every])
     priors = weights - np.logaddexp.reduce(weights) + np.log(CONSTANTS.odds_unknown)
     hypotheses = [Hypothesis(each.name, "listed", float(prior), each.effect)
-                  for each, prior in zip(made, priors, strict=True)]
+                  for each, prior in zip(every, priors, strict=True)]
     table = table_at(fit, hypotheses)
     density, _ = table.singles()
     odds = density + priors - np.logaddexp(*table.noise.nothing(table.chi2))
@@ -101,14 +106,14 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
         j = likely.pop(0)
         same = [k for k in table.aliases(j, likely) if k in likely]
         likely = [k for k in likely if k not in same]
-        joint = refit(fit, [made[j].effect])
+        joint = refit(fit, [every[j].effect])
         if joint is None:
             continue
         after = _left_out(joint.fit)
         if _holds(before, after):
             rows = fit.equations.data_count
             return Discovered(
-                made[j], tuple(made[k] for k in same), float(odds[j]),
+                every[j], tuple(every[k] for k in same), float(odds[j]),
                 float(np.sqrt(before.sum() / rows)), float(np.sqrt(after.sum() / rows)), joint.fit)
     return None
 

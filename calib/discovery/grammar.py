@@ -138,7 +138,7 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     drivers = {name: poses.columns[name] for name in columns if name.isidentifier()}
     if np.isfinite(poses.time_s).all():
         drivers["time_s"] = poses.time_s
-    made = []
+    every = []
     for factor, (text, words, length) in FACTORS.items():
         if not _is_known(poses, text):
             continue
@@ -155,8 +155,8 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
                 if not column and factor in ("bias", "gain"):
                     continue  # that is the base
                 for per in kinds:
-                    made.append(_formula(poses, factor, text, words, length, f, column, per))
-    return made
+                    every.append(_formula(poses, factor, text, words, length, f, column, per))
+    return every
 
 
 def _is_known(poses: PoseSet, text: str) -> bool:
