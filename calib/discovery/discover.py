@@ -22,8 +22,8 @@ from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray
 
 PER_TERM = float(np.log(4.0))
-"""Log odds that each further term of a formula costs. Derived: about four more formulas can be built
-with every term, and all of one length are as likely as all of the next."""
+"""Log odds that each further term of a formula costs. Derived: with every term about four times
+as many formulas can be built, and all of one length are as likely as all of the next."""
 
 ACCEPTED = float(np.log(100.0))
 """Log odds of a formula against none from which it is believed. Derived: 100 to 1, one false

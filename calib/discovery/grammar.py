@@ -119,7 +119,8 @@ def _number(value: float) -> str:
 
 
 def _word(number: str) -> str:
-    return "".join(c if c.isalnum() else "_" for c in number).strip("_")
+    text = number.replace("-", "minus")
+    return "".join(c if c.isalnum() else "_" for c in text).strip("_")
 
 
 def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
