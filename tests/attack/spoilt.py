@@ -15,8 +15,6 @@ Edit = Callable[[Table], Table]
 Spoil = Callable[[Path], None]
 
 ACC, GYR = slice(1, 4), slice(4, 7)
-MIDDLE = {"paper": 32767.5, "rich": 0.0}
-"""Counts at no input: offset binary of the MTi, two's complement of the MPU-6050."""
 
 
 def write_base(folder: Path) -> None:
@@ -157,16 +155,6 @@ def dead(column: int) -> Edit:
 
     def edit(table: Table) -> Table:
         table[:, column] = np.random.default_rng(3).integers(-30, 30, len(table))
-        return table
-
-    return edit
-
-
-def clipped(columns: slice, limit: float, middle: float = 0.0) -> Edit:
-    """Cut off below the rail."""
-
-    def edit(table: Table) -> Table:
-        table[:, columns] = np.clip(table[:, columns], middle - limit, middle + limit)
         return table
 
     return edit

@@ -30,8 +30,7 @@ FACTORS = (0.5, 2.0)
 FIRST = 700
 """Number of the first ordinary session; those of ``study_contradictions`` begin at 0."""
 
-FORCE = ("turning poses at half the counts",)
-RUNS = ("one run's axes swapped", "rates exchanged, gyroscope alone")
+RUNS = ("rates exchanged, gyroscope alone",)
 COPIES = ("the same files under new names", "a copied block", "a pose that froze")
 MOVED = ("a pose turned to and fro", "a pose turned half way", "moved on the plate",
          "a pose that rocks", "a dead axis of the accelerometer",
@@ -39,8 +38,8 @@ MOVED = ("a pose turned to and fro", "a pose turned half way", "moved on the pla
 #: Module, limits, and the mistakes of the corpus that they decide. Those of ``calib.consistency``
 #: are held by tests on arrays: ``tests.bench.tested_thresholds``.
 LIMITS: tuple[tuple[object, Sequence[str], Sequence[str]], ...] = (
-    (spec, ("LARGEST_DRIFT",), FORCE),
-    (frozen, ("FALSE_ALARM",), (*FORCE, *RUNS, *COPIES)),
+    (spec, ("LARGEST_DRIFT",), ()),
+    (frozen, ("FALSE_ALARM",), (*RUNS, *COPIES)),
     (session_logs, ("OTHER_UNIT",), ("milliseconds",)),
     (pose_checks, ("LARGEST_SHIFT_SD", "LARGEST_TURN", "MUST_MOVE", "STANDS_STILL"), MOVED),
     (pose_checks, ("RAIL_SHARE", "LARGEST_RATE_CHANGE"), ()),
