@@ -6,7 +6,7 @@ the sensor's preset; else no sds are stated.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_hori
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
+from calib.fit.triad.axis_of_turning import with_axes
 from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
 from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
 from calib.poses.averaging.pose_mean import PoseMean
@@ -104,13 +105,17 @@ def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
         By the recorded poses: too short, saturated, or moved.
     """
     known: dict[Setting, PlannedSetting] = {}
+    accelerometer: TriadPlan | None = None
     for triad, section in config.triads.items():
-        yield _triad_plan(config, triad, [
-            planned_setting(config, run, known) for run in section.sections], allow_python)
+        settings = [planned_setting(config, run, known) for run in section.sections]
+        plan = _triad_plan(config, triad, settings, allow_python, accelerometer)
+        accelerometer = plan if triad == "accelerometer" else accelerometer
+        yield plan
 
 
 def _triad_plan(
-    config: Config, triad: Triad, settings: list[PlannedSetting], allow_python: bool
+    config: Config, triad: Triad, settings: list[PlannedSetting], allow_python: bool,
+    accelerometer: TriadPlan | None,
 ) -> TriadPlan:
     spec, section = triad_spec(getattr(config.sensor, triad)), config.triads[triad]
     user_defined = user_effects(config, triad, allow_python)
@@ -134,8 +139,8 @@ def _triad_plan(
     real: Fit | None = None
     if recorded:
         try:
-            at_hand = prospect_of(_recorded_poses(config, triad, settings), model, spec, judged,
-                                  config.covariates)
+            poses = _with_axes(_recorded_poses(config, triad, settings), accelerometer)
+            at_hand = prospect_of(poses, model, spec, judged, config.covariates)
             real = at_hand.fit
         except CalibrationError as error:
             at_hand = str(error)
@@ -143,13 +148,28 @@ def _triad_plan(
     try:
         start = real.equations.start if real is not None else None
         complete: Prospect | str = prospect_of(
-            ideal_poses(triad, runs, start), model, spec, judged, config.covariates)
+            _with_axes(ideal_poses(triad, runs, start), accelerometer), model, spec, judged,
+            config.covariates)
     except CalibrationError as error:
         complete = str(error)
     return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,
                      best_pose(triad, runs, model), tuple(_saturating(triad, settings, spec)),
                      {effect: f"the column {name} is not in the logs that are there"
                       for effect, name in lacks.items()})
+
+
+def _with_axes(poses: PoseSet, accelerometer: TriadPlan | None) -> PoseSet:
+    """Poses of the gyroscope with the axes that the accelerometer's plan shows on a leaning plate.
+    """
+    outlook = accelerometer and accelerometer.complete
+    if poses.ring is None or not isinstance(outlook, Prospect):
+        return poses
+    ring = outlook.fit.poses.ring
+    if ring is None:
+        return poses
+    sd = poses.ring.force_sd
+    known = replace(poses.ring, force_sd=np.where(np.isfinite(sd), sd, np.median(ring.sd)))
+    return with_axes(replace(poses, ring=known), outlook.fit)
 
 
 def _runs(

@@ -1,5 +1,6 @@
 """Three minutes on a plate that leans, from logs to both triads."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,6 +41,18 @@ def test_both_triads_come_from_the_turning_plate(
     assert after["diagnosis"]["verdict"] == "nothing_missing"
     values = np.degrees(after["effects"]["g_sensitivity"]["values"]) * 9.80665
     assert values == pytest.approx(G_SENSITIVITY_DEG_S_PER_G.ravel(), abs=0.06)
+
+
+def test_a_plan_has_the_rows_of_the_run(
+    config: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("run", config, "--quiet") == 0
+    results = results_in(config.with_suffix(".run"))
+    capsys.readouterr()
+    assert pipeline("plan", config, "--json") == 0
+    planned = json.loads(capsys.readouterr().out)
+    for triad in ("accelerometer", "gyroscope"):
+        assert planned[triad]["recorded"]["dof"] == results[triad]["dof"]
 
 
 def test_an_accelerometer_without_poses_and_runs_is_refused_by_its_line(config: Path) -> None:
