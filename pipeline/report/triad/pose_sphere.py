@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.fit.validation.leave_one_out import PoseResidual
-from calib.numbers import RPM
+from calib.numbers import NO_LENGTH, RPM
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
@@ -40,6 +40,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
     """
     up = up_directions(result)
     means = _means(outcome, result)
+    along = reading_directions(result)
     coverage = coverage_of(up)
     return {
         "up": [_direction(one) for one in up],
@@ -51,7 +52,8 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
         "runs": list(result.calibration.fit.poses.run),
         "facts": [list(_facts(result.calibration.fit.poses, mean, i))
                   for i, mean in enumerate(means)],
-        "traces": [None if mean.stated else _trace(result, mean) for mean in means],
+        "traces": [None if mean.stated else _trace(result, mean, along[i])
+                   for i, mean in enumerate(means)],
         "excluded": [_excluded(result, one) for one in result.excluded],
         "exclude": _exclude_json(outcome, result),
     }
@@ -116,8 +118,22 @@ def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
         yield ("temperature" if unit else name), with_minus_signs(f"{values[i]:.4g}{unit}")
 
 
-def _trace(result: TriadResult, mean: PoseMean) -> Json:
-    """The envelope of a raw log about its mean, in the triad's shown unit.
+def reading_directions(result: TriadResult) -> FloatArray:
+    """Change of the nominal readings (n, 3) while the corrected length grows by one, no unit.
+
+    A pose whose length errs by r would have read its mean less r times that.
+    """
+    vector = result.calibration.fit.rows.vector
+    matrix, _ = result.calibration.correction.linear_form()
+    unit = vector / np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), NO_LENGTH)
+    return np.asarray(np.linalg.solve(matrix, unit.T).T)
+
+
+def _trace(result: TriadResult, mean: PoseMean, along: FloatArray) -> Json:
+    """The envelope of a raw log about its mean, in the triad's shown unit, and the model's place.
+
+    A model that leaves the residual r predicts the mean at ``-r`` times ``along``, and 99.7 % of
+    the samples within three times ``sd`` of it.
 
     ``values`` holds, for x, y, z in turn, the lowest of every stretch and then the highest, as
     bytes (base64) from ``low`` to ``high`` of that axis.
@@ -133,6 +149,8 @@ def _trace(result: TriadResult, mean: PoseMean) -> Json:
         "low": [float(f"{v:.4g}") for v in low],
         "high": [float(f"{v:.4g}") for v in high],
         "axes": list(AXES),
+        "along": [float(f"{v:.4g}") for v in along],
+        "sd": [float(f"{v:.4g}") for v in np.sqrt(one.scatter) * factor],
         "values": base64.b64encode(levels.tobytes()).decode("ascii"),
     }
 

@@ -62,8 +62,7 @@ def make(folder: Path) -> None:
                     tab.evaluate("window.scrollTo(0, 0)")
                 (folder / f"{name}.png").write_bytes(picture(tab, first, last))
             with opened_workbench(bench / "data" / SESSION / "config.yaml") as opened:
-                tab.send("Emulation.setDeviceMetricsOverride", **SCREEN)
-                tab.visit(opened.address)
+                tab.visit(opened.address, SCREEN)
                 tab.wait("document.querySelectorAll('[data-bench-normal] circle').length > 0")
                 tab.click(TICK)
                 tab.wait("document.querySelectorAll('#gyroscope .tried tbody tr').length > 1")

@@ -99,6 +99,22 @@ def test_the_stored_trace_holds_the_extremes_of_the_log(hidden_session: HiddenSe
         assert (levels[:, 0] <= levels[:, 1]).all()
 
 
+def test_the_model_is_drawn_where_a_pose_without_its_residual_would_have_read(
+    hidden_session: HiddenSession
+) -> None:
+    result = hidden_session.outcome.triad("accelerometer")
+    assert result is not None
+    poses = result.calibration.fit.poses
+    trace = sphere_json(hidden_session.outcome, result)["traces"]
+    residual = np.array([pose.residual for pose in result.comparison.poses])
+    along = np.array([each["along"] for each in trace])
+    at = poses.conditions(poses.reading - residual[:, None] * along)
+    length = np.linalg.norm(result.calibration.correction.correct(at), axis=1)
+    assert length == pytest.approx(poses.reference.magnitude, rel=1e-6)
+    scatter = np.array([each["sd"] for each in trace])
+    assert (scatter > 3 * poses.sd * 1000).all()  # of a sample, in mm/s², not of the mean
+
+
 # --- the sphere --------------------------------------------------------------------------------
 
 

@@ -129,7 +129,7 @@ class Poses {
       return [title, text];
     }));
     this.panel.querySelector("[data-pose=trace]").replaceChildren(
-      ...(poses.traces[k] ? [trace(poses.traces[k], this.triad.unit)] : []));
+      ...(poses.traces[k] ? [trace(poses.traces[k], this.triad.unit, this.now[k].value)] : []));
     set("without", this.without(k));
     const button = this.panel.querySelector("[data-do=leaveOut]");
     button.textContent = out.has(k) ? "Take this pose back in" : "Leave this pose out";
@@ -144,12 +144,13 @@ class Poses {
   }
 }
 
-// The raw log of a pose about its mean: for each axis the range of the samples against time.
-function trace({ seconds, low, high, axes, values }, unit) {
+// The raw log of a pose about its mean: for each axis the range of the samples against time, and over
+// it where the model puts the mean, by the residual that it leaves, with three sds of a sample.
+function trace({ seconds, low, high, axes, values, along, sd }, unit, residual) {
   const bytes = Uint8Array.from(atob(values), (letter) => letter.charCodeAt(0));
   const n = bytes.length / (2 * axes.length), height = axes.length * (STRIP + GAP) + 30;
   const svg = element("svg", { viewBox: `0 0 ${WIDTH} ${height}`, role: "img", class: "trace",
-    "aria-label": `Raw log of the pose: lowest and highest sample of ${n} stretches, axis by axis.` });
+    "aria-label": `Raw log of the pose: lowest and highest sample of ${n} stretches, axis by axis, over what the model predicts with three sds.` });
   const x = (i) => (LEFT + i / n * (WIDTH - LEFT - 4)).toFixed(1);
   axes.forEach((axis, a) => {
     const top = a * (STRIP + GAP) + 6;
@@ -158,15 +159,20 @@ function trace({ seconds, low, high, axes, values }, unit) {
     const lowest = part(0), highest = part(1);
     const steps = (levels) => levels.flatMap((v, i) => [`${x(i)} ${y(v)}`, `${x(i + 1)} ${y(v)}`]);
     const zero = low[a] < high[a] ? 255 * -low[a] / (high[a] - low[a]) : 0;
+    const place = (value) => Math.min(Math.max(255 * (value - low[a]) / (high[a] - low[a] || 1), 0), 255);
+    const predicted = -residual * along[a], band = [predicted - 3 * sd[a], predicted + 3 * sd[a]].map(place);
     svg.append(
+      element("rect", { class: "predicted", x: LEFT, width: WIDTH - LEFT - 4, y: y(band[1]),
+        height: Math.max(y(band[0]) - y(band[1]), 0.5) }),
       element("path", { class: `range run${a}`, d: `M${[...steps(highest), ...steps(lowest).reverse()].join("L")}z` }),
       element("path", { class: "zero", d: `M${LEFT} ${y(zero)}H${WIDTH - 4}` }),
+      element("path", { class: "model", d: `M${LEFT} ${y(place(predicted))}H${WIDTH - 4}` }),
       element("text", { class: "title", x: 4, y: top + STRIP / 2, dy: 4 }, axis),
       element("text", { class: "tick", x: LEFT - 5, y: top, dy: 9, "text-anchor": "end" }, short(high[a])),
       element("text", { class: "tick", x: LEFT - 5, y: top + STRIP, "text-anchor": "end" }, short(low[a])),
     );
   });
   svg.append(element("text", { class: "title", x: (LEFT + WIDTH) / 2, y: height - 6, "text-anchor": "middle" },
-    `${short(seconds)} s of the raw log, less its mean [${unit}]`));
+    `${short(seconds)} s of the raw log, less its mean [${unit}]; line and band: the model ± 3 sd`));
   return svg;
 }
