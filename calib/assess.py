@@ -15,6 +15,7 @@ from calib.diagnosis.room_field import beside_a_field
 from calib.diagnosis.seen import among_what_is_seen
 from calib.diagnosis.unseen import LOW_COST, with_unseen
 from calib.diagnosis.untested import untested
+from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import Effect
 from calib.errors import FitFailed, Remedy, Undetermined
 from calib.fit.least_squares.angrisano import fit_paper
@@ -24,7 +25,7 @@ from calib.fit.least_squares.unknown_sd import has_sds, tests_the_model, with_es
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.leave_one_out import Comparison, compare
-from calib.fit.validation.prediction import Prediction, predict
+from calib.fit.validation.prediction import Prediction, predict, with_sds_of
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import PoseSet
 
@@ -97,11 +98,17 @@ def assess(
     fitted = calibration.fit
     prediction = predict(calibration)
     diagnosis = diagnose(fitted, candidates, spec.full_scale, covariates, prediction)
-    if prediction is not None:
-        prediction = with_unseen(prediction, calibration, diagnosis, part)
+    averaged = diagnosis.averaged
+    # What may be missing of the catalogue, where nothing is likely to be, has limits of its own.
+    settled = diagnosis.verdict == Code.NOTHING_MISSING
+    whole = calibration.averaged(averaged.factor, averaged.unlisted if settled else averaged.held)
+    if prediction is not None:  # and else counts by what it does to the next log
+        of_parameters = calibration.averaged(averaged.factor, averaged.unlisted)
+        prediction = with_unseen(with_sds_of(prediction, of_parameters), calibration, diagnosis,
+                                 part)
     diagnosis = beside_a_field(diagnosis, fitted)
     return AssessedTriad(
-        calibration,
+        whole,
         compare(fitted),
         among_what_is_seen(diagnosis, fitted, prediction, part, spec.full_scale)
         if tests_the_model(fitted.poses) else untested(diagnosis),

@@ -81,7 +81,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.discovery": [("grammar",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding",), ("diagnose",), ("unseen", "untested", "room_field", "population"), ("seen",),
+        ("finding", "averaged"), ("diagnose",),
+        ("unseen", "untested", "room_field", "population"), ("seen",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
     "calib.diagnosis.search": [

@@ -7,6 +7,7 @@
 ``next_measurement``  the poses that would settle what these leave open
 ``verdict``           what is named, how it ranks, and how it is said
 ``finding``           the verdict on one fit
+``averaged``          what the parameters hold of all that is credible, for their sds
 ``diagnose``          the way through these rooms
 ``unseen``            what effects that no residual shows do to the parameters, if they are typical
 ``seen``              the verdict with what it rests on where poses are blind or turn with a plate

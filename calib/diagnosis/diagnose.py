@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.diagnosis.averaged import Averaged, averaged
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.columns import set_aside
@@ -75,6 +76,8 @@ class Diagnosis:
         Logged columns that were not taken for causes: they follow the attitude or the clock.
     p_value : float
         Whether the poses' own noise explains the residual.
+    averaged : Averaged
+        What the parameters hold of all that may be missing, for their sds.
     """
 
     verdict: Code
@@ -90,6 +93,7 @@ class Diagnosis:
     unavailable: dict[str, str]
     aside: tuple[str, ...]
     p_value: float
+    averaged: Averaged
 
     @property
     def text(self) -> str:
@@ -187,6 +191,7 @@ def diagnose(
         unavailable=finding.unavailable,
         aside=set_aside(fit.poses, covariates),
         p_value=posterior.p_value,
+        averaged=averaged(posterior),
     )
 
 

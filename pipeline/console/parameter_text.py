@@ -70,10 +70,10 @@ def parameter_lines(result: TriadResult) -> list[str]:
     lines = table_lines(rows, indent="")
     if result.prediction is not None:
         lines.append(f"  {prediction_text(result)}")
-    if result.calibration.widening > 1:
+    if result.calibration.is_widened:
         lines.append(
-            f"  the sds include the Birge ratio {result.calibration.widening:.2g}: the model does "
-            f"not explain the residual"
+            f"  the sds are {result.calibration.widening:.2g} times those of the noise: they are "
+            f"averaged over what may be missing"
         )
     return lines
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from calib.effects.units import display_unit
+from calib.fit.triad.calibration import TOLD_WIDENING
 from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray
@@ -197,8 +198,8 @@ def _figures(triad: str, section: Mapping[str, Any]) -> Iterator[tuple[str, str]
     ratio = section["chi2"] / max(section["dof"], 1)
     yield "chi²/dof", f"{ratio:.{2 if ratio < 100 else 0}f} ({section['dof']} dof)"
     yield "p", f"{section['p_value']:.2g}"
-    if section["sd_widened_by"] > 1:
-        yield "Birge ratio", f"{section['sd_widened_by']:.2g}"
+    if section["sd_widened_by"] > TOLD_WIDENING:
+        yield "Sds over those of the noise", f"{section['sd_widened_by']:.2g}"
 
 
 def _prediction(triad: str, prediction: Mapping[str, Any] | None) -> str:

@@ -145,7 +145,7 @@ def _triad_view(
         "certified": certificate is not None,
         "budget": budget_rows(result),
         "unseen": tuple(result.unseen),
-        "widening": calibration.widening,
+        "widening": calibration.widening if calibration.is_widened else None,
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],

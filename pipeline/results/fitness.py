@@ -51,7 +51,7 @@ def require_fit(stored: Stored, anyway: bool) -> tuple[str, ...]:
 def _faults(stored: Stored, triad: StoredTriad) -> Iterator[str]:
     section = stored.contents[triad.name]
     reference = max((abs(pose["reference"]) for pose in section["poses"]), default=0.0)
-    # The sds of a run without the Birge ratio: what a run accepts is accepted here.
+    # The sds by the noise alone: what a run accepts is accepted here.
     widened = section["sd_widened_by"]
     sd = np.concatenate([triad.misalignment_sd, triad.bias_sd, triad.scale_sd]) / widened
     nine = TriadParameters(

@@ -70,6 +70,18 @@ def table_at(
     )
 
 
+def unit_columns_of(
+    fit: Fit, hypotheses: Sequence[Hypothesis], projector: Projector
+) -> tuple[FloatArray, IntArray]:
+    """Whitened columns (c, r) of hypotheses at ``fit``, of unit size, and whose each is, (c,).
+
+    Nothing is projected out of them.
+    """
+    raw = RawColumns.of(fit, hypotheses, projector.root)
+    unit, _ = _units(raw, hypotheses, projector.data_count)
+    return raw.rows * unit[:, None], raw.owner
+
+
 def noise_of(fit: Fit, dof: int) -> Noise:
     """What is known of the noise of ``fit``, of which ``dof`` rows tell."""
     return Noise(dof, fit.poses.noise_dof, tests_the_model(fit.poses))

@@ -16,11 +16,12 @@ follows; of poses at another range such an effect makes 10¹¹ times."""
 def is_credible(joint: Refit, base: Fit) -> bool:
     """Whether the effects that ``joint`` adds to ``base`` have possible sizes, with rows left over.
 
-    A third of the degrees of freedom must be left: three of the nine of 18 poses, beside the six
-    products of two axes. An effect for which no size is quoted may have any.
+    A fifth of the degrees of freedom must be left: two of the nine of 18 poses, beside the seven
+    combinations of ``cross_quadratic`` that they show. An effect for which no size is quoted may
+    have any.
     """
     where = joint.fit.model.slices()
-    return 3 * joint.fit.dof >= base.dof and all(
+    return 5 * joint.fit.dof >= base.dof and all(
         np.abs(joint.fit.theta[where[effect.name]]).max()
         <= LARGEST * largest_quoted(effect, base.poses.triad)
         for effect in joint.fit.model.effects if effect.name in joint.names

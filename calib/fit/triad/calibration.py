@@ -23,6 +23,9 @@ from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 
+TOLD_WIDENING = 1.1
+"""Times the sds by the noise alone from which a reader is told: it chooses words only."""
+
 NOISE = "noise"
 BETWEEN_RUNS = "rate, from run to run"
 
@@ -41,8 +44,9 @@ class TriadCalibration:
     parameters : TriadParameters
         Those of Angrisano et al. eq. (3).
     widening : float
-        The root of chi-square over its degrees of freedom (Birge ratio), by which noise is widened
-        where the stated sds do not explain the residual (``MISFIT_P_VALUE``); else 1.
+        By how much the sds exceed those of the stated noise: the Birge ratio, the root of
+        chi-square over its degrees of freedom, where the stated sds do not explain the residual
+        (``MISFIT_P_VALUE``), else 1; the root mean square ratio of a calibration :meth:`averaged`.
     between_runs : array, shape (p, p)
         What the scatter of the plate's rate between runs adds to ``fit.cov``.
     """
@@ -53,6 +57,34 @@ class TriadCalibration:
     parameters: TriadParameters
     widening: float
     between_runs: FloatArray
+
+    def averaged(self, factor: float, held: FloatArray) -> "TriadCalibration":
+        """The same with sds averaged over what may be missing, in place of the Birge ratio.
+
+        Parameters
+        ----------
+        factor : float
+            Of the variance of the noise.
+        held : array, shape (p, p)
+            Mean of the products of what the parameters hold of errors that no model has.
+
+        Returns
+        -------
+        TriadCalibration
+        """
+        stated = self.noise_cov / self.widening**2
+        noise = factor * stated + held
+        cov = self.fit.cov - self.noise_cov + noise
+        seen = np.diag(stated) > 0
+        ratio = float(np.sqrt(np.mean(np.diag(noise)[seen] / np.diag(stated)[seen])))
+        return replace(
+            self, fit=replace(self.fit, cov=cov), widening=ratio,
+            parameters=triad_parameters(self.fit.model, self.fit.theta, cov, self.spec))
+
+    @property
+    def is_widened(self) -> bool:
+        """Whether the sds exceed those by the noise so far that a reader is told."""
+        return self.widening > TOLD_WIDENING
 
     @property
     def noise_cov(self) -> FloatArray:

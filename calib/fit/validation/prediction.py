@@ -7,7 +7,7 @@ measured. A small residual says nothing of directions in which no pose was taken
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -158,11 +158,6 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
     magnitude = np.array(_distinct(turning))
     gradient = np.array([_gradient(calibration, size * directions) for size in magnitude])
-    variance = np.einsum("mdp,pq,mdq->md", gradient, fit.cov, gradient)
-    if any("force" in effect.needs for effect in fit.model.acting_on("sensor")):
-        # The next log has gravity in any direction, whatever the rate.
-        variance = np.mean([_variances(calibration, magnitude, directions, up)
-                            for up in spread_directions(FORCES_OF_A_MODEL)], axis=0)
     uncommon = calibration.noise_cov
     by_noise = np.einsum("mdp,pq,mdq->md", gradient, uncommon, gradient)
     pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
@@ -170,7 +165,7 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
         magnitude=magnitude,
         directions=directions,
         gradient=gradient,
-        variance=variance,
+        variance=_variance(calibration, magnitude, directions, gradient),
         noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
         pose_sd=pose_sd,
         wanted=_wanted(gradient, uncommon, pose_sd, directions),
@@ -178,12 +173,26 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     )
 
 
-def _variances(
-    calibration: TriadCalibration, magnitude: FloatArray, directions: FloatArray, up: FloatArray
+def with_sds_of(prediction: Prediction, calibration: TriadCalibration) -> Prediction:
+    """``prediction`` with the variance, SI, by other sds of the same parameters."""
+    return replace(prediction, variance=_variance(
+        calibration, prediction.magnitude, prediction.directions, prediction.gradient))
+
+
+def _variance(
+    calibration: TriadCalibration, magnitude: FloatArray, directions: FloatArray,
+    gradient: FloatArray,
 ) -> FloatArray:
-    """Variances (m, d) by the parameters where gravity points ``up`` (3,) all the time."""
-    gradient = np.array([_gradient(calibration, size * directions, up) for size in magnitude])
-    return np.asarray(np.einsum("mdp,pq,mdq->md", gradient, calibration.fit.cov, gradient))
+    """Variances (m, d) by the parameters.
+
+    The next log has gravity in any direction, whatever the rate.
+    """
+    fit, each = calibration.fit, [gradient]
+    if any("force" in effect.needs for effect in fit.model.acting_on("sensor")):
+        each = [np.array([_gradient(calibration, size * directions, up) for size in magnitude])
+                for up in spread_directions(FORCES_OF_A_MODEL)]
+    of_each = [np.einsum("mdp,pq,mdq->md", g, fit.cov, g) for g in each]
+    return np.asarray(np.mean(of_each, axis=0))
 
 
 def _rms(variance: FloatArray) -> float:

@@ -67,7 +67,7 @@ def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
     means = np.where(means < NEGLIGIBLE * total, 0.0, means)
     rows = []
     for cause, (misalignment, bias, gain) in zip(causes, means, strict=True):
-        label = "noise and misfit" if cause == NOISE and result.calibration.widening > 1 else cause
+        label = "noise and misfit" if cause == NOISE and result.calibration.is_widened else cause
         rows.append((
             label,
             _known(f"{math.degrees(misalignment):.2g}°"),

@@ -188,7 +188,7 @@ class TriadSection(Part):
     parameters: Parameters = means("the nine parameters")
     sd: ParameterSds = means("their sds")
     sd_widened_by: NotNegative = means(
-        "Birge ratio in these sds; 1 if the model explains the residual")
+        "these sds over those of the noise alone: they are averaged over what may be missing")
     sd_parts: dict[str, ParameterSds] = means("contributions to the sds, by cause")
     sd_parts_if_typical: dict[str, ParameterSds] = means(
         "sds by effects that these poses cannot determine, if the sensor is typical; not in `sd`")

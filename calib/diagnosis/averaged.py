@@ -1,0 +1,104 @@
+"""Covariance of the parameters, averaged over the sets that a search leaves credible.
+
+Whether a bias wanders, a pose is bad or an effect is missing is not known but weighed. With P the
+probability of a set, C its columns of unit size, b their sizes and V the variance of the noise,
+
+    cov = Σ P (V cov_noise + A <b bᵀ> Aᵀ),    A = (JᵀJ)⁻¹ Jᵀ C
+    <b bᵀ> = m mᵀ + V G,   G = (XᵀX + tau⁻²)⁻¹,   m = G Xᵀ r
+
+with X what the model leaves of C and r the residual: what the parameters hold of it, as far as the
+rows and its prior tell. It is exact for a linear model and has no level at which it sets in.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from calib.diagnosis.hypotheses.listed import Course, Hypothesis
+from calib.diagnosis.search.posterior import COURSES, Entry, Posterior
+from calib.diagnosis.search.table_at import unit_columns_of
+from calib.fit.least_squares.result import Fit
+from calib.poses.imu_log import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Averaged:
+    """What stands in the place of a Birge ratio.
+
+    Attributes
+    ----------
+    factor : float
+        Of the variance of the noise.
+    held : array, shape (p, p)
+        Mean of the products, SI, of what theta holds of errors that the model lacks.
+    unlisted : array, shape (p, p)
+        The same of those that are no listed effect.
+    """
+
+    factor: float
+    held: FloatArray
+    unlisted: FloatArray
+
+
+def averaged(posterior: Posterior) -> Averaged:
+    """The averages over all credible sets of a search, SI.
+
+    Parameters
+    ----------
+    posterior : Posterior
+
+    Returns
+    -------
+    Averaged
+    """
+    fit, p = posterior.base, posterior.base.model.size
+    total = posterior.nothing + posterior.noise
+    factor = posterior.nothing + posterior.noise * max(fit.bounded_chi2 / fit.dof, 1.0)
+    held, unlisted = np.zeros((2, p, p))
+    for entry in posterior.credible:
+        if entry.members and posterior.table.seen[list(entry.members)].all():
+            mass = posterior.mass(entry)
+            variance, of_all, of_unlisted = _held(posterior, entry)
+            total += mass
+            factor += mass * variance
+            held += mass * of_all
+            unlisted += mass * of_unlisted
+    return Averaged(factor / total, held / total, unlisted / total)
+
+
+def _held(posterior: Posterior, entry: Entry) -> tuple[float, FloatArray, FloatArray]:
+    """Variance of the noise under a set, and what the parameters hold of its members, (p, p).
+
+    The latter of all, and of those that are not listed.
+    """
+    fit, table = posterior.base, posterior.table
+    hypotheses = [_about_mean(posterior.hypotheses[j]) for j in entry.members]
+    columns, owner = unit_columns_of(fit, hypotheses, table.projector)  # (c, r), (c,)
+    sizes = tuple(int(table.seen[j]) for j in entry.members)
+    tau = table.sets([entry.members], sizes).likeliest_sizes()[0][owner]
+    visible = columns - (columns @ table.projector.model) @ table.projector.model.T
+    inverse = np.linalg.inv(visible @ visible.T + np.diag(tau**-2.0))
+    score = visible @ table.residual
+    size = inverse @ score
+    variance = max((table.chi2 - float(score @ size)) / max(table.dof, 1), 1.0)
+    moment = np.outer(size, size) + variance * inverse
+    absorbed = _absorbed(fit, columns)
+    is_listed = np.array([h.kind == "listed" for h in hypotheses])[owner]
+    rest = absorbed[:, ~is_listed]
+    return (variance, absorbed @ moment @ absorbed.T,
+            rest @ moment[np.ix_(~is_listed, ~is_listed)] @ rest.T)
+
+
+def _about_mean(h: Hypothesis) -> Hypothesis:
+    """A course in time about its mean: the bias of a session is its own mean bias."""
+    if h.course is None or h.kind not in COURSES:
+        return h
+    return replace(h, course=Course(h.course.values - h.course.values.mean(axis=0)))
+
+
+def _absorbed(fit: Fit, columns: FloatArray) -> FloatArray:
+    """What theta takes up of signals in the rows, whitened, (c, r), per unit of each: (p, c)."""
+    root = np.sqrt(fit.weight)[:, None]
+    jacobian = fit.rows.jacobian @ fit.directions * root
+    solution = np.linalg.lstsq(jacobian, columns.T, rcond=None)[0]
+    return np.asarray((fit.directions @ solution)[: fit.model.size])
