@@ -61,12 +61,12 @@ def test_logs_are_brought_guessed_used_and_opened(started: Opened) -> None:
     assert asked.post("/use", {"name": "evening", "latitude": None})[0] == 422
 
 
-@pytest.mark.parametrize("name", [
-    "../evil.csv", "/etc/evil.csv", "a/../../evil.csv", ".hidden.csv", "a/b/c/d/e.csv", "run.py",
-    "evil.sh", "config.yaml", "a\\b.csv", "con\x00.csv", "x" * 200 + ".csv", "a:b.csv"])
-def test_no_name_leads_out_of_the_folder_or_to_a_program(started: Opened, name: str) -> None:
+def test_no_name_leads_out_of_the_folder_or_to_a_program(started: Opened) -> None:
     asked = Asked(started)
-    assert brought(asked, name, b"time_s,acc_x\n") in (404, 422)
+    for name in ("../evil.csv", "/etc/evil.csv", "a/../../evil.csv", ".hidden.csv", "x" * 200,
+                 "a/b/c/d/e.csv", "run.py", "evil.sh", "config.yaml", "a\\b.csv", "con\x00.csv",
+                 "a:b.csv"):
+        assert brought(asked, name, b"time_s,acc_x\n") in (404, 422), name
     assert [path for path in started.config.parent.rglob("*") if path.is_file()] == []
 
 
