@@ -88,10 +88,12 @@ def lost_effects(
 ) -> tuple[str, ...]:
     """A note on the effects of a triad that ``program`` does not correct, with what they leave.
 
-    The bench's are no errors of a reading and need no note.
+    The bench's are no errors of a reading, what is drawn no correction takes away: they need no
+    note.
     """
-    bench = {one.name for one in triad.correction.model.effects if one.belongs_to == "bench"}
-    lost = [name for name in names if name not in bench]
+    no_error = {one.name for one in triad.correction.model.effects
+                if one.belongs_to == "bench" or one.acts_on == "noise"}
+    lost = [name for name in names if name not in no_error]
     if not lost:
         return ()
     error = remaining_error(stored, triad, lost)
