@@ -41,7 +41,7 @@ def times_from_elsewhere(number: int, at: Conditions) -> tuple[float, ...]:
     needs=("time",),
     constant_is="bias",
     belongs_to="session",
-    shape=Shape("at_s", "s", (600.0,), (1e-3, 1e6), is_fitted=False),
+    shape=Shape("at_s", "s", (1.0,), (1e-3, 1e6), is_fitted=False),
     starts_in=_times_between,
     page=Page(
         formula="e_k = j_k from the time at_s on,  at_s fitted",

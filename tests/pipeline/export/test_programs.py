@@ -28,10 +28,12 @@ WHOLE_POSES = {"hysteresis", "vibration_rectification"}
 SIZE = {"accelerometer": {
     "quadratic": 0.003, "cubic": 3e-5, "asymmetry": 0.02, "cross_quadratic": 0.002,
     "temperature_bias": 0.05, "temperature_scale": 0.001, "bias_drift": 50.0, "scale_drift": 2.0,
-    "warm_up": 0.3, "frame_rotation": 0.02,
+    "warm_up": 0.3, "frame_rotation": 0.02, "bias_step": 0.2,
+    "temperature_bias_curve": 0.01, "temperature_scale_curve": 0.001,
 }, "gyroscope": {
     "quadratic": 0.03, "cubic": 0.03, "asymmetry": 0.02, "cross_quadratic": 0.02,
     "temperature_bias": 0.01, "temperature_scale": 0.001, "bias_drift": 50.0, "scale_drift": 2.0,
+    "bias_step": 0.05, "temperature_bias_curve": 0.003, "temperature_scale_curve": 0.001,
     "warm_up": 0.3, "frame_rotation": 0.02, "g_sensitivity": 0.003, "g_squared_sensitivity": 0.001,
 }}
 CASES = [(triad, name) for triad in TRIADS for name, effect in EFFECTS.items()
