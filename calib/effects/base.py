@@ -28,7 +28,7 @@ from calib.poses.imu_log import AXES, FloatArray
     ),
 )
 def bias(at: Conditions) -> FloatArray:
-    """What the axis reads when there is nothing to read: the zero offset of eq. (1)."""
+    """Reading of an axis that senses nothing: the zero offset of eq. (1)."""
     return per_axis(np.ones_like(at.vector))
 
 

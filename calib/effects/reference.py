@@ -52,7 +52,7 @@ def reference_offset(at: Conditions) -> FloatArray:
         },
         source="time base of the camera; local gravity anomaly",
         confounded="scale exactly, at every speed and in both directions",
-        separates="another clock in the frame; surveyed gravity. Never these data",
+        separates="another clock in the frame; surveyed gravity. These poses cannot",
     ),
 )
 def reference_scale(at: Conditions) -> FloatArray:

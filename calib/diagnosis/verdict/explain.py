@@ -122,7 +122,7 @@ def _beside(verdict: Verdict) -> str:
     """What may be missing beside what is named, or that something is."""
     if verdict.beside:
         words = [_with_odds(each) for each in verdict.beside]
-        return f"Beside it may be missing: {enumeration(words, 'or')}. "
+        return f"Possibly missing too: {enumeration(words, 'or')}. "
     if not verdict.explains:
         rest = 100 * (1 - verdict.share)
         return f"{rest:.0f} % of the misfit remain: something else is missing too. "
@@ -146,7 +146,7 @@ def _unknown(case: _Case) -> Explanation:
     verdict = case.verdict
     assert verdict.name is not None
     if verdict.name == "time_s":
-        what = "the bias has a course in time, along no straight line and no settling"
+        what = "the bias changes with time, neither linearly nor exponentially"
         at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
         words = [_with_odds(each) for each in verdict.beside]
         return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")

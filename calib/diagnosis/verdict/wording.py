@@ -162,14 +162,12 @@ def unsupported(prediction: Prediction) -> str:
     text = ""
     if not prediction.holds_everywhere:
         text = (
-            f"But these poses do not support it in every direction: with "
-            f"{direction_name(prediction.worst_direction)} a magnitude is known "
-            f"{prediction.times_a_pose:.2g} times worse than one pose there would show. "
+            f"But with {direction_name(prediction.worst_direction)} the error of a magnitude may "
+            f"be {prediction.times_a_pose:.2g} times that of one pose there: record one. "
         )
     if prediction.unchecked:
         text += (
-            f"No other pose checks {list_labels(prediction.unchecked)}: an error there enters the "
-            f"parameters unseen. "
+            f"Repeat {list_labels(prediction.unchecked)}: no other pose shows an error there. "
         )
     return text
 
