@@ -29,14 +29,18 @@ a third of what factors of two and four are apart."""
 FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
 WORST_POSES = 2  #: tried one by one: a limit of time
 
+CHANGED_AXES: tuple[tuple[FloatArray, str], ...] = tuple(
+    (matrix.T, permutation_words(matrix)) for matrix in SIGNED_PERMUTATIONS[1:])
+"""What undoes exchanged or mirrored axes, (3, 3); the mistake in words."""
+
 CHANGES: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
     triad: (
-        *((matrix.T, permutation_words(matrix)) for matrix in SIGNED_PERMUTATIONS[1:]),
+        *CHANGED_AXES,
         *((factor * np.eye(3), f"the readings are {words}") for factor, words in factors.items()),
     )
     for triad, factors in FACTORS.items()
 }
-"""What undoes exchanged or mirrored axes, a wrong range or unit, (3, 3); the mistake in words."""
+"""The same with what undoes a wrong range or unit, of a triad of which these are known."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +98,7 @@ def pose_mistakes(poses: PoseSet, fitted: Fit | None) -> Iterator[Mistake]:
 def range_mistakes(poses: PoseSet) -> Iterator[Mistake]:
     """Several poses whose readings are too long by the same common factor."""
     off = relative_lengths(poses)
-    for factor, words in FACTORS[poses.triad].items():
+    for factor, words in FACTORS.get(poses.triad, {}).items():
         member = np.abs(off + np.log(factor)) < SAME_FACTOR
         if 1 < member.sum() < len(poses) / 2:
             yield _mistake(poses, factor * np.eye(3), member, f"the readings are {words} in "
@@ -123,7 +127,7 @@ def _of_readings(
     poses: PoseSet, member: BoolArray, where: str, *, within: bool = True
 ) -> Iterator[Mistake]:
     """Axes exchanged or mirrored, a wrong range or unit, in poses ``member`` within a run."""
-    for matrix, words in CHANGES[poses.triad]:
+    for matrix, words in CHANGES.get(poses.triad, CHANGED_AXES):
         yield _mistake(poses, matrix, member, f"{words} {where}", within=within)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.consistency.common_mistakes import (
+    CHANGED_AXES,
     CHANGES,
     SAME_FACTOR,
     Mistake,
@@ -71,7 +72,7 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
     if set(base.names) != set(BASE):
         return
-    looks = max(1, len(blocks(poses)) * len(CHANGES[poses.triad]))
+    looks = max(1, len(blocks(poses)) * len(CHANGES.get(poses.triad, CHANGED_AXES)))
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / looks:
         return  # without a copy of the poses for every look
     mistakes = [*block_mistakes(poses), *rate_mistakes(poses, base), *exchanged_rates(poses)]
