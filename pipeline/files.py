@@ -104,6 +104,10 @@ def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
     except KeyboardInterrupt:
         finish_interrupted(journal, contents)
         raise
+    except UnwritableOutput as error:
+        raise UnwritableOutput(
+            f"{error} The change is noted in {journal}: the next command there finishes it."
+        ) from error
 
 
 def finish_interrupted(journal: Path, expected: Collection[Path]) -> bool:

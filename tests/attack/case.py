@@ -60,6 +60,17 @@ def hashes(folder: Path) -> dict[str, str]:
             and not path.relative_to(folder).as_posix().startswith(MADE)}
 
 
+def is_consistent(config: Path) -> bool:
+    """Whether the results are those of the configuration beside them, and nothing lies about."""
+    folder = config.with_suffix(".run")
+    results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    steps = (folder / "history.jsonl").read_text(encoding="utf-8").splitlines()
+    hashed = sha256(config.read_text(encoding="utf-8").encode()).hexdigest()
+    parts = [*config.parent.rglob("*.part"), *config.parent.rglob(".unfinished*")]
+    return (not parts and results["config_sha256"] == hashed
+            and json.loads(steps[-1])["config_sha256"] == hashed)
+
+
 def check(case: Case, config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Run a case in a session of its own and look at everything that it must leave alone."""
     case.spoil(config)

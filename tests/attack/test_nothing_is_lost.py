@@ -6,12 +6,12 @@ import shutil
 import signal
 import subprocess
 import sys
-from hashlib import sha256
 from itertools import product
 from pathlib import Path
 
 import pytest
 
+from tests.attack.case import is_consistent
 from tests.paths import ROOT
 from tests.sessions import pipeline
 
@@ -45,17 +45,6 @@ WRITES = 5
 
 def command(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "pipeline", *map(str, arguments)]
-
-
-def is_consistent(config: Path) -> bool:
-    """Whether the results are those of the configuration beside them, and nothing lies about."""
-    folder = config.with_suffix(".run")
-    results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
-    steps = (folder / "history.jsonl").read_text(encoding="utf-8").splitlines()
-    hashed = sha256(config.read_text(encoding="utf-8").encode()).hexdigest()
-    parts = [*config.parent.rglob("*.part"), *config.parent.rglob(".unfinished*")]
-    return (not parts and results["config_sha256"] == hashed
-            and json.loads(steps[-1])["config_sha256"] == hashed)
 
 
 def test_a_kill_at_any_write_leaves_all_or_nothing_to_the_next_command(

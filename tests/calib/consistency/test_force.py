@@ -63,6 +63,7 @@ def test_poses_at_rest_of_another_unit_are_told(
     poses = on_the_plate(gain * np.eye(3))
     told = other_than_at_rest(poses, accelerometer, GRAVITY)
     assert ["another unit" in each for each in told] == [True] * is_told
+    assert other_than_at_rest(poses.take([20, 21]), accelerometer, GRAVITY) == ()  # too few to say
 
 
 @pytest.mark.parametrize(("matrix", "words"), [
