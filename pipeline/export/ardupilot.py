@@ -9,13 +9,16 @@ Of a reading v of the driver, in SI units by the data sheet, ArduPilot computes
 
 with ``p(T) = 1e-6 · INS_TCAL1_ACC1 · (T - 35 °C)`` and terms of second and third order, T and
 CALTEMP held within TMIN and TMAX. Ours is ``u + c (T - 25 °C) = g (v - v0)``, g the gain on the
-nominal reading: the coefficient is c/g, and the offset that at CALTEMP.
+nominal reading: the coefficient is c/g, and the offset that at CALTEMP. A curve in the temperature
+is a polynomial about another temperature, and the same about 35 °C.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
+from calib.effects.curves import PER_ORDER_K
 from calib.effects.effect import REFERENCE_TEMPERATURE_C
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.export.firmware import gains, what_is_left
@@ -24,7 +27,10 @@ from pipeline.export.programs.syntax import hash_comment
 from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
 
-HELD = "temperature_bias"
+HELD = ("temperature_bias", "temperature_bias_curve")
+"""The effects that its polynomial holds."""
+
+POLYNOMIAL_FROM_C = 35.0  #: TEMP_REFERENCE of AP_InertialSensor_tempcal; fact
 COEFFICIENT = 1e6  #: unit of the parameters INS_TCAL1_*, per SI unit and kelvin
 #: Triad -> prefix of offsets, CALTEMP and coefficients.
 NAMES: Mapping[str, tuple[str, str, str]] = {
@@ -38,17 +44,16 @@ LARGEST_OFFSET = 3.5  #: m/s², of INS_ACCOFFS by ArduPilot's documentation
 
 def to_ardupilot(stored: Stored) -> Export:
     """``ardupilot.param``: a name and a value in a line, as the ground stations load it."""
-    warmed = [triad for triad in stored.triads if HELD in triad.effects]
+    warmed = [triad for triad in stored.triads if {*HELD} & {*triad.effects}]
     span = temperatures(stored)
     values: dict[str, float] = {}
     loses = [*no_sds(stored)]
     caltemp = float(np.clip(REFERENCE_TEMPERATURE_C, min(span), max(span))) if span else None
     for triad in stored.triads:
         name, temperature, _ = NAMES[triad.name]
-        slope = _slope(triad)
         offset = nominal_offset(triad)
         if warmed and caltemp is not None:
-            offset = offset + slope * (caltemp - REFERENCE_TEMPERATURE_C)
+            offset = offset + [float(course(caltemp)) for course in _courses(triad)]
             values[temperature] = caltemp
         values |= {f"{name}_{axis.upper()}": v for axis, v in zip(AXES, offset, strict=True)}
         if triad.name == "accelerometer":
@@ -63,18 +68,41 @@ def to_ardupilot(stored: Stored) -> Export:
         "The axes are those of the log: ArduPilot's are forward, right, down after the rotation of "
         "the sensor's driver. Logs of ArduPilot itself are corrected already: record them with "
         "offsets of 0, scales of 1 and INS_TCAL1_ENABLE 0.",
-        *no_effects(stored, "ArduPilot", {one.name: (HELD,) for one in warmed}),
+        *no_effects(stored, "ArduPilot", {one.name: HELD for one in warmed}),
     ]
     lines = [hash_comment(line) for line in origin(stored)]
     lines += [f"{name},{value:.9g}" for name, value in values.items()]
     return Export({"ardupilot.param": "\n".join(lines) + "\n"}, tuple(loses))
 
 
-def _slope(triad: StoredTriad) -> FloatArray:
-    """Change of the nominal reading with temperature, SI per kelvin, (3,)."""
-    if HELD not in triad.effects:
-        return np.zeros(3)
-    return np.array(triad.effects[HELD]["values"][:3], float) / gains(triad)
+def _courses(triad: StoredTriad) -> list[Polynomial]:
+    """Errors of the nominal reading of x, y and z, SI, by the temperature in °C."""
+    courses = [Polynomial([0.0]) for _ in AXES]
+    for name in HELD:
+        if name not in triad.effects:
+            continue
+        values = np.array(triad.effects[name]["values"], float)
+        if name == "temperature_bias":
+            orders, centre = values[:3, None], REFERENCE_TEMPERATURE_C
+        else:
+            count = len(AXES) * len(ORDERS)
+            orders = values[:count].reshape(len(AXES), -1)
+            centre = float(triad.correction.shapes[name])
+        warmth = Polynomial([-centre, 1.0])
+        for axis, gain in enumerate(gains(triad)):
+            for k, coefficient in enumerate(orders[axis], start=1):
+                courses[axis] += coefficient / gain * warmth**k / PER_ORDER_K ** (k - 1)
+    return courses
+
+
+def _coefficients(triad: StoredTriad) -> FloatArray:
+    """Those of the polynomial from ``POLYNOMIAL_FROM_C``, SI, (orders, 3)."""
+    from_there = Polynomial([POLYNOMIAL_FROM_C, 1.0])
+    coefficients = np.zeros((len(ORDERS) + 1, len(AXES)))
+    for axis, course in enumerate(_courses(triad)):
+        shifted = course(from_there).coef
+        coefficients[: len(shifted), axis] = shifted
+    return coefficients[1:]
 
 
 def _temperature_calibration(
@@ -84,11 +112,11 @@ def _temperature_calibration(
     if not warmed or not span:
         return {"INS_TCAL1_ENABLE": 0.0}
     values = {"INS_TCAL1_ENABLE": 1.0, "INS_TCAL1_TMIN": min(span), "INS_TCAL1_TMAX": max(span)}
-    slopes = {one.name: _slope(one) for one in stored.triads}
+    every = {one.name: _coefficients(one) for one in stored.triads}
     for triad, (_, _, prefix) in NAMES.items():
-        first = COEFFICIENT * slopes.get(triad, np.zeros(3))
+        coefficients = every.get(triad, np.zeros((len(ORDERS), len(AXES))))
         for order in ORDERS:
-            of_order = first if order == 1 else np.zeros(3)
+            of_order = COEFFICIENT * coefficients[order - 1]
             values |= {f"{prefix}{order}_{axis.upper()}": float(v)
                        for axis, v in zip(AXES, of_order, strict=True)}
     return values

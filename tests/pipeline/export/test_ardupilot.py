@@ -92,6 +92,28 @@ def test_readings_through_ardupilot_s_formula_are_corrected_up_to_what_is_said(
             abs(SLOPES[1]) / gain * np.ptp(warmth), rel=1e-4)
 
 
+@pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
+def test_a_curve_in_the_temperature_is_its_polynomial(
+    finished: RunSession, tmp_path: Path, triad: str
+) -> None:
+    curve = [0.02, 0.01, -0.03, -0.03, 0.02, 0.01, 0.01, -0.02, 0.02]
+    stored = with_effects(finished, tmp_path, triad, {"temperature_bias_curve": curve},
+                          shapes={"temperature_bias_curve": 27.0})
+    value = parameters(stored, tmp_path)
+    warmth = np.linspace(value["INS_TCAL1_TMIN"], value["INS_TCAL1_TMAX"], 500)
+    own = triad_named(stored, triad)
+    assert own is not None
+    d = (warmth - 27.0)[:, None]
+    of_axis = np.array(curve).reshape(3, 3).T
+    error = d * of_axis[0] + d**2 / 10 * of_axis[1] + d**3 / 100 * of_axis[2]
+    rest = np.zeros((500, 3))
+    corrected = by_ardupilot(value, triad, rest, warmth) - by_ardupilot(
+        {**value, "INS_TCAL1_ENABLE": 0.0}, triad, rest, warmth)
+    gain = 1.0 if triad == "accelerometer" else (
+        own.units_per_count / own.correction.spec.nominal_scale)  # it scales no gyroscope
+    assert corrected - corrected[0] == pytest.approx(-(error - error[0]) / gain, abs=1e-6)
+
+
 def test_the_temperature_calibration_is_not_named_as_lost(
     finished: RunSession, tmp_path: Path
 ) -> None:
