@@ -30,7 +30,7 @@ from pipeline.results.read import Stored, StoredTriad
 HELD = ("temperature_bias", "temperature_bias_curve")
 """The effects that its polynomial holds."""
 
-POLYNOMIAL_FROM_C = 35.0  #: TEMP_REFERENCE of AP_InertialSensor_tempcal; fact
+POLYNOMIAL_FROM_C = 35.0  #: °C, TEMP_REFERENCE in AP_InertialSensor_tempcal; fact
 COEFFICIENT = 1e6  #: unit of the parameters INS_TCAL1_*, per SI unit and kelvin
 #: Triad -> prefix of offsets, CALTEMP and coefficients.
 NAMES: Mapping[str, tuple[str, str, str]] = {
@@ -96,7 +96,7 @@ def _courses(triad: StoredTriad) -> list[Polynomial]:
 
 
 def _coefficients(triad: StoredTriad) -> FloatArray:
-    """Those of the polynomial from ``POLYNOMIAL_FROM_C``, SI, (orders, 3)."""
+    """Coefficients of the polynomial about ``POLYNOMIAL_FROM_C``, SI, (orders, 3)."""
     from_there = Polynomial([POLYNOMIAL_FROM_C, 1.0])
     coefficients = np.zeros((len(ORDERS) + 1, len(AXES)))
     for axis, course in enumerate(_courses(triad)):
