@@ -18,6 +18,8 @@ from calib.errors import CalibrationError, Remedy
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
     if _module.name != "catalogue":
         import_module(f"{effects.__name__}.{_module.name}")
+for _name in sorted(EFFECTS, key=lambda name: EFFECTS[name].columns.__module__):
+    EFFECTS[_name] = EFFECTS.pop(_name)  # whichever module was imported first elsewhere
 
 __all__ = ["BASE", "EFFECTS", "STEP", "UnknownEffect", "find_effect", "further_step"]
 
