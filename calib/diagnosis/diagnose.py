@@ -23,7 +23,7 @@ from calib.diagnosis.next_measurement.advice import (
     lay_missing,
 )
 from calib.diagnosis.search.posterior import Inclusion, Posterior
-from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
 from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.ranking import Candidate, rank
@@ -171,7 +171,7 @@ def diagnose(
     """
     finding = find(fit, user_effects, covariates)
     posterior, verdict = finding.posterior, finding.verdict
-    ranking = rank(posterior)
+    ranking = rank(posterior, refit_of(posterior, verdict.names) if verdict.names else None)
     advice = _advise(posterior, verdict, ranking, full_scale)
     if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE) and (
         verdict.name != "rate_scatter"

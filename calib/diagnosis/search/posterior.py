@@ -55,6 +55,8 @@ class Inclusion:
         That of the hypothesis ``name``, or ``noise``.
     follows : str or None
         What ``name`` is a function of where it is an unknown function.
+    details : tuple of str
+        The poses or times of what is not an effect, the leading set's first.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Inclusion:
     probability: float
     kind: str
     follows: str | None = None
+    details: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +192,7 @@ class Posterior:
             name = self.hypotheses[j].name
             others = {*rivals[name], *self._aliases(j)}
             members = (name, *sorted(others, key=lambda n: (-self.any_of([n]), n)))
-            classes.append(self._inclusion(name, members))
+            classes.append(self._inclusion(name, members, min(self.any_of(members), 1.0)))
         return tuple(dict.fromkeys(classes))
 
     def _aliases(self, j: int) -> set[str]:
@@ -212,8 +215,7 @@ class Posterior:
         for inside, mass in self._masses:
             for name in inside - covered:
                 alone[name] = alone.get(name, 0.0) + mass
-        each = [Inclusion(n, (n,), min(p, 1.0), self._first[n].kind, self._first[n].follows)
-                for n, p in alone.items()]
+        each = [self._inclusion(n, (n,), min(p, 1.0)) for n, p in alone.items()]
         return tuple(sorted(each, key=lambda i: (-i.probability, i.name)))
 
     @cached_property
@@ -244,9 +246,21 @@ class Posterior:
     def _first(self) -> dict[str, Hypothesis]:
         return {h.name: h for h in reversed(self.hypotheses)}
 
-    def _inclusion(self, name: str, members: Sequence[str]) -> Inclusion:
+    def _inclusion(self, name: str, members: Sequence[str], probability: float) -> Inclusion:
         h = self._first[name]
-        return Inclusion(name, tuple(members), min(self.any_of(members), 1.0), h.kind, h.follows)
+        return Inclusion(
+            name, tuple(members), probability, h.kind, h.follows, self._details(name))
+
+    def _details(self, name: str) -> tuple[str, ...]:
+        """Poses or times of ``name`` in the likeliest set that has it, if it is not an effect."""
+        if self._first[name].kind not in ("bad_pose", "jump"):
+            return ()
+        for entry in (self.lead, *self.ordered):
+            told = tuple(self.hypotheses[j].detail for j in entry.members
+                         if self.hypotheses[j].name == name)
+            if told:
+                return told
+        return ()
 
 
 def is_course(each: Hypothesis | Inclusion) -> bool:

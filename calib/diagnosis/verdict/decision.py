@@ -144,7 +144,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
-        joint = _refit_of(posterior, [each.name for each in sure])
+        joint = refit_of(posterior, [each.name for each in sure])
         if (joint and before and is_credible(joint, posterior.base)
                 and compare(joint.fit).predicts_better_than(before)):
             size = {each.name: float(np.linalg.norm(_signal_rows(posterior, joint, each.name)))
@@ -160,7 +160,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     return [], None
 
 
-def _refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
+def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
     """The refit with the members ``names`` of the leading set; None where the rows have none."""
     hypotheses = posterior.hypotheses
     members = [j for j in posterior.lead.members if hypotheses[j].name in names]

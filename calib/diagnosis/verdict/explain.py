@@ -1,7 +1,6 @@
 """The diagnosis as a person would say it: every verdict with its text, standing and next step."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
+from calib.diagnosis.verdict.case import Case
 from calib.diagnosis.verdict.decision import NAMED, Code, Verdict
 from calib.diagnosis.verdict.explanation import Explanation, Step
 from calib.diagnosis.verdict.ranking import Candidate
@@ -37,24 +37,6 @@ LEAST_FALL_PERCENT = 5.0
 chooses words only, and no bench tunes it."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Case:
-    fit: Fit
-    verdict: Verdict
-    ranking: Sequence[Candidate]
-    p_value: float
-    advice: Advice | None
-    prediction: Prediction | None
-
-    @property
-    def misfit(self) -> str:
-        """Chi-square over its degrees of freedom, and how probable it is."""
-        chance = f"p = {self.p_value:.2g}" if self.p_value > 1e-300 else "p below 1e-300"
-        chi2 = float(self.fit.weight @ self.fit.rows.residual**2)
-        dof = self.fit.dof
-        return f"chi²/dof {chi2 / max(dof, 1):.3g} with {dof} degrees of freedom, {chance}"
-
-
 def explain(
     fit: Fit,
     verdict: Verdict,
@@ -64,15 +46,16 @@ def explain(
     prediction: Prediction | None = None,
 ) -> Explanation:
     """The verdict in words."""
-    return SPOKEN[verdict.code](_Case(fit, verdict, ranking, p_value, advice, prediction))
+    return SPOKEN[verdict.code](Case(fit, verdict, ranking, p_value, advice, prediction))
 
 
-def _nothing(case: _Case) -> Explanation:
+def _nothing(case: Case) -> Explanation:
     text = f"{NOTHING_MISSING}: the poses' own noise explains the residual ({case.misfit})."
     if case.advice is not None and case.prediction is not None:
         return Explanation(
             "open", "directions are missing among its poses",
-            f"{text} {unsupported(case.prediction)}{_record(case).lstrip()}", *_settle(case),
+            f"{text} {unsupported(case.fit, case.prediction)}{_record(case).lstrip()}",
+            *_settle(case),
         )
     return Explanation(
         "good", "nothing is missing", text, "apply",
@@ -80,15 +63,18 @@ def _nothing(case: _Case) -> Explanation:
     )
 
 
-def _effect(case: _Case) -> Explanation:
+def _effect(case: Case) -> Explanation:
     verdict = case.verdict
     best = next(c for c in case.ranking if c.name == verdict.name and c.kind in NAMED)
     more = verdict.names[1:]
     text = f"'{verdict.name}' is missing: {physics(verdict.names[0])} "
     for name in more:
         text += f"'{name}' is missing beside it: {physics(name)} "
-    it = "together they explain" if more else "it explains"
-    text += f"The misfit is {case.misfit}; {it} {100 * verdict.share:.0f} % of it. "
+    if case.rests_on_size:
+        it = "Together they explain" if more else "It explains"
+        text += f"{it} {100 * verdict.share:.0f} % of the misfit ({case.misfit}). "
+    else:
+        text += f"It shows by its shape: {case.misfit}. "
     if best.size.size:
         largest = int(np.argmax(np.abs(best.size)))
         which = f"The largest part of '{verdict.name}'" if more else "Its largest part"
@@ -102,7 +88,7 @@ def _effect(case: _Case) -> Explanation:
     if others:
         text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
         short += f" or {enumeration(verdict.group[1:], 'or')}, which look the same here"
-    text += curves(verdict.straight) + _beside(verdict)
+    text += curves(verdict.straight) + _beside(case)
     if len(verdict.group) == 1:
         return Explanation(
             "act", short, text.rstrip(), "add",
@@ -111,28 +97,34 @@ def _effect(case: _Case) -> Explanation:
     return Explanation("act", short, text.rstrip() + _record(case), *_settle(case))
 
 
-def _with_odds(each: Inclusion) -> str:
+def _with_odds(case: Case, each: Inclusion) -> str:
     what = readable(each.name, each.follows)
+    if each.kind == "bad_pose":
+        what = "a bad pose" if len(each.details) < 2 else "bad poses"
+        what += f", {enumeration(case.named(each.details), 'and')}"
+    elif each.details:
+        what += f" at {enumeration(each.details, 'and')}"
     if len(each.members) > 1:
         what = f"one of {enumeration([readable(name) for name in each.members], 'and')}"
     return f"{what} ({odds_in_words(each.probability)})"
 
 
-def _beside(verdict: Verdict) -> str:
+def _beside(case: Case) -> str:
     """What may be missing beside what is named, or that something is."""
+    verdict = case.verdict
     if verdict.beside:
-        words = [_with_odds(each) for each in verdict.beside]
-        return f"Possibly missing too: {enumeration(words, 'or')}. "
+        words = [_with_odds(case, each) for each in verdict.beside]
+        return f"Perhaps there is also {enumeration(words, 'or')}. "
     if not verdict.explains:
         rest = 100 * (1 - verdict.share)
         return f"{rest:.0f} % of the misfit remain: something else is missing too. "
     return ""
 
 
-def _ambiguous(case: _Case) -> Explanation:
+def _ambiguous(case: Case) -> Explanation:
     likely = case.verdict.beside
     told = {name for each in likely for name in each.members}
-    words = [_with_odds(each) for each in likely]
+    words = [_with_odds(case, each) for each in likely]
     words += [readable(key) for key in case.verdict.group if key not in told]
     text = (
         f"Something may be missing ({case.misfit}), and these data cannot determine what: "
@@ -142,13 +134,13 @@ def _ambiguous(case: _Case) -> Explanation:
     return Explanation("open", short, text + _record(case), *_settle(case))
 
 
-def _unknown(case: _Case) -> Explanation:
+def _unknown(case: Case) -> Explanation:
     verdict = case.verdict
     assert verdict.name is not None
     if verdict.name == "time_s":
         what = "the bias changes with time, neither linearly nor exponentially"
         at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
-        words = [_with_odds(each) for each in verdict.beside]
+        words = [_with_odds(case, each) for each in verdict.beside]
         return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")
     elif verdict.details:
         what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
@@ -157,9 +149,9 @@ def _unknown(case: _Case) -> Explanation:
     return _course(case, what, "")
 
 
-def _course(case: _Case, what: str, which: str) -> Explanation:
+def _course(case: Case, what: str, which: str) -> Explanation:
     """An error of unlisted shape; ``which`` says what it may be, with odds."""
-    beside = "" if which else _beside(case.verdict)
+    beside = "" if which else _beside(case)
     text = (
         f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
         f"{_nearest(case)}{beside}"
@@ -172,7 +164,7 @@ def _course(case: _Case, what: str, which: str) -> Explanation:
     )
 
 
-def _nearest(case: _Case) -> str:
+def _nearest(case: Case) -> str:
     """What the nearest listed effect would do for an error of unlisted shape."""
     listed = [c for c in case.ranking if c.kind == "listed" and np.isfinite(c.loo_after)]
     nearest = min(listed, key=lambda c: c.loo_after, default=None)
@@ -185,9 +177,9 @@ def _nearest(case: _Case) -> str:
     )
 
 
-def _bad_pose(case: _Case) -> Explanation:
+def _bad_pose(case: Case) -> Explanation:
     poses = case.verdict.details
-    names = enumeration(poses, "and")
+    names = enumeration(case.named(poses), "and")
     if len(poses) == 1:
         what, verb = f"One pose does not agree with the others: {names}", "it"
         short = f"the pose {names} contradicts the others"
@@ -195,15 +187,15 @@ def _bad_pose(case: _Case) -> Explanation:
         what, verb = f"{len(poses)} poses do not agree with the others: {names}", "them"
         short = f"the poses {names} contradict the others"
     again = f"Record {verb} again ({minutes_of(len(poses))}), or exclude {verb}"
-    text = f"{what} ({case.misfit}). {_beside(case.verdict)}{again}."
+    text = f"{what} ({case.misfit}). {_beside(case)}{again}."
     return Explanation("act", short, text, "record", again)
 
 
-def _noise(case: _Case) -> Explanation:
+def _noise(case: Case) -> Explanation:
     chi2 = float(case.fit.weight @ case.fit.rows.residual**2)
     factor = np.sqrt(chi2 / max(case.fit.dof, 1))
     widened = "The sds of the parameters are widened by that factor."
-    instead = _instead_of_noise(case.verdict)
+    instead = _instead_of_noise(case)
     name = case.verdict.name
     add = "Add it: the sds then contain it, and its size is printed; no correction takes it away"
     if name == "bias_wander":
@@ -237,20 +229,20 @@ def _noise(case: _Case) -> Explanation:
     return Explanation("open", short, text, "add", add)
 
 
-def _once_more(case: _Case) -> str:
+def _once_more(case: Case) -> str:
     """The poses once more with their minutes, where no single block of poses would settle it."""
     poses = case.fit.poses
     return f"Record {once_more(poses)} ({minutes_of(len(poses))})"
 
 
-def _instead_of_noise(verdict: Verdict) -> str:
+def _instead_of_noise(case: Case) -> str:
     """What else it may be than the noise that is named, with odds."""
-    lead = verdict.name or "noise"
-    words = [_with_odds(each) for each in verdict.beside if each.name != lead]
+    lead = case.verdict.name or "noise"
+    words = [_with_odds(case, each) for each in case.verdict.beside if each.name != lead]
     return f"It may be {enumeration(words, 'or')} instead, or beside it. " if words else ""
 
 
-def _settle(case: _Case) -> tuple[Step, str]:
+def _settle(case: Case) -> tuple[Step, str]:
     """The next step where something is open, for programs and in words."""
     if case.advice is not None:
         return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
@@ -259,11 +251,11 @@ def _settle(case: _Case) -> tuple[Step, str]:
     return "record", _once_more(case)
 
 
-def _what_separates(case: _Case) -> str:
+def _what_separates(case: Case) -> str:
     return f"What separates them: {what_separates(case.verdict.group[0], case.fit.poses.triad)}"
 
 
-def _record(case: _Case) -> str:
+def _record(case: Case) -> str:
     """The end of a verdict that leaves something open: what to record next."""
     if case.advice is not None:
         return f" Record next: {case.advice.instruction}."
@@ -273,7 +265,7 @@ def _record(case: _Case) -> str:
             f"{once_more(case.fit.poses)} ({minutes_of(len(case.fit.poses))}).")
 
 
-SPOKEN: Mapping[Code, Callable[[_Case], Explanation]] = {
+SPOKEN: Mapping[Code, Callable[[Case], Explanation]] = {
     Code.NOTHING_MISSING: _nothing,
     Code.EFFECT: _effect,
     Code.AMBIGUOUS: _ambiguous,

@@ -34,7 +34,8 @@ class Candidate:
         What adding it alone does, errors in SI: at its refit where one was made, predicted from the
         score otherwise.
     size, sd : array, shape (k,)
-        Its parameters, those of the leading set's joint refit where it is a member.
+        Its parameters: by the refit with what the verdict names where it is among that, else by
+        the leading set's where it is a member, else by its own.
     unit : str
         Of the parameters, SI.
     p_value : float
@@ -60,8 +61,12 @@ class Candidate:
     follows: str | None = None
 
 
-def rank(posterior: Posterior) -> tuple[Candidate, ...]:
-    """One candidate for every name, the most probable first."""
+def rank(posterior: Posterior, named: Refit | None = None) -> tuple[Candidate, ...]:
+    """One candidate for every name, the most probable first.
+
+    ``named`` is the refit with exactly what the verdict names: the sizes of these are its own, as
+    the page and ``add`` have them.
+    """
     by_name: dict[str, list[int]] = {}
     for j, h in enumerate(posterior.hypotheses):
         if not posterior.table.is_blind(j):
@@ -76,7 +81,7 @@ def rank(posterior: Posterior) -> tuple[Candidate, ...]:
     leverage = np.asarray((posterior.table.projector.model**2).sum(axis=1))
     candidates = [
         _candidate(posterior, j, by_name[name], probability.get(name, 0.0), leverage,
-                   _by_itself(posterior, whole, j, by_name[name]))
+                   _by_itself(posterior, whole, j, by_name[name]), named)
         for name, j in best.items()
     ]
     candidates.append(_noise(posterior))
@@ -104,10 +109,10 @@ def _noise(posterior: Posterior) -> Candidate:
 
 def _candidate(
     posterior: Posterior, j: int, of_name: Sequence[int], probability: float,
-    leverage: FloatArray, alone: Refit | None,
+    leverage: FloatArray, alone: Refit | None, named: Refit | None,
 ) -> Candidate:
     """The candidate of hypothesis ``j``, the best of those ``of_name``; ``alone`` is its refit by
-    itself."""
+    itself, ``named`` that of the verdict."""
     h, table = posterior.hypotheses[j], posterior.table
     size, sd, unit = np.zeros(0), np.zeros(0), ""
     same: list[int] = []
@@ -125,11 +130,11 @@ def _candidate(
     if alone is not None:
         fit = alone.fit
         drop, rms, loo = _drop(posterior, alone), fit.residual_rms, linear_loo_rms(fit)
-    lead = posterior.lead.refit
+    joint = [one for one in (named, posterior.lead.refit, alone) if one is not None]
     inside = next((m for m in posterior.lead.members if posterior.hypotheses[m].name == h.name), j)
     fitted_as = held(posterior.hypotheses[inside], inside).name if h.effect is not None else h.name
-    fitted = lead if lead is not None and fitted_as in lead.names else alone
-    if h.kind in ("listed", "jump") and fitted is not None and fitted_as in fitted.names:
+    fitted = next((one for one in joint if fitted_as in one.names), None)
+    if h.kind in ("listed", "jump") and fitted is not None:
         size, sd = _fitted(fitted, fitted_as)
     factors = posterior.log_factor[of_name]
     return Candidate(

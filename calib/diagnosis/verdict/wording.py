@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from calib.diagnosis.next_measurement.advice import list_labels
 from calib.diagnosis.next_measurement.pose_blocks import MINUTES_PER_PASS
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
+from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
@@ -157,7 +160,7 @@ def remedy_of_noise(factor: float) -> str:
     return "Longer poses and a firmer base usually help."
 
 
-def unsupported(prediction: Prediction) -> str:
+def unsupported(fit: Fit, prediction: Prediction) -> str:
     """Where a calibration with nothing missing does not hold, or no pose checks it."""
     text = ""
     if not prediction.holds_everywhere:
@@ -167,7 +170,8 @@ def unsupported(prediction: Prediction) -> str:
         )
     if prediction.unchecked:
         text += (
-            f"Repeat {list_labels(prediction.unchecked)}: no other pose shows an error there. "
+            f"Repeat {list_labels([pose_in_words(fit, one) for one in prediction.unchecked])}: no "
+            f"other pose shows an error there. "
         )
     return text
 
@@ -178,6 +182,20 @@ def kind_of_noise(names: Sequence[str]) -> str:
         return ""
     others = "".join(f" or '{name}', which looks the same here" for name in names[1:])
     return f"It is '{names[0]}'{others}: {physics(names[0])} "
+
+
+def pose_in_words(fit: Fit, label: str) -> str:
+    """A pose by its file and the side that faces up: ``pose_07.csv (edge +x -z up)``.
+
+    The file alone where a plate at rest shows no attitude.
+    """
+    i, poses = list(fit.poses.label).index(label), fit.poses
+    up = poses.force[i]
+    if not np.isfinite(up).all():
+        spin = poses.spin_rad_s[i] if poses.triad == "gyroscope" else 1.0
+        up = fit.rows.vector[i] * np.sign(spin)
+    length = float(np.linalg.norm(up))
+    return f"{label} ({direction_name(up / length)})" if length > 0 else label
 
 
 def minutes_of(poses: int) -> str:

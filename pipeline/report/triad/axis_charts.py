@@ -199,15 +199,19 @@ def _sentence(panel: Panel) -> str:
         return ""
     value = with_minus_signs(with_sd(panel.slope, panel.slope_sd))
     what = "The scale of axis" if panel.unit == "ppm" else "Axis"
-    return (f"{what} {panel.axis} errs by {value} {panel.unit} per {panel.per or 'unit'} of "
+    return (f"{what} {panel.axis} errs by {value} {panel.unit} per {_per(panel)} of "
             f"{panel.against}")
+
+
+def _per(panel: Panel) -> str:
+    """The unit of the driver as sizes have it: a change of temperature is in kelvin."""
+    return "K" if panel.per == "°C" else panel.per or "unit"
 
 
 def _title(panel: Panel) -> str:
     """What the panel shows, as a sentence: "Axis x: 0.1217 ± 0.0029 °/s per g"."""
     if np.isfinite(panel.slope):
-        per = panel.per or "unit"
-        text = f"{with_sd(panel.slope, panel.slope_sd)} {panel.unit} per {per}"
+        text = f"{with_sd(panel.slope, panel.slope_sd)} {panel.unit} per {_per(panel)}"
     else:
         span = float(np.ptp(panel.curve[1]))
         text = f"{tick_text(float(f'{span:.3g}'))} {panel.unit} over {count(len(panel.x), 'pose')}"

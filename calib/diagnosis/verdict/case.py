@@ -1,0 +1,53 @@
+"""A verdict with the fit that it is on, and the phrases that several verdicts share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from calib.diagnosis.next_measurement.advice import Advice
+from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.diagnosis.verdict.wording import pose_in_words, readable
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.validation.prediction import Prediction
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One verdict with all that its text says."""
+
+    fit: Fit
+    verdict: Verdict
+    ranking: Sequence[Candidate]
+    p_value: float
+    advice: Advice | None
+    prediction: Prediction | None
+
+    @property
+    def misfit(self) -> str:
+        """Chi-square over its degrees of freedom, and what the verdict rests on.
+
+        That is how probable the residual is, or where noise alone would explain its size, what
+        the named hypothesis takes off chi-square.
+        """
+        chi2 = float(self.fit.weight @ self.fit.rows.residual**2)
+        dof = self.fit.dof
+        text = f"chi²/dof {chi2 / max(dof, 1):.3g} with {dof} degrees of freedom"
+        if self.rests_on_size:
+            chance = f"p = {self.p_value:.2g}" if self.p_value > 1e-300 else "p below 1e-300"
+            return f"{text}, {chance}"
+        shown = [each for each in self.ranking if each.kind != "noise"]
+        best = next((each for each in shown if each.name == self.verdict.name), *shown[:1])
+        return (f"{text}, which noise alone can make; but with "
+                f"{readable(best.name, best.follows)} chi² falls from {chi2:.3g} to "
+                f"{max(chi2 - best.chi2_drop, 0.0):.3g}")
+
+    @property
+    def rests_on_size(self) -> bool:
+        """Whether the verdict rests on how large the residual is, and not on its shape."""
+        return (self.verdict.code in (Code.NOTHING_MISSING, Code.NOISE)
+                or self.p_value < MISFIT_P_VALUE
+                or all(each.kind == "noise" for each in self.ranking))
+
+    def named(self, labels: Sequence[str]) -> list[str]:
+        """Poses by their files and attitudes."""
+        return [pose_in_words(self.fit, label) for label in labels]

@@ -1,0 +1,69 @@
+"""What the text of a verdict quotes: sizes of one refit, poses by attitude, p where it counts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.finding import find
+from calib.diagnosis.search.refit import refit
+from calib.diagnosis.verdict.decision import refit_of
+from calib.diagnosis.verdict.ranking import rank
+from calib.effects.catalogue import BASE, find_effect
+from calib.fit.least_squares.solver import Fit, fit
+from calib.fit.model import Model
+from calib.poses.attitudes import direction_name
+from tests.calib.made_poses import noisy, rich_poses
+from tests.set_trials import design_of
+from tests.trials import hidden_of, poses_of
+
+
+def hiding(name: str, size: float, seed: int) -> Fit:
+    """18 poses of an accelerometer with an effect of so many sds."""
+    design = design_of("paper", seed)
+    hidden = hidden_of((name,), "accelerometer", size, design, seed)
+    assert hidden is not None
+    return fit(poses_of(design, seed, "accelerometer", hidden), Model.of(BASE))
+
+
+@pytest.mark.parametrize(("size", "quoted"), [(2.0, False), (30.0, True)])
+def test_p_is_quoted_only_where_the_verdict_rests_on_it(size: float, quoted: bool) -> None:
+    """Of two sds noise could be as large, and what speaks is how far chi-square falls."""
+    base = hiding("quadratic", size, 1)
+    found = diagnose(base)
+    assert found.verdict != "nothing_missing"
+    assert ("p = " in found.text) is quoted
+    assert ("chi² falls from" in found.text) is not quoted
+    assert f"chi²/dof {base.chi2 / base.dof:.3g}" in found.text
+
+
+def test_the_size_of_a_named_effect_is_that_of_the_refit_with_what_is_named() -> None:
+    """Also where the leading set holds more than the verdict names."""
+    design = design_of("rich", 31)
+    hidden = hidden_of(("g_sensitivity", "cubic"), "gyroscope", 20.0, design, 31)
+    assert hidden is not None
+    posterior = find(fit(poses_of(design, 31, "gyroscope", hidden), Model.of(BASE))).posterior
+    assert {"g_sensitivity", "cubic"} <= posterior.names(posterior.lead)
+    alone = refit(posterior.base, [find_effect("g_sensitivity")])
+    assert alone is not None
+    assert posterior.lead.refit is not None
+    size, of_lead = (one.fit.theta[one.fit.model.slices()["g_sensitivity"]]
+                     for one in (alone, posterior.lead.refit))
+    assert not np.allclose(size, of_lead, rtol=1e-4)
+    ranking = rank(posterior, refit_of(posterior, ["g_sensitivity"]))
+    (candidate,) = (one for one in ranking if one.name == "g_sensitivity")
+    assert candidate.size == pytest.approx(size)
+
+
+def test_bad_poses_are_told_by_file_and_attitude() -> None:
+    poses = noisy(rich_poses("gyroscope"), 4)
+    reading = poses.reading.copy()
+    for k in (5, 70):
+        reading[k] += 40 * poses.sd[k]
+    found = diagnose(fit(replace(poses, reading=reading), Model.of(BASE)))
+    for k in (5, 70):
+        up = direction_name(poses.force[k] / np.linalg.norm(poses.force[k]))
+        assert f"{poses.label[k]} ({up})" in found.text
+    (bad,) = (one for one in found.inclusion if one.kind == "bad_pose")
+    assert set(bad.details) == {poses.label[5], poses.label[70]}
