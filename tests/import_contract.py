@@ -91,7 +91,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.diagnosis.verdict": [
         ("ranking", "wording", "explanation", "kinds_of_noise", "credible"), ("decision",),
-        ("explain",),
+        ("case",), ("explain",),
     ],
     "vision": [
         ("geometry", "numbers"), ("phase_track",), ("errors", "image_return"),

@@ -99,8 +99,8 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         reference = TRIAD_KINDS[triad].reference
         named = np.isfinite(spec.full_scale)
         range_says = (
-            f" (a range of {_range(spec.full_scale / ratio.mean(), triad)} instead of "
-            f"{_range(spec.full_scale, triad)})"
+            f" (a range of {range_in_words(spec.full_scale / ratio.mean(), triad)} instead of "
+            f"{range_in_words(spec.full_scale, triad)})"
             if named
             else ""
         )
@@ -113,7 +113,18 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         )
 
 
-def _range(full_scale: float, triad: str) -> str:
+def range_by_gain(scale_counts_per_unit: FloatArray, spec: TriadSpec) -> float | None:
+    """The full scale, SI, that fitted gains (3,) show where they refute the data sheet's.
+
+    None where they agree with it, or it states none.
+    """
+    ratio = scale_counts_per_unit * spec.nominal_scale
+    if not np.isfinite(spec.full_scale) or np.abs(ratio - 1).max() <= SHEET_TOLERANCE:
+        return None
+    return float(spec.full_scale / ratio.mean())
+
+
+def range_in_words(full_scale: float, triad: str) -> str:
     """A full scale in the unit of data sheets: ``±4 g``, ``±500 °/s``."""
     if triad == "accelerometer":
         return f"±{full_scale / STANDARD_GRAVITY_M_S2:.3g} g"

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.consistency.data_sheet import range_by_gain, range_in_words
 from calib.effects.units import display_unit
 from calib.fit.triad.calibration import TOLD_WIDENING
 from calib.numbers import RPM
@@ -147,6 +148,9 @@ def _range(triad: StoredTriad) -> str:
     spec, unit = triad.correction.spec, SI_UNIT[triad.name]
     if not spec.bits:
         return "logged in physical units"
+    by_gain = range_by_gain(triad.scale_counts_per_unit, spec)
+    if by_gain is not None:
+        return f"about {range_in_words(by_gain, triad.name)} by the measured gain, {spec.bits} bits"
     shown = math.degrees(spec.full_scale) if triad.name == "gyroscope" else spec.full_scale
     return f"±{shown:.4g} {'°/s' if triad.name == 'gyroscope' else unit}, {spec.bits} bits"
 

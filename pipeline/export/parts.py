@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.consistency.data_sheet import range_by_gain
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from pipeline.export.remaining import remaining_error
 from pipeline.results.read import Stored, StoredTriad
@@ -123,10 +124,13 @@ def origin(stored: Stored) -> tuple[str, ...]:
     for triad in stored.triads:
         spec = triad.correction.spec
         if spec.bits:
-            lines.append(
-                f"{triad.name}: {spec.bits} bits over +-{spec.full_scale:.6g} "
-                f"{SI_UNIT[triad.name]}; the calibration is valid for this range only"
-            )
+            by_gain = range_by_gain(triad.scale_counts_per_unit, spec)
+            over = f"over +-{spec.full_scale:.6g} {SI_UNIT[triad.name]}"
+            if by_gain is not None:
+                over = (f"over about +-{by_gain:.3g} {SI_UNIT[triad.name]} by the measured gain, "
+                        f"which refutes the +-{spec.full_scale:.6g} of the configuration")
+            lines.append(f"{triad.name}: {spec.bits} bits {over}; the calibration is valid for "
+                         f"the range of the session only")
     warmth = temperatures(stored)
     if warmth:
         lines.append(f"calibrated between {min(warmth):.1f} and {max(warmth):.1f} degrees Celsius")

@@ -7,6 +7,7 @@ import numpy as np
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
+    range_by_gain,
     turning_while_still,
 )
 from calib.fit.parameters import TriadParameters
@@ -67,3 +68,9 @@ def test_poses_at_rest_and_runs_without_a_clip_say_nothing_of_the_direction() ->
     assert not [*direction_against_clip(resting, right)]
     assert not [*direction_against_clip(poses, [None] * len(poses))]
     assert len([*direction_against_clip(resting, ["cw"] * 18 + ["ccw"] * 18)]) == 2
+
+
+def test_a_refuted_range_is_replaced_by_that_of_the_gain() -> None:
+    """At ±8 instead of ±4 a count is twice as large, and a unit gives half as many."""
+    assert range_by_gain(gains(0.49, 0.51, 0.5).scale_counts_per_unit, SPEC) == 8.0
+    assert range_by_gain(gains(1.28, 0.75, 1.0).scale_counts_per_unit, SPEC) is None

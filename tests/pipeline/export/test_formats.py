@@ -2,12 +2,15 @@
 
 import csv
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pipeline.export.formats import FORMATS
+from pipeline.export.parts import origin
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
@@ -97,3 +100,20 @@ def test_a_wrong_format_is_answered_with_the_nearest_and_the_list(
     assert pipeline("export", finished.folder, "--to", "imutk") == 2
     said = capsys.readouterr().err
     assert "no format is named 'imutk' (did you mean 'imu_tk'?); there are: json, csv" in said
+
+
+def test_no_export_repeats_a_data_sheet_that_the_gain_refutes(finished: RunSession) -> None:
+    """The session's results with half the full scale in the configuration."""
+    stored = load_results(finished.folder)
+    triad = next(one for one in stored.triads if one.name == "accelerometer")
+    spec = triad.correction.spec
+    halved = replace(spec, full_scale=spec.full_scale / 2)
+    refuted = replace(triad, correction=replace(triad.correction, spec=halved))
+    before, after = (
+        next(line for line in origin(replace(stored, triads=(one,))) if "bits" in line)
+        for one in (triad, refuted))
+    assert f"over +-{spec.full_scale:.6g} " in before
+    by_gain = re.search(r"about \+-([0-9.]+)", after)
+    assert by_gain is not None
+    assert float(by_gain[1]) == pytest.approx(spec.full_scale, rel=0.3)
+    assert f"refutes the +-{halved.full_scale:.6g} of the configuration" in after
