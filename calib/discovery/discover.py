@@ -3,20 +3,24 @@
 All formulas stand at one table (:mod:`calib.diagnosis.search.table_at`). Each has the log odds of
 its evidence against none, with a prior that halves and halves again with every term, so that a
 longer one pays. The likeliest are refitted, and one is accepted where it is likely against none and
-where it predicts poses that took no part, fold by fold, better than the model without it.
+where it predicts poses that took no part, fold by fold, better than the model without it. A listed
+effect that predicts them as well is what it is: a formula is for what none of these describes.
 """
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.hypotheses.listed import Hypothesis, held, listed_hypotheses
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.search.table_at import table_at
 from calib.discovery.grammar import Formula, formulas
+from calib.effects.catalogue import STEP
+from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray
@@ -55,6 +59,10 @@ class Discovered:
         Root mean square in sds of the rows of poses that took no part, without and with it.
     fit : Fit
         With it.
+    listed : str or None
+        The listed effect that predicts the poses left out as well, and is to be added instead.
+    left_out_listed : float
+        What is left out with that, as above; NaN without one.
     """
 
     formula: Formula
@@ -63,6 +71,8 @@ class Discovered:
     left_out_before: float
     left_out_after: float
     fit: Fit
+    listed: str | None = None
+    left_out_listed: float = math.nan
 
 
 def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | None:
@@ -94,9 +104,11 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     priors = weights - np.logaddexp.reduce(weights) + np.log(CONSTANTS.odds_unknown)
     hypotheses = [Hypothesis(each.name, "listed", float(prior), each.effect)
                   for each, prior in zip(every, priors, strict=True)]
+    n = len(hypotheses)
+    hypotheses += listed_hypotheses(fit, covariates=covariates)[0]
     table = table_at(fit, hypotheses)
     density, _ = table.singles()
-    odds = density + priors - np.logaddexp(*table.noise.nothing(table.chi2))
+    odds = density[:n] + priors - np.logaddexp(*table.noise.nothing(table.chi2))
     open_ones = [int(j) for j in np.argsort(-odds) if np.isfinite(odds[j])]
     likely = [j for j in open_ones if odds[j] > odds[open_ones[0]] - CONSTANTS.refuted]
     before = _left_out(fit)
@@ -111,11 +123,32 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
             continue
         after = _left_out(joint.fit)
         if _holds(before, after):
+            ranked = [n + int(k) for k in np.argsort(-density[n:]) if np.isfinite(density[n + k])]
+            rivals = [*ranked[:1], *table.aliases(j, ranked)]
+            effects = {hypotheses[k].name: held(hypotheses[k], 0) for k in rivals}
+            if every[j].column == "time_s" and STEP not in fit.model.names:
+                effects[STEP] = EFFECTS[STEP].within(at)
+            name, listed = _listed(fit, effects.values(), after)
             rows = fit.equations.data_count
-            return Discovered(
-                every[j], tuple(every[k] for k in same), float(odds[j]),
-                float(np.sqrt(before.sum() / rows)), float(np.sqrt(after.sum() / rows)), joint.fit)
+            rms = [float(np.sqrt(out.sum() / rows)) for out in (before, after, listed)]
+            return Discovered(every[j], tuple(every[k] for k in same), float(odds[j]), rms[0],
+                              rms[1], joint.fit, name, rms[2])
     return None
+
+
+def _listed(
+    fit: Fit, rivals: Iterable[Effect], with_formula: FloatArray
+) -> tuple[str | None, FloatArray]:
+    """The best of listed ``rivals`` that predicts the folds (FOLDS,) as well as a formula does."""
+    best, least = None, np.full(FOLDS, np.nan)
+    for effect in rivals:
+        joint = refit(fit, [effect])
+        out = None if joint is None else _left_out(joint.fit)
+        if out is None or not with_formula.sum() > (1 - LEAST_FALL) * out.sum():
+            continue
+        if best is None or out.sum() < least.sum():
+            best, least = effect.name, out
+    return best, least
 
 
 def _holds(before: FloatArray, after: FloatArray) -> bool:

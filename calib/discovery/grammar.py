@@ -14,6 +14,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.effects.expression import read_expression
+from calib.effects.expression_units import coefficient_unit
 from calib.effects.user_defined import user_effect
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -177,7 +178,8 @@ def _formula(
     name = "_".join(part for part in (factor, "common" if per == "common" else "", f.name) if part)
     of = {"axis": " of each axis", "common": ", the same on all axes,", "matrix": ""}[per]
     sentence = f"{words}{of} follows {f.words}" if column else f"{words}{of} is not zero"
-    effect = user_effect(name, read_expression(expression), per, "{u}", poses.triad)
+    read = read_expression(expression)
+    effect = user_effect(name, read, per, coefficient_unit(read, poses.triad), poses.triad)
     return Formula(expression, per, sentence, name, length + f.length + (per == "matrix"),
                    effect, column)
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from calib.effects.effect import OF_COLUMN, Effect, Page, per_axis
+from calib.effects.expression_units import column_unit
 from calib.poses.imu_log import AXES
 
 
@@ -11,7 +12,7 @@ def column_effect(name: str) -> Effect:
     return Effect(
         name=OF_COLUMN + name,
         parameters=AXES,
-        unit=f"{{u}} per unit of {name}",
+        unit=f"{{u}} per {column_unit(name)}",
         logged=(name,),
         constant_is="bias",
         names_column=name,

@@ -6,6 +6,7 @@ relative to is in g, °/s or its own unit, a part of the reading in % or ppm.
 """
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 
 from calib.earth import STANDARD_GRAVITY_M_S2
@@ -31,6 +32,9 @@ DENOMINATORS: Mapping[str, tuple[str, float]] = {
 }
 """SI denominator -> unit, and how many SI units one of it is."""
 
+BELOW = re.compile(r"/((?:\([^()]*\)|[^/()])+)")
+"""One denominator behind the numerator, a quotient in brackets."""
+
 
 def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
     """The unit in which sizes are read.
@@ -55,14 +59,17 @@ def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
     'mm/s² per K'
     >>> display_unit("1/K", [2e-5])[0]
     'ppm per K'
+    >>> display_unit("(rad/s)/(m/s²)/W²", [2e-5])[0]
+    '°/s per g per W²'
     """
     numerator, rest = _split(unit)
     if numerator is None:
         return unit, 1.0
     name, factor = _numerators()[numerator]
-    below = rest.removeprefix("/").removeprefix(" per ")
-    known, per = DENOMINATORS.get(below, (below, 1.0))
-    factor *= per
+    below = [rest.removeprefix(" per ")] if rest.startswith(" per ") else BELOW.findall(rest)
+    read = [DENOMINATORS.get(part, (part, 1.0)) for part in below]
+    known = " per ".join(name for name, _ in read)
+    factor *= math.prod(per for _, per in read)
     if name in FINER and not (known and name == "°/s"):
         finer, many = FINER[name]
         if max(map(abs, sizes), default=0.0) * factor < FINER_BELOW:

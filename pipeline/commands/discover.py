@@ -23,7 +23,8 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     Some hundred formulas are tried in every triad whose poses show a misfit: bias, gain, an error
     in proportion to the size or the square of the reading, the sensitivity to gravity and the
     memory of the pose before, each as a function of every logged column and of time. A formula is
-    printed only if it predicts poses that took no part in its fit.
+    printed only if it predicts poses that took no part in its fit; where a listed effect predicts
+    them as well, that effect is named instead.
     """
     from calib.diagnosis.verdict.decision import Code
     from calib.discovery.discover import discover
@@ -37,7 +38,9 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
         outcome = run_shown(session, folder, allow_python)
-        changed, following = session, []
+        changed = session
+        listed: list[str] = []
+        following: list[str] = []
         for result in outcome.triads:
             if result.diagnosis.verdict is Code.NOTHING_MISSING:
                 click.echo(f"{result.triad}: nothing is missing, and no formula is sought.")
@@ -48,6 +51,9 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
                 continue
             sentence, *lines = discovery_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
+            if formula.listed is not None:
+                listed.append(f"{result.triad}.{formula.listed}")
+                continue
             name = formula.formula.name
             if write and name not in session.effects:
                 text = add_effect(changed.source, name, definition(result.triad, formula))
@@ -56,8 +62,8 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
         if changed is not session:
             write_session(folder, outputs_of(outcome, folder), session, changed.source.text)
             click.echo(f"{config} was changed: `effects:` has the formula.")
-    if following and (write or all(each.partition(".")[2] in session.effects
-                                   for each in following)):
-        click.echo(f"next: {typed('add', config, *following)}")
-    elif following:
+    if following and not write and any(
+            each.partition(".")[2] not in session.effects for each in following):
         click.echo(f"next: {typed('discover', config, '--write')}")
+    elif following or listed:
+        click.echo(f"next: {typed('add', config, *listed, *following)}")

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from calib.discovery.discover import Discovered
+from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES
+from calib.rounding import with_sd
 from pipeline.config.yaml_words import yaml_word
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
@@ -19,8 +21,8 @@ ALIKE_SHOWN = 3  #: formulas that look the same and are named: chosen
 def definition(triad: str, found: Discovered) -> str:
     """The value of the effect's key in a configuration, on one line."""
     formula = found.formula
-    return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, unit: "
-            f"'{{u}}', triad: {triad}}}")
+    return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, "
+            f"unit: {yaml_word(formula.effect.unit)}, triad: {triad}}}")
 
 
 def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
@@ -30,8 +32,12 @@ def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
     text = (
         f"{result.triad}: {formula.words}. Poses that took no part err by "
         f"{found.left_out_before:.3g} sd without it and by {found.left_out_after:.3g} sd with it; "
-        f"the odds against no formula are 10^{odds:.0f} to 1."
+        f"the odds against no formula are 10^{odds:.0f} to 1. {_size(found)}"
     )
+    if found.listed is not None:
+        yield (f"{text} The listed effect '{found.listed}' predicts these poses as well "
+               f"({found.left_out_listed:.3g} sd) and has a name: it is the one to add.")
+        return
     if found.alike:
         alike = "; ".join(each.words for each in found.alike[:ALIKE_SHOWN])
         more = len(found.alike) - ALIKE_SHOWN
@@ -42,6 +48,17 @@ def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
         yield from _picture(result, found)
     yield "effects:"
     yield f"  {formula.name}: {definition(result.triad, found)}"
+
+
+def _size(found: Discovered) -> str:
+    """The largest coefficient with its sd and unit, as a sentence."""
+    fit, effect = found.fit, found.formula.effect
+    where = fit.model.slices()[found.formula.name]
+    sizes, sds = fit.theta[where], np.sqrt(np.diag(fit.cov))[where]
+    k = int(np.argmax(np.abs(sizes)))
+    unit, factor = display_unit(effect.unit, sizes)
+    return (f"Its largest coefficient ({effect.parameters[k]}) is "
+            f"{with_sd(factor * float(sizes[k]), factor * float(sds[k]))} {unit}.")
 
 
 def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:

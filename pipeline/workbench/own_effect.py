@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from calib.effects.expression import BadExpression, read_expression
+from calib.effects.expression_units import coefficient_unit
 from calib.effects.user_defined import PARAMETERS, Per, user_effect
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
@@ -48,7 +49,8 @@ def tried_expression(
         if name not in known:
             return {"problem": f"'{name}' is no logged column{nearest_name(name, tuple(known))}. "
                                f"The logs have: {', '.join(known)}.", "at": text.find(name)}
-    effect = user_effect(NAME, expression, kind, "{u}", triad)
+    unit = coefficient_unit(expression, triad)
+    effect = user_effect(NAME, expression, kind, unit, triad)
     section = from_poses.section
     tried = replace(from_poses, defined={**from_poses.defined, NAME: effect},
                     section=section.model_copy(update={"model": (*section.model, NAME)}))
@@ -61,7 +63,7 @@ def tried_expression(
         "words": "" if judged is None else judged.text(False, True),
         "helps": judged is not None and judged.helps,
         "lines": f"effects:\n  {NAME}: {{expression: {yaml_word(text)}, per: {kind}, "
-                 f"unit: '{{u}}', triad: {triad}}}",
+                 f"unit: {yaml_word(unit)}, triad: {triad}}}",
     }
 
 

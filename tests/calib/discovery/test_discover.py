@@ -7,9 +7,11 @@ import pytest
 
 from calib.discovery.discover import discover
 from calib.discovery.grammar import formulas
-from calib.effects.catalogue import BASE
+from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from calib.poses.imu_log import Triad
+from tests.calib.made_poses import noisy, rich_poses
 from tests.hidden_formulas import SEEN, hide, poses_of, recovered
 
 
@@ -38,6 +40,24 @@ def test_what_no_column_drives_has_no_formula() -> None:
         assert discover(fit(spoilt, Model.of(BASE))) is None
 
 
+@pytest.mark.parametrize(("name", "triad"), [
+    ("g_sensitivity", "gyroscope"), ("temperature_bias", "accelerometer"),
+    ("temperature_bias", "gyroscope"), ("quadratic", "accelerometer"),
+])
+def test_a_listed_effect_that_does_as_well_is_named_instead(name: str, triad: Triad) -> None:
+    true = rich_poses(triad, 6)
+    effect = find_effect(name)
+    columns = effect.evaluate(true.conditions(true.reading))
+    errors = columns @ np.random.default_rng(6).normal(size=columns.shape[2])
+    errors = errors - errors.mean(axis=0)
+    size = np.sqrt(np.mean((errors / true.sd) ** 2))
+    poses = noisy(replace(true, reading=true.reading + 20 / size * errors), 6)
+    found = discover(fit(poses, Model.of(BASE)))
+    assert found is not None
+    assert found.listed == name
+    assert found.left_out_listed < 1.05 * found.left_out_after
+
+
 def test_a_formula_says_what_errs_and_what_it_follows() -> None:
     poses, true = poses_of("rich", 5)
     spoilt = hide(SEEN["bias ~ power²"], poses, true, 20.0, 5)
@@ -45,6 +65,8 @@ def test_a_formula_says_what_errs_and_what_it_follows() -> None:
     assert found is not None
     assert found.formula.words == "the bias of each axis follows the square of tx_power_w"
     assert found.formula.expression == "tx_power_w**2"
+    assert found.formula.effect.unit == "(rad/s)/W²"
+    assert found.listed is None
     assert found.left_out_after < 1.2 < 5 < found.left_out_before
     at = poses.conditions(poses.reading)
     every = formulas(poses, tuple(poses.columns))
