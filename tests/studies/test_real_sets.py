@@ -58,7 +58,7 @@ def test_stops_left_out_do_not_contradict_the_verdict(
 @pytest.mark.parametrize(("name", "triad", "verdict", "names"), [
     ("xsens", "gyroscope", "effect", ("g_sensitivity",)),
     ("ck", "accelerometer", "effect", ("quadratic",)),
-    ("sundevil short", "gyroscope", "unknown", ()),
+    ("sundevil short", "gyroscope", "effect", ("bias_step",)),
     ("sundevil long", "accelerometer", "nothing_missing", ()),
 ])
 def test_what_left_out_stops_show_is_what_is_said(

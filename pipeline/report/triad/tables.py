@@ -67,7 +67,8 @@ def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
     means = np.where(means < NEGLIGIBLE * total, 0.0, means)
     rows = []
     for cause, (misalignment, bias, gain) in zip(causes, means, strict=True):
-        label = "noise and misfit" if cause == NOISE and result.calibration.is_widened else cause
+        widened = cause == NOISE and result.calibration.is_widened
+        label = "noise and what may be missing" if widened else cause
         rows.append((
             label,
             _known(f"{math.degrees(misalignment):.2g}°"),

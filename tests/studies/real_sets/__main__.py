@@ -43,7 +43,7 @@ PAIRS = (("snu good3", "snu good2"), ("snu good3", "snu good1"), ("snu good2", "
 SPARE = 0.8
 """Left-out error over that of the base from which an effect that nobody named counts as missed."""
 
-IN_TIME = ("jump", "bias_drift", "temperature_bias")
+IN_TIME = ("bias_step", "bias_drift", "temperature_bias")
 """Effects by which an independent fit follows a course of the bias in time."""
 
 

@@ -118,7 +118,7 @@ def accelerometer_effects(stops: Stops) -> Mapping[str, tuple[Extra | None, int]
         "scale_drift": (lambda p, s: late[:, None] * p * s, 3),
     }
     for after in _steps(len(stops)):
-        effects[f"jump {after}"] = (_step(np.arange(len(stops)) >= after), 3)
+        effects[f"bias_step {after}"] = (_step(np.arange(len(stops)) >= after), 3)
     if np.isfinite(stops.temperature).all():
         warm = stops.temperature - stops.temperature.mean()
         effects["temperature_bias"] = (lambda p, s: warm[:, None] * p, 3)
@@ -153,7 +153,7 @@ def judge_gyroscope(stops: Stops) -> dict[str, Judged]:
     late = (stops.time_s - stops.time_s.mean()) / max(float(np.ptp(stops.time_s)), 1e-9)
     designs = {"base": np.zeros((n, 0)), "g_sensitivity": up, "bias_drift": late[:, None]}
     for k in _steps(n, 40):
-        designs[f"jump {k}"] = (np.arange(n) >= k).astype(float)[:, None]
+        designs[f"bias_step {k}"] = (np.arange(n) >= k).astype(float)[:, None]
     if np.isfinite(stops.temperature).all():
         designs["temperature_bias"] = (stops.temperature - stops.temperature.mean())[:, None]
     judged = {}
@@ -178,9 +178,9 @@ def _linear(columns: FloatArray, y: FloatArray, sd: FloatArray) -> tuple[FloatAr
 
 
 def best_step(judged: Mapping[str, Judged]) -> dict[str, Judged]:
-    """The same with the best of the steps alone, under the name ``jump``."""
-    steps = {name: each for name, each in judged.items() if name.startswith("jump")}
+    """The same with the best of the steps alone, under the name ``bias_step``."""
+    steps = {name: each for name, each in judged.items() if name.startswith("bias_step")}
     rest = {name: each for name, each in judged.items() if name not in steps}
     if steps:
-        rest["jump"] = min(steps.values(), key=lambda each: each.left_out)
+        rest["bias_step"] = min(steps.values(), key=lambda each: each.left_out)
     return rest
