@@ -26,6 +26,7 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.leave_one_out import Comparison, compare
 from calib.fit.validation.prediction import Prediction, predict, with_sds_of
+from calib.fit.validation.wave_misfit import with_misfit_of_waves
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import PoseSet
 
@@ -160,6 +161,8 @@ def _fitted(
     try:
         fitted = (fit_paper(replace(poses, ring=None), model, spec) if solver == "paper"
                   else fit(poses, model, robust=loss == "huber"))
+        if (widened := with_misfit_of_waves(fitted)) is not None:
+            poses, fitted = widened, fit(widened, model, robust=loss == "huber")
     except (FitFailed, Undetermined):
         if seek_mistakes:
             require_no_mistake(poses, model, None)

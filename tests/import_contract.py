@@ -73,7 +73,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("axis_of_turning", "evaluable"),
     ],
     "calib.fit.validation": [
-        ("leave_one_out",), ("predicted_pose", "prediction"), ("missing_effect",),
+        ("leave_one_out", "wave_misfit"), ("predicted_pose", "prediction"), ("missing_effect",),
     ],
     "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
     "calib.notebook": [("tables", "display", "partial"), ("calibration",),

@@ -94,6 +94,10 @@ class Ring:
         kept = where[index]
         return self._of(kept[kept >= 0], np.flatnonzero(kept >= 0))
 
+    def only(self, which: IntArray) -> "Ring | None":
+        """Some of the w rings, in their poses."""
+        return self._of(which, self.place[which])
+
     def _of(self, which: IntArray, place: IntArray) -> "Ring | None":
         if not len(which):
             return None

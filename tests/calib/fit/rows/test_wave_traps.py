@@ -78,16 +78,52 @@ def test_a_case_that_moves_with_the_plate_names_nothing(rocking: Rocking) -> Non
     assert np.sqrt(np.mean(deviations(poses, hide=False) ** 2)) < 2
 
 
-@pytest.mark.parametrize("rocking", [
-    in_the_room(lambda angle: 1e-3 * np.exp(2 * (np.cos(angle - 1.0) - 1))),
-    in_the_room(lambda angle: 5e-4 * np.cos(2 * angle)),
-], ids=["a cable tugs", "nods twice"])
-def test_what_makes_waves_of_its_own_is_seen_and_is_no_effect_of_the_sensor(
-    rocking: Rocking
+def tugged(size: float) -> Rocking:
+    return in_the_room(lambda angle: size * np.exp(2 * (np.cos(angle - 1.0) - 1)))
+
+
+def nods_twice(size: float) -> Rocking:
+    return in_the_room(lambda angle: size * np.cos(2 * angle))
+
+
+@pytest.mark.parametrize(("rocking", "times"), [(tugged(1e-3), 2.1), (nods_twice(5e-4), 4.4)],
+                         ids=["tugs a little", "nods a little"])
+def test_sds_of_waves_contain_what_fits_neither_gravity_nor_the_room(
+    rocking: Rocking, times: float
 ) -> None:
-    _, found = assessed(evening(rocking=rocking))
+    poses, found = assessed(evening(rocking=rocking))
     assert found.diagnosis.names == ()
-    assert found.diagnosis.verdict != "nothing_missing"
+    assert np.sqrt(np.mean(deviations(poses, hide=False) ** 2)) > 1.5
+    used = found.calibration.fit.poses
+    assert f"The sds of these waves are {times:g} times their noise" in used.notes[-1]
+    assert np.sqrt(np.mean(deviations(used, hide=False) ** 2)) < 1.5
+
+
+@pytest.mark.parametrize("rocking", [
+    tugged(5e-3), tugged(1e-2), nods_twice(5e-3),
+], ids=["tugs", "tugs hard", "nods"])
+def test_waves_that_show_more_of_a_cable_than_of_gravity_are_left_out(rocking: Rocking) -> None:
+    for hide in (False, True):
+        _, found = assessed(evening(rocking=rocking), hide)
+        assert found.diagnosis.names == ()
+        assert found.calibration.fit.poses.ring is None
+        assert "These waves are left out" in found.calibration.fit.poses.notes[-1]
+        assert found.prediction is not None
+        assert "g_sensitivity" in found.prediction.unseen
+
+
+def test_only_the_waves_of_the_run_that_is_disturbed_are_left_out() -> None:
+    def rocking(angle: FloatArray, time_s: FloatArray) -> FloatArray:
+        fast = np.ptp(angle, axis=1) > 1.5 * SLOW * np.ptp(time_s, axis=1)
+        return np.asarray(tugged(1e-2)(angle, time_s) * fast[:, None, None])
+
+    runs = (run_at(SLOW, LEAN, "17rpm"), run_at(FAST, LEAN, "33rpm"))
+    _, found = assessed(evening(runs=runs, rocking=rocking), hide=True)
+    used = found.calibration.fit.poses
+    assert used.ring is not None
+    assert {used.run[place] for place in used.ring.place} == {"17rpm"}
+    assert [note.split(":")[0] for note in used.notes] == ["33rpm"]
+    assert found.diagnosis.names == ("g_sensitivity",)
 
 
 @pytest.mark.parametrize("tilt_deg", [0.3, 0.7, 1.0, 1.4])
