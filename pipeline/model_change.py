@@ -249,5 +249,5 @@ def _next_measurement(
         result.calibration.spec.full_scale,
     )
     if advice is not None:
-        return f"{title}: record {advice.instruction}."
+        return f"{title}: record {advice.timed}."
     return f"{title}: {effects[0].page.separates}."

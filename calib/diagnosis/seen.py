@@ -9,7 +9,12 @@ from calib.diagnosis.next_measurement.advice import Rival, best_block, sufficien
 from calib.diagnosis.unseen import typical_size
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import Explanation
-from calib.diagnosis.verdict.wording import NOTHING_MISSING, enumeration, what_separates
+from calib.diagnosis.verdict.wording import (
+    NOTHING_MISSING,
+    enumeration,
+    minutes_of,
+    what_separates,
+)
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.units import display_unit
 from calib.fit.least_squares.result import Fit
@@ -57,14 +62,15 @@ def among_what_is_seen(
     rivals = [Rival(EFFECTS[name], None)]
     advice = best_block(fit, rivals, full_scale)
     if advice is None:
-        following = f"What shows {name}: {what_separates(name, fit.poses.triad)}"
+        following = f"What shows {name}: {what_separates(name, fit.poses.triad)} "
+        following += f"({minutes_of(len(fit.poses))} for as many poses as now)"
         text += f" {following}."
     else:
-        following = f"Record {advice.instruction}; name the new logs in the configuration"
-        others = [f"{each.instruction} ({each.minutes:.0f} minutes)"
+        following = f"Record {advice.timed}; name the new logs in the configuration"
+        others = [each.timed
                   for each in sufficient_blocks(fit, rivals, full_scale)
                   if each.block != advice.block][:ALSO_NAMED]
-        text += f" Record next: {advice.instruction} ({advice.minutes:.0f} minutes)"
+        text += f" Record next: {advice.timed}"
         text += f". As good: {enumeration(others, 'or')}." if others else "."
     short = f"its poses are blind to {enumeration(largest_first, 'and')}"
     return replace(diagnosis, advice=advice,

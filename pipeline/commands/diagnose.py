@@ -27,10 +27,14 @@ from pipeline.commands.interaction.verdicts import echo_verdict
 def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> None:
     """Print what the model in CONFIG misses, how certain that is, and the next command to type.
 
-    The command runs every stage and does not change the results or the history.
+    The command runs every stage and does not change the results or the history. Where no listed
+    effect fits, it looks for a formula as `pipeline discover` does.
     """
+    from calib.diagnosis.verdict.decision import Code
+    from calib.discovery.discover import discover
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
+    from pipeline.console.discovery_text import answer_lines
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import misfit_lines, ranking_lines
     from pipeline.results.write import results_of, results_text
@@ -52,6 +56,10 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
         echo_verdict(result)
         for line in [*misfit_lines(result), *ranking_lines(result)]:
             click.echo(line)
+        if result.diagnosis.verdict is Code.UNKNOWN:
+            formula = discover(result.calibration.fit, session.covariates)
+            sentence, *lines = answer_lines(result, formula)
+            click.echo("\n".join([paragraph(sentence), *lines]))
     for rate in outcome.rates.values():
         for line in verdict_lines(rate):
             click.echo()

@@ -31,7 +31,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.config.edit import add_effect
     from pipeline.config.load import parse_config
-    from pipeline.console.discovery_text import definition, discovery_lines, no_formula
+    from pipeline.console.discovery_text import answer_lines, definition
     from pipeline.report.outputs import outputs_of
     from pipeline.session_folder import working_on, write_session
     from pipeline.text.commands import command as typed
@@ -46,11 +46,10 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
                 click.echo(f"{result.triad}: nothing is missing, and no formula is sought.")
                 continue
             formula = discover(result.calibration.fit, session.covariates)
-            if formula is None:
-                click.echo(paragraph(no_formula(result)))
-                continue
-            sentence, *lines = discovery_lines(result, formula)
+            sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
+            if formula is None:
+                continue
             if formula.listed is not None:
                 listed.append(f"{result.triad}.{formula.listed}")
                 continue

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from calib.diagnosis.verdict.wording import minutes_of
 from calib.discovery.discover import Discovered
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES
@@ -23,6 +24,14 @@ def definition(triad: str, found: Discovered) -> str:
     formula = found.formula
     return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, "
             f"unit: {yaml_word(formula.effect.unit)}, triad: {triad}}}")
+
+
+def answer_lines(result: TriadResult, found: Discovered | None) -> Iterator[str]:
+    """The formula, or the sentence where none holds."""
+    if found is None:
+        yield no_formula(result)
+    else:
+        yield from discovery_lines(result, found)
 
 
 def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
@@ -84,5 +93,10 @@ def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
 
 def no_formula(result: TriadResult) -> str:
     """The sentence where none holds."""
+    said = result.diagnosis.explanation
+    following = said.following if said.step != "discover" else (
+        "With these columns nothing more can be known of it: write it as your own effect if you "
+        "know its physics, or log what may drive it (temperature, supply) and record the same "
+        f"poses once more ({minutes_of(len(result.calibration.fit.poses))})")
     return (f"{result.triad}: no formula. None of those that were tried predicts poses that took "
-            f"no part better than the model does. {result.diagnosis.explanation.following}.")
+            f"no part better than the model does. {following}.")

@@ -120,7 +120,7 @@ def _determined(
                  if name in named or name in EFFECTS or name.startswith(OF_COLUMN)]
         advice = best_block(prospect.fit, [Rival(rival, None) for rival in confused or [effect]],
                             full_scale)
-        yield (f"  for {effect.name} record: {advice.instruction}" if advice else
+        yield (f"  for {effect.name} record: {advice.timed}" if advice else
                f"  for {effect.name} further poses do not help: {effect.page.separates}")
 
 

@@ -5,7 +5,6 @@ rise if the rival were fitted where the candidate is true, everything else free 
 gives about 90 % power. Nothing is looked up; every block is computed at the fitted model.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -13,7 +12,7 @@ import numpy as np
 
 from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.diagnosis.next_measurement.kind import shares_a_rate
-from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical
+from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical, minutes_for
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
@@ -33,13 +32,18 @@ Derived: from there on an effect is seen in nearly every session."""
 class Advice:
     """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda.
 
-    ``minutes`` is what it takes, NaN where that is not known.
+    ``minutes`` is what it takes, ``timed`` the instruction with it.
     """
 
     block: str
     instruction: str
     power: float
-    minutes: float = math.nan
+    minutes: float
+
+    @property
+    def timed(self) -> str:
+        """The instruction, and how long it takes."""
+        return f"{self.instruction} ({self.minutes:.0f} min)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +154,7 @@ def film_each_pose(fit: Fit, drop: float) -> Advice | None:
     """
     if not shares_a_rate(fit.poses):
         return None
-    return Advice(CLIPS.code, CLIPS.instruction, drop)
+    return Advice(CLIPS.code, CLIPS.instruction, drop, CLIPS.minutes)
 
 
 def lay_missing(prediction: Prediction | None) -> Advice | None:
@@ -161,7 +165,8 @@ def lay_missing(prediction: Prediction | None) -> Advice | None:
         words = f"poses with {list_directions(prediction.wanted, len(prediction.wanted))}"
     else:
         words = f"poses near those of {list_labels(prediction.unchecked)}"
-    return Advice("directions", words, prediction.times_a_pose**2)
+    count = len(prediction.wanted or prediction.unchecked)
+    return Advice("directions", words, prediction.times_a_pose**2, minutes_for(count))
 
 
 def list_labels(labels: Sequence[str]) -> str:

@@ -62,7 +62,15 @@ CLIPS = Block(
 )
 
 
-CORNERS = slice(18, None)  #: natural directions after the faces and the edges; definition
+NATURAL_POSES = 18  #: number of faces and edges of a box together; fact
+CORNERS = slice(NATURAL_POSES, None)
+"""Natural directions after the faces and the edges. Definition."""
+
+
+def minutes_for(poses: int) -> float:
+    """How long it takes to record so many poses, whole minutes, at least one."""
+    return float(max(1, round(poses * MINUTES_PER_PASS / NATURAL_POSES)))
+
 
 TILTED = Block(
     "tilt", f"the same poses with {ADVISED_TILT}", MINUTES_PER_PASS + 1.0, ((1.0, 0.0, 0.0),),
@@ -160,7 +168,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     """One pass through the poses of ``block`` as a pose set at the fitted model."""
     poses, turning = fit.poses, ~fit.poses.reference.is_null
     natural = natural_directions()
-    axis = natural[CORNERS] if block.corners else natural[:18]
+    axis = natural[CORNERS] if block.corners else natural[:NATURAL_POSES]
     n = len(axis)
     size = abs(factor) * _least(poses.reference.magnitude[turning])
     direction = _direction(poses, factor)

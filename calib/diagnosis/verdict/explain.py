@@ -7,6 +7,7 @@ import numpy as np
 from calib.diagnosis.hypotheses.unlisted import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.kind import once_more
+from calib.diagnosis.next_measurement.pose_blocks import CLIPS
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.case import Case
@@ -159,8 +160,8 @@ def _course(case: Case, what: str, which: str) -> Explanation:
     )
     return Explanation(
         "act", f"{what}, as no listed effect does", text, "discover",
-        "If you know its physics, write it as your own effect under `effects:` in the "
-        "configuration; the charts below show its shape",
+        "Look for a formula of it, or write it as your own effect under `effects:` in the "
+        "configuration if you know its physics",
     )
 
 
@@ -217,7 +218,7 @@ def _noise(case: Case) -> Explanation:
         if case.advice is None and case.verdict.details[0] != FROM_RUN_TO_RUN:
             return Explanation("open", "the rate of the plate scatters", text, "add", add)
         return Explanation("open", "the rate of the plate scatters", text, "record",
-                           "Film the plate with each pose")
+                           f"Film the plate with each pose ({CLIPS.minutes:.0f} min)")
     text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
         f"that any effect has ({case.misfit}). {widened} {instead}"
@@ -245,20 +246,22 @@ def _instead_of_noise(case: Case) -> str:
 def _settle(case: Case) -> tuple[Step, str]:
     """The next step where something is open, for programs and in words."""
     if case.advice is not None:
-        return "record", f"Record {case.advice.instruction}; name the new logs in the configuration"
+        return "record", f"Record {case.advice.timed}; name the new logs in the configuration"
     if case.verdict.code == Code.EFFECT:
         return "record", _what_separates(case)
     return "record", _once_more(case)
 
 
 def _what_separates(case: Case) -> str:
-    return f"What separates them: {what_separates(case.verdict.group[0], case.fit.poses.triad)}"
+    poses = case.fit.poses
+    return (f"What separates them: {what_separates(case.verdict.group[0], poses.triad)} "
+            f"({minutes_of(len(poses))} for as many poses as now)")
 
 
 def _record(case: Case) -> str:
     """The end of a verdict that leaves something open: what to record next."""
     if case.advice is not None:
-        return f" Record next: {case.advice.instruction}."
+        return f" Record next: {case.advice.timed}."
     if case.verdict.code == Code.EFFECT:
         return f" {_what_separates(case)}."
     return (f" No block of poses that this bench allows settles it at one go. Record next: "

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.diagnosis.next_measurement.advice import list_labels
-from calib.diagnosis.next_measurement.pose_blocks import MINUTES_PER_PASS
+from calib.diagnosis.next_measurement.pose_blocks import minutes_for
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -14,7 +14,6 @@ from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 
-NATURAL_POSES = 18  #: number of faces and edges of a box together; fact
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 
@@ -200,4 +199,4 @@ def pose_in_words(fit: Fit, label: str) -> str:
 
 def minutes_of(poses: int) -> str:
     """How long it takes to record so many poses, in words."""
-    return f"{max(1, round(poses * MINUTES_PER_PASS / NATURAL_POSES))} min"
+    return f"{minutes_for(poses):.0f} min"

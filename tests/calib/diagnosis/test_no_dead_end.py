@@ -1,7 +1,8 @@
 """What a verdict ends in: an effect to add, a measurement with its minutes, or the search for one.
 """
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import get_args
 
@@ -9,7 +10,14 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.finding import find
+from calib.diagnosis.hypotheses.unlisted import FROM_RUN_TO_RUN
+from calib.diagnosis.next_measurement.advice import Advice
+from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.explain import SPOKEN, explain
 from calib.diagnosis.verdict.explanation import Step
+from calib.diagnosis.verdict.ranking import rank
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
@@ -94,6 +102,43 @@ def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
     for at_s, k in zip(sorted(both.shapes.values()), (50, 95), strict=True):
         assert time[k - 2] < at_s < time[k + 1]
     assert find_effect("bias_step_2").physics == find_effect("bias_step").physics
+
+
+MINUTES = re.compile(r"\(\d+ min\b")
+ADVICE = Advice("speed", "the same poses at another speed", 20.0, 10.0)
+SEVERAL = Inclusion("quadratic", ("quadratic", "asymmetry"), 0.6, "listed")
+ENDS: Mapping[Code, Sequence[tuple[Verdict, Step]]] = {
+    Code.NOTHING_MISSING: [(Verdict(Code.NOTHING_MISSING, explains=True), "apply")],
+    Code.EFFECT: [
+        (Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic",), share=1.0), "add"),
+        (Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic", "quadratic"), share=1.0), "record"),
+    ],
+    Code.AMBIGUOUS: [(Verdict(Code.AMBIGUOUS, group=SEVERAL.members, beside=(SEVERAL,)), "record")],
+    Code.UNKNOWN: [(Verdict(Code.UNKNOWN, name), "discover") for name in ("time_s", "attitude")],
+    Code.BAD_POSE: [(Verdict(Code.BAD_POSE, "pose 3", details=("pose 3", "pose 9")), "record")],
+    Code.NOISE: [
+        (Verdict(Code.NOISE, "extra_noise", group=("extra_noise",)), "add"),
+        (Verdict(Code.NOISE, "bias_wander", group=("bias_wander",)), "add"),
+        (Verdict(Code.NOISE, "rate_scatter", details=(FROM_RUN_TO_RUN,)), "record"),
+        (Verdict(Code.NOISE), "record"),
+    ],
+}
+"""Every verdict that a fit can have, in its forms, and the step that it ends in."""
+
+
+def test_every_verdict_ends_in_a_step_and_what_is_recorded_in_minutes() -> None:
+    assert {*ENDS} == {*SPOKEN} == {*Code} - {Code.REFUSED}  # that one is an error with its words
+    base = fit(sound(1), Model.of(BASE))
+    ranking = rank(find(base).posterior)
+    for code, forms in ENDS.items():
+        for verdict, step in forms:
+            for advice in (None, ADVICE) if code is not Code.NOTHING_MISSING else (None,):
+                said = explain(base, verdict, ranking, 1e-9, advice)
+                assert said.step == step, code
+                assert said.following
+                assert step != "record" or MINUTES.search(said.following), said.following
+                if code in (Code.EFFECT, Code.AMBIGUOUS) and step == "record":
+                    assert MINUTES.search(said.text), said.text
 
 
 def test_what_is_to_be_recorded_says_how_long_it_takes() -> None:

@@ -106,8 +106,8 @@ def test_what_a_slight_tilt_hardly_shows_still_counts() -> None:
 def test_the_tilted_run_is_priced_beside_the_others() -> None:
     poses, spec = gyro_poses(0.4, hide=False)
     said = assess(poses, MODEL, spec).diagnosis
-    assert "Record next: the same poses with the plate stopped (10 minutes). As good: " in said.text
-    assert "5 cm under one side of the record player, which makes 9° of tilt (11 minutes)" in (
+    assert "Record next: the same poses with the plate stopped (10 min). As good: " in said.text
+    assert "5 cm under one side of the record player, which makes 9° of tilt (11 min)" in (
         said.text)
 
 

@@ -19,8 +19,13 @@ def test_a_hidden_curve_in_a_column_is_found_written_and_added(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     design = rich_design().scaled(seconds=0.3)
-    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 8)
-    config = write_session(tmp_path, simulate(design, 8, (hidden,)), film=False).config
+    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 3)
+    config = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False).config
+    assert main(["diagnose", str(config)]) == 0
+    said = capsys.readouterr().out
+    assert "no listed effect explains" in said
+    assert "gyroscope: the bias of each axis follows" in said
+    assert f"next: pipeline discover {config}\n" in said
     assert main(["discover", str(config), "--write"]) == 0
     said = capsys.readouterr().out
     assert "accelerometer: nothing is missing" in said
@@ -31,7 +36,7 @@ def test_a_hidden_curve_in_a_column_is_found_written_and_added(
     assert main(["add", str(config), f"gyroscope.{name}"]) == 0
     before, after = map(float, re.findall(r"^leave-one-out.* ([0-9.]+) +([0-9.]+)$",
                                           capsys.readouterr().out, re.MULTILINE)[0])
-    assert after < 0.1 * before
+    assert after < 0.2 * before
 
 
 @pytest.mark.parametrize("text", [
