@@ -69,7 +69,7 @@ class Diagnosis:
     ranking : tuple of Candidate
         Every hypothesis, the most probable first.
     blind : tuple of str
-        Listed effects that these poses cannot see.
+        Listed effects that these poses cannot see, or would only at a size that no part has.
     unavailable : dict
         Listed effects that could not be evaluated, and why.
     aside : tuple of str
@@ -172,11 +172,16 @@ def diagnose(
     finding = find(fit, user_effects, covariates)
     posterior, verdict = finding.posterior, finding.verdict
     ranking = rank(posterior, refit_of(posterior, verdict.names) if verdict.names else None)
+    # What would be seen only at an absurd size counts as unseen, unless the poses do show it.
+    too_small = finding.absurd
+    absurd = [one.name for one in ranking
+              if one.name in too_small and one.probability < CONSTANTS.least_offered]
+    ranking = tuple(one for one in ranking if one.name not in absurd)
     advice = _advise(posterior, verdict, ranking, full_scale)
     if verdict.code in (Code.NOTHING_MISSING, Code.AMBIGUOUS, Code.NOISE) and (
         verdict.name != "rate_scatter"
     ):
-        advice = lay_missing(prediction) or advice
+        advice = lay_missing(fit, prediction) or advice
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,
@@ -187,7 +192,7 @@ def diagnose(
         explanation=explain(fit, verdict, ranking, posterior.p_value, advice, prediction),
         advice=advice,
         ranking=ranking,
-        blind=finding.blind,
+        blind=(*finding.blind, *absurd),
         unavailable=finding.unavailable,
         aside=set_aside(fit.poses, covariates),
         p_value=posterior.p_value,

@@ -20,6 +20,7 @@ from calib.diagnosis.hypotheses.unlisted import (
 )
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.search import search
+from calib.diagnosis.search.sizes import shows_at_no_size
 from calib.diagnosis.verdict.decision import Verdict, reach_verdict
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
@@ -40,6 +41,14 @@ class Finding:
     posterior: Posterior
     verdict: Verdict
     unavailable: dict[str, str]
+
+    @property
+    def absurd(self) -> frozenset[str]:
+        """Effects that these poses show only at a size that no part has."""
+        one_of = self.posterior
+        triad = one_of.base.poses.triad
+        return frozenset(h.name for j, h in enumerate(one_of.hypotheses)
+                         if h.kind == "listed" and shows_at_no_size(one_of.table, j, h, triad))
 
     @property
     def blind(self) -> tuple[str, ...]:

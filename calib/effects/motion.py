@@ -24,9 +24,9 @@ from calib.poses.imu_log import AXES, FloatArray
         source="IEEE Std 1431 acceleration-sensitive drift rate; Kalibr A",
         confounded="scale and misalignment exactly at one speed on a level plate, where gravity "
         "is parallel to the rate; on one that leans, a motor's field that stays in the room",
-        separates="plate-stopped poses settle it completely; a plate tilted by 9° nearly so, its "
-        "isotropic part less well, which looks like scale and like a rate fixed in the room; a "
-        "second speed or the other direction six of nine",
+        separates="plate-stopped poses determine all nine elements; a plate tilted by 9° nearly "
+        "so, its isotropic part less well, which looks like scale and like a rate fixed in the "
+        "room; a second speed or the other direction determines six of the nine",
     ),
 )
 def g_sensitivity(at: Conditions) -> FloatArray:

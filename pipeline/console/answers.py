@@ -190,10 +190,12 @@ def _is_it_good(result: TriadResult) -> str:
             f"{_prediction(result)}"
         )
     times = comparison.residual_rms / noise
+    size = (f"which is {times:.2g} times their own noise" if times > 1 else
+            "no larger than their own noise: what is wrong shows in the shape of the residuals")
     return (
         f"{'Not yet' if standing == 'act' else 'Perhaps not'}. The RMS residual of the "
-        f"{count(len(comparison.poses), 'pose')} is {rms:.2g} {unit}, which is {times:.2g} times "
-        f"their own noise (sd {noise * factor:.2g} {unit})."
+        f"{count(len(comparison.poses), 'pose')} is {rms:.2g} {unit}, {size} "
+        f"(sd {noise * factor:.2g} {unit})."
     )
 
 

@@ -5,6 +5,7 @@ from math import isnan
 
 import numpy as np
 
+from calib.diagnosis.next_measurement.advice import pose_in_words
 from calib.diagnosis.unseen import together
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.catalogue import UnknownEffect, find_effect
@@ -63,8 +64,10 @@ def verdict_line(result: TriadResult) -> str:
 def misfit_lines(result: TriadResult) -> Iterator[str]:
     """Where the model fails: the largest residuals, and the covariate that they follow."""
     unit, factor = DISPLAY[result.triad]
+    fit = result.calibration.fit
     worst = ", ".join(
-        f"{pose.label} {pose.residual * factor:+.3g} {unit} ({pose.in_sd:+.1f} sd)"
+        f"{pose_in_words(fit, pose.label)} {pose.residual * factor:+.3g} {unit} "
+        f"({pose.in_sd:+.1f} sd)"
         for pose in result.comparison.worst(WORST_POSES)
     )
     yield f"  largest residuals: {worst}"

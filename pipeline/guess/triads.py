@@ -193,13 +193,13 @@ def _accelerometer(
     unit = stated or unit
     assert unit is not None
     if stated is None and words.unit in FORCE_UNITS and words.unit != unit.unit:
-        doubts.append(f"their names say {words.unit}, in which half of the readings would be "
-                      f"longer than {unit.length * FORCE_UNITS[words.unit]:.4g} m/s²; they are "
-                      f"taken for {_unit_text(unit)}")
+        doubts.append(f"their names say {words.unit}, in which the median reading would be "
+                      f"{unit.length * FORCE_UNITS[words.unit]:.4g} m/s²; they are taken "
+                      f"for {_unit_text(unit)}")
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no known "
                       f"unit; {_unit_text(unit)} is the nearest")
-    why = f"{because}; half of the readings are longer than {unit.length:.4g}"
+    why = f"{because}; the median reading is {unit.length:.4g} long"
     return TriadGuess(triple, _sheet(unit), _unit_text(unit), why, unit.si_per_unit,
                       "; ".join(doubts))
 

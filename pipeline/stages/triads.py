@@ -9,6 +9,7 @@ from calib.consistency.data_sheet import (
     gain_off_the_sheet,
     turning_while_still,
 )
+from calib.consistency.stated_sds import sds_too_large
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
@@ -235,5 +236,5 @@ def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
 def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:
     """What is doubtful of a calibration by its own poses and its data sheet."""
     poses = calibration.fit.poses
-    return (*poses.notes, *turning_while_still(poses),
+    return (*poses.notes, *turning_while_still(poses), *sds_too_large(calibration.fit),
             *gain_off_the_sheet(calibration.parameters, calibration.spec, poses.triad))

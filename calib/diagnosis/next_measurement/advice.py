@@ -18,7 +18,7 @@ from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.numbers import NO_LENGTH
-from calib.poses.attitudes import list_directions
+from calib.poses.attitudes import direction_name, list_directions
 from calib.poses.imu_log import FloatArray
 
 ENOUGH_LAMBDA = 12.0  #: non-centrality; derived: power 0.93 at 5 % with one degree of freedom
@@ -157,16 +157,31 @@ def film_each_pose(fit: Fit, drop: float) -> Advice | None:
     return Advice(CLIPS.code, CLIPS.instruction, drop, CLIPS.minutes)
 
 
-def lay_missing(prediction: Prediction | None) -> Advice | None:
+def lay_missing(fit: Fit, prediction: Prediction | None) -> Advice | None:
     """The poses that a calibration lacks to hold in every direction; None where it does."""
     if prediction is None or (prediction.holds_everywhere and not prediction.unchecked):
         return None
     if prediction.wanted:
         words = f"poses with {list_directions(prediction.wanted, len(prediction.wanted))}"
     else:
-        words = f"poses near those of {list_labels(prediction.unchecked)}"
+        near = [pose_in_words(fit, label) for label in prediction.unchecked]
+        words = f"poses near those of {list_labels(near)}"
     count = len(prediction.wanted or prediction.unchecked)
     return Advice("directions", words, prediction.times_a_pose**2, minutes_for(count))
+
+
+def pose_in_words(fit: Fit, label: str) -> str:
+    """A pose by its file and the side that faces up: ``pose_07.csv (edge +x -z up)``.
+
+    The file alone where a plate at rest shows no attitude.
+    """
+    i, poses = list(fit.poses.label).index(label), fit.poses
+    up = poses.force[i]
+    if not np.isfinite(up).all():
+        spin = poses.spin_rad_s[i] if poses.triad == "gyroscope" else 1.0
+        up = fit.rows.vector[i] * np.sign(spin)
+    length = float(np.linalg.norm(up))
+    return f"{label} ({direction_name(up / length)})" if length > 0 else label
 
 
 def list_labels(labels: Sequence[str]) -> str:

@@ -13,11 +13,29 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.table import Table
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, Triad
 
 SEEN_SHARE = 1e-3
 """Share of the best seen combination of parameters; those seen less have no size of their own. A
 judgement."""
+
+
+LEAST_TYPICAL = 0.01
+"""Sds, over all rows together, that the largest size quoted for an effect must leave. Derived:
+sizes of parts differ by a factor of thirty, so that what shows at a hundred times the largest is
+hardly this effect."""
+
+
+def shows_at_no_size(table: Table, j: int, h: Hypothesis, triad: Triad) -> bool:
+    """Whether the rows show effect ``j`` only at a size that no part has."""
+    if h.effect is None or h.effect.in_square or table.is_blind(j):
+        return False
+    sizes = [quoted.si_for(triad) for quoted in h.effect.page.typical.values()]
+    largest = max((size for size in sizes if size is not None), default=np.inf)
+    each = table.spectra[j]
+    per_size = np.divide(np.sqrt(each.turns**2 @ np.maximum(each.squared, 0.0)), each.unit,
+                         where=each.unit > 0, out=np.zeros_like(each.unit))
+    return bool(largest * per_size.max() < LEAST_TYPICAL)
 
 
 def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:

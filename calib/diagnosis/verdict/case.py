@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from calib.diagnosis.next_measurement.advice import Advice
+from calib.diagnosis.next_measurement.advice import Advice, pose_in_words
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.ranking import Candidate
-from calib.diagnosis.verdict.wording import pose_in_words, readable
+from calib.diagnosis.verdict.wording import readable
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.validation.prediction import Prediction
 

@@ -89,6 +89,8 @@ def _effect(case: Case) -> Explanation:
     if others:
         text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
         short += f" or {enumeration(verdict.group[1:], 'or')}, which look the same here"
+    if best.size.size and "scale" not in case.fit.model.names:
+        text += "That is by the gain of the data sheet, which these poses do not measure. "
     text += curves(verdict.straight) + _beside(case)
     if len(verdict.group) == 1:
         return Explanation(

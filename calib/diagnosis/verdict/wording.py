@@ -2,9 +2,7 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from calib.diagnosis.next_measurement.advice import list_labels
+from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
@@ -181,20 +179,6 @@ def kind_of_noise(names: Sequence[str]) -> str:
         return ""
     others = "".join(f" or '{name}', which looks the same here" for name in names[1:])
     return f"It is '{names[0]}'{others}: {physics(names[0])} "
-
-
-def pose_in_words(fit: Fit, label: str) -> str:
-    """A pose by its file and the side that faces up: ``pose_07.csv (edge +x -z up)``.
-
-    The file alone where a plate at rest shows no attitude.
-    """
-    i, poses = list(fit.poses.label).index(label), fit.poses
-    up = poses.force[i]
-    if not np.isfinite(up).all():
-        spin = poses.spin_rad_s[i] if poses.triad == "gyroscope" else 1.0
-        up = fit.rows.vector[i] * np.sign(spin)
-    length = float(np.linalg.norm(up))
-    return f"{label} ({direction_name(up / length)})" if length > 0 else label
 
 
 def minutes_of(poses: int) -> str:

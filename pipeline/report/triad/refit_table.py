@@ -10,7 +10,7 @@ from pathlib import Path
 
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.ranking import Candidate
-from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.diagnosis.verdict.wording import what_separates
 from calib.fit.least_squares.result import MISFIT_P_VALUE
 from pipeline.drawings.charts import NICE
 from pipeline.report.layout.payload import rounded
@@ -24,9 +24,10 @@ from pipeline.text.formatting import DISPLAY
 PAIRED = 6
 """Number of the most probable effects that have a refit of every pair, in a triad that lacks
 something. Chosen: the table of the tutorial costs a run 0.2 s of one core."""
+FRAME = "frame_rotation"  #: what the direction rows make a parameter
 BLIND_REASON = (
     "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
-    "the same signature"
+    "the same signature, or these poses would show it only at a size that no sensor has"
 )
 
 
@@ -137,11 +138,10 @@ def _box_json(
 def _unseen(result: TriadResult) -> Iterator[Json]:
     """Effects that cannot be ticked, and why."""
     for name in result.diagnosis.blind:
-        try:
-            separates = find_effect(name).page.separates
-        except UnknownEffect:  # a user's own effect has no page
-            separates = ""
-        yield _grey(name, BLIND_REASON, separates)
+        if name == FRAME and result.frame is not None:
+            yield _grey(name, "it is a parameter already: the rotation to the accelerometer", "")
+        else:
+            yield _grey(name, BLIND_REASON, what_separates(name, result.triad))
     for name, reason in result.diagnosis.unavailable.items():
         yield _grey(name, reason, "")
 

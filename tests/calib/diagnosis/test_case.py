@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.consistency.stated_sds import sds_too_large
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.search.refit import refit
@@ -67,3 +68,23 @@ def test_bad_poses_are_told_by_file_and_attitude() -> None:
         assert f"{poses.label[k]} ({up})" in found.text
     (bad,) = (one for one in found.inclusion if one.kind == "bad_pose")
     assert set(bad.details) == {poses.label[5], poses.label[70]}
+
+
+@pytest.mark.parametrize("sd", [0.4, 1.0, 2.5])
+def test_sds_that_are_plainly_too_large_are_remarked_on(sd: float) -> None:
+    """Sds stated at so many times what the poses scatter; too small ones are a misfit."""
+    poses = noisy(rich_poses("gyroscope", 2), 2)
+    said = [*sds_too_large(fit(replace(poses, sd=sd * poses.sd), Model.of(BASE)))]
+    assert len(said) == (sd > 1)
+    assert all("about 2." in words for words in said)
+
+
+@pytest.mark.parametrize(("sd_g2", "seen"), [(1e-6, False), (0.3, True)])
+def test_an_effect_that_shows_only_at_an_absurd_size_is_blind(sd_g2: float, seen: bool) -> None:
+    """Vibration of a quiet table, and of an engine, under an accelerometer."""
+    poses = noisy(rich_poses("accelerometer", 3), 3)
+    shaken = np.random.default_rng(3).uniform(0, sd_g2 * 96.2, poses.vibration.shape)
+    found = diagnose(fit(replace(poses, vibration=shaken), Model.of(BASE)))
+    assert ("vibration_rectification" in found.blind) is not seen
+    ranked = [one.name for one in found.ranking]
+    assert ("vibration_rectification" in ranked) is seen
