@@ -1,6 +1,7 @@
 """What a plate that leans shows, on fresh evenings of an MPU-6050 of its own each.
 
     python -m tests.bench.study_tilt --sessions evening --seeds 20 --tilt 0.3 2 5 10 20
+    python -m tests.bench.study_tilt --seeds 12 --tilt 10 --tug 0.005
     python -m tests.bench.study_tilt --sessions three_minutes --seeds 12 --tilt 20
     python -m tests.bench.study_tilt --sessions three_minutes --seeds 12 --tilt 0.3 20 --poses 36
 
@@ -9,11 +10,14 @@ a g-sensitivity whose nine elements are drawn at the typical size. Printed are h
 named, what else is, the rms deviation in stated sds of its elements where it is fitted, and which
 share of the errors of corrected rates, with what was named in the model, lies within one and two
 stated sds (the median, and that of the direction), over rates and gravity in random directions.
+With ``--tug`` a cable turns the case by up to so many rad once per turn, at a place of its own in
+each evening; printed too is how often the fit has no waves.
 ``three_minutes``: nine mountings, both triads from the plate; 18 poses at rest and 18 on the plate
 beside them. ``twice``: what the waves twice per turn, which are no rows, would add.
 """
 
 import argparse
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -50,14 +54,28 @@ def unit_of(seed: int) -> tuple[Sensor, FloatArray]:
     return another_unit(mpu6050(), MPU_SPREAD, rng), TYPICAL * rng.standard_normal((3, 3))
 
 
-def evening(seed: int, tilt_deg: float, hide: bool) -> tuple[Session, FloatArray]:
+def evening(
+    seed: int, tilt_deg: float, hide: bool, tug_rad: float = 0.0
+) -> tuple[Session, FloatArray]:
     """The published design on a plate that leans, and the truth of its g-sensitivity."""
     sensor, size = unit_of(seed)
     design = paper_design(sensor, MOTION)
     table = leaning(design.turntable, tilt_deg, seed)
+    if tug_rad:
+        table = replace(table, rocking=tugging(tug_rad, seed))
     hidden = (Hidden("g_sensitivity", "gyroscope", size),) if hide else ()
     session = simulate(replace(design, turntable=table, sample_rate_hz=50.0), FRESH + seed, hidden)
     return session, size * hide
+
+
+def tugging(size_rad: float, seed: int) -> Callable[[FloatArray, FloatArray], FloatArray]:
+    """A small rotation about one line of the room, as by a cable, once per turn."""
+    place = np.random.default_rng([FRESH + seed, 4]).uniform(0, 2 * np.pi)
+
+    def rocking(angle: FloatArray, _: FloatArray) -> FloatArray:
+        turned = np.stack([np.cos(angle), -np.sin(angle), np.zeros_like(angle)], axis=-1)
+        return np.asarray(size_rad * np.exp(2 * (np.cos(angle - place) - 1))[..., None] * turned)
+    return rocking
 
 
 def errors(session: Session, size: FloatArray, found: AssessedTriad, seed: int) -> FloatArray:
@@ -83,12 +101,12 @@ def errors(session: Session, size: FloatArray, found: AssessedTriad, seed: int) 
         [np.full_like(own, found.prediction.sd_median), own]))
 
 
-def study_evenings(tilt_deg: float, hide: bool, seeds: range) -> None:
+def study_evenings(tilt_deg: float, hide: bool, seeds: range, tug_rad: float = 0.0) -> None:
     """Print what was named of the evenings at one tilt."""
-    named, wrong, refused = 0, 0, 0
+    named, wrong, refused, without = 0, 0, 0, 0
     z, covered = [np.zeros(0)], [np.zeros((2, 0))]
     for seed in seeds:
-        session, size = evening(seed, tilt_deg, hide)
+        session, size = evening(seed, tilt_deg, hide, tug_rad)
         try:
             _, poses, specs = pose_sets(session)
             found = assess(poses, Model.of(BASE), specs[1])
@@ -98,6 +116,8 @@ def study_evenings(tilt_deg: float, hide: bool, seeds: range) -> None:
         names = found.diagnosis.names
         named += "g_sensitivity" in names
         wrong += bool(set(names) - ({"g_sensitivity"} if hide else set()))
+        poses = found.calibration.fit.poses
+        without += poses.ring is None
         if poses.ring is not None:
             with_it = fit(poses, Model.of([*BASE, "g_sensitivity"]))
             where = with_it.model.slices()["g_sensitivity"]
@@ -110,7 +130,8 @@ def study_evenings(tilt_deg: float, hide: bool, seeds: range) -> None:
     of_elements, every = np.concatenate(z), np.hstack(covered)
     spread = f"{np.sqrt(np.mean(of_elements**2)):.2f}" if of_elements.size else "-"
     print(f"{tilt_deg:g}°, {'hidden' if hide else 'nothing'}: named {named} of {len(seeds)}, wrong "
-          f"names {wrong}, refused {refused}; rms z of the elements {spread}; within one and two "
+          f"names {wrong}, refused {refused}, without waves {without}; "
+          f"rms z of the elements {spread}; within one and two "
           + " and ".join(f"{kind} {100 * np.mean(each < 1):.0f} %, {100 * np.mean(each < 2):.0f} %"
                          for kind, each in zip(("median sds", "sds of the direction"), every,
                                                strict=True)), flush=True)
@@ -214,6 +235,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--poses", type=int, choices=(9, 36), default=9)
     parser.add_argument("--tilt", type=float, nargs="*", default=[0.3, 2.0, 5.0, 10.0, 20.0])
+    parser.add_argument("--tug", type=float, default=0.0)
     parser.add_argument("--first", type=int, default=0)
     asked = parser.parse_args()
     for i, tilt in enumerate(asked.tilt):
@@ -225,7 +247,7 @@ def main() -> None:
             study_three_minutes(tilt, seeds, asked.poses)
             continue
         for hide in (True, False):
-            study_evenings(tilt, hide, seeds)
+            study_evenings(tilt, hide, seeds, asked.tug)
 
 
 if __name__ == "__main__":
