@@ -173,11 +173,12 @@ def _says_unsteady(seen: Seen) -> str:
         kind = "is still running up"
     else:
         kind = "does not turn steadily"
+    listed = history.rate_rad_s * (np.sign(np.median(history.rate_rad_s)) or 1.0) / RPM
     return (
         f"the plate {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it goes "
-        f"from {first:.2f} to {last:.2f} rpm (slowest {rate.min() / RPM:.2f}, fastest "
-        f"{fastest:.2f}) in {history.revolutions:.2f} turns. A constant rate may change by at most "
-        f"{THRESHOLDS.unsteady:.0%}. {steady_advice(history)}"
+        f"from {listed[0]:.2f} to {listed[-1]:.2f} rpm (slowest {listed.min():.2f}, fastest "
+        f"{listed.max():.2f}) in {history.revolutions:.2f} turns. A constant rate may "
+        f"change by at most {THRESHOLDS.unsteady:.0%}. {steady_advice(history)}"
     )
 
 

@@ -46,8 +46,11 @@ def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
     if candidate.kind != "listed":
         name = readable(name, candidate.follows)
     drop = tick_text(float(f"{candidate.chi2_drop:.3g}"))
+    classes = (one.members for one in result.diagnosis.inclusion if name in one.members)
+    shared = len(next(classes, ()))
+    odds = odds_in_words(candidate.probability)
     return CandidateRow(
-        name, odds_in_words(candidate.probability),
+        name, f"one of {shared}: {odds}" if shared > 1 else odds,
         f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
         _size(candidate), rms, loo,
         bool(candidate.loo_after > result.comparison.loo_rms), ", ".join(candidate.aliases))

@@ -1,14 +1,17 @@
 """What not every session has in its report: certificate, mounting, many clips, own effects."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from calib.diagnosis.search.posterior import Inclusion
 from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
+from pipeline.report.triad.candidate_table import candidate_rows
 from pipeline.report.triad.pose_charts import coverage_figure, residual_figure
 from pipeline.report.triad.tables import budget_rows
 from pipeline.stages.context import RunContext
@@ -170,3 +173,15 @@ def test_a_stated_rate_needs_no_pictures(finished: RunSession) -> None:
     view = rate_view(next(iter(outcome.rates.values())))
     assert (view.frame, view.figures) == ("", ())
     assert "not measured from a clip" in view.verdict.text
+
+
+def test_a_probability_that_a_class_shares_is_not_told_as_that_of_each(outcome: Outcome) -> None:
+    result = outcome.triad("gyroscope")
+    assert result is not None
+    one, other, alone = [c.name for c in result.diagnosis.ranking if c.kind == "listed"][:3]
+    shared = replace(result.diagnosis, inclusion=(Inclusion(one, (one, other), 0.9, "listed"),))
+    told = {row.name: row.probability for row in candidate_rows(
+        replace(result, diagnosis=shared))}
+    assert told[one].startswith("one of 2: ")
+    assert told[other].startswith("one of 2: ")
+    assert "one of" not in told[alone]

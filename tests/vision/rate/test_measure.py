@@ -171,6 +171,8 @@ def test_a_rate_that_is_not_constant_is_refused_with_its_history(
     expected = np.interp(history.time_s, time, slope)
     assert history.rate_rad_s[middle] == pytest.approx(expected[middle], rel=0.05)
     assert history.revolutions == pytest.approx(np.ptp(how(time)) / (2 * np.pi), abs=0.01)
+    first, last = history.rate_rad_s[[0, -1]] / RPM
+    assert f"from {first:.2f} to {last:.2f} rpm" in str(refused.value)
 
 
 def test_of_a_clip_with_a_run_up_the_steady_part_is_measured_and_named() -> None:
