@@ -41,7 +41,7 @@ def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
         every run. Else with a note for each run where none does: the sds of its waves are
         multiplied by the root of chi²/dof that a g-sensitivity and the effects of gravity in the
         model leave beside the fit. Waves that then show a g-sensitivity no better than its typical
-        size are left out, as those of a level plate are.
+        size are left out, as those of a level plate are, unless nothing else checks the fit.
     """
     poses, waves = fit.poses.as_stated, fit.equations.waves
     if poses.ring is None or waves is None or poses.triad != "gyroscope":
@@ -103,7 +103,9 @@ def _misfit(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     squares, dof = _left(residual, by_model)
     shown = float(np.median(np.linalg.svd(sensed, compute_uv=False)))
     typical = g_sensitivity.page.typical["MPU-6050"].si_for("gyroscope")
-    return _Misfit(squares, dof, is_used=shown * (typical or 0.0) > np.sqrt(squares / dof))
+    of_means = len(fit.equations.magnitude) + 3 * len(fit.equations.null)
+    return _Misfit(squares, dof, is_used=(
+        of_means <= fit.model.size or shown * (typical or 0.0) > np.sqrt(squares / dof)))
 
 
 def _left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:

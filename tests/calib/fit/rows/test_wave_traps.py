@@ -14,9 +14,9 @@ from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import PER_SI
-from tests.fitting import pose_sets
+from tests.fitting import pose_sets, tilted_pose_sets
 from tests.world.bench import Design, Run
-from tests.world.designs import FAST, SLOW, paper_design, turning_run
+from tests.world.designs import FAST, SLOW, paper_design, tilted_design, turning_run
 from tests.world.hidden import Hidden
 from tests.world.imu import mpu6050
 from tests.world.make_data import WOW
@@ -110,6 +110,19 @@ def test_waves_that_show_more_of_a_cable_than_of_gravity_are_left_out(rocking: R
         assert "These waves are left out" in found.calibration.fit.poses.notes[-1]
         assert found.prediction is not None
         assert "g_sensitivity" in found.prediction.unseen
+
+
+def test_waves_that_alone_check_a_fit_are_kept_with_their_misfit() -> None:
+    design = tilted_design(20.0, mpu6050(), PlateMotion(SLOW, wow=WOW))
+    table = replace(design.turntable, rocking=tugged(1e-2))
+    session = simulate(replace(design, turntable=table, sample_rate_hz=50.0), 3, ())
+    _, poses, specs = tilted_pose_sets(session)
+    found = assess(poses, Model.of(BASE), specs[1])
+    used = found.calibration.fit.poses
+    assert used.ring is not None
+    assert "times their noise" in used.notes[-1]
+    assert found.diagnosis.names == ()
+    assert np.sqrt(np.mean(deviations(used, hide=False) ** 2)) < 1.5
 
 
 def test_only_the_waves_of_the_run_that_is_disturbed_are_left_out() -> None:
