@@ -4,6 +4,11 @@ Where something moves, the rows of the two fields stand apart like the teeth of 
 differs more from its neighbours, which are of the other field, than from the rows beyond them. Each
 field is a frame of its own, at twice the rate. The field that comes first in a frame is the one
 that is nearer to the frame before.
+
+Fine print differs from row to row as much as the teeth do. What tells them then is the change to
+the next frame: the teeth of both frames together are that change where the fields stand half a
+frame apart, and have nothing to do with it in whole frames. It is asked where whole frames were
+followed badly.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,9 +37,13 @@ class FieldThresholds:
     combed : float
         Change from row to row over that from each row to the next but one. Derived: 1 in noise and
         below in any image of one moment; above where the fields stand apart.
+    follows : float
+        Teeth of two frames over the change between them. Derived: 1 in fields, 0 in whole frames;
+        a quarter, since compression takes the teeth first.
     """
 
     combed: float = 1.25
+    follows: float = 0.25
 
 
 THRESHOLDS = FieldThresholds()
@@ -66,29 +75,37 @@ class Interlacing:
         return f"{source}: the clip is interlaced; its fields are used as frames of their own."
 
 
-def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
+def interlacing(frames: Sequence[Frame], *, doubtful: bool = False) -> Interlacing | None:
     """How the frames are interlaced; None where they are not.
 
     Parameters
     ----------
     frames : sequence of Frame
         Neighbours in time.
+    doubtful : bool
+        Whole frames were followed badly: teeth that go with the motion are evidence enough.
     """
     chosen = spread_choice(len(frames) - 1, LOOKED_AT)
     pairs = [
         tuple(frames[i + k].luma[:, ::COLUMN_STEP].astype(np.float32) for k in (0, 1))
         for i in chosen
     ]
-    near = far = 0.0
+    near = far = teeth = moved = 0.0
     for before, after in pairs:
-        change = cv2.blur(cv2.absdiff(after, before), (3, 9))
-        place = round(MOVES * (change.size - 1))
-        limit = max(float(np.partition(change, place, axis=None)[place]), 1.0)
-        row, column = np.nonzero(change[2:-2] >= limit)
+        size = cv2.blur(cv2.absdiff(after, before), (3, 9))
+        place = round(MOVES * (size.size - 1))
+        limit = max(float(np.partition(size, place, axis=None)[place]), 1.0)
+        row, column = np.nonzero(size[2:-2] >= limit)
+        change = (after - before)[row + 2, column]
+        moved += float((change**2).sum())
+        both = before + after
+        tooth = both[row + 2, column] - (both[row + 1, column] + both[row + 3, column]) / 2
+        teeth += float((np.where(row % 2, tooth, -tooth) * change).sum())
         double = 2 * after[row + 2, column]
         near += float(np.abs(double - after[row + 1, column] - after[row + 3, column]).sum())
         far += float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
-    if near <= THRESHOLDS.combed * far:
+    if near <= THRESHOLDS.combed * far and not (
+            doubtful and abs(teeth) > THRESHOLDS.follows * moved):
         return None
     # The later field is farther from the frame before.
     odd_later, even_later = (

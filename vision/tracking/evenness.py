@@ -16,6 +16,11 @@ def scatter_rad(track: "PhaseTrack") -> float:
 
     Of a plate that changes its speed, and is seen well, the noise of a frame.
     """
+    return evenness(track)[0]
+
+
+def evenness(track: "PhaseTrack") -> tuple[float, bool]:
+    """``scatter_rad``, and whether the plate keeps its speed."""
     from vision.rate.slow_camera import frame_times
     from vision.rate.unwrap import (
         continuous_angle,
@@ -26,12 +31,12 @@ def scatter_rad(track: "PhaseTrack") -> float:
     )
 
     if usable(track).sum() < FEWEST_FRAMES:
-        return np.inf
+        return np.inf, False
     frames = frame_times(track, track.time_s)  # a camera slower than its clip is no uneven plate
     track = frames.track
     angle = continuous_angle(track, frames.time_s, rough_rate(track, frames.time_s))
     history = rate_history(angle)
     rate = history.rate_rad_s
     if np.ptp(rate) > CHANGES * abs(np.median(rate)):
-        return history.phase_noise_rad
-    return scatter_about_even(angle)
+        return history.phase_noise_rad, False
+    return scatter_about_even(angle), True

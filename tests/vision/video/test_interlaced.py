@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.vision.phase_tracks import CLOCK
 from tests.vision.rendered_clips import Render, small_scene
@@ -63,6 +64,32 @@ def test_a_clip_of_whole_frames_is_left_alone(fields: Path) -> None:
     assert interlacing(frames) is None
     noise = np.random.default_rng(1).integers(0, 255, (16, 120, 160)).astype(np.uint8)
     assert interlacing([Frame(i / 25, image, NO_CHROMA) for i, image in enumerate(noise)]) is None
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_fine_print_that_moves_slowly_is_seen_in_fields_by_where_its_teeth_go(first: int) -> None:
+    """Rows that differ as much as the teeth, and half a pixel from field to field."""
+    print_ = np.random.default_rng(0).standard_normal((240, 400))
+    print_ = (np.roll(print_, 1, axis=0) + 2 * print_ + np.roll(print_, -1, axis=0)) / 4
+    k = np.fft.rfftfreq(400)
+    smooth = np.fft.rfft(print_) * np.exp(-((k / 0.04) ** 2) / 2)
+
+    def shown(shift_px: float) -> NDArray[np.uint8]:
+        moved = np.fft.irfft(smooth * np.exp(-2j * np.pi * k * shift_px), 400)
+        return np.rint(np.clip(120 + 150 * moved, 0, 255)).astype(np.uint8)
+
+    whole = [Frame(i / 25, shown(i), NO_CHROMA) for i in range(16)]
+    woven = []
+    for i in range(16):
+        luma = shown(i + 0.5)
+        luma[first::2] = shown(i)[first::2]
+        woven.append(Frame(i / 25, luma, NO_CHROMA))
+    assert interlacing(whole, doubtful=True) is None
+    assert interlacing(woven) is None
+    fields = interlacing(woven, doubtful=True)
+    assert fields is not None
+    assert fields.later_s == pytest.approx(0.02)
+    assert fields.first_row == first
 
 
 def test_without_the_other_decoder_an_interlaced_clip_says_what_to_type(
