@@ -103,7 +103,8 @@ def recovered(formula: Formula, design: str, sds: float, seed: int) -> tuple[boo
     found = discover(base)
     if found is None:
         return False, "no formula"
-    return _correlation(found, base.poses, sound) > RECOVERED, found.formula.words
+    instead = f" [as well: '{found.listed}']" if found.listed else ""
+    return _correlation(found, base.poses, sound) > RECOVERED, found.formula.words + instead
 
 
 def _correlation(found: Discovered, spoilt: PoseSet, sound: PoseSet) -> float:
