@@ -88,3 +88,14 @@ def test_an_effect_that_shows_only_at_an_absurd_size_is_blind(sd_g2: float, seen
     assert ("vibration_rectification" in found.blind) is not seen
     ranked = [one.name for one in found.ranking]
     assert ("vibration_rectification" in ranked) is seen
+
+
+def test_a_size_by_the_data_sheet_s_gain_is_called_so() -> None:
+    """A gyroscope at rest, of which the bias alone is fitted: errors of 0.1 °/s per g and less."""
+    poses = noisy(rich_poses("gyroscope", 1), 1)
+    still = poses.take(np.flatnonzero(poses.reference.is_null))
+    shown = still.force @ np.random.default_rng(1).normal(0, 1e-4, (3, 3)).T
+    found = diagnose(fit(replace(still, reading=still.reading + shown), Model.of(BASE[:1])))
+    assert found.names == ("g_sensitivity",)
+    assert "by the gain of the data sheet, which these poses do not measure" in found.text
+    assert "data sheet" not in diagnose(hiding("quadratic", 30.0, 1)).text
