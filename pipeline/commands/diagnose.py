@@ -34,11 +34,12 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     from calib.discovery.discover import discover
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
-    from pipeline.console.discovery_text import answer_lines
+    from pipeline.console.discovery_text import answer_lines, without_formula
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import misfit_lines, ranking_lines
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
+    from pipeline.text.commands import command as typed
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
         outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),
@@ -51,6 +52,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
             echo_verdict(result)
         click.echo(next_line(outcome, folder))
         return
+    instead: list[str] = []
     for result in outcome.triads:
         click.echo()
         echo_verdict(result)
@@ -60,9 +62,15 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
             formula = discover(result.calibration.fit, session.covariates)
             sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
+            name = without_formula(result)
+            if formula is None and name is not None:
+                instead.append(f"{result.triad}.{name}")
     for rate in outcome.rates.values():
         for line in verdict_lines(rate):
             click.echo()
             say(paragraph(line), bold=True)
     click.echo()
-    click.echo(next_line(outcome, folder))
+    line = next_line(outcome, folder)
+    if instead and line == f"next: {typed('discover', config)}":
+        line = f"next: {typed('add', config, *instead)}"
+    click.echo(line)

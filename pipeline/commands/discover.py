@@ -31,7 +31,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.config.edit import add_effect
     from pipeline.config.load import parse_config
-    from pipeline.console.discovery_text import answer_lines, definition
+    from pipeline.console.discovery_text import answer_lines, definition, without_formula
     from pipeline.report.outputs import outputs_of
     from pipeline.session_folder import working_on, write_session
     from pipeline.text.commands import command as typed
@@ -49,6 +49,8 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
             sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
             if formula is None:
+                instead = without_formula(result)
+                listed += [] if instead is None else [f"{result.triad}.{instead}"]
                 continue
             if formula.listed is not None:
                 listed.append(f"{result.triad}.{formula.listed}")

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.wording import minutes_of
 from calib.discovery.discover import Discovered
 from calib.effects.units import display_unit
@@ -91,6 +92,13 @@ def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
     yield f"  {bars}"
 
 
+def without_formula(result: TriadResult) -> str | None:
+    """The effect that takes an unknown error into the sds where no formula holds; None else."""
+    name = "bias_wander" if result.diagnosis.name == "time_s" else "extra_noise"
+    unknown = result.diagnosis.verdict is Code.UNKNOWN
+    return name if unknown and name not in result.calibration.fit.model.names else None
+
+
 def no_formula(result: TriadResult) -> str:
     """The sentence where none holds."""
     said = result.diagnosis.explanation
@@ -98,5 +106,8 @@ def no_formula(result: TriadResult) -> str:
         "With these columns nothing more can be known of it: write it as your own effect if you "
         "know its physics, or log what may drive it (temperature, supply) and record the same "
         f"poses once more ({minutes_of(len(result.calibration.fit.poses))})")
+    instead = without_formula(result)
+    if instead is not None:
+        following += f". Until then '{instead}' takes it into the sds"
     return (f"{result.triad}: no formula. None of those that were tried predicts poses that took "
             f"no part better than the model does. {following}.")

@@ -9,6 +9,8 @@ from pipeline.cli import main
 from pipeline.config.edit import add_effect
 from pipeline.config.load import load_config
 from pipeline.config.yaml_text import read_source
+from tests.paths import REAL
+from tests.studies.real_sets.logs import LOGS
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
@@ -37,6 +39,22 @@ def test_a_hidden_curve_in_a_column_is_found_written_and_added(
     before, after = map(float, re.findall(r"^leave-one-out.* ([0-9.]+) +([0-9.]+)$",
                                           capsys.readouterr().out, re.MULTILINE)[0])
     assert after < 0.2 * before
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in {REAL}")
+def test_where_no_formula_holds_the_course_of_a_bias_can_be_added(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "config.yaml"
+    config.write_text(LOGS["snu good2"].configuration(), encoding="utf-8")
+    add = f"next: pipeline add {config} gyroscope.bias_wander\n"
+    for command in ("diagnose", "discover"):
+        assert main([command, str(config)]) == 0
+        said = capsys.readouterr().out
+        assert "gyroscope: no formula." in said
+        assert said.endswith(add)
+    assert main(["add", str(config), "gyroscope.bias_wander"]) == 0
+    assert re.search(r"^verdict +unknown +nothing_missing$", capsys.readouterr().out, re.MULTILINE)
 
 
 @pytest.mark.parametrize("text", [
