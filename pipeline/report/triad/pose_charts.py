@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainc
 
+from calib.diagnosis.next_measurement.advice import pose_in_words
 from calib.fit.validation.predicted_pose import PredictedPose
 from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, FloatArray
@@ -77,7 +78,7 @@ def residual_figure(result: TriadResult) -> Figure:
     caption = (
         f"{within} of {len(poses)} residuals are smaller than one sd; "
         f"{_expected_within(result):.0f} are expected. The largest is "
-        f"{abs(worst.in_sd):.1f} sds (pose {worst.label})."
+        f"{abs(worst.in_sd):.1f} sds: {pose_in_words(result.calibration.fit, worst.label)}."
     )
     if excluded:
         one = len(excluded) == 1
