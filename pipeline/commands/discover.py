@@ -31,6 +31,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.config.edit import add_effect
     from pipeline.config.load import parse_config
+    from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines, definition, without_formula
     from pipeline.report.outputs import outputs_of
     from pipeline.session_folder import working_on, write_session
@@ -68,3 +69,5 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
         click.echo(f"next: {typed('discover', config, '--write')}")
     elif following or listed:
         click.echo(f"next: {typed('add', config, *listed, *following)}")
+    elif (line := next_line(outcome, folder)) != f"next: {typed('discover', config)}":
+        click.echo(line)

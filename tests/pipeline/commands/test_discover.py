@@ -55,6 +55,8 @@ def test_where_no_formula_holds_the_course_of_a_bias_can_be_added(
         assert said.endswith(add)
     assert main(["add", str(config), "gyroscope.bias_wander"]) == 0
     assert re.search(r"^verdict +unknown +nothing_missing$", capsys.readouterr().out, re.MULTILINE)
+    assert main(["discover", str(config)]) == 0
+    assert "\nnext: record poses with " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("text", [
