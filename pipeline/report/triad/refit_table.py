@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
 
+from calib.diagnosis.next_measurement.advice import pose_in_words
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import what_separates
@@ -56,6 +57,7 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
         "triad": result.triad,
         "unit": unit,
         "labels": list(fit.poses.label),
+        "named": [pose_in_words(fit, label) for label in fit.poses.label],
         "is_null": [bool(null) for null in fit.poses.reference.is_null],
         "sd": rounded(pose.sd * factor for pose in result.comparison.poses),
         "left_out": rounded(pose.left_out * factor for pose in result.comparison.poses),

@@ -128,12 +128,12 @@ class Section {
   }
 
   draw({ residual }) {
-    const { labels, sd } = this.triad;
+    const { labels, named, sd } = this.triad;
     const inSd = residual.map((v, k) => Math.abs(v) / sd[k]);
     const within = inSd.filter((times) => times <= 1).length;
     const largest = inSd.indexOf(Math.max(...inSd));
     this.output("says").textContent = `Now ${within} of ${labels.length} residuals `
-      + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds (pose ${labels[largest]}).`;
+      + `are smaller than one sd. The largest is ${inSd[largest].toFixed(1)} sds: ${named[largest]}.`;
     const limit = Math.max(this.limit, residualLimit(residual, sd));
     this.charts.forEach((chart) => chart.draw(limit, residual, sd, this.asFitted.residual));
   }
