@@ -296,4 +296,4 @@ def test_a_column_effect_follows_its_column() -> None:
     at = some_conditions("gyroscope")
     expected = at.columns["humidity_pct"][:, None, None] * np.eye(3)
     assert effect.evaluate(at) == pytest.approx(expected)
-    assert effect.unit_for("gyroscope") == "rad/s per unit of humidity_pct"
+    assert effect.unit_for("gyroscope") == "rad/s per %"
