@@ -108,7 +108,7 @@ def recovered(formula: Formula, design: str, sds: float, seed: int) -> tuple[boo
 
 
 def _correlation(found: Discovered, spoilt: PoseSet, sound: PoseSet) -> float:
-    """Of what the formula explains and what was hidden, in the rows beside the base."""
+    """Correlation of the formula with what was hidden, in the rows beside the base."""
     base = fit(spoilt, Model.of(BASE))
     projector = Projector(base)
     errors = (spoilt.reading - sound.reading)[:, :, None]

@@ -64,7 +64,7 @@ def find_effect(name: str) -> Effect:
         return EFFECTS[name]
     step, _, number = name.rpartition("_")
     if step == STEP and number in FURTHER_STEPS:
-        # At the top it would come before the effects of all other modules in the registry.
+        # At the top it would come before the effects of all other modules in EFFECTS.
         from calib.effects.steps import times_from_elsewhere
 
         elsewhere = partial(times_from_elsewhere, int(number))

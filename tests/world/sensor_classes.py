@@ -83,7 +83,7 @@ CLASSES: dict[str, SensorClass] = {
     "filtered to 1 Hz": SensorClass(2, 250, (16, 16), 400, 5, filter_hz=1.0),
     "slow noise over 4 s": SensorClass(2, 250, (16, 16), 400, 5, slow=(0.6, 0.6), slow_tau_s=4.0),
 }
-"""By part and setting; densities and filters of the data sheets, the last two as hobbyists log."""
+"""Parts and settings; densities and filters of the data sheets, the last two as hobbyists log."""
 
 
 def sensors(sample_rate_hz: float) -> dict[str, Sensor]:

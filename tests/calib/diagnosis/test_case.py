@@ -30,7 +30,7 @@ def hiding(name: str, size: float, seed: int) -> Fit:
 
 @pytest.mark.parametrize(("size", "quoted"), [(2.0, False), (30.0, True)])
 def test_p_is_quoted_only_where_the_verdict_rests_on_it(size: float, quoted: bool) -> None:
-    """Of two sds noise could be as large, and what speaks is how far chi-square falls."""
+    """Noise could make an effect of two sds; the fall of chi-square is what speaks for it."""
     base = hiding("quadratic", size, 1)
     found = diagnose(base)
     assert found.verdict != "nothing_missing"

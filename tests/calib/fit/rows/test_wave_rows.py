@@ -66,7 +66,7 @@ def test_they_show_all_nine_elements_of_a_g_sensitivity(tilt_deg: float, sd: flo
 
 @pytest.mark.parametrize("rate", [SLOW, -SLOW])
 def test_the_vertical_part_of_the_rate_of_the_earth_is_no_g_sensitivity(rate: float) -> None:
-    """That of the horizontal part has two signs where the plate leans to and away from north."""
+    """The horizontal part changes its sign where the plate leans to and away from north."""
     isotropic = []
     for heading_deg in (90.0, 270.0):
         poses, _ = gyro_poses(20.0, False, rate=rate, heading_deg=heading_deg, noise=0.1)

@@ -173,7 +173,7 @@ def test_two_speeds_may_lean_in_two_ways(tilt: tuple[float, float]) -> None:
 
 
 def test_a_field_of_the_motor_looks_like_gravity_until_the_player_leans_the_other_way() -> None:
-    """As strong as 0.03 °/s, along the lean."""
+    """A field of 0.03 °/s that lies along the lean."""
     motor = {"magnet": (0.0, 5e-4), "magnetic": MAGNETIC}
     _, found = assessed(evening(**motor))
     assert found.diagnosis.names == ("g_sensitivity",)
