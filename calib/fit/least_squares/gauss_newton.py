@@ -12,7 +12,7 @@ projection of Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973). A step is halved 
 rises. The robust loss (Huber) reweights the rows until the weights are steady.
 
 ``scipy.optimize.least_squares`` with the same rows, Jacobian, starts and tolerances ends at the
-same minima. For those of a diagnosis it takes 1.1 to 4 times as long, the most where a shape is
+same minima. For those of a diagnosis it takes 1 to 3.2 times as long, the most where a shape is
 free (``python -m tests.bench.bench_diagnose``). All S sets of a stack go side by side, each until
 it rests.
 """
