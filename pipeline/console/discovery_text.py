@@ -42,7 +42,7 @@ def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
     text = (
         f"{result.triad}: {formula.words}. Poses that took no part err by "
         f"{found.left_out_before:.3g} sd without it and by {found.left_out_after:.3g} sd with it; "
-        f"the odds against no formula are 10^{odds:.0f} to 1. {_size(found)}"
+        f"the odds for it are 10^{odds:.0f} to 1. {_size(found)}"
     )
     if found.listed is not None:
         yield (f"{text} The listed effect '{found.listed}' predicts these poses as well "
