@@ -1,10 +1,11 @@
 """Formulas that nobody coded: how often they are recovered, and how often one is found in noise.
 
     python -m tests.bench.study_discovery [--seeds 2] [--first 0] [--design rich|hand] [--unseen]
-        [--sound N]
+        [--second] [--sound N]
 
-Recovered: the correction found is the hidden error, up to what the base holds, with a correlation
-over 0.95 in the rows. Poses are made sample by sample of nothing that calib computes with.
+`--second` takes the list of :mod:`tests.bench.formula_list` in the place of the first. Recovered:
+the correction found is the hidden error, up to what the base holds, with a correlation over 0.95 in
+the rows. Poses are made sample by sample of nothing that calib computes with.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from calib.discovery.discover import discover
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from tests.bench import formula_list
 from tests.hidden_formulas import SEEN, UNSEEN, poses_of, recovered
 
 SIZES = (10.0, 30.0, 100.0)  #: sds
@@ -23,7 +25,8 @@ SIZES = (10.0, 30.0, 100.0)  #: sds
 
 def trials(args: argparse.Namespace) -> Iterator[tuple[str, bool]]:
     """Every formula at every size and seed, printed as they come."""
-    for name, formula in (UNSEEN if args.unseen else SEEN).items():
+    seen, unseen = ((formula_list.SEEN, formula_list.UNSEEN) if args.second else (SEEN, UNSEEN))
+    for name, formula in (unseen if args.unseen else seen).items():
         for sds in SIZES:
             for seed in range(args.first, args.first + args.seeds):
                 right, words = recovered(formula, args.design, sds, seed)
@@ -38,6 +41,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--design", choices=["rich", "hand"], default="rich")
     parser.add_argument("--unseen", action="store_true")
+    parser.add_argument("--second", action="store_true")
     parser.add_argument("--sound", type=int, default=0, help="sessions with nothing hidden instead")
     args = parser.parse_args()
     if args.sound:
