@@ -7,7 +7,8 @@ text says so; frames in which the plate was not followed have the border alone. 
 refused, what was followed is drawn, all of it in grey.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -31,6 +32,7 @@ TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 SAME_S = 1e-4  #: stamps of one frame
 BORDER_PX = 6  #: border of a frame that the rate does not use; layout
+JPEG_QUALITY = 80  #: quality of pictures to look at; chosen
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
 
@@ -64,16 +66,11 @@ def write_overlay(
         No encoder, no space, or no such folder.
     """
     count = len(track.time_s)
-    drawing: _Drawing | None = None
     writer = cv2.VideoWriter()
     try:
         with ClipReader(clip, colours=True, full_size=True) as reader:
-            drawing = _Drawing(track, rate, track.plate.reduction / reader.reduction)
             fps = reader.fps_stated or 1 / frame_time(track.time_s)
-            for frame in (frame for batch in reader for frame in batch):
-                i = int(np.searchsorted(track.time_s, frame.time_s - SAME_S))
-                followed = i < count and abs(track.time_s[i] - frame.time_s) <= SAME_S
-                image = drawing.on(frame, i if followed else None)
+            for done, (_, image) in enumerate(_drawn(reader, track, rate), start=1):
                 h, w = image.shape[:2]
                 if not writer.isOpened() and not writer.open(
                         str(target), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"mp4v"), fps, (w, h)):
@@ -81,9 +78,63 @@ def write_overlay(
                         f"{target}: the clip cannot be written. Check the folder, and that the "
                         f"disk is not full.")
                 writer.write(image)
-                on_frame(min(i + 1, count), count)
+                on_frame(min(done, count), count)
     finally:
         writer.release()
+
+
+@dataclass(frozen=True)
+class StillFrame:
+    """One frame with the measurement drawn on it: its time in the clip, s, and its JPEG."""
+
+    time_s: float
+    jpeg: bytes
+
+
+def still_frames(
+    clip: Path, track: PhaseTrack, rate: RateMeasurement | None, width_px: int, most: int
+) -> list[StillFrame]:
+    """The clip as pictures that any browser shows one after another.
+
+    Parameters
+    ----------
+    clip, track, rate
+        As :func:`write_overlay` takes them.
+    width_px : int
+        Wider frames are reduced to it.
+    most : int
+        Of a longer clip every second frame is drawn, or every third, and so on.
+
+    Raises
+    ------
+    UnreadableVideo
+        The clip cannot be read.
+    """
+    every = -(-len(track.time_s) // most)
+    with ClipReader(clip, colours=True, full_size=True) as reader:
+        return [StillFrame(time_s, jpeg_of(image, width_px))
+                for time_s, image in _drawn(reader, track, rate, every)]
+
+
+def jpeg_of(image: Image, width_px: int) -> bytes:
+    """A picture, blue-green-red, as JPEG, no wider than ``width_px``."""
+    h, w = image.shape[:2]
+    if w > width_px:
+        image = np.asarray(cv2.resize(image, (width_px, round(h * width_px / w)),
+                                      interpolation=cv2.INTER_AREA), np.uint8)
+    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
+
+
+def _drawn(
+    reader: ClipReader, track: PhaseTrack, rate: RateMeasurement | None, every: int = 1
+) -> Iterator[tuple[float, Image]]:
+    """Time and picture of every frame, or of some of them."""
+    drawing = _Drawing(track, rate, track.plate.reduction / reader.reduction)
+    for number, frame in enumerate(frame for batch in reader for frame in batch):
+        if number % every == 0:
+            i = int(np.searchsorted(track.time_s, frame.time_s - SAME_S))
+            followed = i < len(track.time_s) and abs(track.time_s[i] - frame.time_s) <= SAME_S
+            yield frame.time_s, drawing.on(frame, i if followed else None)
 
 
 class _Drawing:
@@ -99,12 +150,14 @@ class _Drawing:
         self._azimuth = plate.mark_azimuth_rad if marked else 0.0
         self._used, self._rate = np.zeros(len(track.time_s), bool), "no rate: the clip was refused"
         self._angle = track.phase_rad
+        self._so_far = np.full(len(track.time_s), np.nan)
         if rate is not None:
             self._used = np.isin(track.time_s, rate.history.angle.time_s[rate.fit.used])
             self._angle = _turning(track, rate.aliases.chosen_rad_s)
             ppm = 1e6 * rate.sd_rad_s / rate.rate_rad_s
             sd = f"{ppm:.0f} ppm" if ppm < 1000 else f"{1e-4 * ppm:.1f} %"
             self._rate = f"{rate.rate_rad_s / RPM:.4f} rpm +- {sd}, {rate.direction}"
+            self._so_far[rate.history.angle.index] = rate.history.rate_so_far_rad_s
 
     def on(self, frame: Frame, i: int | None) -> Image:
         """The i-th frame of the track with everything drawn, shape (h, w, 3), sides even.
@@ -125,6 +178,8 @@ class _Drawing:
                 where = f"{np.degrees(angle) % 360:5.1f} deg"
                 if not self._used[i]:
                     where += ", left out"
+                elif np.isfinite(self._so_far[i]):
+                    where += f"   {self._so_far[i] / RPM:.4f} rpm so far"
         larger = max(1.0, w / TEXT_WIDTH)
         if i is None or not self._used[i]:
             cv2.rectangle(canvas, (0, 0), (w - 1, h - 1), UNUSED, round(BORDER_PX * larger))

@@ -215,3 +215,18 @@ class RateHistory:
     def revolutions(self) -> float:
         """Turns from the first frame to the last, unsigned."""
         return float(abs(self.angle.angle_rad[-1] - self.angle.angle_rad[0]) / (2 * np.pi))
+
+    @property
+    def rate_so_far_rad_s(self) -> FloatArray:
+        """Rate by the angles up to each frame, unsigned, shape (u,); NaN before the first turn.
+
+        It is the slope of the straight line through them; the rate itself also fits the waves once
+        and twice per turn.
+        """
+        time_s = self.angle.repaired_time_s - self.angle.repaired_time_s[0]
+        turned = np.abs(self.angle.angle_rad - self.angle.angle_rad[0])
+        n = np.arange(1.0, len(time_s) + 1)
+        t, a = np.cumsum(time_s), np.cumsum(turned)
+        spread = np.cumsum(time_s**2) - t**2 / n
+        slope = (np.cumsum(time_s * turned) - t * a / n) / np.where(spread > 0, spread, np.nan)
+        return np.where(turned >= 2 * np.pi, slope, np.nan)

@@ -1,7 +1,7 @@
 """``pipeline clock``: the error of a camera's clock, by a hand that turns on a screen.
 
-``page.html``  draws the hand, at every refresh of the screen by the browser's own clock
-``screen``     serves the page and compares the browser's clock with the computer's
+``page``       draws the hand, at every refresh of the screen by the browser's own clock
+``screen``     takes what the page reports and compares the browser's clock with the computer's
 ``ntp``        compares the computer's clock with that of a time server
 ``computer``   what the operating system says of its clock where no server answers
 ``measure``    the film of the screen, and from it the camera's clock

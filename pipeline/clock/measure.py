@@ -14,9 +14,10 @@ from calib.numbers import RPM
 from pipeline.cameras import CameraClock, user_folder
 from pipeline.clock.computer import computer_clock
 from pipeline.clock.ntp import ServerWatch, server_rate
-from pipeline.clock.screen import DrawnHand, ScreenServer, drawn_hand
+from pipeline.clock.screen import DrawnHand, ScreenPage, drawn_hand
 from pipeline.errors import DeviceError, UnreadableInput
 from pipeline.files import write_whole
+from pipeline.served.serve import serving
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, follow_clips
 from vision.rate.filmed_screen import FilmedScreen, clock_by_screen
@@ -64,15 +65,21 @@ def show_hand(server: str | None, seconds: float, tell: Callable[[str], None],
     DeviceError
         No browser opens the page, or it was not in front all the time.
     """
-    page, watch = ScreenServer(), None if server is None else ServerWatch(server)
-    try:
-        tell(f"the hand is drawn at {page.url}")
+    page, watch = ScreenPage(), None if server is None else ServerWatch(server)
+    address = ""
+
+    def opened(at: str) -> None:
+        nonlocal address
+        address = at
+        tell(f"the hand is drawn at {at}")
         # Some browsers that are named by $BROWSER return when they are closed.
-        threading.Thread(target=webbrowser.open, args=(page.url,), daemon=True).start()
+        threading.Thread(target=webbrowser.open, args=(at,), daemon=True).start()
+
+    with serving(page.routes, opened, port=0):
         begun = time.monotonic()
         while not page.reports:
             if time.monotonic() - begun > OPENS_S:
-                raise DeviceError(f"no browser has opened {page.url} within {OPENS_S:g} s. Open "
+                raise DeviceError(f"no browser has opened {address} within {OPENS_S:g} s. Open "
                                   f"the address in a browser on this computer sooner.")
             time.sleep(LOOK_S)
         if watch is not None:
@@ -84,8 +91,6 @@ def show_hand(server: str | None, seconds: float, tell: Callable[[str], None],
         answers = watch.stop() if watch is not None else []
         computer = computer_clock(str(server), server_rate(answers))
         return drawn_hand(page.reports, computer, date.today().isoformat())
-    finally:
-        page.stop()
 
 
 def keep_screen(hand: DrawnHand) -> Path:

@@ -1,27 +1,21 @@
-"""Serves the page with the turning hand on the loopback address, and judges its clock."""
+"""The page with the turning hand, and how its clock is judged."""
 
 import json
-import secrets
-import socket
-import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from string import Template
 
 import numpy as np
-import uvicorn
-from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
-from starlette.routing import Route
+from starlette.routing import BaseRoute, Route
 
 from calib.numbers import RPM
 from pipeline.clock.computer import ComputerClock
 from pipeline.errors import DeviceError
+from pipeline.served.answers import script, template
 
-LOOPBACK = "127.0.0.1"
 HAND_RPM = 17.0
 """Rate of the hand. A judgement: as fast as the slowest plates; 30 frames per second show it at 106
 angles of every turn, at others in the next."""
@@ -33,8 +27,6 @@ or not at all."""
 FEWEST_REPORTS = 20  #: reports that compare two clocks. Derived: a second each, for 2 ppm at 1 ms
 LATE = 4.0
 """Sds from which a report counts as delayed on its way. Derived: one in 16,000 is not."""
-
-LARGEST_POST = 1 << 20  #: bytes; a limit of memory
 
 
 @dataclass(frozen=True)
@@ -89,36 +81,20 @@ class DrawnHand:
     day: str
 
 
-class ScreenServer:
-    """The page at ``url``, on the loopback address, and what it has reported so far."""
+class ScreenPage:
+    """The page that draws the hand, and what it has reported so far."""
 
     def __init__(self) -> None:
         self.reports: list[Report] = []
-        root = f"/{secrets.token_urlsafe(16)}/"
-        page = HTMLResponse(page_text())
-        application = Starlette(routes=[
-            Route(root, lambda _: page),
-            Route(f"{root}refreshes", self._take, methods=["POST"]),
-        ])
-        listener = socket.create_server((LOOPBACK, 0))
-        self.url = f"http://{LOOPBACK}:{listener.getsockname()[1]}{root}"
-        self._server = uvicorn.Server(uvicorn.Config(
-            application, log_level="error", access_log=False, lifespan="off", ws="none",
-            server_header=False, timeout_graceful_shutdown=0))
-        self._thread = threading.Thread(
-            target=self._server.run, kwargs={"sockets": [listener]}, daemon=True)
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Serve no more."""
-        self._server.should_exit = True
-        self._thread.join()
+        page = HTMLResponse(template("clock/page.html"))
+        drawing = Template(template("clock/page.js")).substitute(rate_rad_s=repr(HAND_RPM * RPM))
+        self.routes: list[BaseRoute] = [
+            Route("/", lambda _: page), Route("/page.js", script(drawing)),
+            Route("/refreshes", self._take, methods=["POST"])]
 
     async def _take(self, request: Request) -> Response:
         """Take a report; its time is that of its first byte."""
         monotonic_s, wall_s = time.monotonic(), time.time()
-        if int(request.headers.get("content-length", LARGEST_POST)) >= LARGEST_POST:
-            return Response(status_code=413)
         try:
             message = json.loads(await request.body())
             refreshes = tuple(float(at) / 1e3 for at in message["refreshes"])
@@ -127,12 +103,6 @@ class ScreenServer:
             return Response(status_code=400)
         self.reports.append(Report(monotonic_s, wall_s, now_s, refreshes))
         return Response()
-
-
-def page_text() -> str:
-    """The page as it is served."""
-    page = files("pipeline.clock").joinpath("page.html").read_text(encoding="utf-8")
-    return Template(page).substitute(rate_rad_s=repr(HAND_RPM * RPM))
 
 
 def drawn_hand(reports: Sequence[Report], computer: ComputerClock, day: str) -> DrawnHand:

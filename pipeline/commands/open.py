@@ -37,10 +37,10 @@ def command(
     lists the sessions; logs and clips that you drop there become a new one.
     """
     from pipeline.commands.run import command as run
+    from pipeline.served.serve import serve
     from pipeline.workbench.application import routes_of
     from pipeline.workbench.folder_page import FolderPage
     from pipeline.workbench.held_out import HeldOut
-    from pipeline.workbench.serve import serve
 
     beside = None if held_out is None else HeldOut.of(named_results(held_out, allow_python))
     if config.is_dir():

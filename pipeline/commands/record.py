@@ -87,8 +87,8 @@ def _shown(
             yield panel
             return
         from pipeline.commands.interaction.recording_outlook import outlook_lines
+        from pipeline.served.serve import serving
         from pipeline.workbench.recording_page import RecordingPage
-        from pipeline.workbench.serve import serving
 
         both = RecordingPage(panel, lambda: outlook_lines(path))
         with serving(both.routes, say_address):

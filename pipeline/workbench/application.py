@@ -3,37 +3,31 @@
 import asyncio
 import json
 import re
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from threading import Lock
-from typing import Any
 
-from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route
 
-from calib.errors import CalibrationError
 from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.load import Config, parse_config
-from pipeline.errors import ConfigError, PipelineError
+from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.outputs import outputs_of
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
+from pipeline.served.answers import answered, script, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
-from pipeline.workbench.guard import Guard, TooLarge
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.own_effect import tried_expression
 from pipeline.workbench.state import changed_lines, read_state
-from vision.errors import VisionError
 
 LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen
-REFUSED = (CalibrationError, PipelineError, VisionError)
 
 RunConfig = Callable[[Config, Path], Outcome]
 _SCRIPT = re.compile(r"<script>\n.*</script>", re.DOTALL)
@@ -107,7 +101,7 @@ class Workbench:
     def page(self) -> str:
         """The report with its script from this server and the tools of the workbench."""
         text = self.report.read_text(encoding="utf-8")
-        tools = template("workbench.html")
+        tools = template("workbench/templates/workbench.html")
         scripts = ('<script src="drawing.js"></script>\n<script src="workbench.js"></script>\n'
                    '<script src="report.js"></script>')
         return _SCRIPT.sub(lambda _: f"{tools}\n{scripts}", text).replace(
@@ -184,33 +178,13 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     return [
         Route("/", page),
         Route("/report.js", script(page_templates().get_template("report.js").render())),
-        Route("/drawing.js", script(template("drawing.js"))),
-        Route("/workbench.js", script(template("workbench.js"))),
+        Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
+        Route("/workbench.js", script(template("workbench/templates/workbench.js"))),
         Route("/held-out/{triad}", held_out), Route("/held-out", hold_out, methods=["POST"]),
         Route("/columns/{triad}", columns), Route("/events", events),
         Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),
         Route("/expression", expression, methods=["POST"]),
     ]
-
-
-def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
-    """The guarded application; what is refused is answered with a sentence."""
-    handlers: Any = {
-        TooLarge: lambda *_: Response("larger than any question", 413),
-        **dict.fromkeys(REFUSED, lambda _, error: JSONResponse({"error": str(error)}, 422)),
-    }
-    return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)
-
-
-def script(text: str) -> Callable[[Request], Response]:
-    """What answers with a script."""
-    return lambda _: Response(text, media_type="text/javascript")
-
-
-def template(name: str) -> str:
-    """The text of one of the workbench's own templates."""
-    path = resources.files("pipeline.workbench").joinpath("templates", name)
-    return path.read_text(encoding="utf-8")
 
 
 def _triad(name: object) -> Triad:
@@ -232,18 +206,6 @@ def _tried(workbench: Workbench, question: Json) -> Json:
     return tried_expression(
         workbench.session(), read_state(question.get("state")), _triad(question.get("triad")),
         str(question.get("expression")), str(question.get("per")))
-
-
-async def answered(request: Request, answer: Callable[[Json], Json]) -> Response:
-    """The answer to a question in JSON, computed beside the loop that serves the others."""
-    try:
-        question = json.loads(await request.body())
-    except (ValueError, RecursionError):
-        question = None
-    if not isinstance(question, dict):
-        raise ConfigError("a question of the page is expected, in JSON.")
-    found_answer = await asyncio.get_running_loop().run_in_executor(None, answer, question)
-    return JSONResponse(found_answer)
 
 
 async def _news(workbench: Workbench, request: Request) -> AsyncIterator[str]:

@@ -15,7 +15,8 @@ from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import RESULTS_NAME
-from pipeline.workbench.application import Workbench, answered, routes_of, script, template
+from pipeline.served.answers import answered, script, template
+from pipeline.workbench.application import Workbench, routes_of
 from pipeline.workbench.brought import Brought
 
 PATTERNS = ("*.yaml", "*.yml", "*/*.yaml", "*/*.yml")
@@ -44,9 +45,9 @@ class FolderPage:
         self._benches = Router()
         self.routes: list[BaseRoute] = [
             Route("/", lambda _: HTMLResponse(page_templates().from_string(
-                template("start.html")).render(title=self.folder.name))),
-            Route("/drawing.js", script(template("drawing.js"))),
-            Route("/start.js", script(template("start.js"))),
+                template("workbench/templates/start.html")).render(title=self.folder.name))),
+            Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
+            Route("/start.js", script(template("workbench/templates/start.js"))),
             Route("/sessions", lambda _: JSONResponse({"sessions": self.sessions()})),
             Mount("/session", app=self._benches),
             Route("/bring/{name:path}", self._bring, methods=["POST"]),

@@ -21,7 +21,7 @@ from pipeline.drawings.sheet import pose_svg
 from pipeline.record.session import RecordingDisplay, RecordingView
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
-from pipeline.workbench.application import script, template
+from pipeline.served.answers import script, template
 
 LOOK_S = 0.1  #: between two looks at the state: as often as the panel is drawn. Chosen
 KEPT = 200  #: lines that stay on the page; chosen
@@ -74,11 +74,12 @@ class RecordingPage:
     @property
     def routes(self) -> list[BaseRoute]:
         """The page, its scripts and its events."""
-        page = page_templates().from_string(template("recording.html")).render(title="record")
+        page = page_templates().from_string(
+            template("workbench/templates/recording.html")).render(title="record")
         return [
             Route("/", lambda _: HTMLResponse(page)),
-            Route("/drawing.js", script(template("drawing.js"))),
-            Route("/recording.js", script(template("recording.js"))),
+            Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
+            Route("/recording.js", script(template("workbench/templates/recording.js"))),
             Route("/events", self._events),
         ]
 

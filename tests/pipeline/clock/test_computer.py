@@ -17,8 +17,9 @@ import pytest
 from pipeline.clock.computer import KEPT_PPM, UNKEPT_PPM, ComputerClock, computer_clock
 from pipeline.clock.measure import keep_screen, read_screen, show_hand
 from pipeline.clock.ntp import NTP_TO_UNIX_S, ServerAnswer, ServerRate, ServerWatch, server_rate
-from pipeline.clock.screen import HAND_RPM, Report, ScreenServer, drawn_hand
+from pipeline.clock.screen import HAND_RPM, Report, ScreenPage, drawn_hand
 from pipeline.errors import DeviceError
+from pipeline.served.serve import serving
 from tests.pipeline.report.browser import CHROMIUM, QUIET
 
 RATE = HAND_RPM * 2 * np.pi / 60
@@ -127,22 +128,30 @@ def test_what_is_known_of_the_computer_is_said(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_the_page_draws_in_a_browser_and_reports_its_refreshes() -> None:
-    server = ScreenServer()
-    with subprocess.Popen([CHROMIUM, *QUIET, server.url], stdout=subprocess.DEVNULL,
-                          stderr=subprocess.DEVNULL) as browser:
-        deadline = time.monotonic() + 30
-        while len(server.reports) < 3 and time.monotonic() < deadline:
-            time.sleep(0.1)
-        browser.terminate()
-    with pytest.raises(HTTPError, match="404"):
-        urlopen(server.url.rsplit("/", 2)[0] + "/")  # without the token
-    with pytest.raises(HTTPError, match="400"):
-        urlopen(Request(f"{server.url}refreshes", data=b"[]", method="POST"))
-    server.stop()
-    assert len(server.reports) >= 3
-    last = server.reports[-1]
+    page, address = ScreenPage(), []
+    with serving(page.routes, address.append, port=0):
+        with subprocess.Popen([CHROMIUM, *QUIET, address[0]], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as browser:
+            deadline = time.monotonic() + 30
+            while len(page.reports) < 3 and time.monotonic() < deadline:
+                time.sleep(0.1)
+            browser.terminate()
+        with pytest.raises(HTTPError, match="403"):
+            urlopen(address[0].partition("?")[0])  # without the token
+        with pytest.raises(HTTPError, match="400"):
+            urlopen(report_of(address[0], b"[]"))
+    assert len(page.reports) >= 3
+    last = page.reports[-1]
     assert len(last.refreshes_s) > 5
     assert last.refreshes_s[-1] == pytest.approx(last.now_s, abs=0.5)
+
+
+def report_of(address: str, body: bytes) -> Request:
+    """What the page sends that was opened at ``address``."""
+    root, _, token = address.partition("/?token=")
+    port = root.rpartition(":")[2]
+    return Request(f"{root}/refreshes", data=body, method="POST", headers={
+        "Origin": root, "Cookie": f"pipeline-workbench-{port}={token}"})
 
 
 def test_the_hand_is_shown_while_the_film_is_taken(
@@ -156,8 +165,8 @@ def test_the_hand_is_shown_while_the_film_is_taken(
         for k in range(60):
             now = 1e3 * (time.monotonic() - begun)
             refreshes = [1e3 * (5 * k + i) / 60 for i in range(5)]
-            body = json.dumps({"now": now, "refreshes": refreshes}).encode()
-            urlopen(Request(f"{url}refreshes", data=body, method="POST")).close()
+            urlopen(report_of(url, json.dumps({"now": now, "refreshes": refreshes}).encode())
+                    ).close()
             time.sleep(0.02)
         seen.set()
 

@@ -3,7 +3,7 @@
 import http.client
 import json
 
-from pipeline.workbench.guard import LOOPBACK
+from pipeline.served.guard import LOOPBACK
 from tests.pipeline.workbench.conftest import Opened
 
 GIGABYTE = 1 << 30

@@ -91,7 +91,7 @@ class Guard:
         if self._is_token(request.query_params.get("token")) and request.method == "GET":
             return None
         if not self._is_token(cookie_of(request, f"{COOKIE}-{self.port}")):
-            return "open the address that `pipeline open` printed, with its token"
+            return "open the address that the command printed, with its token"
         return None
 
     def _is_token(self, text: str | None) -> bool:

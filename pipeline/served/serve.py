@@ -1,4 +1,4 @@
-"""The server of a workbench: on the loopback address, until Ctrl-C."""
+"""A server on the loopback address, until Ctrl-C or the end of a block."""
 
 import secrets
 import socket
@@ -10,8 +10,8 @@ from types import FrameType
 import uvicorn
 from starlette.routing import BaseRoute
 
-from pipeline.workbench.application import application
-from pipeline.workbench.guard import LOOPBACK
+from pipeline.served.answers import application
+from pipeline.served.guard import LOOPBACK
 
 PREFERRED_PORT = 8818  #: tried first, so that a reloaded page finds a new server. Chosen
 END_S = 2.0  #: for a server in a thread to end. Chosen
