@@ -15,7 +15,7 @@ from calib.fit.triad.leaning import leaning_of
 from calib.poses.averaging.drift_within import average_poses
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import Encoding, TriadSpec
-from calib.poses.imu_log import ImuLog
+from calib.poses.imu_log import TRIADS, ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
 from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
@@ -42,7 +42,7 @@ def averaged(run: RunLog, specs: tuple[TriadSpec, TriadSpec], rate: float) -> li
         )
         for pose in run.poses
     ]
-    return average_poses(logs, *specs, [rate] * len(logs))
+    return average_poses(logs, dict(zip(TRIADS, specs, strict=True)), [rate] * len(logs))
 
 
 def plate_rate(name: str, stated: StatedRate) -> PlateRate:

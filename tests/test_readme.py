@@ -21,6 +21,7 @@ from calib.poses.conditions import Conditions
 from pipeline.commands import COMMANDS
 from pipeline.config.certificate import CertificateSection, TriadCertificateSection
 from pipeline.config.load import Config, load_config
+from pipeline.config.record_section import RecordSection
 from pipeline.config.schema import (
     AccelerometerSection,
     EffectSection,
@@ -29,7 +30,6 @@ from pipeline.config.schema import (
     KnownRateSection,
     PlateSection,
     PosesSection,
-    RecordSection,
     RunSection,
     SiteSection,
     StillSection,

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog
 from calib.poses.rests.static_intervals import find_still
 from tests.paths import REAL
 from tests.sessions import configured, pipeline, results_in
@@ -19,9 +19,9 @@ pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in 
 
 def found_in(log: ImuLog, *specs: TriadSpec | None, rate_rad_s: float = 0.0) -> FloatArray:
     """Mean nominal readings (n, 3) of the static intervals, and nothing else of the program."""
-    intervals = find_still(log, *specs, rate_rad_s=rate_rad_s)
-    spec = specs[intervals.triad == "gyroscope"]
-    assert spec is not None
+    stated = {triad: spec for triad, spec in zip(TRIADS, specs, strict=False) if spec is not None}
+    intervals = find_still(log, stated, rate_rad_s=rate_rad_s)
+    spec = stated[intervals.triad]
     return np.array([spec.nominal(getattr(rest, intervals.triad)).mean(axis=0)
                      for rest in intervals.logs])
 

@@ -44,7 +44,7 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
     used = [log for log in logs if log.has(triad)]
     if len(used) < 2:
         return
-    values = [spec.signed(getattr(log, triad)) for log in used]
+    values = [spec.signed(log.readings(triad)) for log in used]
     rails = spec.count_range
     high, low = (np.array([pick(each, axis=0) for each in values]) for pick in (np.max, np.min))
     at_limit = (high == high.max(axis=0)) | (low == low.min(axis=0))

@@ -20,7 +20,7 @@ from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.errors import Contradiction
 from calib.numbers import NO_LENGTH, RPM
 from calib.poses.averaging.average_pose import LEAST_PER_TURN
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
 LEAST_SHARE = 0.5
@@ -162,7 +162,7 @@ def require_whole_turns(
     run: str,
     logs: Sequence[ImuLog],
     stated: FloatArray,
-    specs: tuple[TriadSpec, TriadSpec | None],
+    specs: Specs,
     others: Mapping[str, float],
 ) -> GravityWave | None:
     """Refuse a run whose accelerometer goes round at quite another rate than the plate's.
@@ -173,8 +173,9 @@ def require_whole_turns(
     logs : sequence of ImuLog, length n
     stated : array, shape (n,)
         The plate's rate in each, positive, rad/s.
-    specs : (TriadSpec, TriadSpec or None)
-        Of accelerometer and gyroscope; the gyro tells which of the two rates is wrong.
+    specs : mapping of triad to TriadSpec
+        The accelerometer's and, if it was logged, that of the gyro, which tells which of the two
+        rates is wrong.
     others : mapping of str to float
         The rates of the other settings.
 
@@ -188,13 +189,13 @@ def require_whole_turns(
     Contradiction
         Naming the likely mistake.
     """
-    wave = gravity_wave(logs, stated, specs[0])
+    wave = gravity_wave(logs, stated, specs["accelerometer"])
     if wave is None or not wave.is_clear:
         return None
     rate, plate = abs(wave.rate), float(np.median(stated))
     if wave.share_stated > LEFT_SHARE * wave.share or abs(rate / plate - 1) < LARGEST_CLOCK_ERROR:
         return wave
-    gyro_rate = _gyro_rate(logs, specs[1])
+    gyro_rate = _gyro_rate(logs, specs.get("gyroscope"))
     raise Contradiction(
         f"{run}: by the time stamps of its logs the plate turned at {_rpm(rate)}: gravity goes "
         f"round once per turn in the accelerometer. The rate of this run is {_rpm(plate)}. "

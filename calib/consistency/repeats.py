@@ -66,7 +66,7 @@ class Copy:
 def row_keys(log: ImuLog, triads: Sequence[Triad] = TRIADS) -> Keys:
     """One number for each row's readings: equal readings have equal keys, (t,)."""
     key = np.zeros(len(log.time_s), dtype=np.uint64)
-    columns = [axis for triad in triads if log.has(triad) for axis in getattr(log, triad).T]
+    columns = [axis for triad in triads if log.has(triad) for axis in log.readings(triad).T]
     for factor, column in zip(FACTORS, columns, strict=False):
         key = (key + np.ascontiguousarray(column + 0.0).view(np.uint64)) * factor
         key ^= key >> np.uint64(29)
@@ -233,7 +233,7 @@ def _stays_in_a_step(logs: Sequence[ImuLog]) -> float:
 
     stays = 1.0
     for triad in TRIADS:
-        counts = [np.asarray(getattr(log, triad)) for log in logs if log.has(triad)]
+        counts = [np.asarray(log.readings(triad)) for log in logs if log.has(triad)]
         if not counts:
             continue
         step = np.min([value_steps(each) for each in counts], axis=0)

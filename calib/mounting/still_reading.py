@@ -164,7 +164,8 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
             f"{log.label}: has no accelerometer columns; acc_x, acc_y, acc_z are needed to find "
             f"how the sensor is mounted."
         )
-    mean = average_pose(log, accelerometer.spec, None)  # refuses what moved or is saturated
+    # It refuses what moved or is saturated.
+    mean = average_pose(log, {"accelerometer": accelerometer.spec})
     nominal = accelerometer.spec.nominal(log.accelerometer)
     at = log_conditions(log, nominal)
     reading = mean.accelerometer.mean[None]

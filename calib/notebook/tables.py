@@ -22,7 +22,6 @@ from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.averaging.tabled_poses import (
-    PREFIX,
     SAMPLES,
     SD,
     TIME,
@@ -74,7 +73,7 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
         if table.ndim != 2 or table.shape[1] != 3:
             raise UnusableLog(f"table: an array of shape {table.shape}, (n, 3) expected: the x, y, "
                               f"z means of every pose. Name the columns of anything else.")
-        table = {f"{PREFIX[triad]}_{axis}": table[:, i] for i, axis in enumerate(AXES)}
+        table = dict(zip(triad_columns(triad), table.T, strict=True))
     names = list(table.dtype.names or () if isinstance(table, np.ndarray) else table.keys())
     expected = triad_columns(triad)
     absent = [name for name in expected if name not in names]
@@ -280,7 +279,7 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
         if triad_columns(triad)[0] in part else np.full((int(rows.sum()), 3), np.nan)
         for triad in TRIADS)
     log = ImuLog(label, part.pop(TIME), accelerometer, gyroscope, part)
-    return average_pose(log, SI, SI, abs(rate_rad_s))
+    return average_pose(log, dict.fromkeys(TRIADS, SI), abs(rate_rad_s))
 
 
 def _require_stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> None:

@@ -4,6 +4,7 @@ Angrisano et al. eq. (12): a converter of n bits over [-y, +y] starts the calibr
 ``b = (2^n - 1)/2`` counts and ``k = 2y/(2^n - 1)`` SI units per count.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -103,3 +104,6 @@ class TriadSpec:
         """
         counts = self.signed(counts)
         return np.asarray((counts - self.nominal_bias_counts) * self.nominal_scale)
+
+
+Specs = Mapping[str, TriadSpec]  #: data sheets by triad; a triad without one is not looked at

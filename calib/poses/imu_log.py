@@ -2,20 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from calib.errors import UnusableLog
-from calib.poses.triad_kind import PerKind
+from calib.poses.triad_kind import TRIAD_KINDS, PerKind
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
-Triad = Literal["accelerometer", "gyroscope"]
-TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")  #: the triads that a log holds
+Triad = str  #: name of a kind of triad (:data:`calib.poses.triad_kind.TRIAD_KINDS`)
+TRIADS: tuple[Triad, Triad] = ("accelerometer", "gyroscope")  #: the triads of every IMU
 AXES = ("x", "y", "z")
 TEMPERATURE = "temperature_c"  #: the column of the sensor's temperature, in every log
 SI_UNIT: Mapping[str, str] = PerKind(lambda kind: kind.unit)  #: SI unit of a triad's readings
@@ -35,7 +34,7 @@ class ImuLog:
         Raw readings in counts (or in the unit the sensor is declared to give); a triad that was
         not logged is all NaN.
     columns : mapping of name to array, shape (t,)
-        Every further numeric column, for example ``temperature_c``.
+        Every further numeric column, for example ``temperature_c``; those of a further triad too.
     notes : tuple of str
         Sentences on what its reader changed, for example a clock that steps back.
 
@@ -80,9 +79,17 @@ class ImuLog:
                     f"damaged rows, or record the log again."
                 )
 
-    def has(self, triad: str) -> bool:
-        """Whether ``triad`` ("accelerometer" or "gyroscope") was logged."""
-        return bool(np.isfinite(getattr(self, triad)[0, 0]))
+    def has(self, triad: Triad) -> bool:
+        """Whether a triad was logged."""
+        if triad in TRIADS:
+            return bool(np.isfinite(self.readings(triad)[0, 0]))
+        return self.columns.keys() >= {*TRIAD_KINDS[triad].columns}
+
+    def readings(self, triad: Triad) -> FloatArray:
+        """Raw readings of a triad, (t, 3), counts as logged; a further one may lack some (NaN)."""
+        if triad in TRIADS:
+            return np.asarray(getattr(self, triad))
+        return np.column_stack([self.columns[name] for name in TRIAD_KINDS[triad].columns])
 
     def between(self, start: int, stop: int, label: str) -> "ImuLog":
         """The samples ``start:stop`` as a log of their own."""

@@ -247,7 +247,7 @@ def pose_set(
         triad=triad,
         label=tuple(mean.label for mean in means),
         run=tuple(run.name for run in runs for _ in run.means),
-        reading=np.array([getattr(mean, triad).mean for mean in means]),
+        reading=np.array([mean.of(triad).mean for mean in means]),
         sd=_mean_sd(runs, triad),
         force=np.array([mean.accelerometer.mean for mean in means]),
         vibration=np.array([mean.accelerometer.scatter for mean in means]),
@@ -257,7 +257,7 @@ def pose_set(
         reference=join_references([run.reference for run in runs]),
         columns={name: np.array([mean.columns[name] for mean in means]) for name in names},
         notes=_notes(runs, triad),
-        other_reading=np.array([getattr(mean, other).mean for mean in means]),
+        other_reading=np.array([mean.of(other).mean for mean in means]),
         run_time_s=np.concatenate([on_one_clock(run.means) for run in runs]),
         sd_dof=sd_dof([run.means for run in runs if not run.is_stated], triad),
         ring=rings_of([(run.ring, len(run.means)) for run in runs]),
@@ -282,7 +282,7 @@ def _mean_sd(runs: Sequence[PoseRun], triad: Triad) -> FloatArray:
     """Sds (n, 3) of the means of all runs: from their samples, or as a table states them."""
     logged = [run.means for run in runs if not run.is_stated]
     of_logged = iter(pose_mean_sd(logged, triad) if logged else ())
-    stated = {id(mean): np.sqrt(getattr(mean, triad).variance)
+    stated = {id(mean): np.sqrt(mean.of(triad).variance)
               for run in runs if run.is_stated for mean in run.means}
     return np.array([stated[id(mean)] if id(mean) in stated else next(of_logged)
                      for run in runs for mean in run.means])

@@ -1,8 +1,8 @@
 """What a triad is: three axes that are calibrated against a known magnitude.
 
-Fit, diagnosis, prediction and catalogue ask this registry for everything in which one triad
-differs from another by name and unit alone; a further triad is one more record. The logs of
-:mod:`calib.poses.imu_log` hold the first two.
+From the log to the report everything in which one triad differs from another by name, columns and
+unit alone is asked of this registry; a further triad is one more record. The first two belong to
+each other: accelerometer and gyroscope show each other's attitude, motion and frame.
 """
 
 import math
@@ -31,6 +31,13 @@ class TriadKind:
         Number of ``error_unit`` in one SI unit.
     reference : str
         What its magnitude is compared with, in words.
+    columns : tuple of str
+        Its three columns in logs.
+    sheet_units : tuple of str
+        Units in which data sheets and logs state it, as keys end in them; the first is ``unit``.
+    magnitude_key : str
+        Key that states the magnitude in its section of a configuration; empty where gravity or the
+        plate is the reference.
     """
 
     name: str
@@ -39,11 +46,23 @@ class TriadKind:
     error_unit: str
     errors_per_unit: float
     reference: str
+    columns: tuple[str, str, str]
+    sheet_units: tuple[str, ...]
+    magnitude_key: str = ""
+
+    @property
+    def sd_key(self) -> str:
+        """Key of the sd of that magnitude."""
+        return f"sd_{self.sheet_units[0]}"
 
 
 TRIAD_KINDS: dict[str, TriadKind] = {kind.name: kind for kind in (
-    TriadKind("accelerometer", "accelerometer", "m/s²", "mm/s²", 1e3, "gravity"),
-    TriadKind("gyroscope", "gyro", "rad/s", "°/s", math.degrees(1.0), "the rate of the plate"),
+    TriadKind("accelerometer", "accelerometer", "m/s²", "mm/s²", 1e3, "gravity",
+              ("acc_x", "acc_y", "acc_z"),
+              ("m_s2", "g", "mg")),
+    TriadKind("gyroscope", "gyro", "rad/s", "°/s", math.degrees(1.0), "the rate of the plate",
+              ("gyr_x", "gyr_y", "gyr_z"),
+              ("rad_s", "deg_s", "mrad_s", "mdeg_s")),
 )}
 """Every kind of triad by name."""
 

@@ -8,6 +8,7 @@ from pipeline.config.contradictions import contradictions
 from pipeline.config.messages import problems_in
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.session import Config as Config
+from pipeline.config.session import session_model
 from pipeline.config.types import ValidationContext
 from pipeline.config.yaml_text import YamlSource, parse_source, read_source
 
@@ -51,7 +52,7 @@ def config_from(source: YamlSource, *, files_may_be_missing: bool = False) -> Co
     )
     config, error = None, None
     try:
-        config = Config.model_validate(source.values, context=context)
+        config = session_model().model_validate(source.values, context=context)
     except ValidationError as invalid:
         error = invalid
     problems = list(problems_in(source, error, context))

@@ -7,7 +7,7 @@ Rules see every file, also one whose values are wrong, so that all mistakes are 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo, path_text
 from pipeline.logs.columns import (
@@ -32,10 +32,10 @@ def _one_of(section: Values, *keys: str) -> Problems:
 
 def whole_file(section: Values) -> Problems:
     """A file must ask for something, and each section needs those it depends on."""
-    tasks = ("rate", "accelerometer", "gyroscope", "installation", "record")
+    tasks = ("rate", *TRIAD_KINDS, "installation", "record")
     if not any(task in section for task in tasks):
         yield "", f"nothing to do: none of {', '.join(tasks)} is given"
-    triads = [triad for triad in TRIADS if triad in section]
+    triads = [triad for triad in TRIAD_KINDS if triad in section]
     if triads and "sensor" not in section:
         yield "sensor", ("is missing; name a preset as in `sensor: xsens-mti`, or give the data "
                    "sheet's full scale, bits and encoding")
@@ -187,19 +187,16 @@ def record(section: Values) -> Problems:
 #: Where each rule applies; ``*`` is any key or list position.
 RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
     ((), whole_file),
-    (("sensor", "accelerometer"), triad_sheet),
-    (("sensor", "gyroscope"), triad_sheet),
+    (("sensor", "*"), triad_sheet),
     (("site",), site),
     (("rate",), rates),
     (("rate", "*"), rate),
     (("rate", "*"), model),
     (("rate", "*", "timebase"), timebase),
     (("accelerometer",), accelerometer),
-    (("accelerometer",), model),
-    (("gyroscope",), model),
-    (("accelerometer", "poses"), poses),
-    (("accelerometer", "runs", "*", "poses"), poses),
-    (("gyroscope", "runs", "*", "poses"), poses),
+    (("*",), model),
+    (("*", "poses"), poses),
+    (("*", "runs", "*", "poses"), poses),
     (("installation",), picked_columns),
     (("installation",), still),
     (("effects", "*"), user_defined),

@@ -21,12 +21,12 @@ from pydantic import (
 from calib.earth import GREATEST_GRAVITY_M_S2, LEAST_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
 from calib.mounting.levelling import Order
+from calib.poses.triad_kind import TriadKind
 from pipeline.cameras import known_cameras
 from pipeline.config.types import (
     STOPPED,
     CameraName,
     Columns,
-    Count,
     Effects,
     Files,
     Number,
@@ -34,14 +34,13 @@ from pipeline.config.types import (
     Positive,
     RateName,
     Section,
+    TriadName,
     VisionTerms,
     may_be_missing,
-    no_such,
     refusal,
+    with_keys,
 )
 from pipeline.config.units import FASTEST_RPM
-from pipeline.devices.line_pattern import LinePattern
-from pipeline.devices.table import DEVICES
 from pipeline.logs.columns import Renamed, TimeUnit
 from vision.rate.timebase import CLOCK_PPM
 
@@ -198,7 +197,6 @@ class RunSection(Section):
 class TriadFitSection(Section):
     """What to fit to the poses of a triad, all runs jointly, and how."""
 
-    runs: tuple[RunSection, ...] = ()
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"
     loss: Literal["squares", "huber"] = "squares"
@@ -206,12 +204,22 @@ class TriadFitSection(Section):
     @property
     def at_rest(self) -> tuple[RunSection, ...]:
         """Poses that are named outside ``runs``, as a run of a plate that is stopped."""
-        return ()
+        poses: PosesSection | None = getattr(self, "poses", None)
+        if poses is None:
+            return ()
+        return (RunSection.model_construct(
+            poses=poses, rate=STOPPED, exclude=getattr(self, "exclude", ())),)
+
+    @property
+    def turning(self) -> tuple[RunSection, ...]:
+        """The runs on the plate."""
+        runs: tuple[RunSection, ...] = getattr(self, "runs", ())
+        return runs
 
     @property
     def sections(self) -> tuple[RunSection, ...]:
         """The poses at rest, then the runs."""
-        return self.at_rest + self.runs
+        return self.at_rest + self.turning
 
 
 class AccelerometerSection(TriadFitSection):
@@ -219,20 +227,20 @@ class AccelerometerSection(TriadFitSection):
 
     poses: PosesSection | None = None
     exclude: PoseNames = ()
-
-    @property
-    def at_rest(self) -> tuple[RunSection, ...]:
-        """The poses at rest as a run of a plate that is stopped; none without them."""
-        if self.poses is None:
-            return ()
-        return (RunSection.model_construct(
-            poses=self.poses, rate=STOPPED, exclude=self.exclude),)
+    runs: tuple[RunSection, ...] = ()
 
 
 class GyroscopeSection(TriadFitSection):
     """The gyroscope: its poses stand in runs."""
 
     runs: Annotated[tuple[RunSection, ...], Field(min_length=1)]
+
+
+def resting_section(kind: TriadKind) -> type[TriadFitSection]:
+    """A further triad: poses at rest, and the magnitude of the field that it senses there."""
+    magnitudes = dict.fromkeys((kind.magnitude_key, kind.sd_key), (Positive, ...))
+    return with_keys(TriadFitSection, f"{kind.name.title()}Section", {
+        "poses": (PosesSection, ...), "exclude": (PoseNames, ()), **magnitudes})
 
 
 # --- the rest ----------------------------------------------------------------------------------
@@ -250,7 +258,7 @@ class EffectSection(Section):
     shapes: Annotated[dict[str, tuple[str, Positive, Positive]], Field(max_length=1)] = Field(
         default_factory=dict)
     unit: str
-    triad: Literal["accelerometer", "gyroscope"] | None = None
+    triad: TriadName | None = None
 
 
 class InstallationSection(LogsSection):
@@ -263,34 +271,3 @@ class InstallationSection(LogsSection):
     drive_log: Files = ()
     drive_direction: Literal["forward", "backward"] = "forward"
     order: Order | None = None  #: order of the rotations; by eq. (6) of Promrit et al. where None
-
-
-def _device(name: str) -> str:
-    if name not in DEVICES:
-        raise no_such("device", name, tuple(DEVICES))
-    return name
-
-
-def _pattern(text: str) -> str:
-    try:
-        LinePattern.stated(text)
-    except ValueError as error:
-        raise refusal(str(error)) from error
-    return text
-
-
-SECONDS_PER_POSE = 10.0  #: batches of a second show the correlation of a mean's noise; chosen
-
-
-class RecordSection(Section):
-    """What ``pipeline record`` is to record, and from what."""
-
-    device: Annotated[str, AfterValidator(_device)]
-    port: str | None = None  #: the only USB serial port by default
-    baud: Count | None = None  #: the usual speeds of the device are tried by default
-    sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
-    poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
-    seconds_per_pose: Annotated[Positive, Field(ge=2)] = SECONDS_PER_POSE
-    order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
-    pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: pattern of ``device: lines``
-    camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses

@@ -6,13 +6,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from calib.poses.data_sheet import TriadSpec
-from pipeline.config.types import Positive, Section, no_such
+from calib.poses.data_sheet import Specs, TriadSpec
+from calib.poses.imu_log import Triad
+from calib.poses.triad_kind import TRIAD_KINDS, TriadKind
+from pipeline.config.types import Positive, Section, no_such, with_keys
 from pipeline.config.units import UNITS
 
 ForceUnit = Literal["m_s2", "g", "mg"]
 RateUnit = Literal["rad_s", "deg_s", "mrad_s", "mdeg_s"]
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement"]
+FULL_SCALE, COUNTS_PER = "full_scale_", "counts_per_"  #: what keys of a data sheet begin with
 
 #: name -> what the user would otherwise write under ``sensor:``.
 PRESETS: Mapping[str, Mapping[str, Any]] = {
@@ -33,12 +36,15 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
 
 
 
-class _TriadSheet(Section):
+class TriadSheet(Section):
+    """Data sheet of a triad: what all kinds of triads have in it."""
+
     bits: Annotated[int, Field(strict=True, ge=8, le=32)] | None = None
     encoding: Encoding | None = None
+    unit: str | None = None
 
 
-class AccelerometerSheet(_TriadSheet):
+class AccelerometerSheet(TriadSheet):
     """Data sheet of an accelerometer, or the unit of logs that are in physical units already."""
 
     full_scale_m_s2: Positive | None = None
@@ -48,7 +54,7 @@ class AccelerometerSheet(_TriadSheet):
     unit: ForceUnit | None = None
 
 
-class GyroscopeSheet(_TriadSheet):
+class GyroscopeSheet(TriadSheet):
     """Data sheet of a gyroscope, or the unit of logs that are in physical units already."""
 
     full_scale_deg_s: Positive | None = None
@@ -65,6 +71,20 @@ class SensorSection(Section):
     accelerometer: AccelerometerSheet | None = None
     gyroscope: GyroscopeSheet | None = None
 
+    @property
+    def sheets(self) -> Mapping[Triad, TriadSheet]:
+        """The data sheets that are stated, the accelerometer's first."""
+        stated = {triad: getattr(self, triad, None) for triad in TRIAD_KINDS}
+        return {triad: sheet for triad, sheet in stated.items() if sheet is not None}
+
+
+def sheet_section(kind: TriadKind) -> type[TriadSheet]:
+    """The keys of the data sheet of a further kind of triad, by its units."""
+    scales = {f"{stem}{unit}": (Positive | None, None)
+              for stem in (FULL_SCALE, COUNTS_PER) for unit in kind.sheet_units}
+    unit = Literal[kind.sheet_units] | None  # type: ignore[name-defined]
+    return with_keys(TriadSheet, f"{kind.name.title()}Sheet", {**scales, "unit": (unit, None)})
+
 
 def _preset(sensor: object) -> object:
     if not isinstance(sensor, str):
@@ -74,43 +94,40 @@ def _preset(sensor: object) -> object:
     return dict(PRESETS[sensor])
 
 
-SensorOrPreset = Annotated[SensorSection, BeforeValidator(_preset)]
+def sensor_or_preset(sensor: type[SensorSection]) -> Any:
+    """The type of a key that names a preset or holds a data sheet."""
+    return Annotated[sensor, BeforeValidator(_preset)]
 
-#: The data sheets of accelerometer and gyroscope.
-Specs = tuple[TriadSpec | None, TriadSpec | None]
 
 
 def sensor_specs(sensor: SensorSection) -> Specs:
-    """The data sheets of accelerometer and gyroscope in SI units; None where one is not stated."""
-    return (
-        triad_spec(sensor.accelerometer) if sensor.accelerometer else None,
-        triad_spec(sensor.gyroscope) if sensor.gyroscope else None,
-    )
+    """The data sheets that are stated, in SI units."""
+    return {triad: triad_spec(sheet) for triad, sheet in sensor.sheets.items()}
 
 
-def triad_spec(sheet: AccelerometerSheet | GyroscopeSheet) -> TriadSpec:
+def triad_spec(sheet: TriadSheet) -> TriadSpec:
     """The data sheet in SI units, for the start values of Angrisano et al. eq. (12)."""
     if sheet.unit is not None:
         return TriadSpec(math.inf, 0, "si", UNITS[sheet.unit][1])
     # One of the two is there: pipeline.config.rules.triad_sheet refuses a file without.
-    if (per_unit := _stated(sheet, "counts_per_")) is not None:
+    if (per_unit := _stated(sheet, COUNTS_PER)) is not None:
         si_per_count = 1 / per_unit
         if sheet.bits is None or sheet.encoding is None:
             return TriadSpec(math.inf, 0, "si", si_per_count)
         codes = 2**sheet.bits - 1 if sheet.encoding == "offset-binary" else 2**sheet.bits
         return TriadSpec(si_per_count * codes / 2, sheet.bits, sheet.encoding)
-    full_scale = _stated(sheet, "full_scale_")
+    full_scale = _stated(sheet, FULL_SCALE)
     assert full_scale is not None
     assert sheet.bits is not None
     assert sheet.encoding is not None
     return TriadSpec(full_scale, sheet.bits, sheet.encoding)
 
 
-def _stated(sheet: AccelerometerSheet | GyroscopeSheet, stem: str) -> float | None:
+def _stated(sheet: TriadSheet, stem: str) -> float | None:
     """The value of the key that begins so: in SI units, counts in counts per SI unit."""
     for key in type(sheet).model_fields:
         value: float | None = getattr(sheet, key) if key.startswith(stem) else None
         if value is not None:
             factor = UNITS[key.removeprefix(stem)][1]
-            return value / factor if stem == "counts_per_" else value * factor
+            return value / factor if stem == COUNTS_PER else value * factor
     return None

@@ -1,25 +1,28 @@
 """The configuration of a session: all its sections."""
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 from pydantic import Field, PrivateAttr
 
-from calib.poses.imu_log import TRIADS, Triad
+from calib.poses.imu_log import Triad
+from calib.poses.triad_kind import TRIAD_KINDS, TriadKind
 from pipeline.config.certificate import CertificateSection
+from pipeline.config.record_section import RecordSection
 from pipeline.config.schema import (
     AccelerometerSection,
     EffectSection,
     GyroscopeSection,
     InstallationSection,
     Rate,
-    RecordSection,
     RunSection,
     SiteSection,
     TriadFitSection,
+    resting_section,
 )
-from pipeline.config.sensor import SensorOrPreset, SensorSection
-from pipeline.config.types import FolderName, Section, UserEffectName
+from pipeline.config.sensor import SensorSection, sensor_or_preset, sheet_section
+from pipeline.config.types import FolderName, Section, UserEffectName, with_keys
 from pipeline.config.yaml_text import PathTo, YamlSource
 
 
@@ -31,7 +34,7 @@ class Config(Section):
 
     title: str = ""
     output: FolderName | None = None
-    sensor: SensorOrPreset = SensorSection()
+    sensor: SensorSection = SensorSection()
     rate: dict[str, Rate] = Field(default_factory=dict)
     site: SiteSection | None = None
     accelerometer: AccelerometerSection | None = None
@@ -51,7 +54,7 @@ class Config(Section):
     @property
     def triads(self) -> Mapping[Triad, TriadFitSection]:
         """The sections of the triads that are to be calibrated, the accelerometer first."""
-        sections = {triad: getattr(self, triad) for triad in TRIADS}
+        sections = {triad: getattr(self, triad, None) for triad in TRIAD_KINDS}
         return {triad: section for triad, section in sections.items() if section is not None}
 
     def runs_of(self, triad: Triad) -> tuple[RunSection, ...]:
@@ -63,10 +66,24 @@ class Config(Section):
         """Every set of poses with the keys to the mapping of the file that names it."""
         for triad, section in self.triads.items():
             yield from (((triad,), run) for run in section.at_rest)
-            yield from (((triad, "runs", i), run) for i, run in enumerate(section.runs))
+            yield from (((triad, "runs", i), run) for i, run in enumerate(section.turning))
 
     @property
     def output_folder(self) -> Path:
         """Where results go: ``output``, or the file's stem + ``.run``; beside the file."""
         path = self._source.path
         return path.parent / (self.output or f"{path.stem}.run")
+
+
+def session_model() -> type[Config]:
+    """The keys of a session's file, with those of every kind of triad that is known by now."""
+    return _session_model(tuple(kind for kind in TRIAD_KINDS.values() if kind.magnitude_key))
+
+
+@cache
+def _session_model(further: tuple[TriadKind, ...]) -> type[Config]:
+    sheets = {kind.name: (sheet_section(kind) | None, None) for kind in further}
+    sections = {kind.name: (resting_section(kind) | None, None) for kind in further}
+    sensor = with_keys(SensorSection, "SensorSection", sheets)
+    return with_keys(Config, "Config", {
+        **sections, "sensor": (sensor_or_preset(sensor), sensor())})

@@ -1,9 +1,10 @@
 """The kinds of values a configuration holds, and what each is checked against."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -14,12 +15,14 @@ from pydantic import (
     InstanceOf,
     ValidationError,
     ValidationInfo,
+    create_model,
     model_validator,
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import OF_COLUMN
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.cameras import cameras_file, known_cameras
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.files import LONGEST_NAME
@@ -215,8 +218,15 @@ def _camera(name: str) -> str:
     return name
 
 
+def _triad_name(name: str) -> str:
+    if name not in TRIAD_KINDS:
+        raise no_such("triad", name, tuple(TRIAD_KINDS))
+    return name
+
+
 CameraName = Annotated[str, AfterValidator(_camera)]
 FolderName = Annotated[str, AfterValidator(_folder_name)]
+TriadName = Annotated[str, AfterValidator(_triad_name)]
 RateName = Annotated[str, BeforeValidator(_rate_name)]
 UserEffectName = Annotated[str, AfterValidator(_user_effect_name)]
 Files = Annotated[tuple[Path, ...], BeforeValidator(_files)]
@@ -233,6 +243,9 @@ Columns = Annotated[
 ]
 
 
+S = TypeVar("S", bound=BaseModel)
+
+
 class Section(BaseModel):
     """A frozen mapping with known keys only."""
 
@@ -244,3 +257,8 @@ class Section(BaseModel):
         if isinstance(section, dict):
             _context(info).keys_of[id(section)] = tuple(cls.model_fields)
         return section
+
+
+def with_keys(section: type[S], name: str, keys: Mapping[str, Any]) -> type[S]:
+    """A section with further keys: for each its type and its default, ``...`` where it has none."""
+    return create_model(name, __base__=section, **dict(keys))

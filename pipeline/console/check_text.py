@@ -32,7 +32,7 @@ def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
     for triad, section in config.triads.items():
         for run in section.at_rest:
             yield f"{triad:<14} {_poses(run, poses)}"
-        for run in section.runs:
+        for run in section.turning:
             yield f"{triad:<14} {_poses(run, poses)} at rate {run.rate}"
         yield f"{triad:<14} model {', '.join(section.model)}"
     yield f"results        {config.output_folder}"
@@ -52,7 +52,8 @@ def config_json(config: Config, rehearsal: Rehearsal) -> dict[str, Any]:
                  if isinstance(rate, VideoRateSection) else
                  {"rate_rad_s": rate.rate_rad_s, "sd_rad_s": rate.sd_rad_s}
                  for name, rate in config.rate.items()},
-        **{triad: _triad_json(config.triads.get(triad)) for triad in TRIADS},
+        **{triad: _triad_json(config.triads.get(triad))
+           for triad in dict.fromkeys((*TRIADS, *config.triads))},
         "results": str(config.output_folder),
     }
 
@@ -61,7 +62,7 @@ def _triad_json(section: TriadFitSection | None) -> dict[str, Any] | None:
     return None if section is None else {
         "model": section.model,
         **(_logs(section.at_rest[0]) if section.at_rest else {}),
-        "runs": [{"rate": run.rate, **_logs(run)} for run in section.runs]}
+        "runs": [{"rate": run.rate, **_logs(run)} for run in section.turning]}
 
 
 def _logs(section: RunSection) -> dict[str, Any]:

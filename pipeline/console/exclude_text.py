@@ -35,7 +35,7 @@ def exclude_lines(config: Config, triad: Triad) -> ExcludeLines:
     first = "  runs:\n" if section.at_rest else ""  # below the poses at rest, if any
     before = ["  exclude: "] * len(section.at_rest)
     before += [f"{'' if k else first}  - rate: {yaml_word(run.rate)}\n    exclude: "
-               for k, run in enumerate(section.runs)]
+               for k, run in enumerate(section.turning)]
     head = f"{triad}:" if section.at_rest else f"{triad}:\n  runs:"
     return ExcludeLines(head, tuple(before), tuple(
         tuple(map(yaml_name, run.exclude)) for run in section.sections))

@@ -92,7 +92,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             if effect.belongs_to == "bench"
         ]
         correction = triad.correction.sensor_part()
-        nominal = correction.spec.nominal(getattr(log, triad.name))
+        nominal = correction.spec.nominal(log.readings(triad.name))
         columns = {**_other_triad(stored, triad.name, log), **log.columns}
         at = Conditions.of_vectors(nominal, columns, **known)
         _require_evaluable(log.label, triad.name, correction, at)
@@ -153,7 +153,7 @@ def saturated_samples(stored: Stored, log: ImuLog) -> BoolArray:
     for triad in stored.triads:
         if log.has(triad.name) and triad.correction.spec.bits:
             low, high = triad.correction.spec.count_range
-            readings = triad.correction.spec.signed(getattr(log, triad.name))
+            readings = triad.correction.spec.signed(log.readings(triad.name))
             saturated |= ((readings <= low) | (readings >= high)).any(axis=1)
     return saturated
 

@@ -43,7 +43,7 @@ def require_counts(stored: Stored, log: ImuLog) -> None:
         spec = triad.correction.spec
         if not log.has(triad.name) or not spec.bits:
             continue
-        readings = spec.signed(getattr(log, triad.name))
+        readings = spec.signed(log.readings(triad.name))
         low, high = spec.count_range
         if readings.min() < low or readings.max() > high:
             raise UnusableLog(
@@ -108,7 +108,7 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
     for triad in stored.triads:
         if not log.has(triad.name):
             continue
-        readings = triad.correction.spec.signed(getattr(log, triad.name))
+        readings = triad.correction.spec.signed(log.readings(triad.name))
         if triad.correction.spec.bits and (readings != np.rint(readings)).any():
             yield (f"{log.label}: the {triad.name} has readings with decimals, where counts are "
                    f"whole numbers. If they are in physical units, the result is wrong.")
@@ -188,7 +188,7 @@ def _reading_warnings(triad: StoredTriad, stored: Stored, log: ImuLog) -> Iterat
         return
     seen = np.array([pose["reading"] for pose in stored.contents[triad.name]["poses"]], float)
     largest_seen = float(np.nanmax(np.linalg.norm(seen, axis=1)))
-    nominal = triad.correction.spec.nominal(getattr(log, triad.name))
+    nominal = triad.correction.spec.nominal(log.readings(triad.name))
     largest = float(np.linalg.norm(nominal, axis=1).max())
     if largest > (1 + MARGIN) * largest_seen:
         unit = SI_UNIT[triad.name]

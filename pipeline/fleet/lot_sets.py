@@ -18,9 +18,9 @@ from calib.fit.model import Model
 from calib.fit.triad.correction import Correction
 from calib.lot import SensorPoses
 from calib.poses.averaging.tabled_poses import (
-    READ,
     SD,
     TIME,
+    is_read,
     nominal_means,
     tabled_poses,
     triad_columns,
@@ -121,7 +121,7 @@ class LotSets:
 
     def spec(self, triad: Triad) -> TriadSpec:
         """The data sheet of a triad."""
-        spec = sensor_specs(self.design.sensor)[TRIADS.index(triad)]
+        spec = sensor_specs(self.design.sensor).get(triad)
         assert spec is not None
         return spec
 
@@ -253,7 +253,7 @@ def _begin(rows: SensorRows) -> float:
 
 def _covariates(rows: SensorRows) -> dict[str, FloatArray]:
     """Logged columns (n,) beside time, means and sds."""
-    return {name: values for name, values in rows.numbers.items() if name not in READ}
+    return {name: values for name, values in rows.numbers.items() if not is_read(name)}
 
 
 def _require_numbers(sensors: Sequence[SensorRows], needed: Sequence[str], table: Path) -> None:

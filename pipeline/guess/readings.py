@@ -52,9 +52,11 @@ def readings_in_si(
     require_stated_units(session, [log])
     raw = read_log(log, None, StatedClock(rate_hz))
     nominal: dict[str, Any] = {}
-    for name, spec in zip(TRIADS, sensor_specs(session.sensor), strict=True):
+    specs = sensor_specs(session.sensor)
+    for name in TRIADS:
+        spec = specs.get(name)
         if raw.has(name) and spec is not None:
-            nominal[name] = spec.nominal(getattr(raw, name))
+            nominal[name] = spec.nominal(raw.readings(name))
         elif raw.has(name):
             raise UnreadableInput(f"{config}: `sensor` does not state the {name}, which {log} "
                                   f"holds. State it, or leave --config out to have it guessed.")

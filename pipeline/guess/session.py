@@ -217,8 +217,7 @@ def _is_pose(table: TableGuess) -> bool:
     if log is None or log.time_s[-1] - log.time_s[0] > MOST_POSE_S:
         return False
     try:
-        average_pose(log, SI if table.accelerometer else None, SI if table.gyroscope else None,
-                     table.turning_rad_s)
+        average_pose(log, dict.fromkeys(TRIADS, SI), table.turning_rad_s)
     except CalibrationError:
         return False
     return True

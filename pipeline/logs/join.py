@@ -69,8 +69,8 @@ def _joined(one: ImuLog, other: ImuLog) -> ImuLog:
 
     def side_by_side(triad: str) -> FloatArray:
         if not other.has(triad):
-            return np.asarray(getattr(one, triad)[kept])
-        return np.column_stack([moved(axis) for axis in getattr(other, triad).T])
+            return np.asarray(one.readings(triad)[kept])
+        return np.column_stack([moved(axis) for axis in other.readings(triad).T])
 
     columns = {name: moved(values) for name, values in other.columns.items()}
     columns |= {name: values[kept] for name, values in one.columns.items()}

@@ -81,9 +81,9 @@ def _read_setting(config: Config, section: RunSection) -> PlannedSetting:
     logs = list(_logs(config, poses, usual))
     for log in (logs[i] for i in chosen([log.label for log in logs], section, config).kept):
         if math.isnan(rate):
-            rate = sensed_rate(log, specs[1], None)
+            rate = sensed_rate(log, specs.get("gyroscope"), None)
         try:
-            means.append(average_pose(log, *specs, rate))
+            means.append(average_pose(log, specs, rate))
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
@@ -106,7 +106,7 @@ def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[Im
     folder = config.source.path.parent
     specs = sensor_specs(config.sensor)
     for log in long_logs(poses, folder):
-        yield from find_still(log, *specs, rate_rad_s, still_search(poses.still)).logs
+        yield from find_still(log, specs, rate_rad_s, still_search(poses.still)).logs
     yield from read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)
 
 

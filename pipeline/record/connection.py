@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from typing import Protocol
 
 from pipeline.config.load import Config
-from pipeline.config.schema import RecordSection
+from pipeline.config.record_section import RecordSection
 from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet
 from pipeline.devices.mpu6050_binary import COUNTS_PER_G
 from pipeline.devices.mpu6050_text import Mpu6050TextParser

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray
+from calib.poses.data_sheet import Specs
+from calib.poses.imu_log import TRIADS, FloatArray
 from pipeline.config.load import Config, load_config
 from pipeline.config.sensor import sensor_specs
 from pipeline.devices.sample import CLOCK_MODULUS
@@ -36,7 +36,7 @@ NAME = "config.yaml"
 class DemoSensor:
     """The sensor in the hand: :meth:`lay` says what comes next, :meth:`lines` what it sends."""
 
-    def __init__(self, specs: tuple[TriadSpec, TriadSpec], seed: int = 0) -> None:
+    def __init__(self, specs: Specs, seed: int = 0) -> None:
         self._specs = specs
         self._rng = np.random.default_rng(seed)
         self._up, self._rate = np.array([0.0, 0.0, 1.0]), 0.0
@@ -68,8 +68,9 @@ class DemoSensor:
         hand = (HAND_M_S2, HAND_RAD_S) if self._moving else (0.0, 0.0)
         true = (STANDARD_GRAVITY_M_S2 * up, self._rate * up)
         words: list[int] = []
-        for spec, value, gain, bias, noise, shake in zip(
-                self._specs, true, GAIN, BIAS, NOISE, hand, strict=True):
+        for triad, value, gain, bias, noise, shake in zip(
+                TRIADS, true, GAIN, BIAS, NOISE, hand, strict=True):
+            spec = self._specs[triad]
             reading = gain * value + bias + np.hypot(noise, shake) * self._rng.standard_normal(3)
             low, high = spec.count_range
             words += np.clip(np.rint(reading / spec.nominal_scale), low, high).astype(int).tolist()
@@ -139,8 +140,5 @@ def demo_config(folder: Path) -> Config:
 
 def demo_session(config: Config, display: RecordingDisplay, speed: float = SPEED) -> Session:
     """The recording of ``config`` from a simulated sensor."""
-    accelerometer, gyroscope = sensor_specs(config.sensor)
-    assert accelerometer is not None  # the preset of the rehearsal has both
-    assert gyroscope is not None
-    sensor = DemoSensor((accelerometer, gyroscope))
+    sensor = DemoSensor(sensor_specs(config.sensor))
     return Session(config, lambda _baud: DemoPort(sensor, speed), ObeyedDisplay(display, sensor))

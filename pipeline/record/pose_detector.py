@@ -179,7 +179,8 @@ class PoseDetector:
     def _nominal(self, rows: list[TimedSample]) -> FloatArray:
         """Readings in nominal SI units, (t, 6), NaN where a triad is absent."""
         parts = []
-        for triad, spec in zip(TRIADS, self.task.specs, strict=True):
+        for triad in TRIADS:
+            spec = self.task.specs.get(triad)
             counts = np.array([getattr(row, triad) for row in rows], dtype=float)
             parts.append(np.full_like(counts, np.nan) if spec is None else spec.nominal(counts))
         return np.hstack(parts)

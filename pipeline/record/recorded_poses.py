@@ -11,9 +11,8 @@ from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import NEAR_COSINE
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from pipeline.config.sensor import Specs
 from pipeline.errors import PipelineError
 from pipeline.logs.read import read_log
 from pipeline.record.block_files import RecordingBlock
@@ -42,7 +41,7 @@ def read_recorded_poses(
     for path in block.poses.existing():
         try:
             log = read_log(path)
-            mean = average_pose(log, *specs, pose_rate(block, log, specs[1], rest))
+            mean = average_pose(log, specs, pose_rate(block, log, specs.get("gyroscope"), rest))
         except (PipelineError, CalibrationError) as error:
             unusable.append(str(error))
             continue

@@ -275,7 +275,7 @@ class Session:
             np.array([row.accelerometer for row in rows], dtype=float),
             np.array([row.gyroscope for row in rows], dtype=float),
         )
-        average_pose(log, *self._specs, pose_rate(block, log, self._specs[1], rest))
+        average_pose(log, self._specs, pose_rate(block, log, self._specs.get("gyroscope"), rest))
 
     def _stop_filming(self, keep: bool) -> str:
         return self._filming.stop(keep) if self._filming else ""

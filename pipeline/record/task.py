@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import FloatArray
 from pipeline.record.stream import TimedSample
 
@@ -48,8 +48,8 @@ class Task:
     ----------
     wanted : array, shape (n, 3)
         Directions to be covered, in the order in which they are suggested.
-    specs : (TriadSpec or None, TriadSpec or None)
-        Data sheets of accelerometer and gyroscope.
+    specs : mapping of triad to TriadSpec
+        Data sheets.
     seconds : float
         Length of a pose.
     rate_rad_s : float or None
@@ -59,7 +59,7 @@ class Task:
     """
 
     wanted: FloatArray
-    specs: tuple[TriadSpec | None, TriadSpec | None]
+    specs: Specs
     seconds: float
     rate_rad_s: float | None
     rest_rad_s: FloatArray | None

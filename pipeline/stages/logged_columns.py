@@ -9,8 +9,8 @@ import numpy as np
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
-from calib.poses.averaging.tabled_poses import STATED
-from calib.poses.imu_log import TRIADS, ImuLog, Triad
+from calib.poses.averaging.tabled_poses import is_stated
+from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
 from pipeline.config.schema import LogsSection, PosesSection
@@ -31,7 +31,8 @@ def check_covariates(config: Config) -> None:
     """
     if config.covariates is None:
         return
-    known = [columns for triad in TRIADS if (columns := logged_columns(config, triad)) is not None]
+    known = [columns for triad in config.triads
+             if (columns := logged_columns(config, triad)) is not None]
     if not known:
         return
     logged = tuple(dict.fromkeys(name for columns in known for name in columns))
@@ -70,7 +71,7 @@ def _header(section: LogsSection, i: int, path: Path) -> list[str]:
         names = column_names(path, section.columns_of(i))
     except UnreadableInput:  # said where the log itself is read
         return []
-    return [name for name in names if name not in READINGS and name not in STATED] or [""]
+    return [name for name in names if name not in READINGS and not is_stated(name)] or [""]
 
 
 def require_logged_columns(config: Config, logs: SessionLogs) -> None:
@@ -87,10 +88,9 @@ def require_logged_columns(config: Config, logs: SessionLogs) -> None:
     """
     problems = []
     incomplete: list[Undetermined] = []
-    for triad in TRIADS:
-        section = getattr(config, triad)
+    for triad, section in config.triads.items():
         used = logs.triad_logs(config, triad)
-        for name in section.model if section else ():
+        for name in section.model:
             if name in config.effects:
                 continue
             effect = find_effect(name)

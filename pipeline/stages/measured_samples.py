@@ -3,8 +3,8 @@
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import check_counts, check_range
 from calib.poses.checks.stray_samples import without_strays
+from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import TRIADS, ImuLog
-from pipeline.config.sensor import Specs
 
 
 def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, str | None]:
@@ -17,9 +17,10 @@ def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, 
     Undetermined
         An axis is saturated, or too many samples are no measurement.
     """
-    for triad, spec in zip(TRIADS, specs, strict=True):
+    for triad in TRIADS:
+        spec = specs.get(triad)
         if spec is not None and log.has(triad):
-            counts = spec.signed(getattr(log, triad))
+            counts = spec.signed(log.readings(triad))
             check_range(log.label, triad, counts, spec)
             low, high = spec.count_range
             # At an end on all axes at once a reading failed; on one axis it is saturated.

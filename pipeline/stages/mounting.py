@@ -59,7 +59,7 @@ def measure_mounting(
     )
     still = [*logs.still, *logs.reverse]
     require_no_copies(still, "accelerometer")
-    gyroscope = sensor_specs(config.sensor)[1]
+    gyroscope = sensor_specs(config.sensor).get("gyroscope")
     if gyroscope is not None:
         require_at_rest(still, gyroscope, at_rest)
     return mounting_from_logs(logs, accelerometer, gravity.value_m_s2, gravity.sd_m_s2,
@@ -80,6 +80,6 @@ def _still_logs(
 ) -> list[ImuLog]:
     logs = read_logs(section, paths, folder)
     if section.find == "still":
-        return [part for log in logs
-                for part in find_still(log, spec, search=still_search(section.still)).logs]
+        specs, search = {"accelerometer": spec}, still_search(section.still)
+        return [part for log in logs for part in find_still(log, specs, search=search).logs]
     return logs

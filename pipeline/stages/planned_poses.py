@@ -7,7 +7,7 @@ import numpy as np
 from calib.poses.attitudes import WEDGE_DIRECTIONS, natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from pipeline.config.schema import SECONDS_PER_POSE, RecordSection
+from pipeline.config.record_section import SECONDS_PER_POSE, RecordSection
 
 FEWEST_TURNS = 3.0  #: turns of the plate in a pose: over whole turns its tilt averages out; chosen
 

@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.averaging.tabled_poses import STATED, tabled_poses
-from calib.poses.imu_log import TRIADS
+from calib.poses.averaging.tabled_poses import is_stated, tabled_poses
+from calib.poses.data_sheet import Specs
 from pipeline.config.schema import PosesSection
-from pipeline.config.sensor import Specs
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import unwrapped_ticks
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SECONDS_PER, TIME
@@ -41,13 +40,13 @@ def _means(
     return tabled_poses(
         [f"{label.as_posix()} row {row + 1}" for row in range(rows)],
         {name: column for name, column in values.items() if name != COUNTER},
-        {triad: spec for triad, spec in zip(TRIADS, specs, strict=True) if spec is not None})
+        specs)
 
 
 def _require_numbers(table: LogTable) -> None:
     for name, column in table.values.items():
         reading = name in (*ACCELEROMETER, *GYROSCOPE)
-        positive = name in STATED
+        positive = is_stated(name)
         wrong = (~np.isfinite(column) if reading else
                  ~(np.isfinite(column) & (column > 0)) if positive else np.zeros(len(column), bool))
         if wrong.any():

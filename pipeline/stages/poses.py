@@ -15,6 +15,7 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.checks.stray_samples import without_strays
+from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.rests.rest_candidates import PLATE_STOOD
 from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
@@ -22,7 +23,7 @@ from calib.poses.rests.still_search import StillSearch
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
 from pipeline.config.schema import RunSection, StillSection
-from pipeline.config.sensor import Specs, sensor_specs
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
@@ -134,13 +135,13 @@ def _averaged(
     of_all = np.broadcast_to(plate, len(setting.poses.files))
     turning = of_all[choice.kept]
     wave = None
-    if rate is not None and specs[0] is not None:
+    if rate is not None and "accelerometer" in specs:
         others = {name: one.rate_rad_s for name, one in rates.items() if name != setting.rate}
-        wave = require_whole_turns(setting.rate, used, turning, (specs[0], specs[1]), others)
+        wave = require_whole_turns(setting.rate, used, turning, specs, others)
     ratio = None
-    if wave is not None and rate is not None and rate.clips and specs[0] is not None:
-        ratio = clock_ratio(used, turning, specs[0])
-    means = average_poses(used, *specs, [float(rate) for rate in turning])
+    if wave is not None and rate is not None and rate.clips:
+        ratio = clock_ratio(used, turning, specs["accelerometer"])
+    means = average_poses(used, specs, [float(rate) for rate in turning])
     excluded = tuple(
         ExcludedMean(label, int(i), _excluded_mean(log, specs, float(of_all[i])))
         for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))
@@ -152,7 +153,7 @@ def _averaged(
 def _excluded_mean(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
     """The mean of an excluded pose; that it cannot be averaged may be why it is excluded."""
     try:
-        return None if log is None else average_pose(log, *specs, rate_rad_s)
+        return None if log is None else average_pose(log, specs, rate_rad_s)
     except CalibrationError:
         return None
 
@@ -190,7 +191,7 @@ def _searched(
     setting = Setting.of(section)
     rate = float(rates[setting.rate].plate.rate_rad_s.mean()) if setting.rate in rates else 0.0
     running = [without_frozen(log, turning=False) for log in logs]
-    searches = [find_still(log, *specs, rate, still_search(section.poses.still))
+    searches = [find_still(log, specs, rate, still_search(section.poses.still))
                 for log, _ in running]
     labels = [pose.label for one in searches for pose in one.logs]
     out = {labels[i] for i in chosen(labels, section, config).excluded}
@@ -212,7 +213,7 @@ def _search_recording(
             continue
         try:
             measured, strays = without_strays(pose)
-            means.append(average_pose(measured, *specs, rate_rad_s, largest_shift))
+            means.append(average_pose(measured, specs, rate_rad_s, largest_shift))
             stray_notes += [strays] if strays else []
         except Undetermined as error:
             refused.append(error)

@@ -17,12 +17,13 @@ from calib.fit.least_squares.solver import require_determinable
 from calib.fit.triad.calibration import TriadCalibration
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
+from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import TRIADS
 from calib.poses.reference import PlateRate
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
-from pipeline.config.sensor import Specs, sensor_specs
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.stages.context import RunContext
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
@@ -152,7 +153,7 @@ def _felt(
         one = logs.by_setting[setting]
         if setting.poses.log or not one:
             return None
-        means = tuple(average_pose(log, *specs, 0.0, UNLIMITED) for log in one)
+        means = tuple(average_pose(log, specs, 0.0, UNLIMITED) for log in one)
         turning = np.linalg.norm([mean.gyroscope.mean for mean in means], axis=1)
         if not (turning > TURNING_RAD_S).all():
             return None

@@ -13,14 +13,15 @@ import numpy as np
 from calib.consistency.clipping import require_unclipped
 from calib.consistency.repeats import require_no_copies, require_running
 from calib.errors import CalibrationError, Contradiction
-from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
+from calib.poses.data_sheet import Specs
+from calib.poses.imu_log import TEMPERATURE, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     LogsSection,
     PosesSection,
     RunSection,
 )
-from pipeline.config.sensor import Specs, sensor_specs
+from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
 from pipeline.logs.clock import StatedClock
@@ -165,11 +166,10 @@ def read_session(config: Config) -> SessionLogs:
         _require_celsius(every)
         require_running([log for setting, one in logs.by_setting.items() for log in one
                          if not setting.poses.log])  # of long logs the poses are looked at
-    for triad, spec in zip(TRIADS, specs, strict=True):
+    for triad, spec in specs.items():
         require_no_copies(logs.triad_logs(config, triad), triad)
         for setting in settings_of(config, triad):
-            if spec is not None:
-                require_unclipped(logs.by_setting[setting], triad, spec)
+            require_unclipped(logs.by_setting[setting], triad, spec)
     return logs
 
 

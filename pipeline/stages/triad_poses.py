@@ -17,12 +17,13 @@ from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import correct_other_poses
 from calib.fit.validation.predicted_pose import PredictedPose, predict_pose
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.imu_log import IntArray
+from calib.poses.imu_log import IntArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.reference import PlateRate
+from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs.pose_run import PoseRun
-from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
+from calib.poses.runs.reference_runs import gravity_run, still_run, stopped_run, turning_run
 from calib.poses.runs.tilted_run import NOT_FITTED, Leaning, tilted_run
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, ExcludedPose
@@ -93,6 +94,26 @@ def accelerometer_poses(
     def poses_of(one: Recorded) -> PoseSet:
         runs = [run_of(name, means) for (name, _), (means, _) in zip(recorded, one, strict=True)]
         return pose_set("accelerometer", runs, recordings.origin_s)
+
+    return TriadPoses(recorded, poses_of)
+
+
+def resting_poses(triad: Triad, config: Config, recordings: Recordings) -> TriadPoses:
+    """The poses at rest of a further triad, measured against the magnitude that its section states.
+
+    Raises
+    ------
+    Undetermined
+        As they are used: an axis gives the very same value in all poses.
+    """
+    kind, section = TRIAD_KINDS[triad], config.triads[triad]
+    magnitude, sd = getattr(section, kind.magnitude_key), getattr(section, kind.sd_key)
+    recorded = tuple((run.rate, recordings.of(run)) for run in section.sections)
+
+    def poses_of(one: Recorded) -> PoseSet:
+        runs = [still_run(triad, name, means, magnitude, CommonError(kind.reference, sd))
+                for (name, _), (means, _) in zip(recorded, one, strict=True)]
+        return pose_set(triad, runs, recordings.origin_s)
 
     return TriadPoses(recorded, poses_of)
 

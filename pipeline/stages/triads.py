@@ -21,7 +21,7 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error
-from pipeline.config.schema import AccelerometerSection, GyroscopeSection
+from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose
@@ -34,6 +34,7 @@ from pipeline.stages.triad_poses import (
     TriadPoses,
     gyroscope_poses,
     model_on,
+    resting_poses,
     senses_of,
 )
 from pipeline.stages.user_effects import check_user_effects, user_effects
@@ -44,8 +45,8 @@ class TriadResult(AssessedTriad):
     """An assessed triad with what else a session knows of it.
 
     ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
-    ``gravity`` is the reference of an accelerometer, None for a gyroscope; ``frame`` its rotation
-    against the accelerometer, None for an accelerometer and where the poses do not show it;
+    ``gravity`` is the reference of an accelerometer, None for others; ``frame`` the rotation of a
+    gyroscope against it, None for others and where the poses do not show it;
     ``warnings`` where two stages contradict each other; ``excluded`` the poses that the
     configuration leaves out.
     """
@@ -71,7 +72,7 @@ class TriadInput:
     known of the specific force in its poses.
     """
 
-    section: AccelerometerSection | GyroscopeSection
+    section: TriadFitSection
     recorded: TriadPoses
     poses: PoseSet
     spec: TriadSpec
@@ -170,7 +171,7 @@ def triad_result(
     """
     read_in = triad_input(triad, config, context, rates, recordings, accelerometer)
     result = _calibrated(read_in, config)
-    if triad == "accelerometer":
+    if triad != "gyroscope":
         return result
     poses = read_in.poses
     filmed = [rates[run].direction if run in rates else None for run in poses.run]
@@ -202,13 +203,16 @@ def triad_input(
         The calibrated accelerometer does not read gravity in the poses of another triad.
     """
     # The configuration's rules refuse a triad without a data sheet, and gravity without a site.
-    section, spec = getattr(config, triad), triad_spec(getattr(config.sensor, triad))
+    section, spec = config.triads[triad], triad_spec(config.sensor.sheets[triad])
     defined = user_effects(config, triad, context.allow_python)
     gravity = gravity_of(config.site) if config.site is not None else None
     if triad == "accelerometer":
         assert gravity is not None
         recorded = leaning_poses(config, recordings, gravity)
         return TriadInput(section, recorded, recorded.used, spec, defined, gravity)
+    if triad != "gyroscope":
+        recorded = resting_poses(triad, config, recordings)
+        return TriadInput(section, recorded, recorded.used, spec, defined)
     recorded = gyroscope_poses(config, rates, recordings, accelerometer)
     poses, force = recorded.used, KNOWN_FORCE
     if accelerometer is not None and gravity is not None:

@@ -190,7 +190,7 @@ def plots_of(table: TableGuess) -> list[Json]:
     plots = []
     for triad in TRIADS:
         unit, factor = ("m/s²", 1.0) if triad == "accelerometer" else DISPLAY[triad]
-        values = getattr(log, triad)[at] * factor
+        values = log.readings(triad)[at] * factor
         if getattr(table, triad) is not None and np.isfinite(values).all():
             plots.append({
                 "name": table.path.name, "triad": triad, "unit": unit,

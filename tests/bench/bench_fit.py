@@ -63,7 +63,8 @@ def xsens_log() -> ImuLog:
 
 def fit_long_log(log: ImuLog) -> tuple[int, float]:
     """Still intervals, means, fit; the number of poses and the residual's root mean square."""
-    means = [average_pose(pose, MTI, None) for pose in find_still(log, MTI).logs]
+    specs = {"accelerometer": MTI}
+    means = [average_pose(pose, specs) for pose in find_still(log, specs).logs]
     poses = pose_set("accelerometer", [gravity_run("still", means, GRAVITY, 0.0)], 0.0)
     found = calibrate_triad(fit(poses, Model.of(BASE)), MTI)
     return len(poses), found.fit.residual_rms

@@ -31,7 +31,8 @@ def real_accelerometer() -> TriadCalibration:
     with gzip.open(XSENS / "xsens_acc.mat.gz", "rt") as text:
         rows = np.loadtxt(text)
     blank = np.full((len(rows), 3), np.nan)
-    stills = find_still(ImuLog("xsens_acc", rows[:, 0], rows[:, 1:], blank), SPEC).logs
-    means = [average_pose(still, SPEC, None) for still in stills]
+    specs = {"accelerometer": SPEC}
+    stills = find_still(ImuLog("xsens_acc", rows[:, 0], rows[:, 1:], blank), specs).logs
+    means = [average_pose(still, specs) for still in stills]
     poses = pose_set("accelerometer", [gravity_run("still", means, GRAVITY_M_S2, 0.0)], 0.0)
     return calibrate_triad(fit(poses, Model.of(BASE)), SPEC)

@@ -23,9 +23,10 @@ SHEET = TriadSpec(1e-4, 16, "twos-complement")
 
 
 @pytest.fixture
-def magnetometer() -> Iterator[str]:
+def fluxgate() -> Iterator[str]:
     """Three axes against the field of the Earth, in a place where it is known."""
-    kind = TriadKind("magnetometer", "magnetometer", "T", "nT", 1e9, "the field of the Earth")
+    kind = TriadKind("fluxgate", "fluxgate", "T", "nT", 1e9, "the field of the Earth",
+                     ("flux_x", "flux_y", "flux_z"), ("ut",), "field_ut")
     TRIAD_KINDS[kind.name] = kind
     yield kind.name
     del TRIAD_KINDS[kind.name]
@@ -48,8 +49,8 @@ def poses_of(triad: str, per_kelvin: FloatArray, n: int = 26) -> PoseSet:
         reference=Reference(np.full(n, FIELD_T), np.zeros(n), np.full((n, 1), 1e-9), ("field",)))
 
 
-def test_it_is_calibrated_and_the_prediction_is_in_its_unit(magnetometer: str) -> None:
-    found = assess(poses_of(magnetometer, np.zeros(3)), Model.of(BASE), SHEET)
+def test_it_is_calibrated_and_the_prediction_is_in_its_unit(fluxgate: str) -> None:
+    found = assess(poses_of(fluxgate, np.zeros(3)), Model.of(BASE), SHEET)
     assert found.diagnosis.verdict is Code.NOTHING_MISSING
     slices = found.calibration.fit.model.slices()
     off = found.calibration.fit.theta[slices["bias"]] - BIAS_T / GAIN
@@ -59,8 +60,8 @@ def test_it_is_calibrated_and_the_prediction_is_in_its_unit(magnetometer: str) -
     assert found.prediction.by_poses < 3 * NOISE_T
 
 
-def test_a_missing_effect_is_named_in_its_unit_and_the_error_falls(magnetometer: str) -> None:
-    poses = poses_of(magnetometer, PER_KELVIN)
+def test_a_missing_effect_is_named_in_its_unit_and_the_error_falls(fluxgate: str) -> None:
+    poses = poses_of(fluxgate, PER_KELVIN)
     before = assess(poses, Model.of(BASE), SHEET)
     assert before.diagnosis.name == "temperature_bias"
     assert "nT per K" in before.diagnosis.text
@@ -71,8 +72,8 @@ def test_a_missing_effect_is_named_in_its_unit_and_the_error_falls(magnetometer:
     assert added == pytest.approx(PER_KELVIN, abs=4e-9)
 
 
-def test_effects_of_no_triad_in_particular_are_its_own_too(magnetometer: str) -> None:
-    assert magnetometer in EFFECTS["quadratic"].triads
-    assert magnetometer not in EFFECTS["g_sensitivity"].triads
-    assert EFFECTS["temperature_bias"].unit_for(magnetometer) == "T/K"
-    assert SI_UNIT[magnetometer] == "T"
+def test_effects_of_no_triad_in_particular_are_its_own_too(fluxgate: str) -> None:
+    assert fluxgate in EFFECTS["quadratic"].triads
+    assert fluxgate not in EFFECTS["g_sensitivity"].triads
+    assert EFFECTS["temperature_bias"].unit_for(fluxgate) == "T/K"
+    assert SI_UNIT[fluxgate] == "T"

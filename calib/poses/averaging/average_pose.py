@@ -11,6 +11,7 @@ turn (plate tilt, wow) is taken out first: it averages to nothing but would look
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from calib.poses.checks.pose_checks import (
     check_still,
     stray_of,
 )
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.samples.batches import (
     BATCHES,
@@ -87,11 +88,11 @@ def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float
     return np.asarray(values - waves @ solution[1:])
 
 
-def _angle(log: ImuLog, gyroscope: TriadSpec | None, n: int, rate_rad_s: float) -> FloatArray:
+def _angle(log: ImuLog, specs: Specs, n: int, rate_rad_s: float) -> FloatArray:
     """The angle of the plate at the first n samples, rad."""
-    if gyroscope is None or not log.has("gyroscope"):
+    if "gyroscope" not in specs or not log.has("gyroscope"):
         return plate_angle(log.time_s[:n], None, rate_rad_s)
-    readings = gyroscope.nominal(gyroscope.signed(log.gyroscope[:n]))
+    readings = specs["gyroscope"].nominal(log.gyroscope[:n])
     return plate_angle(log.time_s[:n], readings, rate_rad_s)
 
 
@@ -99,15 +100,14 @@ def strays_of(
     log: ImuLog, triad: Triad, spec: TriadSpec, rate_rad_s: float = 0.0
 ) -> FloatArray:
     """The stray of the readings of one pose, SI, (3,); parameters as :func:`average_pose`."""
-    values = spec.nominal(spec.signed(getattr(log, triad)))
+    values = spec.nominal(log.readings(triad))
     return stray_of(values if rate_rad_s == 0 else
                     _without_harmonics(values, log.time_s, abs(rate_rad_s)))
 
 
 def average_pose(
     log: ImuLog,
-    accelerometer: TriadSpec | None,
-    gyroscope: TriadSpec | None,
+    specs: Specs,
     rate_rad_s: float = 0.0,
     largest_shift: Mapping[str, float] = LARGEST_STILL_SHIFT,
     drift: Mapping[Triad, FloatArray] | None = None,
@@ -119,7 +119,7 @@ def average_pose(
     ----------
     log : ImuLog
         Counts of this pose alone.
-    accelerometer, gyroscope : TriadSpec or None
+    specs : mapping of triad to TriadSpec
         Data sheets; a triad without one is left out.
     rate_rad_s : float
         Approximate rate of the plate, 0 for a still pose.
@@ -143,8 +143,8 @@ def average_pose(
     Contradiction
         A turn of the plate has fewer than five samples: the clock or the rate is wrong.
     """
-    if rate_rad_s and accelerometer is not None and log.has("accelerometer"):
-        readings = accelerometer.nominal(accelerometer.signed(log.accelerometer))
+    if rate_rad_s and "accelerometer" in specs and log.has("accelerometer"):
+        readings = specs["accelerometer"].nominal(log.accelerometer)
         rate_rad_s = rate_in_step(readings, log.time_s, abs(rate_rad_s))
     n = len(log.time_s) if rate_rad_s == 0 else _whole_turns(log, abs(rate_rad_s))
     if n < SHORTEST_SAMPLES:
@@ -152,16 +152,17 @@ def average_pose(
             f"{log.label}: {n} samples, at least {SHORTEST_SAMPLES} expected in a pose. Log each "
             f"pose for some seconds."
         )
-    means: list[TriadMean] = []
-    angle = None if rate_rad_s == 0 else _angle(log, gyroscope, n, abs(rate_rad_s))
+    means: dict[Triad, TriadMean] = {}
+    angle = None if rate_rad_s == 0 else _angle(log, specs, n, abs(rate_rad_s))
     creep_rad_s, sway = 0.0, math.nan
     strays = usual or dict.fromkeys(TRIADS, np.zeros(3))
     duration_s = float(log.time_s[n - 1] - log.time_s[0])
-    for triad, spec in zip(TRIADS, (accelerometer, gyroscope), strict=True):
-        if spec is None or not log.has(triad):
-            means.append(NOT_LOGGED)
+    for triad in TRIADS:
+        if triad not in specs or not log.has(triad):
+            means[triad] = NOT_LOGGED
             continue
-        counts = spec.signed(getattr(log, triad)[:n])
+        spec = specs[triad]
+        counts = spec.signed(log.readings(triad)[:n])
         check_counts(log.label, triad, counts, spec)
         values = spec.nominal(counts)
         step = value_steps(counts) * spec.nominal_scale
@@ -178,28 +179,49 @@ def average_pose(
             if triad == "gyroscope":
                 check_steady(log.label, rest)
             check_attitude(log.label, triad, rest, known, strays[triad])
-        means.append(
-            TriadMean(
-                mean=values.mean(axis=0),
-                variance=batch_variance(rest, BATCHES),
-                coarse_variance=batch_variance(rest, COARSE_BATCHES),
-                scatter=rest.var(axis=0, ddof=1),
-                step=step,
-                unit=least_steps(counts, spec) * spec.nominal_scale,
-                envelope=envelope(values),
-                waves=None if angle is None else waves_of(values, log.time_s[:n], angle),
-            )
-        )
-    force = means[0]
+        waves = None if angle is None else waves_of(values, log.time_s[:n], angle)
+        means[triad] = replace(_mean_of(counts, rest, spec), waves=waves)
+    force = means["accelerometer"]
     check_calm(log.label, force.scatter, sway, float(np.linalg.norm(force.mean)),
                largest_shift["accelerometer"])
     return PoseMean(
         label=log.label,
         accelerometer=force,
-        gyroscope=means[1],
+        gyroscope=means["gyroscope"],
         time_s=float(log.time_s[:n].mean()),
         duration_s=duration_s,
         columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
         creep_rad_s=creep_rad_s,
         sway_rad2=sway,
+        further={triad: _further_mean(log, triad, spec, n) for triad, spec in specs.items()
+                 if triad not in TRIADS},
     )
+
+
+def _mean_of(counts: FloatArray, rest: FloatArray, spec: TriadSpec) -> TriadMean:
+    """The mean of readings (n, 3); ``rest`` (n, 3) is what is left of them as noise, SI."""
+    values = spec.nominal(counts)
+    return TriadMean(
+        mean=values.mean(axis=0),
+        variance=batch_variance(rest, BATCHES),
+        coarse_variance=batch_variance(rest, COARSE_BATCHES),
+        scatter=rest.var(axis=0, ddof=1),
+        step=value_steps(counts) * spec.nominal_scale,
+        unit=least_steps(counts, spec) * spec.nominal_scale,
+        envelope=envelope(values),
+    )
+
+
+def _further_mean(log: ImuLog, triad: Triad, spec: TriadSpec, n: int) -> TriadMean:
+    """The mean of a further triad over the samples that it has; NaN where these are too few.
+
+    That the sensor rests is for accelerometer and gyroscope to show.
+    """
+    if not log.has(triad):
+        return NOT_LOGGED
+    readings = log.readings(triad)[:n]
+    counts = spec.signed(readings[np.isfinite(readings).all(axis=1)])
+    if len(counts) < SHORTEST_SAMPLES:
+        return NOT_LOGGED
+    check_counts(log.label, triad, counts, spec)
+    return _mean_of(counts, spec.nominal(counts), spec)

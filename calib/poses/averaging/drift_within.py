@@ -18,7 +18,7 @@ from calib.errors import Undetermined
 from calib.poses.averaging.average_pose import average_pose, strays_of
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.pose_checks import SHORT_BATCHES, SensorMoved
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.samples.batches import batch_means
 
@@ -29,8 +29,7 @@ twice."""
 
 
 def average_poses(
-    logs: Sequence[ImuLog], accelerometer: TriadSpec | None, gyroscope: TriadSpec | None,
-    rates_rad_s: Sequence[float],
+    logs: Sequence[ImuLog], specs: Specs, rates_rad_s: Sequence[float]
 ) -> list[PoseMean]:
     """Average the poses of one run.
 
@@ -41,7 +40,7 @@ def average_poses(
     ----------
     logs : sequence of ImuLog
         One for each pose.
-    accelerometer, gyroscope : TriadSpec or None
+    specs : mapping of triad to TriadSpec
         Data sheets; a triad without one is left out.
     rates_rad_s : sequence of float
         Approximate rate of the plate in each pose, 0 at rest.
@@ -55,24 +54,20 @@ def average_poses(
     UnusableLog, Undetermined, Contradiction
         As :func:`calib.poses.averaging.average_pose`.
     """
-    specs: dict[Triad, TriadSpec | None] = dict(
-        zip(TRIADS, (accelerometer, gyroscope), strict=True))
     means = []
     for i, (log, rate) in enumerate(zip(logs, rates_rad_s, strict=True)):
         try:
-            means.append(average_pose(log, accelerometer, gyroscope, rate))
+            means.append(average_pose(log, specs, rate))
         except SensorMoved as moved:
             others = [(logs[j], its) for j, its in enumerate(rates_rad_s)
                       if j != i and (its == 0) == (rate == 0)]
-            logged = {triad: spec for triad, spec in specs.items()
-                      if spec is not None and log.has(triad)}
+            logged = {triad: specs[triad] for triad in TRIADS if triad in specs and log.has(triad)}
             drift = None if rate else {
                 triad: drift_within(log, [other for other, _ in others], triad, spec)
                 for triad, spec in logged.items()}
             usual = {triad: _usual_stray(others, triad, spec) for triad, spec in logged.items()}
             try:
-                means.append(average_pose(log, accelerometer, gyroscope, rate, drift=drift,
-                                          usual=usual))
+                means.append(average_pose(log, specs, rate, drift=drift, usual=usual))
             except Undetermined:
                 raise moved from None
     return means
@@ -103,7 +98,7 @@ def drift_within(
     x = np.concatenate([_about_mean(batch_means(_causes(other), SHORT_BATCHES))
                         for other in alike])
     v = np.concatenate([
-        _about_mean(batch_means(spec.nominal(spec.signed(getattr(other, triad))), SHORT_BATCHES))
+        _about_mean(batch_means(spec.nominal(other.readings(triad)), SHORT_BATCHES))
         for other in alike
     ])
     size = np.maximum(np.sqrt((x**2).sum(axis=0)), np.finfo(float).tiny)

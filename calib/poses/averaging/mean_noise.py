@@ -101,7 +101,7 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
     by few degrees of freedom. A pose calmer than the typical one counts as typical: its batches
     show the fast noise only, and what is slower is in all poses alike.
     """
-    variance = np.array([getattr(mean, triad).variance for mean in means])
+    variance = np.array([mean.of(triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
     typical = np.median(variance * duration, axis=0) * BATCH_DOF / MEDIAN_OF_CHI2_5 / duration
     shared = shared_dof(variance / np.maximum(typical, np.finfo(float).tiny))
@@ -167,8 +167,8 @@ def correlation_ratio(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float
     """Variance of pose means by COARSE_BATCHES over that by BATCHES, over all poses of ``runs``."""
     fine, coarse = 0.0, 0.0
     for means in runs:
-        v6 = np.array([getattr(mean, triad).variance for mean in means])
-        v3 = np.array([getattr(mean, triad).coarse_variance for mean in means])
+        v6 = np.array([mean.of(triad).variance for mean in means])
+        v3 = np.array([mean.of(triad).coarse_variance for mean in means])
         typical = np.maximum(np.median(v6, axis=0), NO_LENGTH)
         disturbed = np.maximum(v6, v3) > LARGEST_TYPICAL * typical
         fine += float(np.where(disturbed, 0.0, v6 / typical).sum())
@@ -271,9 +271,9 @@ def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray
     for means in runs:
         motion = (np.array([mean.creep_rad_s for mean in means]) if triad == "gyroscope"
                   else shortfall(means))
-        step = known_step([getattr(mean, triad) for mean in means])
-        scatter = np.median([getattr(mean, triad).scatter for mean in means], axis=0)
-        values = np.array([getattr(mean, triad).mean for mean in means])
+        step = known_step([mean.of(triad) for mean in means])
+        scatter = np.median([mean.of(triad).scatter for mean in means], axis=0)
+        values = np.array([mean.of(triad).mean for mean in means])
         steps = step_variance(step, scatter) * same_place(values, step)
         other.append(steps + np.square(motion)[:, None])
     return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(other)))

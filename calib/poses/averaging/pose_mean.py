@@ -1,11 +1,12 @@
 """What is known of one pose once its samples are averaged."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.samples.in_step import Waves
 
 
@@ -58,6 +59,8 @@ class PoseMean:
         Mean square of the angle by which it rocked, rad²; NaN without a gyroscope.
     stated : bool
         Whether mean and sd come from a table; an sd that was not stated there is NaN.
+    further : mapping of str to TriadMean
+        Means of the further triads that were logged.
     """
 
     label: str
@@ -69,6 +72,11 @@ class PoseMean:
     creep_rad_s: float = 0.0
     sway_rad2: float = math.nan
     stated: bool = False
+    further: Mapping[str, TriadMean] = field(default_factory=dict)
+
+    def of(self, triad: Triad) -> TriadMean:
+        """The mean of a triad; NaN where it was not logged."""
+        return getattr(self, triad) if triad in TRIADS else self.further.get(triad, NOT_LOGGED)
 
 
 _NOTHING = np.full(3, np.nan)

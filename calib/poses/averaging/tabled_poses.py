@@ -6,9 +6,9 @@ import numpy as np
 
 from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, stated_means
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import AXES, TRIADS, FloatArray, Triad
+from calib.poses.imu_log import TRIADS, FloatArray, Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 
-PREFIX: Mapping[Triad, str] = {"accelerometer": "acc", "gyroscope": "gyr"}
 TIME = "time_s"
 SD = "sd_"  #: before the name of a reading: the column of its sd
 SAMPLES = "samples"  #: the column that makes the sds those of the samples
@@ -16,13 +16,18 @@ SAMPLES = "samples"  #: the column that makes the sds those of the samples
 
 def triad_columns(triad: Triad, prefix: str = "") -> list[str]:
     """Names of the three columns of a triad."""
-    return [f"{prefix}{PREFIX[triad]}_{axis}" for axis in AXES]
+    return [f"{prefix}{name}" for name in TRIAD_KINDS[triad].columns]
 
 
-STATED = frozenset((SAMPLES, *(SD + name for triad in TRIADS for name in triad_columns(triad))))
-"""Columns that say how well the means of a table are known."""
+def is_stated(name: str) -> bool:
+    """Whether a column says how well the means of a table are known."""
+    return name == SAMPLES or any(name in triad_columns(triad, SD) for triad in TRIAD_KINDS)
 
-READ = STATED | {TIME, *(name for triad in TRIADS for name in triad_columns(triad))}
+
+def is_read(name: str) -> bool:
+    """Whether a column is the time, a reading of every IMU, or how well one is known."""
+    return (name == TIME or any(name in triad_columns(triad) for triad in TRIADS)
+            or is_stated(name))
 
 
 def nominal_means(
@@ -49,15 +54,15 @@ def tabled_poses(
     specs : mapping of triad to TriadSpec
         The data sheets of the triads to read.
     """
+    triads = {triad: stated_means(*nominal_means(columns, triad, spec), columns.get(SAMPLES))
+              for triad, spec in specs.items() if set(triad_columns(triad)) <= columns.keys()}
     nothing = [NOT_LOGGED] * len(labels)
-    triads = {triad: stated_means(*nominal_means(columns, triad, specs[triad]),
-                                  columns.get(SAMPLES))
-              if triad in specs and set(triad_columns(triad)) <= columns.keys() else nothing
-              for triad in TRIADS}
+    force, rate = (triads.pop(triad, nothing) for triad in TRIADS)
     time_s = columns.get(TIME, np.full(len(labels), np.nan))
-    further = {name: values for name, values in columns.items() if name not in READ}
+    others = {name: values for name, values in columns.items() if not is_read(name)}
     return [
-        PoseMean(label, triads["accelerometer"][i], triads["gyroscope"][i], float(time_s[i]), 0.0,
-                 {name: float(values[i]) for name, values in further.items()}, stated=True)
+        PoseMean(label, force[i], rate[i], float(time_s[i]), 0.0,
+                 {name: float(values[i]) for name, values in others.items()}, stated=True,
+                 further={triad: means[i] for triad, means in triads.items()})
         for i, label in enumerate(labels)
     ]

@@ -26,7 +26,7 @@ BLOCKS_LISTED = 4  #: it chooses words only
 
 def frozen_samples(log: ImuLog) -> BoolArray:
     """Samples that only repeat the one before, in runs longer than noise makes, shape (t,)."""
-    held = [getattr(log, triad) for triad in TRIADS if log.has(triad)]
+    held = [log.readings(triad) for triad in TRIADS if log.has(triad)]
     readings = np.hstack(held)
     repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))

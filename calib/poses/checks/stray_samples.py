@@ -84,7 +84,7 @@ def without_strays(log: ImuLog) -> tuple[ImuLog, str | None]:
     for triad in TRIADS:
         if not log.has(triad):
             continue
-        values = np.asarray(getattr(log, triad), dtype=float)
+        values = np.asarray(log.readings(triad), dtype=float)
         of_triad = stray_samples(values)
         if of_triad.any():
             _require_few(log, triad, values, of_triad)

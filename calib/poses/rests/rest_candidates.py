@@ -15,8 +15,8 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.checks.pose_checks import is_still
-from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, ImuLog, Triad
+from calib.poses.data_sheet import Specs
+from calib.poses.imu_log import SI_UNIT, TRIADS, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.reference import PLAUSIBLE_RATIO
 from calib.poses.rests.still_search import StillSearch
 from calib.poses.samples.batches import SHORTEST_SAMPLES
@@ -175,8 +175,7 @@ class DecidingTriad:
 
 def deciding_triad(
     log: ImuLog,
-    accelerometer: TriadSpec | None,
-    gyroscope: TriadSpec | None,
+    specs: Specs,
     rate_rad_s: float,
     search: StillSearch,
 ) -> DecidingTriad:
@@ -187,16 +186,14 @@ def deciding_triad(
     Undetermined
         The log is too short, or holds no triad with a data sheet.
     """
-    with_accelerometer = accelerometer is not None and log.has("accelerometer")
-    with_gyroscope = gyroscope is not None and log.has("gyroscope")
-    by_gyroscope = with_gyroscope and (rate_rad_s > 0 or not with_accelerometer)
-    triad: Triad = "gyroscope" if by_gyroscope else "accelerometer"
-    spec = gyroscope if by_gyroscope else accelerometer
-    if spec is None or not log.has(triad):
+    logged = [triad for triad in TRIADS if triad in specs and log.has(triad)]
+    if not logged:
         raise Undetermined(
             f"{log.label}: holds no triad that the sensor's data sheet describes. Name its "
             f"columns, or describe the other triad under sensor."
         )
+    triad = logged[-1] if rate_rad_s > 0 else logged[0]
+    spec = specs[triad]
     step_s = float(np.median(np.diff(log.time_s)))
     seconds = WINDOW_S if search.seconds is None else search.seconds
     window = max(FEWEST_WINDOW, round(min(WINDOW_S, seconds) / step_s))
@@ -208,15 +205,16 @@ def deciding_triad(
             f"{log.label}: {len(log.time_s)} samples ({log.time_s[-1] - log.time_s[0]:.1f} s) are "
             f"too few to look for still poses; each pose needs {shortest} samples or more."
         )
-    values = spec.nominal(getattr(log, triad))
+    values = spec.nominal(log.readings(triad))
     step = 0.0 if spec.encoding == "si" else spec.nominal_scale
     rounding = np.finfo(float).eps * float(np.square(values).max())
     smallest = max(3 * step**2 / 12, rounding, NO_LENGTH)
     sums = RunningSums.of(values)
     variance = sums.window_variance(window)
     turning = np.zeros(len(variance), dtype=bool)
-    if gyroscope is not None and log.has("gyroscope") and not by_gyroscope:
-        rate = RunningSums.of(gyroscope.nominal(log.gyroscope)).window_variance(window)
+    if "gyroscope" in logged and triad != "gyroscope":
+        nominal = specs["gyroscope"].nominal(log.gyroscope)
+        rate = RunningSums.of(nominal).window_variance(window)
         turning = rate > (LARGEST_TURN / SWING_PER_SD) ** 2
     return DecidingTriad(log.label, triad, values, sums, log.time_s, step_s, variance, window,
                          shortest, rate_rad_s, smallest, turning, step)

@@ -16,7 +16,7 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
 from calib.poses.rests.attitude_fit import best_threshold
 from calib.poses.rests.rest_candidates import (
@@ -77,8 +77,7 @@ class StaticIntervals:
 
 def find_still(
     log: ImuLog,
-    accelerometer: TriadSpec | None,
-    gyroscope: TriadSpec | None = None,
+    specs: Specs,
     rate_rad_s: float = 0.0,
     search: StillSearch = SEARCH,
 ) -> StaticIntervals:
@@ -87,7 +86,7 @@ def find_still(
     Parameters
     ----------
     log : ImuLog
-    accelerometer, gyroscope : TriadSpec or None
+    specs : mapping of triad to TriadSpec
         The data sheets; a triad without one is not looked at.
     rate_rad_s : float
         Rate of the plate, of either sign; 0 where the log was taken at rest.
@@ -103,7 +102,7 @@ def find_still(
     Undetermined
         The log is too short, or never rests.
     """
-    triad = deciding_triad(log, accelerometer, gyroscope, abs(rate_rad_s), search)
+    triad = deciding_triad(log, specs, abs(rate_rad_s), search)
     thresholds = _thresholds(triad, search)
     sets = [rests_below(triad, threshold) for threshold in thresholds]
     poses = [longest_pieces(triad, [rest for rest in rests if rest.fault is None])

@@ -46,8 +46,8 @@ class PoseRun:
 
 def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
     """Refuse a run in which an axis gave the very same value all the time."""
-    spread = np.max([getattr(mean, triad).scatter for mean in means], axis=0)
-    values = np.array([getattr(mean, triad).mean for mean in means])
+    spread = np.max([mean.of(triad).scatter for mean in means], axis=0)
+    values = np.array([mean.of(triad).mean for mean in means])
     stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
     if len(means) > 1 and stuck.any():
         axis = AXES[int(np.argmax(stuck))]

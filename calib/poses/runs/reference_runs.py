@@ -9,7 +9,7 @@ from calib.earth import EARTH_RATE_RAD_S, earth_rate_horizontal, earth_rate_vert
 from calib.errors import Remedy, Undetermined
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.pose_checks import check_axes_alive
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.reference import (
     PLAUSIBLE_RATIO,
     CommonError,
@@ -19,6 +19,7 @@ from calib.poses.reference import (
 )
 from calib.poses.runs.pose_run import PoseRun, check_alive
 from calib.poses.runs.ring import ring_of_run, room_names
+from calib.poses.triad_kind import TRIAD_KINDS
 
 TURNING_RAD_S = 0.09
 """5 °/s, of a pose beyond the typical one: the offset is the same in every pose, so that its noise
@@ -66,28 +67,58 @@ def gravity_run(
     Undetermined
         Readings that are nowhere near gravity by the data sheet, or poses without accelerometer.
     """
-    readings = np.array([mean.accelerometer.mean for mean in means])
-    _check_logged(name, means, readings, "accelerometer")
-    typical = float(np.median(np.linalg.norm(readings, axis=1)))
-    if not gravity_m_s2 / PLAUSIBLE_RATIO < typical < gravity_m_s2 * PLAUSIBLE_RATIO:
-        raise Undetermined(
-            f"{name}: by the data sheet the accelerometer reads {typical:.3g} m/s² in a typical "
-            f"pose, where {gravity_m_s2:.3f} m/s² is expected. Check the full scale, bits, "
-            f"encoding and unit of the accelerometer, and the order of the columns.",
-            Remedy("data_sheet", "accelerometer"),
-        )
-    check_alive(means, "accelerometer", name)
-    check_axes_alive(name, "accelerometer", readings, np.full(len(means), gravity_m_s2))
+    run = still_run("accelerometer", name, means, gravity_m_s2, CommonError(GRAVITY, sd_m_s2))
     gyro = np.array([mean.gyroscope.mean for mean in means])
     rest = np.linalg.norm(gyro - np.median(gyro, axis=0), axis=1)
     spinning = np.isfinite(rest) & (rest > TURNING_RAD_S)
     spin = np.where(spinning, np.linalg.norm(gyro, axis=1) * spin_sign(means, None), 0.0)
-    n = len(means)
+    return replace(run, spin_rad_s=spin)
+
+
+def still_run(
+    triad: Triad, name: str, means: Sequence[PoseMean], magnitude: float, common: CommonError
+) -> PoseRun:
+    """Poses at rest in a field of known magnitude.
+
+    Parameters
+    ----------
+    triad : str
+        Which one senses the field.
+    name : str
+        Name of the run.
+    means : sequence of PoseMean, length n
+    magnitude : float
+        Of the field, in the SI unit of the triad.
+    common : CommonError
+        By what the magnitude is uncertain, in the same unit.
+
+    Returns
+    -------
+    PoseRun
+
+    Raises
+    ------
+    Undetermined
+        Readings that are nowhere near the magnitude by the data sheet, or poses without this triad.
+    """
+    kind, n = TRIAD_KINDS[triad], len(means)
+    readings = np.array([mean.of(triad).mean for mean in means])
+    _check_logged(name, means, readings, triad)
+    typical = float(np.median(np.linalg.norm(readings, axis=1)))
+    if not magnitude / PLAUSIBLE_RATIO < typical < magnitude * PLAUSIBLE_RATIO:
+        raise Undetermined(
+            f"{name}: by the data sheet the {triad} reads {typical:.3g} {kind.unit} in a typical "
+            f"pose, where {magnitude:.5g} {kind.unit} is expected. Check the full scale, bits, "
+            f"encoding and unit of the {triad}, and the order of the columns.",
+            Remedy("data_sheet", triad),
+        )
+    check_alive(means, triad, name)
+    check_axes_alive(name, triad, readings, np.full(n, magnitude))
     return PoseRun(
         name=name,
         means=means,
-        reference=constant_reference(n, gravity_m_s2, [CommonError(GRAVITY, sd_m_s2)]),
-        spin_rad_s=spin,
+        reference=constant_reference(n, magnitude, [common]),
+        spin_rad_s=np.zeros(n),
         expected=np.zeros((n, 3)),
     )
 
@@ -209,8 +240,7 @@ def _check_logged(name: str, means: Sequence[PoseMean], readings: FloatArray, tr
     if absent.size:
         raise Undetermined(
             f"{name}: {means[absent[0]].label} has no {triad} columns; "
-            f"{'acc_x, acc_y, acc_z' if triad == 'accelerometer' else 'gyr_x, gyr_y, gyr_z'} are "
-            f"needed in every pose of this run."
+            f"{', '.join(TRIAD_KINDS[triad].columns)} are needed in every pose of this run."
         )
 
 

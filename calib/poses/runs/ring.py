@@ -204,7 +204,7 @@ def ring_of_run(
         return None
     tilt = tilt_of_run(means) if tilt_rad is None else tilt_rad
     used = [i for i, mean in enumerate(means)
-            if mean.accelerometer.waves is not None and getattr(mean, triad).waves is not None
+            if mean.accelerometer.waves is not None and mean.of(triad).waves is not None
             and _is_round(mean.accelerometer.waves)]
     if not used:
         return None

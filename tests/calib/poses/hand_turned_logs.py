@@ -38,7 +38,7 @@ def count(log: HandTurned) -> tuple[int, int, int]:
     blank = ImuLog("log", log.time_s, log.force_m_s2, log.rate_rad_s)
     try:
         stretches = [(float(each.time_s[0]), float(each.time_s[-1]))
-                     for each in find_still(blank, SI, SI).logs]
+                     for each in find_still(blank, {"accelerometer": SI, "gyroscope": SI}).logs]
     except Undetermined:
         stretches = []
     held, wrong = set(), 0

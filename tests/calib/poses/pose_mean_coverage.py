@@ -56,7 +56,8 @@ def coverage(
         values, truth = session(seconds, tau_s, white, seed, step)
         time_s = np.arange(values.shape[1]) / RATE_HZ
         absent = np.full(values.shape[1:], np.nan)
-        means = [average_pose(ImuLog("pose", time_s, v, absent), IN_SI, None) for v in values]
+        means = [average_pose(ImuLog("pose", time_s, v, absent), {"accelerometer": IN_SI})
+                 for v in values]
         sd = pose_mean_sd([means], "accelerometer")
         error = np.array([mean.accelerometer.mean for mean in means]) - truth[:, 0]
         scores.append(error / sd)

@@ -20,6 +20,7 @@ from tests.calib.poses.pose_mean_coverage import coverage
 RATE_HZ = 100.0
 ACC = TriadSpec(20.0, 16, "twos-complement")
 GYR = TriadSpec(4.0, 16, "twos-complement")
+SPECS = {"accelerometer": ACC, "gyroscope": GYR}
 OMEGA = 100 / 180 * np.pi
 
 
@@ -55,7 +56,7 @@ def test_batch_means_hold_where_white_noise_over_root_n_does_not() -> None:
     stated, white, means = [], [], []
     for seed in range(30):
         rng = np.random.default_rng([seed, 1])
-        poses = [average_pose(log(rng, slow_sd=0.4), ACC, GYR) for _ in range(18)]
+        poses = [average_pose(log(rng, slow_sd=0.4), SPECS) for _ in range(18)]
         stated.append(pose_mean_sd([poses], "accelerometer") ** 2)
         white.append([p.accelerometer.scatter / 800 for p in poses])
         means.append([p.accelerometer.mean for p in poses])
@@ -76,7 +77,7 @@ def test_a_turning_pose_is_averaged_over_whole_turns() -> None:
     time_s = np.arange(2000) / RATE_HZ
     ripple = 0.5 * np.sin(OMEGA * time_s)[:, None] * [1.0, 0.3, 0.0]
     turning = np.tile([0.0, 0.0, OMEGA], (2000, 1))
-    mean = average_pose(log(rng, 20.0, ripple, turning), ACC, GYR, OMEGA)
+    mean = average_pose(log(rng, 20.0, ripple, turning), SPECS, OMEGA)
     assert mean.accelerometer.mean == pytest.approx(0, abs=4 * 0.02 / np.sqrt(1800))
     assert mean.duration_s == pytest.approx(5 * 2 * np.pi / OMEGA, abs=0.02)
     # All samples, without regard to turns, are off by ten times that.
@@ -91,7 +92,7 @@ def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
     for add in (0.0, 1.0):
         means = [
             average_pose(
-                log(np.random.default_rng(k), 20.0, add * ripple, turning), ACC, GYR, OMEGA
+                log(np.random.default_rng(k), 20.0, add * ripple, turning), SPECS, OMEGA
             )
             for k in range(12)
         ]
@@ -100,7 +101,7 @@ def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
 
 
 def test_logged_columns_are_averaged_over_the_same_samples() -> None:
-    mean = average_pose(log(np.random.default_rng(0)), ACC, GYR)
+    mean = average_pose(log(np.random.default_rng(0)), SPECS)
     assert mean.columns["temperature_c"] == pytest.approx(30 + 0.01 * 3.995)
     assert mean.time_s == pytest.approx(3.995)
 
@@ -111,7 +112,7 @@ def test_a_quiet_minority_of_disturbed_poses_does_not_spoil_the_others() -> None
         poses = []
         for k in range(18):
             shake = 0.2 * rng.standard_normal((800, 3)) if k < disturbed else np.zeros((800, 3))
-            poses.append(average_pose(log(rng, acc=shake), ACC, GYR))
+            poses.append(average_pose(log(rng, acc=shake), SPECS))
         return poses  # type: ignore[return-value]
 
     calm = pose_mean_sd([means(0)], "accelerometer")  # type: ignore[list-item]
@@ -126,19 +127,19 @@ def test_a_quiet_minority_of_disturbed_poses_does_not_spoil_the_others() -> None
 def test_a_pose_that_slipped_is_refused() -> None:
     acc = np.where(np.arange(800)[:, None] < 300, 0.0, 0.06) * [1.0, 0, 0]
     with pytest.raises(Undetermined, match=r"the sensor moved: accelerometer x strays by 0\.0"):
-        average_pose(log(np.random.default_rng(1), acc=acc), ACC, GYR)
+        average_pose(log(np.random.default_rng(1), acc=acc), SPECS)
 
 
 def test_a_plate_that_runs_up_is_refused() -> None:
     gyr = OMEGA * (1 + 0.02 * np.linspace(-1, 1, 2000)[:, None]) * [0, 0, 1.0]
     with pytest.raises(Undetermined, match="the plate sped up during the pose"):
-        average_pose(log(np.random.default_rng(1), 20.0, gyr=gyr), ACC, GYR, OMEGA)
+        average_pose(log(np.random.default_rng(1), 20.0, gyr=gyr), SPECS, OMEGA)
 
 
 def test_a_pose_shorter_than_a_turn_is_refused() -> None:
     gyr = np.tile([0, 0, OMEGA], (200, 1))
     with pytest.raises(Undetermined, match="less than one turn"):
-        average_pose(log(np.random.default_rng(1), 2.0, gyr=gyr), ACC, GYR, OMEGA)
+        average_pose(log(np.random.default_rng(1), 2.0, gyr=gyr), SPECS, OMEGA)
 
 
 def test_a_saturated_axis_is_refused() -> None:
@@ -147,25 +148,26 @@ def test_a_saturated_axis_is_refused() -> None:
     acc[:40, 1] = 32767
     spoilt = ImuLog("pose_07.csv", full.time_s, acc, full.gyroscope)
     with pytest.raises(Undetermined, match=r"pose_07.csv: accelerometer y is saturated: 5.0 %"):
-        average_pose(spoilt, ACC, GYR)
+        average_pose(spoilt, SPECS)
 
 
 def test_counts_that_the_encoding_cannot_give_are_refused() -> None:
     wrong = TriadSpec(20.0, 16, "offset-binary")
     with pytest.raises(UnusableLog, match="Is the encoding twos-complement"):
-        average_pose(log(np.random.default_rng(1), acc=np.array([0, 0, -9.8])), wrong, GYR)
+        average_pose(log(np.random.default_rng(1), acc=np.array([0, 0, -9.8])),
+                     {**SPECS, "accelerometer": wrong})
 
 
 def test_a_handful_of_samples_is_no_pose() -> None:
     with pytest.raises(Undetermined, match="10 samples, at least 12"):
-        average_pose(log(np.random.default_rng(1), 0.1), ACC, GYR)
+        average_pose(log(np.random.default_rng(1), 0.1), SPECS)
 
 
 def test_noise_alone_is_hardly_ever_called_motion() -> None:
     """Three axes and 400 poses of a sensor as slow as an MPU-6050: none is refused."""
     rng = np.random.default_rng(11)
     for _ in range(400):
-        average_pose(log(rng, slow_sd=0.3), ACC, GYR)
+        average_pose(log(rng, slow_sd=0.3), SPECS)
 
 
 @pytest.mark.parametrize(("seconds", "tau_s", "white"), [(8, 0.5, 0), (8, 0.5, 3), (8, 0.01, 3)])
@@ -226,13 +228,13 @@ def test_poses_that_all_stray_alike_are_noisy_and_one_that_strays_more_was_moved
     alone = 0
     for one in logs:
         try:
-            average_pose(one, ACC, GYR, rate)
+            average_pose(one, SPECS, rate)
         except SensorMoved:
             alone += 1
     assert alone > 0  # by itself such a pose looks moved
-    assert len(average_poses(logs, ACC, GYR, [rate] * 12)) == 12
+    assert len(average_poses(logs, SPECS, [rate] * 12)) == 12
     readings = logs[5].accelerometer.copy()
     readings[len(readings) // 2 :, 0] += 0.4 / ACC.nominal_scale  # two degrees, half of the pose
     moved = replace(logs[5], accelerometer=readings)
     with pytest.raises(SensorMoved):
-        average_poses([*logs[:5], moved, *logs[6:]], ACC, GYR, [rate] * 12)
+        average_poses([*logs[:5], moved, *logs[6:]], SPECS, [rate] * 12)

@@ -100,8 +100,8 @@ def test_a_log_rounded_to_a_tenth_is_known_to_what_that_leaves() -> None:
     for _ in range(40):
         truth = rng.uniform(-9.8, 9.8, 3)
         values = np.round(truth + quiet * rng.standard_normal((200, 3)), 1)
-        mean = average_pose(log_of(values), SI, None)
-        elsewhere = average_pose(log_of(values + 0.3), SI, None)
+        mean = average_pose(log_of(values), {"accelerometer": SI})
+        elsewhere = average_pose(log_of(values + 0.3), {"accelerometer": SI})
         sd = pose_mean_sd([[mean, elsewhere]], "accelerometer")[0]
         errors.append(mean.accelerometer.mean - truth)
         stated.append(sd)
@@ -116,7 +116,7 @@ def test_the_steps_are_common_to_poses_that_read_alike() -> None:
     for _ in range(40):
         truth = rng.uniform(-9.8, 9.8, 3)
         means = [average_pose(log_of(np.round(truth + 1e-3 * rng.standard_normal((200, 3)), 1)),
-                              SI, None) for _ in range(9)]
+                              {"accelerometer": SI}) for _ in range(9)]
         sd = pose_mean_sd([means], "accelerometer")
         wrong.append(np.mean([mean.accelerometer.mean for mean in means], axis=0) - truth)
         stated.append(1 / np.sqrt((1 / sd**2).sum(axis=0)))

@@ -32,7 +32,7 @@ def pose(
 
 
 def averaged(logs: list[ImuLog]) -> list[PoseMean]:
-    return average_poses(logs, SI, None, [0.0] * len(logs))
+    return average_poses(logs, {"accelerometer": SI}, [0.0] * len(logs))
 
 
 PER_KELVIN = np.array([0.4, -0.9, 0.2])
@@ -45,7 +45,7 @@ def test_poses_that_warm_are_poses(logged: bool) -> None:
     warming = WARMING_K if logged else [0.08] * len(WARMING_K)
     logs = [pose(i, PER_KELVIN, kelvin, logged=logged) for i, kelvin in enumerate(warming)]
     with pytest.raises(SensorMoved, match="accelerometer y strays"):
-        average_pose(logs[0], SI, None)
+        average_pose(logs[0], {"accelerometer": SI})
     still = averaged([pose(i, 0 * PER_KELVIN, 0.0) for i in range(len(logs))])
     for drifted, same in zip(averaged(logs), still, strict=True):
         assert drifted.accelerometer.mean == pytest.approx(same.accelerometer.mean, abs=2e-3)

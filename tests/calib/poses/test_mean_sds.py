@@ -7,7 +7,7 @@ from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.mean_noise import pose_mean_sd, shared_dof
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog
 
 IN_SI = TriadSpec(np.inf, 0, "si")
 RATE_HZ, SECONDS, NOISE = 100.0, 4.0, 1e-3
@@ -18,7 +18,7 @@ def averaged(values: FloatArray, gyroscope: FloatArray | None = None) -> PoseMea
     blank = np.full_like(values, np.nan)
     log = ImuLog("pose", TIME_S, values, blank if gyroscope is None else gyroscope)
     limit = {"accelerometer": 1.0, "gyroscope": 1.0}
-    return average_pose(log, IN_SI, None if gyroscope is None else IN_SI, 0.0, limit)
+    return average_pose(log, dict.fromkeys(TRIADS, IN_SI), 0.0, limit)
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.7, 1.5])

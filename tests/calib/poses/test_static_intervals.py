@@ -25,6 +25,7 @@ from tests.world.hand_turned import (
 )
 
 SI = TriadSpec(np.inf, 0, "si")
+BOTH = {"accelerometer": SI, "gyroscope": SI}
 
 
 def as_log(made_log: HandTurned) -> ImuLog:
@@ -32,7 +33,7 @@ def as_log(made_log: HandTurned) -> ImuLog:
 
 
 def search(made_log: HandTurned, **overruled: float) -> StaticIntervals:
-    return find_still(as_log(made_log), SI, SI, search=StillSearch(**overruled))
+    return find_still(as_log(made_log), BOTH, search=StillSearch(**overruled))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -71,12 +72,12 @@ def test_the_stops_calibrate_the_sensor() -> None:
 @pytest.mark.parametrize("triad", ["accelerometer", "gyroscope"])
 def test_the_unit_of_the_log_does_not_matter(triad: str) -> None:
     log = as_log(turn_through(by_hand(24), 24))
-    specs = {"accelerometer": SI, "gyroscope": SI}
+    specs = BOTH
     small = TriadSpec(np.inf, 0, "si", si_per_unit=250.0)
     spans = []
     for each, scaled in ((log, specs), (replace(log, **{triad: getattr(log, triad) / 250}),
                                         {**specs, triad: small})):
-        found = find_still(each, scaled["accelerometer"], scaled["gyroscope"])
+        found = find_still(each, scaled)
         spans.append([(pose.time_s[0], pose.time_s[-1]) for pose in found.logs])
     assert spans[0] == spans[1]
 
@@ -146,12 +147,12 @@ def test_on_a_turning_plate_the_gyroscope_decides_and_stops_are_none_of_its_pose
             parts.append(np.zeros((400, 3)))
     gyroscope = np.concatenate(parts) + 0.003 * rng.standard_normal((sum(map(len, parts)), 3))
     log = ImuLog("log", np.arange(len(gyroscope)) / 100, np.full_like(gyroscope, np.nan), gyroscope)
-    found = find_still(log, None, SI, rate_rad_s=-2.0)
+    found = find_still(log, {"gyroscope": SI}, rate_rad_s=-2.0)
     assert found.triad == "gyroscope"
     assert len(found.logs) == steady
     assert {why for _, why in found.skipped} == {"the plate stood still"}
     with pytest.raises(Undetermined, match=r"none of its quiet stretches.*range or unit"):
-        find_still(log, None, TriadSpec(np.inf, 0, "si", np.radians(1)), rate_rad_s=2.0)
+        find_still(log, {"gyroscope": TriadSpec(np.inf, 0, "si", np.radians(1))}, rate_rad_s=2.0)
 
 
 # --- the parts -----------------------------------------------------------------------------------
@@ -213,7 +214,7 @@ def test_of_a_rest_that_settles_the_part_that_lies_still_is_the_pose() -> None:
     giving_way = np.where(since >= 0, 0.2 * np.maximum(0.0, 1 - since), 0.2) * (
         (made_log.time_s >= start - 0.1) & (made_log.time_s <= end))
     force = made_log.force_m_s2 + giving_way[:, None] * np.array([0.0, 1.0, 0.0])
-    found = find_still(ImuLog("log", made_log.time_s, force, made_log.rate_rad_s), SI, SI)
+    found = find_still(ImuLog("log", made_log.time_s, force, made_log.rate_rad_s), BOTH)
     [settled] = [log for log in found.logs if start < log.time_s.mean() < end]
     check_still("settled", "accelerometer", settled.accelerometer, np.zeros(3),
                 found.largest_shift)

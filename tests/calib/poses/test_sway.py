@@ -8,7 +8,7 @@ from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.mean_noise import pose_mean_sd
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import ImuLog
+from calib.poses.imu_log import TRIADS, ImuLog
 from calib.poses.pose_set import pose_set
 from calib.poses.runs.reference_runs import gravity_run
 
@@ -31,7 +31,7 @@ def rocking(degrees: float, shake_m_s2: float = 0.0, *, gyro: bool = True, seed:
 
 
 def averaged(log: ImuLog) -> PoseMean:
-    return average_pose(log, SI, SI if log.has("gyroscope") else None)
+    return average_pose(log, dict.fromkeys(TRIADS, SI))
 
 
 @pytest.mark.parametrize("gyro", [True, False])

@@ -9,7 +9,8 @@ from pipeline.record.pose_detector import PoseDetector
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Refused, Task
 
-SPECS = (TriadSpec(19.6, 16, "twos-complement"), TriadSpec(4.36, 16, "twos-complement"))
+SPECS = {"accelerometer": TriadSpec(19.6, 16, "twos-complement"),
+         "gyroscope": TriadSpec(4.36, 16, "twos-complement")}
 RATE_HZ = 100.0
 WEDGE = natural_directions(corners=False)
 PLATE = 1.745
@@ -25,7 +26,8 @@ def rows(up: np.ndarray, seconds: float, rng: np.random.Generator, rate: float |
     n = round(seconds * RATE_HZ)
     force = 9.8 * up + acc_sd * rng.standard_normal((n, 3))
     turn = np.broadcast_to(rate, n)[:, None] * up + gyr_sd * rng.standard_normal((n, 3))
-    acc, gyr = (v / spec.nominal_scale for v, spec in zip((force, turn), SPECS, strict=True))
+    acc, gyr = (v / spec.nominal_scale
+                for v, spec in zip((force, turn), SPECS.values(), strict=True))
     return [TimedSample(i, i, i / RATE_HZ, tuple(a), tuple(g), ())
             for i, (a, g) in enumerate(zip(acc.tolist(), gyr.tolist(), strict=True))]
 
@@ -144,7 +146,8 @@ def test_a_tilted_plate_that_was_at_rest_before_makes_a_pose(rng: np.random.Gene
     guide = PoseDetector(task(PLATE), RATE_HZ)
     at_rest = rows(WEDGE[0], 20, rng, acc_sd=0.01, gyr_sd=0.001)
     seconds = np.arange(800) / RATE_HZ
-    swing = 0.15 * np.cos(PLATE * seconds)[:, None] * WEDGE[2] / SPECS[0].nominal_scale
+    swing = 0.15 * np.cos(PLATE * seconds)[:, None] * WEDGE[2]
+    swing /= SPECS["accelerometer"].nominal_scale
     turning = [
         TimedSample(row.index, row.ticks, row.heard_s, tuple(np.add(row.accelerometer, extra)),
             row.gyroscope, ())
@@ -168,7 +171,7 @@ def test_readings_of_another_sensor_are_told(rng: np.random.Generator) -> None:
 
 
 def test_a_gyro_alone_tells_the_direction_on_the_plate(rng: np.random.Generator) -> None:
-    alone = Task(WEDGE, (None, SPECS[1]), 4.0, PLATE, None)
+    alone = Task(WEDGE, {"gyroscope": SPECS["gyroscope"]}, 4.0, PLATE, None)
     guide = PoseDetector(alone, RATE_HZ)
     (pose,) = guide.feed(rows(WEDGE[7], 8, rng, PLATE))
     assert isinstance(pose, Complete)

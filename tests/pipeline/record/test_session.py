@@ -9,6 +9,7 @@ import pytest
 
 from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.averaging.average_pose import average_pose
+from calib.poses.imu_log import TRIADS
 from calib.poses.runs.ring import tilt_of_run
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
@@ -145,8 +146,8 @@ def test_on_a_leaning_plate_both_triads_are_recorded_at_once(tmp_path: Path) -> 
     assert any("with 5 cm under one side of the record player" in line for line in said)
     paths = list((tmp_path / "gyr").glob("pose_*.csv"))
     assert len(paths) == 6
-    specs = specs_of(session)
-    means = [average_pose(read_log(path), *specs, SLOW) for path in paths]
+    specs = dict(zip(TRIADS, specs_of(session), strict=True))
+    means = [average_pose(read_log(path), specs, SLOW) for path in paths]
     assert np.degrees(tilt_of_run(means) or 0.0) == pytest.approx(20.0, abs=0.5)
 
 

@@ -83,7 +83,7 @@ def still_poses(accuracy_rad: float, pose_sd_m_s2: float, seed: int) -> PoseSet:
     triad = accelerometer()
     vectors = GRAVITY_M_S2 * laid_directions(accuracy_rad, rng)
     logs = triad.logs(vectors, POSE_S, pose_sd_m_s2, rng)
-    means = [average_pose(log, ACCELEROMETER, None) for log in logs]
+    means = [average_pose(log, {"accelerometer": ACCELEROMETER}) for log in logs]
     run = gravity_run("still", means, GRAVITY_M_S2, 0.0)
     return pose_set("accelerometer", [run], 0.0)
 

@@ -121,7 +121,7 @@ def turning_means(rng: np.random.Generator) -> list[PoseMean]:
     triad = gyroscope()
     vectors = plate_rate() * laid_directions(POSE_ACCURACY_RAD[0], rng)
     logs = triad.logs(vectors, POSE_S, POSE_SD_RAD_S, rng)
-    return [average_pose(log, None, GYROSCOPE, plate_rate()) for log in logs]
+    return [average_pose(log, {"gyroscope": GYROSCOPE}, plate_rate()) for log in logs]
 
 
 def calibrated(means: list[PoseMean], rate: FloatArray, sd: FloatArray) -> TriadParameters:

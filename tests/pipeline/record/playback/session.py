@@ -3,7 +3,7 @@
 import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TEMPERATURE, ImuLog
+from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog
 from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection
 from pipeline.config.sensor import sensor_specs
@@ -52,8 +52,8 @@ def both_specs(config: Config) -> tuple[TriadSpec, TriadSpec]:
     ConfigError
         One of them is missing.
     """
-    accelerometer, gyroscope = sensor_specs(config.sensor)
-    if accelerometer is None or gyroscope is None:
+    specs = sensor_specs(config.sensor)
+    if len(specs) < len(TRIADS):
         raise ConfigError(config.source.problem(("sensor",), (
             "poses to be played need the data sheets of both triads.")))
-    return accelerometer, gyroscope
+    return specs["accelerometer"], specs["gyroscope"]
