@@ -63,7 +63,6 @@ def report_html(
     config = outcome.config.source.path
     clocks = outcome.recordings.clocks
     rates = [rate_view(rate, config, clocks.get(name)) for name, rate in outcome.rates.items()]
-    unfolded = next((rate.name for rate in rates if not rate.verdict.complete), None)
     answers = answers_of(outcome, where)
     views: dict[str, dict[str, Any]] = {
         result.triad: _triad_view(outcome, result, history, drawings)
@@ -76,7 +75,6 @@ def report_html(
         verdict=headline(answers),
         answers=[_answer_view(answer, views) for answer in answers],
         rates=rates,
-        unfolded=unfolded,
         glossary=TERMS,
         ranked=RANKED,
         triads=[views[triad] for triad in order],

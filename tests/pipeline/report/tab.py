@@ -117,7 +117,8 @@ class Tab:
     def unfold(self) -> None:
         """Open the layers of a report that are folded away."""
         self.evaluate(
-            "document.querySelectorAll('details.layer').forEach((e) => { e.open = true; })")
+            "document.querySelectorAll('details.layer, details.others')"
+            ".forEach((e) => { e.open = true; })")
         self.painted()
 
     def key(self, key: str) -> None:

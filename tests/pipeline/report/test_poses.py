@@ -18,7 +18,7 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
-from tests.pipeline.report.tab import PHONE, Browser, Tab
+from tests.pipeline.report.tab import DESKTOP, PHONE, Browser, Tab
 from tests.sessions import edit, quick_session
 
 GYRO = "section[data-triad=gyroscope]"
@@ -196,12 +196,12 @@ def test_the_first_layer_is_short_and_a_command_is_copied(
     browser: Browser, hidden_session: HiddenSession
 ) -> None:
     with browser.tab() as tab:
-        tab.open(hidden_session.path)
+        tab.open(hidden_session.path, DESKTOP)
         words, height = tab.evaluate(
             "return [document.body.innerText.split(/\\s+/).length,"
             " document.documentElement.scrollHeight];")
-        assert words < 2000
-        assert height < 8000
+        assert words < 1500
+        assert height < 5000
         tab.click(".copied button")
         tab.wait("document.querySelector('.copied button').textContent !== 'Copy'")
         assert tab.evaluate("document.querySelectorAll('main pre').length"

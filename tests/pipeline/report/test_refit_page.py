@@ -220,6 +220,7 @@ def test_a_term_of_the_plate_is_tested_by_its_box(browser: Browser, tmp_path: Pa
     with browser.tab() as tab:
         tab.open(page)
         before = tab.evaluate(look)
+        tab.click("details.rate > summary")
         tab.click('[data-rate="17rpm"] input[data-term="once_per_rev"]')
         after = tab.evaluate(look)
         tab.click('[data-rate="17rpm"] input[data-term="once_per_rev"]')

@@ -96,6 +96,7 @@ def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
 
 
 def test_models_tried_are_kept_compared_and_returned_to(tab: Tab) -> None:
+    tab.unfold()
     before = tab.evaluate(figure("rms"))
     for name in ("g_sensitivity", "bias_drift", "quadratic"):  # more than a file holds
         tab.click(BOX.format(name))
