@@ -69,7 +69,7 @@ def command(
     from pipeline.files import write_whole
     from pipeline.guess.checked import checked_config
     from pipeline.guess.config_text import Choices, open_range_text
-    from pipeline.guess.files import guess_files, is_clip, measure_clips
+    from pipeline.guess.files import guess_files, is_clip, measured_clips, rates_of_clips
     from pipeline.guess.session import guess_session
     from pipeline.stages.context import RunContext
     from pipeline.stages.run import run_stages
@@ -88,7 +88,7 @@ def command(
         raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
     with TemporaryDirectory() as cache, ClipProgress(not (quiet or as_json)) as progress:
         context = RunContext(Path(cache), progress)
-        rates = measure_clips(clips, context)
+        rates = measured_clips(dict(zip(clips, rates_of_clips(clips, context), strict=True)))
         guess = guess_session(tables, rates, gyroscope_range)
         asks = sys.stdin.isatty() and not (as_json or quiet)
         if not (as_json or quiet):

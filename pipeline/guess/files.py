@@ -1,6 +1,6 @@
 """Files as they are named on the command line to the guess of a session."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
@@ -8,7 +8,7 @@ from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.raw_tables import raw_tables
 from pipeline.guess.table_guess import TableGuess, guess_table, why_no_log
 from pipeline.stages.context import RunContext
-from pipeline.stages.rate import ClipToFollow, follow_clips, measure_setting
+from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measure_setting
 
 #: Ends of the names of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
@@ -52,8 +52,8 @@ def is_clip(path: Path) -> bool:
     return path.suffix.lower() in CLIPS
 
 
-def measure_clips(clips: Sequence[Path], context: RunContext) -> list[MeasuredClip]:
-    """The rate of the plate in each clip.
+def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRate]:
+    """The rate of the plate in each clip, which is a setting of its own.
 
     Raises
     ------
@@ -66,8 +66,11 @@ def measure_clips(clips: Sequence[Path], context: RunContext) -> list[MeasuredCl
 
     tracks = follow_clips([ClipToFollow(path) for path in clips], context)
     timebase = Timebase("container", None, CLOCK_PPM["container"])
-    rates = [measure_setting(path.stem, [track], timebase)
-             for path, track in zip(clips, tracks, strict=True)]
-    signs = [-1.0 if rate.plate.direction == "cw" else 1.0 for rate in rates]
-    return [MeasuredClip(path, sign * rate.rate_rad_s)
-            for path, sign, rate in zip(clips, signs, rates, strict=True)]
+    return [measure_setting(path.stem, [track], timebase)
+            for path, track in zip(clips, tracks, strict=True)]
+
+
+def measured_clips(rates: Mapping[Path, SettingRate]) -> list[MeasuredClip]:
+    """The signed rate of each clip, of which ``rates`` has the setting."""
+    return [MeasuredClip(path, -rate.rate_rad_s if rate.plate.direction == "cw"
+                         else rate.rate_rad_s) for path, rate in rates.items()]

@@ -43,9 +43,7 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
     filmed = {
         name: rate for name, rate in config.rate.items() if isinstance(rate, VideoRateSection)
     }
-    clips_of = {name: [ClipToFollow(clip, None if rate.plate is None else rim(rate.plate),
-                                    rate.from_s or 0.0) for clip in rate.video]
-                for name, rate in filmed.items()}
+    clips_of = {name: clips_to_follow(rate) for name, rate in filmed.items()}
     clips = list(dict.fromkeys(chain.from_iterable(clips_of.values())))
     tracks = dict(zip(clips, follow_clips(clips, context), strict=True))
     return _judged_together({
@@ -61,6 +59,12 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
         )
         for name, rate in config.rate.items()
     })
+
+
+def clips_to_follow(rate: VideoRateSection) -> list[ClipToFollow]:
+    """The clips of a setting, each with what the configuration states of the plate in it."""
+    plate = None if rate.plate is None else rim(rate.plate)
+    return [ClipToFollow(clip, plate, rate.from_s or 0.0) for clip in rate.video]
 
 
 def _judged_together(rates: Mapping[str, SettingRate]) -> Mapping[str, SettingRate]:

@@ -22,9 +22,11 @@ from pipeline.results.names import REPORT_NAME
 from pipeline.served.answers import answered, script, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
+from pipeline.workbench.clip_player import ClipPlayer
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.own_effect import tried_expression
+from pipeline.workbench.session_clips import session_clips
 from pipeline.workbench.state import changed_lines, read_state
 
 LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen
@@ -102,7 +104,8 @@ class Workbench:
         """The report with its script from this server and the tools of the workbench."""
         text = self.report.read_text(encoding="utf-8")
         tools = template("workbench/templates/workbench.html")
-        scripts = ('<script src="drawing.js"></script>\n<script src="workbench.js"></script>\n'
+        scripts = ('<script src="drawing.js"></script>\n<script src="player.js"></script>\n'
+                   '<script src="workbench.js"></script>\n'
                    '<script src="report.js"></script>')
         return _SCRIPT.sub(lambda _: f"{tools}\n{scripts}", text).replace(
             "<html ", '<html class="served" ', 1)
@@ -175,8 +178,10 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     async def write(request: Request) -> Response:
         return await answered(request, workbench.write)
 
+    player = ClipPlayer(lambda: session_clips(workbench.session(), workbench.folder))
     return [
         Route("/", page),
+        Route("/player.js", script(template("workbench/templates/player.js"))), *player.routes,
         Route("/report.js", script(page_templates().get_template("report.js").render())),
         Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
         Route("/workbench.js", script(template("workbench/templates/workbench.js"))),

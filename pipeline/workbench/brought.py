@@ -1,12 +1,15 @@
 """Logs and clips that are dropped: kept apart, guessed and shown, then a session of the folder."""
 
+import math
 import shutil
 from collections.abc import AsyncIterator, Sequence
+from functools import partial
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from calib.numbers import RPM
 from calib.poses.imu_log import TRIADS
 from pipeline.config.template import site_text
 from pipeline.console.import_text import guess_lines
@@ -14,14 +17,17 @@ from pipeline.errors import ConfigError, UnwritableOutput
 from pipeline.files import write_whole
 from pipeline.guess.checked import checked_config
 from pipeline.guess.config_text import Choices
-from pipeline.guess.files import guess_files, is_clip, measure_clips
+from pipeline.guess.files import guess_files, is_clip, measured_clips, rates_of_clips
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.session import SessionGuess, guess_session
 from pipeline.guess.table_guess import TableGuess
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
+from pipeline.stages.rate import ClipToFollow, SettingRate
 from pipeline.stages.run import run_stages
 from pipeline.text.formatting import DISPLAY
+from pipeline.workbench.clip_player import ClipToPlay, PlateReading
+from pipeline.workbench.session_clips import followed_clip
 
 CONFIG_NAME = "config.yaml"
 DEEPEST = 4  #: parts of a file's path in a dropped folder; chosen
@@ -42,7 +48,8 @@ class Brought:
 
     def forget(self) -> None:
         """Take away what was dropped."""
-        self._clips: dict[Path, MeasuredClip] = {}
+        self._rates: dict[Path, SettingRate] = {}
+        self._guess: SessionGuess | None = None
         self._bytes = 0
         if self._place is not None:
             self._place.cleanup()
@@ -99,26 +106,49 @@ class Brought:
         PipelineError, CalibrationError, VisionError
             A file cannot be read, or none is a log.
         """
-        guess, passed_over = self._guess(range_deg_s)
+        logs = [path for path in self.files if not is_clip(path)]
+        clips = self._measured()
+        seen = [f"{each.path.name}: the plate turns at {each.rate_rad_s / RPM:+.4f} rpm in it."
+                for each in clips]
+        self._guess = None
+        if not logs and not clips:
+            raise ConfigError("nothing is there yet: drop the logs of the sensor, and the clip.")
+        if not logs:
+            return {"lines": seen, "passed_over": ["Drop the logs of the sensor too."],
+                    "plots": [], "ranges": [], "is_session": False}
+        guess, passed_over = self._guessed(range_deg_s)
+        self._guess = guess
         shown = [source.tables[0] for source in guess.sources]
         return {
-            "lines": [line.replace(f"{self._root}/", "") for line in guess_lines(guess)],
+            "lines": [line.replace(f"{self._root}/", "") for line in [*guess_lines(guess), *seen]],
             "passed_over": [line.replace(f"{self._root}/", "") for line in passed_over],
             "plots": [plot for table in shown for plot in plots_of(table)],
             "ranges": [{"deg_s": each.deg_s, "rpm": each.rpm} for each in guess.ranges],
+            "is_session": True,
         }
 
-    def _guess(self, range_deg_s: float | None) -> tuple[SessionGuess, Sequence[str]]:
-        clips = [path for path in self.files if is_clip(path)]
+    def clips(self) -> list[ClipToPlay]:
+        """The clips that were dropped, each beside the logs in which the plate turns."""
+        tables = [] if self._guess is None else [
+            table for table in self._guess.tables if table.gyroscope and table.turning_rad_s]
+        return [ClipToPlay(path.stem, path, rate.clips[0],
+                           partial(followed_clip, ClipToFollow(path), RunContext()),
+                           [table.path.name for table in tables], 0, partial(_turning, tables))
+                for path, rate in self._rates.items()]
+
+    def _measured(self) -> list[MeasuredClip]:
+        """The rate of the plate in each clip; each is measured once."""
+        for clip in filter(is_clip, self.files):
+            if clip not in self._rates:
+                self._rates[clip], = rates_of_clips([clip], RunContext())
+        return measured_clips(self._rates)
+
+    def _guessed(self, range_deg_s: float | None) -> tuple[SessionGuess, Sequence[str]]:
         logs = [path for path in self.files if not is_clip(path)]
         if not logs:
             raise ConfigError("no log is there yet: drop the logs of the sensor too.")
         tables, passed_over = guess_files(logs, None)
-        for clip in clips:
-            if clip not in self._clips:
-                self._clips[clip], = measure_clips([clip], RunContext())
-        measured = [self._clips[clip] for clip in clips]
-        return guess_session(tables, measured, range_deg_s), passed_over
+        return guess_session(tables, self._measured(), range_deg_s), passed_over
 
     def use(
         self, name: str, latitude: float | None, height_m: float, range_deg_s: float | None
@@ -137,7 +167,7 @@ class Brought:
             raise ConfigError(f"'{name}' is no name of a folder.")
         if target.exists() or target.is_symlink():
             raise UnwritableOutput(f"{target}: exists and is left as it is. Choose another name.")
-        guess, _ = self._guess(range_deg_s)
+        guess, _ = self._guessed(range_deg_s)
         config = self._root / CONFIG_NAME
         if config.exists():
             raise UnwritableOutput(f"{CONFIG_NAME} is the name of one of the logs. Rename it.")
@@ -173,6 +203,14 @@ def checked_name(name: str) -> Path:
 def is_log_name(path: Path) -> bool:
     """Whether logs are called so: text of any name, archives, tables; no program."""
     return path.suffix.lower() in LOGS
+
+
+def _turning(tables: Sequence[TableGuess], k: int) -> PlateReading:
+    """The k-th table's gyroscope in the unit that was guessed."""
+    log = tables[k].log()
+    if log is None:
+        raise ConfigError(f"{tables[k].path.name}: has no times to draw it against.")
+    return PlateReading(log.time_s, np.linalg.norm(log.gyroscope, axis=1), "as guessed", math.nan)
 
 
 LOGS = {".csv", ".txt", ".log", ".tsv", ".dat", ".gz", ".zip", ".json", ".jsonl", ".ndjson", ".mat",

@@ -18,6 +18,7 @@ from pipeline.results.names import RESULTS_NAME
 from pipeline.served.answers import answered, script, template
 from pipeline.workbench.application import Workbench, routes_of
 from pipeline.workbench.brought import Brought
+from pipeline.workbench.clip_player import ClipPlayer
 
 PATTERNS = ("*.yaml", "*.yml", "*/*.yaml", "*/*.yml")
 """Where configurations of a folder stand: in it, or in a folder of their own."""
@@ -48,6 +49,8 @@ class FolderPage:
                 template("workbench/templates/start.html")).render(title=self.folder.name))),
             Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
             Route("/start.js", script(template("workbench/templates/start.js"))),
+            Route("/player.js", script(template("workbench/templates/player.js"))),
+            *ClipPlayer(self.brought.clips).routes,
             Route("/sessions", lambda _: JSONResponse({"sessions": self.sessions()})),
             Mount("/session", app=self._benches),
             Route("/bring/{name:path}", self._bring, methods=["POST"]),

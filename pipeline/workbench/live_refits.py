@@ -18,8 +18,9 @@ from calib.errors import CalibrationError
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import compare
 from calib.numbers import RPM
-from calib.poses.imu_log import AXES, TRIADS, Triad
+from calib.poses.imu_log import AXES, TRIADS, ImuLog, Triad
 from pipeline.config.load import load_config
+from pipeline.config.types import STOPPED
 from pipeline.console.exclude_text import PoseSection, pose_sections
 from pipeline.errors import ConfigError
 from pipeline.report.triad.judgement import changes_json
@@ -31,6 +32,7 @@ from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
+from pipeline.stages.session_logs import settings_of
 from pipeline.stages.triads import TriadInput, require_fittable, triad_input
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.held_out import HeldOut
@@ -58,11 +60,18 @@ class OpenSession:
         self._answers: dict[tuple[Any, ...], Json] = {}
         self.held_out: HeldOut | None = None
         self._lock = Lock()
-        self.recordings = average_recordings(
-            self.config, check_session(self.config), self.rates)
+        logs = check_session(self.config)
+        self._turning_logs = {} if self.config.gyroscope is None else {
+            setting.rate: logs.by_setting[setting]
+            for setting in settings_of(self.config, "gyroscope") if setting.rate != STOPPED}
+        self.recordings = average_recordings(self.config, logs, self.rates)
         self.sections: dict[Triad, Sequence[PoseSection]] = {
             triad: pose_sections(self.config, self.recordings, triad)
             for triad in TRIADS if getattr(self.config, triad) is not None}
+
+    def turning_logs(self, rate: str) -> Sequence[ImuLog]:
+        """The logs of the gyroscope's poses at a setting of the plate."""
+        return self._turning_logs.get(rate, ())
 
     def text(self, state: Screen) -> str:
         """The configuration that the screen would write."""

@@ -1,7 +1,7 @@
 // Axes for dots and lines, and files that are dropped: what all pages of the workbench share.
 const drawing = (() => {
 "use strict";
-const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, FOOT = 34;
+const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, FOOT = 34, TOP = 20;
 
 function node(name, attributes = {}, text = "") {
   const made = document.createElementNS(SVG, name);
@@ -24,21 +24,32 @@ function ticks(low, high) {
   return Array.from({ length: last - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(12)));
 }
 
+const exact = (value) => String(value).replace("-", "−");
+
 // Axes from these ranges; gives the drawing and what turns values into places.
 function plot([left, right], [low, high], across, upward, words) {
   const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, class: "chart" });
   const x = (value) => LEFT + (value - left) / (right - left) * (WIDTH - LEFT - 8);
-  const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - 10);
+  const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - TOP);
   for (const value of ticks(left, right)) {
-    svg.append(node("text", { class: "tick", x: x(value), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, drawing.short(value)));
+    svg.append(node("text", { class: "tick", x: x(value), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, exact(value)));
   }
   for (const value of ticks(low, high)) {
-    svg.append(node("text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, drawing.short(value)));
+    svg.append(node("text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, exact(value)));
   }
   svg.append(node("text", { class: "title", x: (LEFT + WIDTH) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, across),
     node("text", { class: "title", x: 2, y: 10 }, upward));
   if (low < 0 && high > 0) svg.append(node("path", { class: "zero", d: `M${LEFT} ${y(0)}H${WIDTH - 8}` }));
   return { svg, x, y };
+}
+
+// The answer to a question in JSON.
+async function asked(where, question = {}) {
+  const response = await fetch(where, { method: "POST",
+    headers: { "content-type": "application/json" }, body: JSON.stringify(question) });
+  const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
+  if (!response.ok) throw new Error(answer.error);
+  return answer;
 }
 
 // A file to the server, as it is.
@@ -62,6 +73,6 @@ function droppable(area, input, take) {
 }
 
 const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
-const drawing = { node, span, plot, sent, droppable, short, WIDTH, HEIGHT, FOOT };
+const drawing = { node, span, plot, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
 return drawing;
 })();

@@ -1,16 +1,10 @@
 // The page of a folder: its sessions, and logs that are brought.
 (() => {
 "use strict";
+const { asked } = drawing;
 const part = (name) => document.querySelector(`[data-${name}]`);
 const form = part("use"), brought = part("brought"), AXES = ["x", "y", "z"];
 let batch = 0, names = new Set();
-
-async function asked(where, question = {}) {
-  const response = await fetch(where, { method: "POST", body: JSON.stringify(question) });
-  const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
-  if (!response.ok) throw new Error(answer.error);
-  return answer;
-}
 
 const cell = (row, text) => { row.insertCell().textContent = text; };
 
@@ -58,7 +52,7 @@ async function take(...files) {
 async function guess() {
   brought.textContent = "The files are read …";
   const answer = await asked("guess", { range: Number(form.range.value) || null });
-  brought.textContent = [`${names.size} files.`, ...answer.passed_over].join(" ");
+  brought.textContent = [`${names.size} file${names.size === 1 ? "" : "s"}.`, ...answer.passed_over].join(" ");
   part("lines").textContent = answer.lines.join("\n");
   part("plots").replaceChildren(...answer.plots.map(drawn));
   part("range").hidden = answer.ranges.length === 0;
@@ -66,7 +60,14 @@ async function guess() {
     form.range.replaceChildren(new Option("not known", ""), ...answer.ranges.map(({ deg_s: range, rpm }) =>
       new Option(`±${range} °/s: the plate turns at ${drawing.short(rpm)} rpm`, range)));
   }
+  part("of-session").hidden = !answer.is_session;
   form.hidden = false;
+  part("clips").replaceChildren();
+  await showClips(() => {
+    const place = part("clips").appendChild(document.createElement("figure"));
+    place.className = "card";
+    return place;
+  });
 }
 
 function drawn({ name, triad, unit, time_s: time, values }) {

@@ -2,7 +2,7 @@
 // tried, and writes what the screen shows into the configuration.
 (() => {
 "use strict";
-const { node, span, plot, sent, droppable, WIDTH, HEIGHT, FOOT } = drawing;
+const { node, span, plot, asked, sent, droppable, WIDTH, HEIGHT, FOOT } = drawing;
 const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
@@ -18,14 +18,6 @@ const state = () => ({
     return changed ? [[rate.setting, ticked.map((term) => term.name)]] : [];
   })),
 });
-
-async function post(where, question) {
-  const response = await fetch(where, { method: "POST",
-    headers: { "content-type": "application/json" }, body: JSON.stringify(question) });
-  const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
-  if (!response.ok) throw new Error(answer.error);
-  return answer;
-}
 
 function say(text, changed = []) {
   status.textContent = text;
@@ -84,7 +76,7 @@ const actions = {
     button("write").disabled = true;
     say("The session is run with it …");
     try {
-      const { path, lines: changed } = await post("write", { state: state() });
+      const { path, lines: changed } = await asked("write", { state: state() });
       keep("written", { path, changed });
       drop("pending");
       location.reload();
@@ -240,7 +232,7 @@ class Bench {
     if (!text.trim()) return;
     let answer;
     try {
-      answer = await post("expression", { state: state(), triad: this.section.triad.triad,
+      answer = await asked("expression", { state: state(), triad: this.section.triad.triad,
         expression: text, per: this.part("per").value });
     } catch (error) {
       answer = { problem: error.message, at: -1 };
@@ -348,7 +340,7 @@ class Bench {
 }
 
 window.workbench = {
-  ask: (where, question) => post(where, { ...question, state: state() }),
+  ask: (where, question) => asked(where, { ...question, state: state() }),
   begin(parts) {
     page = parts;
     drawing.short = page.short;
@@ -361,6 +353,12 @@ window.workbench = {
       benches.push(new Bench(section));
       section.root.querySelector("details.sound")?.setAttribute("open", "");
     }
+    showClips((setting) => {
+      const charts = document.querySelector(`[data-rate="${CSS.escape(setting)}"]`);
+      const place = charts?.insertBefore(document.createElement("figure"), charts.children[1] ?? null);
+      place?.classList.add("card");
+      return place;
+    });
     for (const section of page.rateSections) {
       section.boxes.forEach((box) => box.addEventListener("change", remember));
     }

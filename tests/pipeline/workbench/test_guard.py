@@ -37,7 +37,7 @@ def test_the_token_stands_in_the_address_once_and_then_in_a_cookie(asked: Asked)
     assert asked.token.encode() not in body
 
 
-@pytest.mark.parametrize("path", ["/", "/report.js", "/columns/gyroscope", "/events"])
+@pytest.mark.parametrize("path", ["/", "/report.js", "/columns/gyroscope", "/events", "/clip/0/0"])
 def test_without_the_token_nothing_is_answered(asked: Asked, path: str) -> None:
     for cookie in ("", f"{asked.cookie[:-1]}", "pipeline-workbench=x"):
         assert asked.ask(path, Cookie=cookie)[0] == 403
