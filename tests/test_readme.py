@@ -37,6 +37,7 @@ from pipeline.config.schema import (
     VideoRateSection,
 )
 from pipeline.config.sensor import PRESETS, AccelerometerSheet, GyroscopeSheet, SensorSection
+from pipeline.drawings.bench import bench_svg
 from pipeline.drawings.leaning_player import leaning_svg
 from pipeline.drawings.sheet import poses_svg
 from pipeline.export.formats import FORMATS
@@ -272,6 +273,7 @@ def test_the_readme_is_short_and_lists_its_sections() -> None:
 
 def test_the_drawings_are_what_the_program_draws() -> None:
     assert (DOCS / "poses.svg").read_text(encoding="utf-8") == poses_svg()
+    assert (DOCS / "bench.svg").read_text(encoding="utf-8") == bench_svg()
     assert (DOCS / "leaning.svg").read_text(encoding="utf-8") == leaning_svg()
 
 

@@ -13,7 +13,7 @@ from pipeline.commands.interaction.arguments import (
     ask_latitude,
 )
 
-DRAWING = "poses.svg"  #: beside the configuration
+DRAWING, BENCH = "poses.svg", "bench.svg"  #: beside the configuration
 
 
 @click.command(epilog=examples(
@@ -29,7 +29,7 @@ DRAWING = "poses.svg"  #: beside the configuration
 @click.option("--tilted", is_flag=True,
               help="Both triads from a record player with 5 cm under one side.")
 def command(folder: Path, latitude: float | None, height: float, tilted: bool) -> None:
-    """Write a commented config.yaml and a drawing of the poses into DIR (default: here).
+    """Write a commented config.yaml and drawings of bench and poses into DIR (default: here).
 
     On a terminal the command asks for the latitude of the site. Without one the file states gravity
     anywhere on Earth with its uncertainty. The command never overwrites a file.
@@ -40,6 +40,7 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
         tilted_template,
         write_template,
     )
+    from pipeline.drawings.bench import bench_svg
     from pipeline.drawings.sheet import poses_svg
     from pipeline.files import write_whole
     from pipeline.text.commands import command as proposed
@@ -50,10 +51,12 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
     if latitude is not None:
         text = located_template(text, latitude, height)
     path = write_template(folder, text)
-    drawing = path.parent / DRAWING
-    if not drawing.exists():
-        write_whole(drawing, poses_svg())
+    drawing, bench = path.parent / DRAWING, path.parent / BENCH
+    for sheet, draw in ((drawing, poses_svg), (bench, bench_svg)):
+        if not sheet.exists():
+            write_whole(sheet, draw())
     click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
                f"logs in place: {proposed('check', path)}")
-    click.echo(f"{drawing} shows the 18 poses; print it for the bench.")
+    click.echo(f"{drawing} shows the 18 poses, {bench} the plate with its marks, the camera and a "
+               "wedge; print them for the bench.")
 

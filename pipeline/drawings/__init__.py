@@ -2,5 +2,6 @@
 
     box ─┬─ terminal
          └─ sheet
-    leaning_player (a book under one side)
+    svg ─┬─ bench (plate, marks, camera, wedge)
+         └─ leaning_player (a book under one side)
 """

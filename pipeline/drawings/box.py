@@ -14,6 +14,8 @@ from calib.poses.imu_log import AXES, FloatArray
 
 HALF_SIZES = np.array([1.0, 0.7, 0.3])  #: half sizes of the box along x, y, z
 ARROW = 1.55  #: length of an axis' arrow
+MARK = 0.18  #: radius of the mark on the rim; of a picture
+NO_PART = 1e-6  #: part of a direction that counts as none
 SEEN_FROM_DEG = (-60.0, 25.0)  #: azimuth and elevation of the eye
 
 
@@ -46,6 +48,40 @@ def box_lines(up: FloatArray) -> list[Line]:
         reach = np.vstack([np.zeros(3), direction * ARROW])
         lines.append(Line(_seen(to_room.apply(reach))[0], name))
     return lines
+
+
+def wedge_faces(up: FloatArray) -> list[FloatArray]:
+    """The wedge under a box that stands on an edge: its back, sides and slope, (k, 2) each.
+
+    Empty where a face is up, and where a corner is: a corner stands in a folded card.
+    """
+    tilted = np.flatnonzero(np.abs(up) > NO_PART)
+    if len(tilted) != 2:
+        return []
+    along = int(np.flatnonzero(np.abs(up) <= NO_PART)[0])
+    to_room = Rotation.align_vectors([[0.0, 0.0, 1.0]], [up])[0]
+    # The box lies on the larger of the two faces that look down.
+    flat = int(min(tilted, key=lambda i: HALF_SIZES[i]))
+    other = int(next(i for i in tilted if i != flat))
+    foot = np.where(np.abs(up) > NO_PART, -np.sign(up) * HALF_SIZES, 0.0)
+    top = foot.copy()
+    top[other] += 2 * np.sign(up[other]) * HALF_SIZES[other]
+    ends = []
+    for side in (-1.0, 1.0):
+        shift = np.eye(3)[along] * side * HALF_SIZES[along]
+        low, high = to_room.apply([foot + shift, top + shift])
+        ends.append(np.array([low, high, [high[0], high[1], low[2]]]))
+    slope = np.array([ends[0][0], ends[0][1], ends[1][1], ends[1][0]])
+    back = np.array([ends[0][2], ends[0][1], ends[1][1], ends[1][2]])
+    return [_seen(face)[0] for face in (back, *ends, slope)]
+
+
+def rim_mark(radius: float, below: float, points: int = 24) -> FloatArray:
+    """The mark near the rim of the plate under the box, (points, 2), in the same units."""
+    turn = np.linspace(0, 2 * np.pi, points)
+    mark = np.column_stack([MARK * np.cos(turn), 1.1 * MARK - radius + MARK * np.sin(turn),
+                            np.full(points, -below)])
+    return _seen(mark)[0]
 
 
 def plate_outline(radius: float, below: float, points: int = 72) -> FloatArray:

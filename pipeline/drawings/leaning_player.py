@@ -3,6 +3,7 @@
 import math
 
 from calib.poses.runs.ideal_ring import ADVISED_TILT_RAD
+from pipeline.drawings.svg import filled_box, picture_head, words_at
 
 PX_PER_CM = 11.0  #: px; of a picture
 DEPTH_CM, HEIGHT_CM = 32.0, 7.0  #: cm, of the player; of a picture
@@ -20,9 +21,9 @@ def leaning_svg() -> str:
     book = depth * math.sin(ADVISED_TILT_RAD)
     deck, side = top - 10, sensor * 0.6
     tilted = "\n".join([
-        _box(foot_x, top, depth, height, "#d9d9d9"),
-        _box(middle - plate / 2, deck, plate, 10, "#8a8a8a"),
-        _box(middle - sensor / 2, deck - side, sensor, side, "#2471a3"),
+        filled_box(foot_x, top, depth, height, "#d9d9d9"),
+        filled_box(middle - plate / 2, deck, plate, 10, "#8a8a8a"),
+        filled_box(middle - sensor / 2, deck - side, sensor, side, "#2471a3"),
         f'<line x1="{middle:.1f}" y1="{deck - side:.1f}" x2="{middle:.1f}" y2="{deck - 130:.1f}" '
         'stroke="#333" stroke-dasharray="6 4"/>',
         f'<path d="M{middle - 34:.1f} {deck - 92:.1f}a34 9 0 1 0 60 -5" fill="none" stroke="#333" '
@@ -30,29 +31,15 @@ def leaning_svg() -> str:
     ])
     tip_x = f"{middle + 14:.1f}"
     return "\n".join([
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:g} {BASE + 30:g}" '
-        f'width="{WIDTH:g}" height="{BASE + 30:g}" font-family="sans-serif" font-size="13">',
-        "<title>A record player with 5 cm under one side</title>",
-        '<defs><marker id="tip" markerWidth="8" markerHeight="8" refX="6" refY="4" orient="auto">'
-        '<path d="M0 0L8 4L0 8z" fill="#333"/></marker></defs>',
-        '<rect width="100%" height="100%" fill="white"/>',
+        *picture_head(WIDTH, BASE + 30, "A record player with 5 cm under one side"),
         f'<line x1="10" y1="{BASE:g}" x2="{WIDTH - 10:g}" y2="{BASE:g}" stroke="#333"/>',
-        _box(foot_x, BASE - book, 60, book, "#b9770e"),
+        filled_box(foot_x, BASE - book, 60, book, "#b9770e"),
         f'<g transform="rotate({degrees:g} {edge:g} {BASE:g})">\n{tilted}\n</g>',
         f'<line x1="{tip_x}" y1="{deck - 150:.1f}" x2="{tip_x}" y2="{deck - 62:.1f}" '
         'stroke="#c0392b" stroke-width="2" marker-end="url(#tip)"/>',
-        _text(middle - 42, deck - 128, "gravity", "#c0392b"),
-        _text(middle + 62, deck - 104, f"axis, {degrees:g}° off"),
-        _text(foot_x + 4, BASE + 18, "5 cm"),
-        _text(edge - 56, BASE + 18, "the table"),
+        words_at(middle - 42, deck - 128, "gravity", "#c0392b"),
+        words_at(middle + 62, deck - 104, f"axis, {degrees:g}° off"),
+        words_at(foot_x + 4, BASE + 18, "5 cm"),
+        words_at(edge - 56, BASE + 18, "the table"),
         "</svg>\n",
     ])
-
-
-def _box(x: float, y: float, width: float, height: float, colour: str) -> str:
-    return (f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" '
-            f'fill="{colour}" stroke="#333"/>')
-
-
-def _text(x: float, y: float, words: str, colour: str = "#333") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" fill="{colour}">{words}</text>'

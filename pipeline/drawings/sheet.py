@@ -6,9 +6,10 @@ import numpy as np
 
 from calib.poses.attitudes import direction_name, natural_directions
 from calib.poses.imu_log import FloatArray
-from pipeline.drawings.box import HALF_SIZES, box_lines, plate_outline
+from pipeline.drawings.box import HALF_SIZES, box_lines, plate_outline, rim_mark, wedge_faces
 
 CELL, SCALE = 170, 42  #: px: of a drawing, and of half the box's length
+PLATE = 1.75  #: radius, in units of half the box's length; of a picture
 PER_ROW = 6  #: drawings beside each other
 COLOURS = {"x": "#c0392b", "y": "#1e8449", "z": "#2471a3"}  #: colours of the axes, as elsewhere
 
@@ -38,8 +39,12 @@ def _cell(up: FloatArray, number: int) -> str:
     x0 = number % PER_ROW * CELL + CELL / 2
     y0 = number // PER_ROW * (CELL + 24) + CELL / 2
     below = _lowest(up)
-    parts = [f'<polyline points="{_points(plate_outline(1.75, below), x0, y0)}" fill="#f2f2f2" '
+    parts = [f'<polyline points="{_points(plate_outline(PLATE, below), x0, y0)}" fill="#f2f2f2" '
+             'stroke="#999"/>',
+             f'<polygon points="{_points(rim_mark(PLATE, below), x0, y0)}" fill="#f4d03f" '
              'stroke="#999"/>']
+    parts += [f'<polygon points="{_points(face, x0, y0)}" fill="#b9770e" fill-opacity="0.35" '
+              'stroke="#b9770e"/>' for face in wedge_faces(up)]
     for line in box_lines(up):
         colour = COLOURS.get(line.axis, "#333")
         dash = ' stroke-dasharray="3 3"' if line.hidden else ""

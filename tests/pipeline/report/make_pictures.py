@@ -7,6 +7,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from PIL import Image
@@ -20,12 +21,15 @@ SCREEN = {"width": 1120, "height": 900, "deviceScaleFactor": 1, "mobile": False}
 ROOM = 12  #: px about the elements of a picture
 COLOURS = 128  #: of a picture, which make it a third as large
 SESSION = "hidden_effect"
+MOVING_WIDTH, MOVING_HEIGHT = 760, 625  #: px: of the moving picture, and of what it shows
+STAYS_MS, MOVE_MS = 1800, 80  #: a frame before and after the tick, and one between
+SLOWER = 0.3  #: than on the page the marks move while they are photographed
+MOVES_S = 1.8  #: as long as the marks move so
 TICK = "#gyroscope input[data-effect=g_sensitivity]"
 
 #: Of every picture the elements that it reaches from and to.
 PICTURES = {
     "report_verdict": ("header", ".answers .lead"),
-    "report_boxes": ("#gyroscope .refit .tiles", "#gyroscope .fall"),
     "report_axes": ("#gyroscope .axes", "#gyroscope .axes"),
 }
 #: Of the workbench, with the tick.
@@ -46,6 +50,40 @@ def picture(tab: Tab, first: str, last: str) -> bytes:
     return packed.getvalue()
 
 
+def moving_picture(tab: Tab) -> bytes:
+    """A tick in the tutorial's page as an animated GIF: the residuals go into the noise."""
+    tab.send("Emulation.setEmulatedMedia",
+             features=[{"name": "prefers-reduced-motion", "value": "no-preference"}])
+    tab.send("Animation.enable")
+    tab.send("Animation.setPlaybackRate", playbackRate=SLOWER)
+    x, y, width, height = tab.evaluate(
+        "const b = document.querySelector('#gyroscope .refit').getBoundingClientRect();"
+        f"return [b.x, b.y + scrollY, b.width, {MOVING_HEIGHT}];")
+    tab.evaluate(f"window.scrollTo({{top: {y - ROOM}, behavior: 'instant'}})")
+    tab.painted()
+    clip = {"x": x, "y": y, "width": width, "height": height, "scale": MOVING_WIDTH / width}
+
+    def shown() -> Image.Image:
+        data = tab.send("Page.captureScreenshot", format="png", clip=clip)["data"]
+        return Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB")
+
+    frames = [shown()]
+    tab.evaluate(f"document.querySelector('{TICK}').click()")
+    start = time.monotonic()
+    while time.monotonic() - start < MOVES_S:
+        frames.append(shown())
+    frames.append(shown())
+    ends = Image.new("RGB", (frames[0].width, 2 * frames[0].height))
+    ends.paste(frames[0], (0, 0))
+    ends.paste(frames[-1], (0, frames[0].height))
+    palette = ends.quantize(COLOURS // 2, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    still = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    packed = io.BytesIO()
+    still[0].save(packed, "GIF", save_all=True, append_images=still[1:], loop=0, optimize=True,
+                  duration=[STAYS_MS, *[MOVE_MS] * (len(still) - 2), 2 * STAYS_MS])
+    return packed.getvalue()
+
+
 def make(folder: Path) -> None:
     """Run the tutorial's session beside its name in README and photograph its report."""
     with tempfile.TemporaryDirectory() as name:
@@ -57,10 +95,8 @@ def make(folder: Path) -> None:
         with started_browser(bench) as browser, browser.tab() as tab:
             tab.open(bench / "data" / SESSION / "config.run" / "report.html", SCREEN)
             for name, (first, last) in PICTURES.items():
-                if name == "report_boxes":
-                    tab.click(TICK)
-                    tab.evaluate("window.scrollTo(0, 0)")
                 (folder / f"{name}.png").write_bytes(picture(tab, first, last))
+            (folder / "tick.gif").write_bytes(moving_picture(tab))
             with opened_workbench(bench / "data" / SESSION / "config.yaml") as opened:
                 tab.visit(opened.address, SCREEN)
                 tab.wait("document.querySelectorAll('[data-bench-normal] circle').length > 0")
