@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
-from calib.diagnosis.verdict.decision import NAMED
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import BASE, EFFECTS, find_effect
 from calib.effects.effect import OF_COLUMN
@@ -170,7 +169,7 @@ def require_addable(result: TriadResult, target: Target, anyway: bool = False) -
             f"{target}: these data cannot see it; bias, scale, misalignment and the effects in "
             f"the model take up all of it. {_next_measurement(result, [name])}"
         )
-    candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind in NAMED), None)
+    candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
     # What a verdict names can be added; `note_on` says what else it may be.
     if candidate is None or diagnosis.named_class(name) or anyway:
         return

@@ -84,7 +84,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("finding", "averaged"), ("diagnose",),
         ("unseen", "untested", "room_field", "population"), ("seen",),
     ],
-    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("unlisted",)],
+    "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],
     "calib.diagnosis.search": [
         ("evidence",), ("raw_columns", "table", "refit"), ("table_at", "candidates", "sizes"),
         ("posterior",), ("search",),

@@ -49,6 +49,8 @@ ALIKE = {
     "temperature_lag": {"temperature_bias", "temperature_c"},
     "temperature_squared": {"temperature_c"},
     "jump": {"bias_step"},
+    "wander": {"bias_wander"},
+    "plate_wander": {"rate_scatter"},
 }
 """What counts as right of a disturbance that no catalogue has."""
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis
-from calib.diagnosis.search.posterior import COURSES, Entry, Posterior
+from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.table_at import unit_columns_of
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
@@ -83,7 +83,7 @@ def _held(posterior: Posterior, entry: Entry) -> tuple[float, FloatArray, FloatA
     variance = max((table.chi2 - float(score @ size)) / max(table.dof, 1), 1.0)
     moment = np.outer(size, size) + variance * inverse
     absorbed = _absorbed(fit, columns)
-    is_listed = np.array([h.kind == "listed" for h in hypotheses])[owner]
+    is_listed = np.array([h.course is None for h in hypotheses])[owner]
     rest = absorbed[:, ~is_listed]
     return (variance, absorbed @ moment @ absorbed.T,
             rest @ moment[np.ix_(~is_listed, ~is_listed)] @ rest.T)
@@ -91,7 +91,7 @@ def _held(posterior: Posterior, entry: Entry) -> tuple[float, FloatArray, FloatA
 
 def _about_mean(h: Hypothesis) -> Hypothesis:
     """A course in time about its mean: the bias of a session is its own mean bias."""
-    if h.course is None or h.kind not in COURSES:
+    if h.course is None or not (h.in_catalogue and h.is_course):
         return h
     return replace(h, course=Course(h.course.values - h.course.values.mean(axis=0)))
 

@@ -207,7 +207,7 @@ def _advise(
     full_scale: float,
 ) -> Advice | None:
     """The block that would settle an open verdict."""
-    plate = [j for j, h in enumerate(posterior.hypotheses) if h.kind == "plate_rate"]
+    plate = [j for j, h in enumerate(posterior.hypotheses) if h.name == "rate_scatter"]
     if plate and "rate_scatter" in (verdict.name, *verdict.group):
         return film_each_pose(posterior.base, float(posterior.drop[plate].max()))
     is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
@@ -215,7 +215,8 @@ def _advise(
         return None
     size = {c.name: c.size for c in ranking if c.kind == "listed"}
     shape = {h.name: h.shape for h in posterior.hypotheses}
-    effect = {h.name: h.effect for h in posterior.hypotheses if h.kind == "listed"}
+    effect = {h.name: h.effect for h in posterior.hypotheses
+              if h.kind == "listed" and not h.is_placed}
     rivals = [
         Rival(effect[name], size[name], shape[name])  # type: ignore[arg-type]
         for name in verdict.group

@@ -10,14 +10,9 @@ from functools import lru_cache
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
+from calib.diagnosis.hypotheses.courses import by_clock, scattering_rates
 from calib.diagnosis.hypotheses.listed import Hypothesis, listed_hypotheses
-from calib.diagnosis.hypotheses.unlisted import (
-    bad_pose_hypotheses,
-    plate_hypotheses,
-    step_hypotheses,
-    unknown_hypotheses,
-    wander_hypotheses,
-)
+from calib.diagnosis.hypotheses.unlisted import unknown_hypotheses
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.search import search
 from calib.diagnosis.search.sizes import shows_at_no_size
@@ -65,17 +60,10 @@ def find(
 ) -> Finding:
     """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
     listed, unavailable = listed_hypotheses(fit, user_effects, covariates)
-    posterior = search(fit, [*listed, *unlisted_hypotheses(fit, covariates)])
+    posterior = search(fit, [
+        *listed, *unknown_hypotheses(fit, causes(fit.poses, covariates)),
+        *_by_clock(_Clock.of(fit)), *scattering_rates(fit)])
     return Finding(posterior, reach_verdict(posterior), unavailable)
-
-
-def unlisted_hypotheses(fit: Fit, covariates: Sequence[str] | None = None) -> list[Hypothesis]:
-    """Everything that could be missing and that no model can hold by a name."""
-    return [
-        *unknown_hypotheses(fit, causes(fit.poses, covariates)),
-        *_by_clock(_Clock.of(fit)),
-        *plate_hypotheses(fit),
-    ]
 
 
 @dataclass(frozen=True)
@@ -96,5 +84,4 @@ class _Clock:
 @lru_cache(maxsize=4)  # sessions of one design are diagnosed by the thousand
 def _by_clock(clock: _Clock) -> tuple[Hypothesis, ...]:
     """The hypotheses that know of a pose no more than when it was taken."""
-    fit = clock.fit
-    return (*step_hypotheses(fit), *bad_pose_hypotheses(fit), *wander_hypotheses(fit))
+    return by_clock(clock.fit)

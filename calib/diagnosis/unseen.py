@@ -19,6 +19,7 @@ import numpy as np
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.hypotheses.signature import square_vectors, vector_columns, whole_columns
 from calib.diagnosis.verdict.decision import Code
+from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import with_common
@@ -220,7 +221,7 @@ def _left_open(
     listed = {each.name: each for each in diagnosis.ranking if each.kind == "listed"}
     for each in diagnosis.inclusion:
         effect, candidate = EFFECTS.get(each.name), listed.get(each.name)
-        if effect is None or candidate is None or not candidate.size.size:
+        if effect is None or effect.name == STEP or candidate is None or not candidate.size.size:
             continue
         size = candidate.size
         if effect.in_square:

@@ -24,7 +24,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
-from calib.diagnosis.hypotheses import unlisted
+from calib.diagnosis.hypotheses import courses, unlisted
 from calib.diagnosis.search import candidates, evidence, search, sizes
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -38,8 +38,8 @@ from tests.trials import poses_of
 KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
-COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (unlisted, "STEP_MARGIN"),
-          (unlisted, "STEPS_TRIED"), (unlisted, "WANDER_MODES"),
+COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (courses, "STEP_MARGIN"),
+          (courses, "STEPS_TRIED"), (courses, "MODES"),
           (candidates, "BEST_OF_EACH_SIZE"), (search, "ROUNDS"), (search, "FAR_ROUNDS"),
           (search, "REFITTED"), (search, "GROWN"))
 SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (sizes, "SEEN_SHARE"))

@@ -2,7 +2,8 @@
 
 Listed effects, biases that follow a logged column, the user's own effects, and what belongs to the
 base but is not in the model. A hypothesis stands for one of them at one value of its shape
-parameter; :mod:`calib.diagnosis.hypotheses.unlisted` has those that no model can hold.
+parameter. :mod:`calib.diagnosis.hypotheses.courses` has those of the catalogue that are weighed by
+their course over the poses, :mod:`calib.diagnosis.hypotheses.unlisted` what has no name there.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +14,6 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.diagnosis.hypotheses.signature import effect_vectors, square_vectors
 from calib.effects.catalogue import BASE, STEP
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, Effect
@@ -24,14 +24,15 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 OTHERWISE = ("reading", "noise")
-"""What acts there is no candidate: the base, and what :mod:`..unlisted` weighs by its course."""
+"""What acts there is no candidate: the base, and what :mod:`..courses` weighs by its course."""
 
 LEAST_BEND = 0.1
 """Scatter of a square about a line, over the square of half the range, from which poses tell a
 curve from a line. A judgement: of a column spread evenly it is 0.30, of two soaks whose room
 wanders by a fiftieth of their distance 0.03."""
 
-Kind = Literal["listed", "unknown", "jump", "bad_pose", "wander", "plate_rate"]
+Kind = Literal["listed", "drawn", "unknown", "bad_pose"]
+"""Effects whose sizes a model holds, those whose coefficients are drawn, and what has no name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +70,9 @@ class Hypothesis:
     Parameters
     ----------
     name : str
-        Hypotheses of one name are one thing at other shapes, poses or times: the effect, the kind,
-        or for an unknown function ``follows`` with a mark that keeps it apart from an effect.
+        Hypotheses of one name are one thing at other shapes, poses or times: the effect,
+        ``bad_pose``, or for an unknown function ``follows`` with a mark that keeps it apart from an
+        effect.
     kind : str
     log_prior : float
         Log odds of being in the model against not, before the data.
@@ -79,7 +81,7 @@ class Hypothesis:
     shape : float or None
         Value of its shape parameter.
     course : Course or None
-        Errors of the vectors in closed form, of what is not listed.
+        Errors of the vectors in closed form, where no effect is evaluated for them.
     detail : str
         The pose, the time or the form, in words.
     follows : str or None
@@ -96,18 +98,26 @@ class Hypothesis:
     detail: str = ""
     follows: str | None = None
 
-    def errors(self, fit: Fit) -> FloatArray:
-        """Errors (n, 3, k) of its effect, SI; a shape parameter that ``fit`` has is as fitted."""
-        assert self.effect is not None
-        if self.effect.in_square and self.name not in fit.model.names:
-            return square_vectors(fit, self.effect)
-        shape = fit.shapes.get(self.name, self.shape) if self.shape is not None else None
-        return effect_vectors(fit, self.effect, shape)
-
     @property
     def on_reference(self) -> bool:
         """Whether it is an error of the reference, not of the vectors."""
         return self.effect is not None and self.effect.acts_on == "reference"
+
+    @property
+    def in_catalogue(self) -> bool:
+        """Whether it is an effect by a name."""
+        return self.kind in ("listed", "drawn")
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether it happened once, at a pose or a time, so that a set may hold several."""
+        return self.effect is not None and self.course is not None
+
+    @property
+    def is_course(self) -> bool:
+        """Whether it says that the bias has a course in time, whatever the course."""
+        return self.follows == "time_s" or (
+            self.in_catalogue and self.course is not None and not self.course.is_of_size)
 
     @property
     def subject(self) -> str:
@@ -201,6 +211,6 @@ def _at_their_shapes(effects: Sequence[Effect]) -> Sequence[Hypothesis]:
 def held(hypothesis: Hypothesis, number: int) -> Effect:
     """The effect as a refit adds it, under a name that occurs once in a model."""
     assert hypothesis.effect is not None
-    if hypothesis.kind == "listed":
+    if not hypothesis.is_placed:
         return hypothesis.effect
     return replace(hypothesis.effect, name=f"{hypothesis.name} {number}")

@@ -16,9 +16,6 @@ Members = tuple[int, ...]
 Key = int
 """The names of the members of a set: a bit for each."""
 
-OFTEN = ("jump", "bad_pose")
-"""Kinds of which a set may hold several."""
-
 LARGEST_LISTED = 3
 """Effects of a set that is enumerated; larger ones grow from the best. A limit of time."""
 
@@ -35,7 +32,7 @@ class Candidates:
     @cached_property
     def bits(self) -> list[Key]:
         """The set of every hypothesis alone: steps and bad poses by their place, others by name."""
-        labels = [(h.name, h.detail if h.kind in OFTEN else "") for h in self.hypotheses]
+        labels = [(h.name, h.detail if h.is_placed else "") for h in self.hypotheses]
         place = {label: i for i, label in enumerate(dict.fromkeys(labels))}
         return [1 << place[label] for label in labels]
 
@@ -64,7 +61,7 @@ class Candidates:
         """One hypothesis for every effect that is seen, at the likeliest of its shapes."""
         best: dict[str, int] = {}
         for j, h in enumerate(self.hypotheses):
-            if h.kind == "listed" and not table.is_blind(j):
+            if h.kind == "listed" and h.course is None and not table.is_blind(j):
                 known = best.setdefault(h.name, j)
                 if singles[j] > singles[known]:
                     best[h.name] = j

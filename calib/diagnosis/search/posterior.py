@@ -20,9 +20,6 @@ from calib.diagnosis.search.table_at import table_at
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
 
-COURSES = ("jump", "wander")
-"""Kinds that say, like an unknown function of time: the bias has a course in time."""
-
 
 class Entry(NamedTuple):
     """One set of hypotheses: its members' indices and its log posterior, not normalised.
@@ -176,7 +173,7 @@ class Posterior:
     @cached_property
     def classes(self) -> tuple[Inclusion, ...]:
         """One class for each member of the leading set, in its order."""
-        lead, first = self.names(self.lead), self._first
+        lead, first = self.names(self.lead), self.first
         rivals: dict[str, set[str]] = {name: set() for name in lead}
         for entry in self.ordered:
             if self.mass(entry) < CONSTANTS.least_listed:
@@ -185,7 +182,7 @@ class Posterior:
             lost, more = lead - names, names - lead
             if len(lost) == len(more) == 1:
                 (mine,), (theirs,) = lost, more
-                if first[mine].kind == first[theirs].kind == "listed":
+                if _are_rivals(first[mine], first[theirs]):
                     rivals[mine].add(theirs)
         classes = []
         for j in self.lead.members:
@@ -243,17 +240,18 @@ class Posterior:
         return self.table if joint is None else table_at(joint.fit, self.hypotheses, joint.names)
 
     @cached_property
-    def _first(self) -> dict[str, Hypothesis]:
+    def first(self) -> dict[str, Hypothesis]:
+        """The first hypothesis of every name."""
         return {h.name: h for h in reversed(self.hypotheses)}
 
     def _inclusion(self, name: str, members: Sequence[str], probability: float) -> Inclusion:
-        h = self._first[name]
+        h = self.first[name]
         return Inclusion(
             name, tuple(members), probability, h.kind, h.follows, self._details(name))
 
     def _details(self, name: str) -> tuple[str, ...]:
         """Poses or times of ``name`` in the likeliest set that has it, if it is not an effect."""
-        if self._first[name].kind not in ("bad_pose", "jump"):
+        if not self.first[name].is_placed:
             return ()
         for entry in (self.lead, *self.ordered):
             told = tuple(self.hypotheses[j].detail for j in entry.members
@@ -263,6 +261,10 @@ class Posterior:
         return ()
 
 
-def is_course(each: Hypothesis | Inclusion) -> bool:
-    """Whether it says that the bias has a course in time, without the name of an effect."""
-    return each.kind in COURSES or each.follows == "time_s"
+def _are_rivals(a: Hypothesis, b: Hypothesis) -> bool:
+    """Whether two that replace each other are one class: of the catalogue, and not happened once.
+
+    What happened once is no rival but of what is drawn: a course of chance holds any step.
+    """
+    return a.in_catalogue and b.in_catalogue and (
+        "drawn" in (a.kind, b.kind) or not (a.is_placed or b.is_placed))

@@ -155,7 +155,7 @@ def _units(
     signal = np.array([_unit_signal(h, rows) for h in hypotheses])
     unit = (signal / np.sqrt(count))[owner] / norm
     # Each combination of parameters of an effect is judged as the fit will judge it.
-    is_listed = np.array([h.kind == "listed" for h in hypotheses], bool)
+    is_listed = np.array([h.course is None for h in hypotheses], bool)
     return unit, signal / np.sqrt(np.where(is_listed, count, 1))
 
 

@@ -13,21 +13,15 @@ from enum import StrEnum
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import held
+from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
-from calib.diagnosis.search.posterior import Inclusion, Posterior, is_course
+from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.verdict.credible import is_credible
 from calib.diagnosis.verdict.kinds_of_noise import kinds_of_noise
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
-
-NOISES = ("wander", "plate_rate")
-"""Kinds that no calibration takes away: they widen the sds."""
-
-NAMED = ("listed", "jump")
-"""Kinds that a correction takes away, and that have a name in the catalogue."""
 
 
 class Code(StrEnum):
@@ -87,7 +81,7 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     share, explains = _explained(posterior, posterior.lead.refit)
     named, joint = _named(posterior)
     steps = tuple(posterior.hypotheses[j].detail for j in posterior.lead.members
-                  if posterior.hypotheses[j].kind == "jump")
+                  if _is_step(posterior.hypotheses[j]))
     if joint is not None:
         if not explains:
             share, explains = _explained(posterior, joint)
@@ -98,7 +92,7 @@ def reach_verdict(posterior: Posterior) -> Verdict:
                            explains=explains)
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
-            details=steps if any(each.kind == "jump" for each in named) else (),
+            details=steps if any(_is_step(posterior.first[each.name]) for each in named) else (),
             beside=_beside(posterior, named), share=share, explains=explains,
             straight=_as_a_curve(posterior, named),
         )
@@ -111,6 +105,11 @@ def reach_verdict(posterior: Posterior) -> Verdict:
         group=tuple(dict.fromkeys(name for each in likely for name in each.members)),
         beside=likely, share=share, explains=explains,
     )
+
+
+def _is_step(h: Hypothesis) -> bool:
+    """Whether it is a step of the bias at a time of its own."""
+    return h.kind == "listed" and h.is_placed
 
 
 def _explained(posterior: Posterior, joint: Refit | None) -> tuple[float, bool]:
@@ -140,7 +139,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     them, or a size is none that nature has, the least likely goes.
     """
     sure = [each for each in posterior.classes
-            if each.kind in NAMED and each.probability >= CONSTANTS.name]
+            if each.kind == "listed" and each.probability >= CONSTANTS.name]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
@@ -232,31 +231,31 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     members = [posterior.hypotheses[j] for j in lead.members]
     noises = posterior.noise + sum(
         posterior.mass(e) for e in posterior.entries
-        if e.members and all(posterior.hypotheses[j].kind in NOISES for j in e.members))
+        if e.members and all(posterior.hypotheses[j].kind == "drawn" for j in e.members))
     if noises >= least:
-        first = next((h for h in members if h.kind in NOISES), None)
+        first = next((h for h in members if h.kind == "drawn"), None)
         name = None if first is None else first.name
         details = tuple(h.detail for h in members if h.name == name)
         return _noise(posterior, name, details)
-    unnamed = [h for h in members if h.kind != "listed"]
+    unnamed = [h for h in members if h.kind != "listed" or h.is_placed]
     if not unnamed:
         return None
     first = max(unnamed, key=lambda h: (h.kind != "bad_pose", posterior.any_of([h.name])))
     mass = posterior.any_of([first.name])
     details = tuple(h.detail for h in members if h.name == first.name and h.detail)
-    if is_course(first):
-        courses = {h.name for h in posterior.hypotheses if is_course(h)}
+    if first.is_course:
+        courses = {h.name for h in posterior.hypotheses if h.is_course}
         if posterior.any_of(courses) < least:
             return None
         if mass < least:
             return Verdict(
                 Code.UNKNOWN, "time_s", details=_best_step(posterior),
-                beside=tuple(each for each in _open(posterior) if is_course(each)),
+                beside=tuple(each for each in _open(posterior) if each.name in courses),
                 share=share, explains=explains,
             )
     if mass < least:
         return None
-    if first.kind in NOISES:
+    if first.kind == "drawn":
         return _noise(posterior, first.name, details)
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
@@ -278,7 +277,7 @@ def _noise(posterior: Posterior, name: str | None, details: tuple[str, ...]) -> 
 
 def _best_step(posterior: Posterior) -> tuple[str, ...]:
     """When the bias steps, if it steps once; empty where no time is known."""
-    steps = [j for j, h in enumerate(posterior.hypotheses) if h.kind == "jump"]
+    steps = [j for j, h in enumerate(posterior.hypotheses) if _is_step(h)]
     if not steps:
         return ()
     best = max(steps, key=lambda j: posterior.log_factor[j])

@@ -4,14 +4,14 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.unlisted import FROM_RUN_TO_RUN
+from calib.diagnosis.hypotheses.courses import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.case import Case
-from calib.diagnosis.verdict.decision import NAMED, Code, Verdict
+from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explanation import Explanation, Step
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
@@ -66,7 +66,7 @@ def _nothing(case: Case) -> Explanation:
 
 def _effect(case: Case) -> Explanation:
     verdict = case.verdict
-    best = next(c for c in case.ranking if c.name == verdict.name and c.kind in NAMED)
+    best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
     more = verdict.names[1:]
     text = f"'{verdict.name}' is missing: {physics(verdict.names[0])} "
     for name in more:

@@ -10,7 +10,7 @@ from calib.diagnosis.hypotheses.listed import held
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.sizes import predicted_size
-from calib.poses.imu_log import SI_UNIT, FloatArray
+from calib.poses.imu_log import FloatArray
 
 LEAST_LEFT = 1e-3
 """Floor of what a row keeps for itself after the fit. Numerical."""
@@ -95,7 +95,7 @@ def _by_itself(
 ) -> Refit | None:
     """The refit with hypothesis ``j`` alone: of an effect from whichever start of its shape, but of
     a step or a pose only where it is this one."""
-    if j in whole or posterior.hypotheses[j].kind != "listed":
+    if j in whole or posterior.hypotheses[j].is_placed:
         return whole[j].refit if j in whole else None
     return next((whole[k].refit for k in of_name if k in whole), None)
 
@@ -123,8 +123,6 @@ def _candidate(
         unit = h.effect.unit_for(posterior.base.poses.triad)
         same = table.aliases(j, [k for k, other in enumerate(posterior.hypotheses)
                                  if other.kind == "listed" and other.name != h.name])
-    elif h.kind == "jump":
-        unit = SI_UNIT[posterior.base.poses.triad]
     drop, rms, loo = _after(posterior, j, leverage)
     p_value = float(chdtrc(int(table.seen[j]), drop))
     if alone is not None:
@@ -134,7 +132,7 @@ def _candidate(
     inside = next((m for m in posterior.lead.members if posterior.hypotheses[m].name == h.name), j)
     fitted_as = held(posterior.hypotheses[inside], inside).name if h.effect is not None else h.name
     fitted = next((one for one in joint if fitted_as in one.names), None)
-    if h.kind in ("listed", "jump") and fitted is not None:
+    if h.kind == "listed" and fitted is not None:
         size, sd = _fitted(fitted, fitted_as)
     factors = posterior.log_factor[of_name]
     return Candidate(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.verdict.decision import NAMED, Code
+from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import OF_COLUMN, Effect
 from pipeline.drawings.charts import (
     PLAIN,
@@ -82,7 +82,7 @@ def _leading(result: TriadResult) -> Iterator[str]:
     """The effects that the verdict names, or else those that were added to the model."""
     diagnosis = result.diagnosis
     if diagnosis.verdict in (Code.EFFECT, Code.AMBIGUOUS):
-        listed = {c.name for c in diagnosis.ranking if c.kind in NAMED}
+        listed = {c.name for c in diagnosis.ranking if c.kind == "listed"}
         yield from (name for name in (*diagnosis.names, *diagnosis.group) if name in listed)
     if diagnosis.verdict is Code.UNKNOWN:
         if diagnosis.name in result.calibration.fit.poses.columns:

@@ -11,7 +11,7 @@ import pytest
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.finding import find
-from calib.diagnosis.hypotheses.unlisted import FROM_RUN_TO_RUN
+from calib.diagnosis.hypotheses.courses import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.verdict.decision import Code, Verdict

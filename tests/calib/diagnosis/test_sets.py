@@ -134,8 +134,9 @@ def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
     assert max(each.probability for each in several.inclusion) < CONSTANTS.sure
     assert "It may be more noise than the poses show by themselves" in several.text
     assert "instead, or beside it" in several.text
-    one = found(98)
-    assert (one.verdict, one.name) == ("noise", "bias_wander")
+    course = found(98)
+    assert (course.verdict, course.name) == ("unknown", "time_s")
+    assert "a bias that wanders" in course.text
 
 
 def test_a_memory_that_saturates_is_hysteresis_with_a_width() -> None:

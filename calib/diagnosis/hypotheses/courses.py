@@ -1,0 +1,132 @@
+"""What could be missing, part two: what is weighed by its course over the poses.
+
+Of the catalogue the steps of the bias, a bias that wanders and a plate whose rate scatters; beside
+these a pose that has nothing to do with the others. What is drawn has as columns the strongest
+modes of its covariance, of which one size is unknown: no model holds it but by that size
+(:mod:`calib.effects.drawn`).
+"""
+
+import numpy as np
+from scipy.linalg import eigh
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.listed import Course, Hypothesis
+from calib.effects.catalogue import further_step
+from calib.effects.effect import EFFECTS, Effect, Page, per_axis
+from calib.effects.steps import STEP_MARGIN
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.widened import MODES, times_apart
+from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import AXES, BoolArray, FloatArray
+
+STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
+FROM_RUN_TO_RUN = "from run to run"  #: how the rate of the plate scatters between settings
+WANDER_SPANS = (0.05, 0.2, 0.8, 3.2)
+"""Correlation times of a wandering bias over the length of the session, four times apart. Derived:
+from what moves from pose to pose to a random walk, which about its mean is what any slower one
+is."""
+
+NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
+
+
+def by_clock(fit: Fit) -> tuple[Hypothesis, ...]:
+    """All that is known from when the poses were taken."""
+    return (*_steps(fit), *_bad_poses(fit), *_wanders(fit))
+
+
+def _marked(name: str, marks: FloatArray) -> Effect:
+    """A bias of its own where ``marks`` (n,) is one; it lives no longer than the diagnosis."""
+
+    def columns(at: Conditions) -> FloatArray:
+        return per_axis(np.tile(marks[:, None], 3))
+
+    return Effect(name, AXES, "{u}", columns, "", NO_PAGE, orthogonal=True)
+
+
+def _steps(fit: Fit) -> list[Hypothesis]:
+    """A bias that steps once, for every time between two poses, or ``STEPS_TRIED`` of them."""
+    poses = fit.poses
+    last = len(poses) - STEP_MARGIN
+    if not np.isfinite(poses.time_s).all() or last <= STEP_MARGIN:
+        return []
+    order = np.argsort(poses.time_s, kind="stable")
+    tried = np.unique(np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int))
+    prior = float(np.log(CONSTANTS.odds_rare / len(tried)))
+    name, hypotheses = further_step(fit.model.names), []
+    for k in tried:
+        after = np.zeros(len(poses))
+        after[order[k:]] = 1.0
+        time_s = 0.5 * float(poses.time_s[order[k - 1]] + poses.time_s[order[k]])
+        hypotheses.append(Hypothesis(
+            name, "listed", prior, _marked(name, after), course=Course.of_bias(after[:, None]),
+            detail=f"{time_s:.1f} s"))
+    return hypotheses
+
+
+def _bad_poses(fit: Fit) -> list[Hypothesis]:
+    """Every pose as one that has nothing to do with the others."""
+    poses = fit.poses
+    prior = float(np.log(CONSTANTS.odds_rare / len(poses)))
+    return [
+        Hypothesis("bad_pose", "bad_pose", prior, _marked("bad_pose", mark),
+                   course=Course.of_bias(mark[:, None]), detail=label)
+        for label, mark in zip(poses.label, np.eye(len(poses)), strict=True)
+    ]
+
+
+def _wanders(fit: Fit) -> list[Hypothesis]:
+    """A bias that wanders about its mean: an Ornstein-Uhlenbeck process, by its strongest modes.
+
+    Where the runs have no common clock, each wanders on its own.
+    """
+    apart_s = times_apart(fit.poses)
+    length_s = float(apart_s[np.isfinite(apart_s)].max(initial=0.0))
+    if length_s == 0 or "bias_wander" in fit.model.names:
+        return []
+    prior = float(np.log(CONSTANTS.odds_wander / len(WANDER_SPANS)))
+    strongest = (max(len(apart_s) - MODES, 0), len(apart_s) - 1)
+    hypotheses = []
+    for span in WANDER_SPANS:
+        kernel = np.exp(-apart_s / (span * length_s))
+        kernel = kernel - kernel.mean(axis=0)
+        kernel = kernel - kernel.mean(axis=1, keepdims=True)
+        values, modes = eigh(kernel, subset_by_index=strongest)
+        values = np.maximum(values, 0.0) * len(kernel) / np.trace(kernel)
+        hypotheses.append(Hypothesis(
+            "bias_wander", "drawn", prior, course=Course.of_bias(modes * np.sqrt(values)),
+            detail=f"correlated over about {span * length_s:.0f} s"))
+    return hypotheses
+
+
+def scattering_rates(fit: Fit) -> list[Hypothesis]:
+    """A plate whose rate scatters: from run to run, and from pose to pose beside poses at rest.
+
+    One that would scatter by more than a plate may change within a pose does not turn steadily, and
+    is none to calibrate with: a rate of its own for every pose would hide any error of the sensor.
+    """
+    poses, turning = fit.poses, ~fit.poses.reference.is_null
+    if poses.triad not in EFFECTS["rate_scatter"].triads or not turning.any() or (
+        "rate_scatter" in fit.model.names or _scatter_needed(fit) > LARGEST_RATE_CHANGE
+    ):
+        return []
+    marks = {FROM_RUN_TO_RUN: _by_run(poses.run, turning)}
+    if poses.reference.is_null.any():
+        marks["from pose to pose"] = np.diag(turning.astype(float))[:, turning]
+    prior = float(np.log(CONSTANTS.odds_rare / len(marks)))
+    return [Hypothesis("rate_scatter", "drawn", prior, course=Course.of_size(shapes), detail=detail)
+            for detail, shapes in marks.items()]
+
+
+def _scatter_needed(fit: Fit) -> float:
+    """Scatter of the plate's rate that would explain the turning poses, relative, rms."""
+    equations = fit.equations
+    n = equations.magnitude
+    off = fit.rows.residual[: len(n)] * equations.magnitude_sd
+    return float(np.sqrt(np.mean((off / fit.poses.reference.magnitude[n]) ** 2)))
+
+
+def _by_run(runs: tuple[str, ...], turning: BoolArray) -> FloatArray:
+    """One column for each run on the turning plate, (n, runs)."""
+    names = dict.fromkeys(run for run, is_turning in zip(runs, turning, strict=True) if is_turning)
+    return np.array([[float(run == name) for name in names] for run in runs])
