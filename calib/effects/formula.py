@@ -6,8 +6,9 @@ The page of an effect of k parameters on m expressions has them in one of three 
     3 m = k    e_a = Σ_j theta_(m a + j) value_j
     m = 3 k    e_a = Σ_p theta_p value_(k a + p)
 
-``s``, ``f`` and ``p`` in a value are those of axis a. A test holds the expressions of every listed
-effect against its columns.
+``s``, ``f`` and ``p`` in a value are those of axis a. A logged column that is itself called ``s``,
+``time_s`` or the like is the name ``column:s``, which no expression can hold. A test holds the
+expressions of every listed effect against its columns.
 """
 
 import ast
@@ -15,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from calib.effects.effect import Effect
-from calib.effects.expression import on_axis, read_expression, substituted
+from calib.effects.expression import KNOWN_NAMES, on_axis, read_expression, substituted
 from calib.poses.imu_log import AXES
 
 
@@ -37,9 +38,9 @@ def axis_terms(effect: Effect, shape: float | None = None) -> tuple[tuple[ErrorT
     shape : float or None
         Value of its shape parameter; by default the first of its starts.
     """
-    if effect.is_column:  # any text can be the name of a column
-        assert effect.names_column is not None
-        values: list[ast.expr] = [ast.Name(effect.names_column)]
+    if effect.is_column:  # any text can be the name of a column, also one that means something here
+        column = effect.names_column or ""
+        values: list[ast.expr] = [ast.Name(effect.name if column in KNOWN_NAMES else column)]
     else:
         values = [_value(text, effect, shape) for text in effect.page.expressions]
     if not values:

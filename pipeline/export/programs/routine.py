@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.effects.effect import OF_COLUMN
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE, example_counts, plain_row
@@ -37,9 +38,11 @@ EXAMPLE_CONDITION = 1.0  #: value of any other column, in its unit: an example o
 class Input:
     """A condition that the caller passes.
 
-    ``column`` is its name in the log, ``identifier`` that of the argument, ``meaning`` words.
+    ``name`` is that in the expressions, ``column`` that in the log, ``identifier`` that of the
+    argument, ``meaning`` words.
     """
 
+    name: str
     column: str
     identifier: str
     meaning: str
@@ -108,14 +111,14 @@ def _inputs(names: list[str]) -> tuple[Input, ...]:
     """Arguments with names that every language takes, no two of them alike."""
     inputs: list[Input] = []
     for name in names:
-        identifier = name
+        column, identifier = name.removeprefix(OF_COLUMN), name
         if name not in MEANINGS:
-            identifier = base = "column_" + re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")[:40]
+            identifier = base = "column_" + re.sub(r"[^A-Za-z0-9]+", "_", column).strip("_")[:40]
             number = 2
             while any(one.identifier == identifier for one in inputs):
                 identifier, number = f"{base}_{number}", number + 1
-        meaning = MEANINGS.get(name, f"the logged column {one_line(name)}")
-        inputs.append(Input(name, identifier, meaning))
+        meaning = MEANINGS.get(name, f"the logged column {one_line(column)}")
+        inputs.append(Input(name, column, identifier, meaning))
     return tuple(inputs)
 
 

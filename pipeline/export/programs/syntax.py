@@ -44,7 +44,7 @@ class Syntax:
         """The error e(u) of x, y and z by all effects of a routine."""
         names = {axis: self.component("u", i) for i, axis in enumerate(AXES)}
         names |= {axis: self.component("force", i) for i, axis in enumerate(FORCE)}
-        names |= {one.column: self.column.format(one.identifier) for one in routine.inputs}
+        names |= {one.name: self.column.format(one.identifier) for one in routine.inputs}
         return [" + ".join(self._product(product, names) for formula in routine.formulas
                            for product in formula.axes[i]) for i in range(len(AXES))]
 

@@ -11,9 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from calib.effects.effect import EFFECTS
+from calib.effects.expression import FUNCTIONS, KNOWN_NAMES
 from calib.fit.parameters import triad_parameters
+from calib.poses.imu_log import ImuLog
+from pipeline.errors import UnreadableInput
 from pipeline.export.apply import apply_results
 from pipeline.export.programs.routine import Routine, routine_of
 from pipeline.export.write import EXPORTERS
@@ -147,14 +152,38 @@ def test_all_at_once_with_columns_and_the_user_s_own(
                       "unit": "1"}}
     effects = {"g_sensitivity": sizes("g_sensitivity"), "quadratic": sizes("quadratic"),
                "temperature_bias": sizes("temperature_bias"), "column:fan_rpm": [1e-4, 2e-4, -1e-4],
-               "column:supply-2": [0.02, -0.03, 0.01],
+               "column:supply-2": [0.02, -0.03, 0.01], "column:fx": [-0.01, 0.02, 0.03],
                "frame_rotation": sizes("frame_rotation"),
                "pulling": [0.01, -0.02, 0.03], "shared": [1e-4 * i for i in range(9)]}
     stored = with_effects(finished, tmp_path, "gyroscope", effects, own, shapes={"pulling": 40.0})
-    columns = {"fan_rpm": np.linspace(0, 900, 500), "supply-2": np.cos(np.arange(500))}
+    columns = {"fan_rpm": np.linspace(0, 900, 500), "supply-2": np.cos(np.arange(500)),
+               "fx": np.sin(np.arange(500))}
     expected, given = a_drive(stored, "gyroscope", **columns)
     assert correct(stored, tmp_path, "gyroscope", given) == pytest.approx(
         expected, abs=5 * tolerance * np.abs(expected).max())
+
+
+@settings(max_examples=25, deadline=None)
+@given(name=st.one_of(st.sampled_from([*KNOWN_NAMES, *FUNCTIONS, "battery-V", "T(1)", "a/b", "u",
+                                       "x + 1", "column:x", "lambda", "math", "1e9", "ß"]),
+                      st.text(min_size=1, max_size=20)))
+def test_a_column_of_any_name_is_exported_as_it_is_applied(
+    finished: RunSession, tmp_path_factory: pytest.TempPathFactory, name: str
+) -> None:
+    folder = tmp_path_factory.mktemp("named")
+    try:
+        stored = with_effects(finished, folder, "gyroscope",
+                              {f"column:{name}": [0.02, -0.03, 0.01]})
+    except UnreadableInput:
+        assume(False)
+    values = np.cos(np.arange(5))
+    log = a_log()
+    log = ImuLog("drive.csv", log.time_s[:5], log.accelerometer[:5], log.gyroscope[:5],
+                 {name: values})
+    expected = apply_results(stored, log, session_clock=True).triads["gyroscope"]
+    drive = {"counts": log.gyroscope, name: values}
+    assert np.ptp(expected - stored.triads[1].correction.spec.nominal(log.gyroscope), axis=0).all()
+    assert in_python(stored, folder, "gyroscope", drive) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("form", ["arduino", "python", "matlab"])
