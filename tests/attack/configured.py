@@ -13,10 +13,13 @@ Edits = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class Configuration:
-    """A mistake in the configuration: regular expressions and what replaces them, with words."""
+    """A mistake in the configuration: regular expressions and what replaces them, with words.
+
+    ``right`` are the claims (:mod:`tests.attack.claims`) that name it.
+    """
 
     edits: Callable[[Rng, Session], tuple[str, Edits]]
-    named: str
+    right: tuple[str, ...]
 
 
 def _stated_rate(rng: Rng, session: Session) -> tuple[str, Edits]:
@@ -66,12 +69,13 @@ def _encoding(_rng: Rng, session: Session) -> tuple[str, Edits]:
     return f"encoding {other}", ((r"encoding: [a-z-]+", f"encoding: {other}"),)
 
 
+SHEET = "not turning, or data sheet"
 CONFIGURATIONS: dict[str, Configuration] = {
-    "stated rate": Configuration(_stated_rate, r"rate|gain|scale"),
-    "sd of the rate": Configuration(_rate_sd, r"rate|sd"),
-    "gravity": Configuration(_gravity, r"gravity"),
-    "files": Configuration(_exchanged_files, r"look like|exchanged|turn|rate|gravity|moved|steady"),
-    "full scale": Configuration(_full_scale, r"full scale|data sheet|range"),
-    "bits": Configuration(_bits, r"bits|data sheet|encoding|full scale|is expected"),
-    "encoding": Configuration(_encoding, r"encoding"),
+    "stated rate": Configuration(_stated_rate, ("rate", "rate_scatter")),
+    "sd of the rate": Configuration(_rate_sd, ("rate", "rate_scatter", "sds")),
+    "gravity": Configuration(_gravity, ("gravity",)),
+    "files": Configuration(_exchanged_files, ("rate", SHEET)),
+    "full scale": Configuration(_full_scale, ("data sheet", SHEET)),
+    "bits": Configuration(_bits, ("data sheet", SHEET)),
+    "encoding": Configuration(_encoding, ("data sheet",)),
 }

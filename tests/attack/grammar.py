@@ -1,8 +1,8 @@
 """Mistakes drawn at random: what is done, where, and how much of it.
 
-Every mistake is done to the arrays of a session before it is written, or to its configuration. What
-a user may be told of it is a pattern; where the dose is so small that no parameter is off by it,
-nothing need be said.
+Every mistake is done to the arrays of a session before it is written, or to its configuration. It
+states the claims that name it; where the dose is so small that no parameter is off by it, nothing
+need be said.
 """
 
 import re
@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.attack.configured import CONFIGURATIONS
+from tests.attack.claims import Claims, claims_of
+from tests.attack.configured import CONFIGURATIONS, SHEET
 from tests.attack.judged import Judged, judge
 from tests.world.designs import paper_design, rich_design
 from tests.world.session import RunLog, Session, simulate
@@ -57,8 +58,8 @@ class Mistake:
         From the smallest to the largest that is tried; drawn evenly in the logarithm.
     do : callable
         Changes the arrays of a place by a dose.
-    named : str
-        Pattern of the words that name it rightly.
+    right : tuple of str
+        The claims (:mod:`tests.attack.claims`) that name it.
     places : tuple of str
         ``pose`` one, ``few`` two or three, ``run`` all of a run, ``all`` every run.
     triads : tuple of str
@@ -66,7 +67,7 @@ class Mistake:
 
     doses: tuple[float, float]
     do: Callable[[Where, float, Rng], None]
-    named: str
+    right: tuple[str, ...]
     places: tuple[str, ...] = ("pose", "few", "run", "all")
     triads: tuple[str, ...] = TRIADS
 
@@ -149,56 +150,64 @@ def _dead(at: Where, _dose: float, rng: Rng) -> None:
     at.counts[..., axis] = np.rint(rng.normal(0, 10, at.counts.shape[:2]))
 
 
-LOST = "no measurement|froze|saturated|moved|slowed|sped|bad pose|does not agree|contradict|shaken"
-OTHER = ("contradict|halved|doubled|quarter|fourfold|eight|agree once|gains differ|does not agree|"
-         "is expected|where gravity|data sheet|do not agree|saturated|beyond|spans")
-AXES = r"exchanged|opposite sign|contradict|does not agree|do not agree|no rotation joins|dead"
+FAILED = ("failed reading",)
+AXES = ("axes", "two triads", "bad pose")
+OFFSET = ("bad pose", "bias_step", "bias_wander", "clipped", "two triads")
 
 MISTAKES: dict[str, Mistake] = {
-    "zeros": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle), LOST),
-    "ones": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle - 1), LOST + "|spans"),
-    "low end": Mistake((0.005, 0.5), _tuples(lambda at: at.ends[0]), LOST),
-    "spikes": Mistake((0.002, 0.3), _spikes, LOST),
-    "factor": Mistake((0.1, 10.0), _factor, OTHER, ("pose", "few", "run")),
-    "gain": Mistake((1.002, 1.1), _factor, "gain|agree|another unit|temperature|bad pose|"
-                    "contradict|moved|wander|rate|scale|noise", ("pose", "few", "run")),
-    "other unit": Mistake((0.02, 0.08), _other_unit, "another unit|drift|agree|gain|contradict|"
-                          "where gravity|missing", ("run",), ("accelerometer",)),
-    "axes": Mistake((1, 1), _swap, AXES, ("pose", "few", "run", "all"), ("gyroscope",)),
+    "zeros": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle), FAILED),
+    "ones": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle - 1), FAILED),
+    "low end": Mistake((0.005, 0.5), _tuples(lambda at: at.ends[0]), FAILED),
+    "spikes": Mistake((0.002, 0.3), _spikes, FAILED),
+    "factor": Mistake((0.1, 10.0), _factor, ("range", "bad pose", "another sensor", "clipped",
+                                             "rate", SHEET, "data sheet"), ("pose", "few", "run")),
+    "gain": Mistake((1.002, 1.1), _factor, ("range", "bad pose", "another sensor", "rate",
+                                            "rate_scatter"), ("pose", "few", "run")),
+    "other unit": Mistake((0.02, 0.08), _other_unit, ("another sensor",), ("run",),
+                          ("accelerometer",)),
+    "axes": Mistake((1, 1), _swap, AXES, triads=("gyroscope",)),
     "axes of a pose": Mistake((1, 1), _swap, AXES, ("pose", "few"), ("accelerometer",)),
-    "sign": Mistake((1, 1), _mirror, AXES, ("pose", "run")),
-    "turned": Mistake((0.2, 90.0), _turn, r"moved|turned|agree|contradict", ("pose", "few")),
-    "frozen": Mistake((0.05, 1.0), _freeze, r"froze|frozen|stuck|no measurement|repeat|moved|"
-                      r"same accelerometer samples|does not agree|digit by digit"),
-    "clipped": Mistake((0.01, 0.5), _clip, r"clipped|saturated|stuck|agree|contradict|at most"),
-    "bias": Mistake((0.3, 300.0), _step, r"bias|agree|wander|step|bad pose|contradict|range|spans|"
-                    r"saturated|attitude|drift|warm_up", ("pose", "few", "run")),
-    "clock": Mistake((1.06, 1000.0), _stretch, r"stamps|clock|counter|seconds|turn|time",
-                     ("run", "all"), ("gyroscope",)),
-    "gap": Mistake((0.05, 3.0), _gap, r"missing|turn|stamps|apart|moved|in step", ("pose", "run")),
-    "copy": Mistake((0.2, 1.0), _copy, r"same|digit by digit|copied|copy", ("few",)),
-    "dead axis": Mistake((1, 1), _dead, r"dead|contradict|agree|expected|where gravity|short",
-                         ("run", "all")),
+    "sign": Mistake((1, 1), _mirror, AXES, ("pose", "few", "run")),
+    "turned": Mistake((0.2, 90.0), _turn, ("moved", "bad pose"), ("pose", "few")),
+    "frozen": Mistake((0.05, 1.0), _freeze, ("frozen", "bad pose")),
+    "clipped": Mistake((0.01, 0.5), _clip, ("clipped", "frozen", "bad pose")),
+    "bias": Mistake((0.3, 300.0), _step, OFFSET, ("pose", "few", "run")),
+    "clock": Mistake((1.06, 1000.0), _stretch, ("time stamps",), ("run", "all"), ("gyroscope",)),
+    "gap": Mistake((0.05, 3.0), _gap, ("missing samples",), ("pose", "run")),
+    "copy": Mistake((0.2, 1.0), _copy, ("copied",), ("few",)),
+    "dead axis": Mistake((1, 1), _dead, ("dead axis",), ("run", "all")),
 }
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """One attack in words, and the session that it makes of a sound one."""
+    """One attack in words, and the session that it makes of a sound one.
+
+    ``files`` are the poses that it changes; None where it is in the configuration.
+    """
 
     what: str
     words: str
     session: Session
     truth: Session
     edits: tuple[tuple[str, str], ...] = ()
+    files: frozenset[str] | None = None
 
-    def outcome(self, judged: Judged) -> str:
-        """``silent`` (a parameter is off, without a word), ``harmless``, ``named`` or ``told``."""
+    def outcome(self, judged: Judged) -> tuple[str, Claims]:
+        """``silent`` (a parameter is off, without a word), ``harmless``, or what is claimed of it.
+
+        That is ``right``, ``wrong``, or ``open`` where no cause is named.
+        """
+        claims = claims_of(judged)
         if judged.is_silent:
             blind = self.words.split(":")[0] in UNOBSERVABLE.get(self.what, ())
-            return "silent" if judged.worst > OFF and not blind else "harmless"
+            return "silent" if judged.worst > OFF and not blind else "harmless", claims
+        if not claims.causes:
+            return "open", claims
         kinds = MISTAKES if self.what in MISTAKES else CONFIGURATIONS
-        return "named" if re.search(kinds[self.what].named, judged.said) else "told"
+        poses = claims.poses if self.files is None else self.files
+        right = claims.are_right(kinds[self.what].right, poses)
+        return "right" if right else "wrong", claims
 
     def judged(self, folder: Path) -> Judged:
         """What the program makes of it, written to ``folder``."""
@@ -231,11 +240,15 @@ def drawn(seed: int, what: str | None = None) -> Drawn:
     if len(runs) == 1 and place == "run" and what in ABSORBED:
         place = "few"  # of the only run it is the sensor itself
     which = runs if place == "all" else [int(rng.choice(runs))]
-    changed = [
-        _changed(run, session, triad, _poses(place, len(run.time_s), rng), mistake, dose, rng)
-        if i in which else run for i, run in enumerate(session.runs)]
+    changed, files = [*session.runs], set()
+    for i in which:
+        run = session.runs[i]
+        poses = _poses(place, len(run.time_s), rng)
+        changed[i] = _changed(run, session, triad, poses, mistake, dose, rng)
+        folder = "accelerometer" if run.run.in_accelerometer_section else f"gyroscope/{run.run.name}"
+        files |= {f"{folder}/pose_{k + 1:02d}.csv" for k in poses}
     words = f"{design}: {what} {dose:.3g} in {place} of {triad} {session.runs[which[0]].run.name}"
-    return Drawn(what, words, replace(session, runs=tuple(changed)), session)
+    return Drawn(what, words, replace(session, runs=tuple(changed)), session, (), frozenset(files))
 
 
 def _poses(place: str, count: int, rng: Rng) -> np.ndarray:

@@ -14,4 +14,4 @@ FIRST_SEED = 500_000  #: used by no bench
 def test_parameters_that_are_off_imply_a_word(what: str, tmp_path: Path) -> None:
     attack = drawn(FIRST_SEED + len(what), what)
     judged = attack.judged(tmp_path)
-    assert attack.outcome(judged) != "silent", (attack.words, judged.worst, judged.said)
+    assert attack.outcome(judged)[0] != "silent", (attack.words, judged.worst, judged.said)
