@@ -164,6 +164,7 @@ def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
             f"by the gain that the other runs give, the plate turned at {rpm:.4g} rpm in "
             f"{name}{_whose(turning, poses, name, ratio)}, not at "
             f"{np.median(stated) / RPM:.4g} rpm",
+            member,
         )
 
 
@@ -188,6 +189,7 @@ def exchanged_rates(poses: PoseSet) -> Iterator[Mistake]:
             yield Mistake(
                 _at_rates(poses, [(turning[a], ratio), (turning[b], 1 / ratio)]),
                 f"the rates (or the clips, or the files) of {a} and {b} are exchanged",
+                turning[a] | turning[b],
             )
 
 

@@ -1,4 +1,4 @@
-"""Samples that occur twice: files under two names, copied blocks, logs that froze.
+"""Samples that occur twice: files under two names, copied blocks.
 
 Noise does not repeat itself. With H bits of collision entropy in a row beside those before it
 (``2^-H`` is the chance that two such rows agree) a stretch of L rows agrees with another of N by
@@ -13,11 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.errors import Contradiction, Undetermined
-from calib.numbers import NO_LENGTH
+from calib.errors import Contradiction
 from calib.poses.checks.frozen import FALSE_ALARM
-from calib.poses.imu_log import TRIADS, ImuLog, IntArray, Triad
-from calib.poses.samples.converter_steps import value_steps
+from calib.poses.imu_log import ImuLog, IntArray, Triad
 
 Keys = NDArray[np.uint64]
 
@@ -39,14 +37,6 @@ STRETCH = 3
 """Doublings of a row: of stretches of eight rows it is asked whether they come again within eight.
 Derived: two levels in turn, A B A B, always do, and noise of one bit a row does in one of 32."""
 
-FEW_LEVELS = 0.28
-"""Squares of a step: the variance of rounded noise of half a step, where both formulas for its sd
-meet. Derived."""
-
-QUIETER = 0.7
-"""Share of the noise that the mean variance of a session shows, which is taken for it. Derived: of
-18 logs in random places of their steps the mean variance is up to 1.4 times its expectation."""
-
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
 Numerical."""
@@ -63,11 +53,10 @@ class Copy:
     count: int
 
 
-def row_keys(log: ImuLog, triads: Sequence[Triad] = TRIADS) -> Keys:
+def row_keys(log: ImuLog, triad: Triad) -> Keys:
     """One number for each row's readings: equal readings have equal keys, (t,)."""
     key = np.zeros(len(log.time_s), dtype=np.uint64)
-    columns = [axis for triad in triads if log.has(triad) for axis in log.readings(triad).T]
-    for factor, column in zip(FACTORS, columns, strict=False):
+    for factor, column in zip(FACTORS, log.readings(triad).T, strict=False):
         key = (key + np.ascontiguousarray(column + 0.0).view(np.uint64)) * factor
         key ^= key >> np.uint64(29)
     return key
@@ -111,7 +100,7 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
 
     Rows that repeat the one before count once: slow sensors are read several times.
     """
-    every = [row_keys(log, (triad,)) if log.has(triad) else np.zeros(0, np.uint64) for log in logs]
+    every = [row_keys(log, triad) if log.has(triad) else np.zeros(0, np.uint64) for log in logs]
     kept = [np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]]) if len(keys) else
             np.zeros(0, int) for keys in every]
     rows = [keys[index] for keys, index in zip(every, kept, strict=True)]
@@ -188,89 +177,3 @@ def require_no_copies(logs: Sequence[ImuLog], triad: Triad) -> None:
         f"{copy.first_start + 1} on, digit by digit, and noise does not repeat itself: a block was "
         f"copied or logged twice. {counted}. Record the pose again, or delete the copied lines."
     )
-
-
-@dataclass(frozen=True)
-class FrozenStretch:
-    """Rows ``start : start + count`` of log ``index`` are one and the same reading."""
-
-    index: int
-    start: int
-    count: int
-
-
-def find_frozen(logs: Sequence[ImuLog]) -> list[FrozenStretch]:
-    """Stretches so long of one and the same reading that sensor or logger must have stopped.
-
-    A stretch of r equal rows enters the mean of n rows with the noise of one row times r/n; from
-    ``r = √n`` on that is more than the noise of the whole mean. Where the steps of the converter
-    are larger than the noise, a reading in the middle of a step stays for long: how long follows
-    from the noise that the other readings show.
-    """
-    if not logs:
-        return []
-    keys = [row_keys(log) for log in logs]
-    stretches = [_longest_stretch(each) for each in keys]
-    equal = sum(int((each[1:] == each[:-1]).sum()) for each in keys)
-    inside = sum(count - 1 for _, count in stretches)
-    rows = sum(map(len, keys))
-    stays = max((equal - inside + 1) / (rows + 2), _stays_in_a_step(logs))
-    by_chance = 1 + np.log(FALSE_ALARM / rows) / np.log(min(stays, 1 - 1 / rows))
-    return [
-        FrozenStretch(i, start, count)
-        for i, (each, (start, count)) in enumerate(zip(keys, stretches, strict=True))
-        if count > max(by_chance, np.sqrt(len(each)))
-    ]
-
-
-def _stays_in_a_step(logs: Sequence[ImuLog]) -> float:
-    """Probability that a reading in the middle of a step is read the same once more.
-
-    The scatter of the logs in steps, averaged over where in a step they happen to lie, gives the
-    sd of the noise: ``σ/√π`` where it is below half a step (∫ Φ(1 − Φ) = 1/√π), else σ² + 1/12.
-    """
-    from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
-
-    stays = 1.0
-    for triad in TRIADS:
-        counts = [np.asarray(log.readings(triad)) for log in logs if log.has(triad)]
-        if not counts:
-            continue
-        step = np.min([value_steps(each) for each in counts], axis=0)
-        # Of neighbouring rows, among which a wave of the turning plate does not count.
-        square = [(np.diff(each, axis=0) ** 2).mean(axis=0) / 2 for each in counts]
-        variance = np.mean(square, axis=0) / step**2
-        noise = np.where(variance < FEW_LEVELS, np.sqrt(np.pi) * variance,
-                         np.sqrt(np.maximum(variance - 1 / 12, 0.0)))
-        half_step = 0.5 / np.maximum(QUIETER * noise, NO_LENGTH)
-        stays *= float(np.prod(2 * ndtr(half_step) - 1))
-    return stays
-
-
-def require_running(logs: Sequence[ImuLog]) -> None:
-    """Refuse poses in which the sensor froze.
-
-    Parameters
-    ----------
-    logs : sequence of ImuLog
-
-    Raises
-    ------
-    Undetermined
-        Naming the log and the samples.
-    """
-    for frozen in find_frozen(logs):
-        raise Undetermined(
-            f"{logs[frozen.index].label}: froze: its samples {frozen.start + 1} to "
-            f"{frozen.start + frozen.count} are one and the same reading on all axes, where the "
-            f"other logs scatter. The sensor or its connection had stopped. Record the pose again, "
-            f"or cut the log to the part before."
-        )
-
-
-def _longest_stretch(keys: Keys) -> tuple[int, int]:
-    """Start and length of the longest run of equal rows."""
-    edges = np.r_[0, np.flatnonzero(keys[1:] != keys[:-1]) + 1, len(keys)]
-    lengths = np.diff(edges)
-    longest = int(np.argmax(lengths))
-    return int(edges[longest]), int(lengths[longest])

@@ -9,7 +9,7 @@ import numpy as np
 from calib.consistency.clock import require_whole_turns
 from calib.consistency.clock_ratio import ClockRatio, clock_ratio
 from calib.errors import CalibrationError, Undetermined
-from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.average_pose import average_pose, require_even_samples
 from calib.poses.averaging.drift_within import average_poses
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.frozen import without_frozen
@@ -136,6 +136,8 @@ def _averaged(
     turning = of_all[choice.kept]
     wave = None
     if rate is not None and "accelerometer" in specs:
+        for log, at in zip(used, turning, strict=True):
+            require_even_samples(log, float(at))
         others = {name: one.rate_rad_s for name, one in rates.items() if name != setting.rate}
         wave = require_whole_turns(setting.rate, used, turning, specs, others)
     ratio = None

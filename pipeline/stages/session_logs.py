@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from calib.consistency.clipping import require_unclipped
-from calib.consistency.repeats import require_no_copies, require_running
+from calib.consistency.frozen_logs import require_running
+from calib.consistency.repeats import require_no_copies
 from calib.errors import CalibrationError, Contradiction
 from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import TEMPERATURE, ImuLog, IntArray, Triad

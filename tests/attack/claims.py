@@ -28,8 +28,8 @@ SENTENCES = {
             r"It fits if .*(opposite sign|are exchanged|is logged as)",
     "two triads": r"are not readings of one pose",
     "range": r"undone: the readings are|It fits if the readings are|are of quite another length",
-    "another sensor": r"are of another sensor, range, unit|the logs of another sensor or range|"
-                      r"those of another unit, another range or another day",
+    "gains of runs": r"but their gains differ by",
+    "another sensor": r"are of another sensor, range, unit|those of another unit, another range or",
     "rate": r"are exchanged \(chi|the plate turned at .* rpm in run|look like poses at|"
             r"Either the rate belongs to another run|rate_rad_s: |a rate that scatters|determines "
             r"no scale|the rates of its runs scatter|plate whose rate scatters is|'rate_scatter'",

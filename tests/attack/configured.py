@@ -71,7 +71,7 @@ def _encoding(_rng: Rng, session: Session) -> tuple[str, Edits]:
 
 SHEET = "not turning, or data sheet"
 CONFIGURATIONS: dict[str, Configuration] = {
-    "stated rate": Configuration(_stated_rate, ("rate", "rate_scatter")),
+    "stated rate": Configuration(_stated_rate, ("rate", "rate_scatter", "gains of runs")),
     "sd of the rate": Configuration(_rate_sd, ("rate", "rate_scatter", "sds")),
     "gravity": Configuration(_gravity, ("gravity",)),
     "files": Configuration(_exchanged_files, ("rate", SHEET)),

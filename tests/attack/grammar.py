@@ -152,6 +152,9 @@ def _dead(at: Where, _dose: float, rng: Rng) -> None:
 
 FAILED = ("failed reading",)
 AXES = ("axes", "two triads", "bad pose")
+#: At rest a gyroscope reads its bias alone, and another gain is another bias.
+OTHER_GAIN = ("range", "bad pose", "another sensor", "rate", "rate_scatter", "gains of runs",
+              "bias_step")
 OFFSET = ("bad pose", "bias_step", "bias_wander", "clipped", "two triads")
 
 MISTAKES: dict[str, Mistake] = {
@@ -159,10 +162,9 @@ MISTAKES: dict[str, Mistake] = {
     "ones": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle - 1), FAILED),
     "low end": Mistake((0.005, 0.5), _tuples(lambda at: at.ends[0]), FAILED),
     "spikes": Mistake((0.002, 0.3), _spikes, FAILED),
-    "factor": Mistake((0.1, 10.0), _factor, ("range", "bad pose", "another sensor", "clipped",
-                                             "rate", SHEET, "data sheet"), ("pose", "few", "run")),
-    "gain": Mistake((1.002, 1.1), _factor, ("range", "bad pose", "another sensor", "rate",
-                                            "rate_scatter"), ("pose", "few", "run")),
+    "factor": Mistake((0.1, 10.0), _factor, (*OTHER_GAIN, "clipped", SHEET, "data sheet"),
+                      ("pose", "few", "run")),
+    "gain": Mistake((1.002, 1.1), _factor, OTHER_GAIN, ("pose", "few", "run")),
     "other unit": Mistake((0.02, 0.08), _other_unit, ("another sensor",), ("run",),
                           ("accelerometer",)),
     "axes": Mistake((1, 1), _swap, AXES, triads=("gyroscope",)),
@@ -175,7 +177,7 @@ MISTAKES: dict[str, Mistake] = {
     "clock": Mistake((1.06, 1000.0), _stretch, ("time stamps",), ("run", "all"), ("gyroscope",)),
     "gap": Mistake((0.05, 3.0), _gap, ("missing samples",), ("pose", "run")),
     "copy": Mistake((0.2, 1.0), _copy, ("copied",), ("few",)),
-    "dead axis": Mistake((1, 1), _dead, ("dead axis",), ("run", "all")),
+    "dead axis": Mistake((1, 1), _dead, ("dead axis", "bias_step"), ("run", "all")),
 }
 
 
@@ -211,12 +213,16 @@ class Drawn:
 
     def judged(self, folder: Path) -> Judged:
         """What the program makes of it, written to ``folder``."""
-        config = write_session(folder, self.session, film=False).config
+        config = write_session(folder / "attack", self.session, film=False).config
         text = config.read_text(encoding="utf-8")
         for old, new in self.edits:
             text = re.sub(old, new, text)
         config.write_text(text, encoding="utf-8")
-        return judge(config, self.truth)
+        judged = judge(config, self.truth)
+        if judged.is_silent and judged.worst > OFF:
+            without = write_session(folder / "sound", self.truth, film=False).config
+            judged = judged.less(judge(without, self.truth))
+        return judged
 
 
 def drawn(seed: int, what: str | None = None) -> Drawn:
@@ -245,7 +251,8 @@ def drawn(seed: int, what: str | None = None) -> Drawn:
         run = session.runs[i]
         poses = _poses(place, len(run.time_s), rng)
         changed[i] = _changed(run, session, triad, poses, mistake, dose, rng)
-        folder = "accelerometer" if run.run.in_accelerometer_section else f"gyroscope/{run.run.name}"
+        at_rest = run.run.in_accelerometer_section
+        folder = "accelerometer" if at_rest else f"gyroscope/{run.run.name}"
         files |= {f"{folder}/pose_{k + 1:02d}.csv" for k in poses}
     words = f"{design}: {what} {dose:.3g} in {place} of {triad} {session.runs[which[0]].run.name}"
     return Drawn(what, words, replace(session, runs=tuple(changed)), session, (), frozenset(files))

@@ -1,7 +1,7 @@
 """What the program makes of a session on disk, beside the truth that the session was made from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,8 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.world.imu import FloatArray
 from tests.world.session import Session
+
+CHANCE = 1.0  #: stated sds that a mistake moves a parameter by at least
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,12 @@ class Judged:
     def worst(self) -> float:
         """The largest error of a parameter in stated sds; 0 where there is no result."""
         return max((float(np.nanmax(np.abs(each))) for each in self.off.values()), default=0.0)
+
+    def less(self, sound: "Judged") -> "Judged":
+        """The same with the errors that the sound session does not have by chance."""
+        return replace(self, off={
+            triad: np.where(np.abs(off - sound.off[triad]) < CHANCE, 0.0, off)
+            for triad, off in self.off.items()})
 
     @property
     def is_silent(self) -> bool:

@@ -25,6 +25,7 @@ from tests.paths import ROOT
 TESTED = {
     "calib.consistency.clipping": "tests/calib/consistency/test_clipping.py",
     "calib.consistency.data_sheet": "tests/calib/consistency/test_data_sheet.py",
+    "calib.consistency.frozen_logs": "tests/calib/consistency/test_frozen_logs.py",
     "calib.consistency.force": "tests/calib/consistency/test_force.py",
     "calib.consistency.plate_axes": "tests/calib/consistency/test_plate_axes.py",
     "calib.consistency.quadric": "tests/calib/consistency/test_quadric.py",

@@ -55,7 +55,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
      ("calib/mounting",)),
     ("calib.noise.allan", ("LONGEST",), ("calib/noise",)),
     ("calib.noise.coefficients", ("OPTIONAL_SDS", "SEEN_SDS", "LUCK"), ("calib/noise",)),
-    ("calib.consistency.clipping", ("CLIPPED_SHARE", "PILED_UP"),
+    ("calib.consistency.clipping", ("CLIPPED_SHARE", "FEWEST_LEVELS"),
      ("calib/consistency/test_clipping.py",)),
     ("calib.consistency.clock", (
         "LEAST_SHARE", "LEFT_SHARE", "LARGEST_CLOCK_ERROR", "FEWEST_TURNS",

@@ -50,7 +50,14 @@ then up to 0.08 of its amplitude."""
 WHOLE_TURN = 1e-9  #: turns by which a last one may fall short: rounding of the stamps
 
 
-def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
+def require_even_samples(log: ImuLog, rate_rad_s: float) -> None:
+    """Refuse a log of the turning plate with too few samples in a turn, or a long pause.
+
+    Raises
+    ------
+    Contradiction, Undetermined
+        Its stamps are no seconds; samples are missing.
+    """
     step_s = (log.time_s[-1] - log.time_s[0]) / (len(log.time_s) - 1)
     turn_s = 2 * math.pi / rate_rad_s
     if turn_s < LEAST_PER_TURN * step_s:
@@ -68,6 +75,12 @@ def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
             f"{100 * LONGEST_PAUSE:g} % of a turn of the plate: what comes back with every turn no "
             f"longer averages out. Record the pose again, or cut the log to one side of the gap."
         )
+
+
+def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
+    require_even_samples(log, rate_rad_s)
+    step_s = (log.time_s[-1] - log.time_s[0]) / (len(log.time_s) - 1)
+    turn_s = 2 * math.pi / rate_rad_s
     turns = math.floor(len(log.time_s) * step_s / turn_s + WHOLE_TURN)
     if turns < 1:
         raise Undetermined(

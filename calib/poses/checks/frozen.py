@@ -1,9 +1,9 @@
 """Blocks of rows that a logger wrote again and again instead of measuring.
 
-Noise alone repeats a reading on all axes now and then. Of independent samples that take the i-th
-reading with probability q_i, the share Σ q_i² repeats the one before, and a run of k repetitions
-begins at a given sample with a probability of at most (max q_i)^k ≤ (Σ q_i²)^(k/2). A run so long
-that none of its length is expected in the log is no noise.
+Noise alone repeats a reading on all axes of a triad now and then. Of independent samples that take
+the i-th reading with probability q_i, the share Σ q_i² repeats the one before, and a run of k
+repetitions begins at a given sample with a probability of at most (max q_i)^k ≤ (Σ q_i²)^(k/2). A
+run so long that none of its length is expected in the log is no noise.
 """
 
 import math
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.imu_log import TRIADS, BoolArray, ImuLog
+from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog
 
 FALSE_ALARM = 1e-6
 """Expected number of such runs in a log by noise alone, and probability that any other check of a
@@ -25,9 +25,12 @@ BLOCKS_LISTED = 4  #: it chooses words only
 
 
 def frozen_samples(log: ImuLog) -> BoolArray:
-    """Samples that only repeat the one before, in runs longer than noise makes, shape (t,)."""
-    held = [log.readings(triad) for triad in TRIADS if log.has(triad)]
-    readings = np.hstack(held)
+    """Samples in which a triad only repeats the one before, longer than noise does, shape (t,)."""
+    return np.any([_frozen(log.readings(triad)) for triad in TRIADS if log.has(triad)], axis=0)
+
+
+def _frozen(readings: FloatArray) -> BoolArray:
+    """Those of one triad (t, 3)."""
     repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))
     starts, stops = edges[::2] + 1, edges[1::2] + 1

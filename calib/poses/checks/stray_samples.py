@@ -155,17 +155,45 @@ class _Levels:
     def repeated(self, counted: BoolArray) -> BoolArray:
         """Levels away from the middle that occur more often than their neighbours explain, (l,).
 
+        Without those where the axis is cut off: their samples are a limit of what was measured.
+
         Parameters
         ----------
         counted : array of bool, shape (t,)
             The samples that count.
         """
+        return self._often(counted) & ~self.limits
+
+    @property
+    def limits(self) -> BoolArray:
+        """Levels where the axis is cut off: nothing lies beyond, and they have what would, (l,)."""
+        from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
+
+        times = np.bincount(self.place, minlength=len(self.value))
+        beyond = len(self.place) * ndtr(-np.abs(self.value))
+        ends = np.zeros(len(self.value), dtype=bool)
+        ends[[0, -1]] = True
+        return np.asarray(ends & self._often(np.ones(len(self.place), dtype=bool))
+                          & (times < LEAST_REPEATS + NEIGHBOURS * beyond))
+
+    def _often(self, counted: BoolArray) -> BoolArray:
         times = np.bincount(self.place[counted], minlength=len(self.value))
         nothing = np.zeros(REACH, dtype=times.dtype)
         around = sliding_window_view(np.concatenate([nothing, times, nothing]), 2 * REACH + 1)
         beside = np.delete(around, REACH, axis=1).max(axis=1)
         away = (np.abs(self.value) > AWAY) | (AWAY * self.step < 1)
         return np.asarray(away & (times > LEAST_REPEATS + NEIGHBOURS * beside))
+
+
+def cut_off(values: FloatArray) -> BoolArray:
+    """Samples of one axis, (t,), at a value that smooth noise piles up at only where it is a limit.
+
+    None where the noise is less than two steps of the converter.
+    """
+    if not np.ptp(values) > 0:
+        return np.zeros(len(values), dtype=bool)
+    axis = _Levels.of(values)
+    return np.asarray(axis.limits[axis.place])
 
 
 def _alone(some: BoolArray) -> bool:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.consistency.repeats import find_frozen
+from calib.consistency.frozen_logs import find_frozen
 from calib.poses.imu_log import ImuLog
 
 ROWS, POSES, FROZE = 400, 24, 5
@@ -31,11 +31,16 @@ def test_a_coarse_quiet_converter_did_not_freeze(sd_in_steps: float, memory: flo
         assert find_frozen(session(sd_in_steps, memory, seed)) == []
 
 
-@pytest.mark.parametrize("sd_in_steps", [0.4, 0.7, 2.0, 20.0])
-def test_a_log_that_froze_is_found_where_noise_would_show(sd_in_steps: float) -> None:
+@pytest.mark.parametrize(("of", "sd_in_steps"), [
+    *(("all axes", sd) for sd in (0.4, 0.7, 2.0, 20.0)), ("the accelerometer", 0.7),
+    ("the gyroscope", 20.0), ("gyroscope y", 2.0), ("accelerometer x", 20.0)])
+def test_a_log_that_froze_is_found_where_noise_would_show(of: str, sd_in_steps: float) -> None:
     logs = session(sd_in_steps, 0.0, 7)
-    for values in (logs[FROZE].accelerometer, logs[FROZE].gyroscope):
-        values[150:] = values[150]
+    for name, triad in (("accelerometer", logs[FROZE].accelerometer),
+                        ("gyroscope", logs[FROZE].gyroscope)):
+        axes = ["xyz".index(of[-1])] if of[-2] == " " else [0, 1, 2]
+        if of == "all axes" or name in of:
+            triad[150:, axes] = triad[150, axes]
     (frozen,) = find_frozen(logs)
-    assert (frozen.index, frozen.start + frozen.count) == (FROZE, ROWS)
+    assert (frozen.index, frozen.start + frozen.count, frozen.of) == (FROZE, ROWS, of)
     assert abs(frozen.start - 150) < 10

@@ -39,6 +39,13 @@ def test_a_sensor_that_is_read_faster_than_it_measures_is_not_frozen() -> None:
     assert not frozen_samples(log_of(np.repeat(noisy(3.0, 500), 10, axis=0))).any()
 
 
+def test_one_triad_that_froze_is_found_beside_another_that_runs() -> None:
+    readings = noisy(3.0)
+    readings[700:800] = readings[700]
+    log = ImuLog("log", np.arange(5000) / 100, noisy(3.0, seed=1), readings)
+    assert set(range(701, 800)) <= set(np.flatnonzero(frozen_samples(log)))
+
+
 def test_frozen_samples_are_left_out_and_named() -> None:
     readings = noisy(3.0)
     readings[700:800] = readings[700]
