@@ -12,8 +12,7 @@ from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model, stack_columns
-from calib.fit.validation.leave_one_out import left_out_residual
-from calib.numbers import NO_LENGTH, RPM
+from calib.numbers import RPM
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
@@ -22,25 +21,23 @@ SAME_RATE = 0.02
 """Relative: two plate rates closer than this are no mistake of one for the other. Fact: drives keep
 their speed to 2 %, and the speeds of records differ by 35 % and more."""
 
-SAME_FACTOR = 0.2
-"""Difference of logarithms of lengths. Derived: offsets and gains of a sensor move it by less than
-a third of what factors of two and four are apart."""
-
 FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
-WORST_POSES = 2  #: tried one by one: a limit of time
 
 CHANGED_AXES: tuple[tuple[FloatArray, str], ...] = tuple(
     (matrix.T, permutation_words(matrix)) for matrix in SIGNED_PERMUTATIONS[1:])
 """What undoes exchanged or mirrored axes, (3, 3); the mistake in words."""
 
-CHANGES: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
-    triad: (
-        *CHANGED_AXES,
-        *((factor * np.eye(3), f"the readings are {words}") for factor, words in factors.items()),
-    )
+FACTORS_ALONE: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
+    triad: tuple((factor * np.eye(3), f"the readings are {words}")
+                 for factor, words in factors.items())
     for triad, factors in FACTORS.items()
 }
-"""The same with what undoes a wrong range or unit, of a triad of which these are known."""
+"""What undoes a wrong range or unit, of a triad of which these are known."""
+
+CHANGES: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
+    triad: (*CHANGED_AXES, *factors) for triad, factors in FACTORS_ALONE.items()
+}
+"""Both."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,43 +81,16 @@ def block_mistakes(poses: PoseSet) -> Iterator[Mistake]:
         yield from _of_readings(poses, member, where, within=alone)
 
 
-def pose_mistakes(poses: PoseSet, fitted: Fit | None) -> Iterator[Mistake]:
-    """Mistakes of the poses that are farthest from what the others say.
+def odd_mistakes(poses: PoseSet, odd: BoolArray) -> Iterator[Mistake]:
+    """Mistakes of the poses ``odd`` that contradict the others.
 
-    By their residuals, to first order: a refit without each pose takes seconds under Huber's loss,
-    and would only put poses in order. Without a fit by the lengths of their readings.
+    Exchanged axes of one pose alone change one length: some exchange brings any length about.
     """
-    off = np.abs(relative_lengths(poses)) if fitted is None else _off_by_residual(fitted)
-    for k in np.argsort(off)[: -WORST_POSES - 1 : -1]:
-        yield from _of_readings(poses, np.arange(len(poses)) == k, f"in {poses.label[k]}")
-
-
-def range_mistakes(poses: PoseSet) -> Iterator[Mistake]:
-    """Several poses whose readings are too long by the same common factor."""
-    off = relative_lengths(poses)
-    for factor, words in FACTORS.get(poses.triad, {}).items():
-        member = np.abs(off + np.log(factor)) < SAME_FACTOR
-        if 1 < member.sum() < len(poses) / 2:
-            yield _mistake(poses, factor * np.eye(3), member, f"the readings are {words} in "
-                           f"{' and '.join(np.array(poses.label)[member])}", within=True)
-
-
-def _off_by_residual(fitted: Fit) -> FloatArray:
-    """Mean square of what the rows of each pose are off when it is left out, (n,)."""
-    root, pose = np.sqrt(fitted.weight), fitted.equations.row_pose
-    jacobian = fitted.rows.jacobian @ fitted.directions * root[:, None]
-    left_out = left_out_residual(fitted.rows.residual * root, jacobian, pose) / root[: len(pose)]
-    return np.asarray(np.bincount(pose, left_out**2) / np.bincount(pose))
-
-
-def relative_lengths(poses: PoseSet) -> FloatArray:
-    """Logarithm of each length over its reference, from the median, no unit, (n,); 0 at rest."""
-    turning = ~poses.reference.is_null
-    off = np.zeros(len(poses))
-    length = np.maximum(np.linalg.norm(poses.reading[turning], axis=1), NO_LENGTH)
-    ratio = np.log(length / poses.reference.magnitude[turning])
-    off[turning] = ratio - np.median(ratio)
-    return off
+    labels = [label for label, is_odd in zip(poses.label, odd, strict=True) if is_odd]
+    changes = CHANGES.get(poses.triad, CHANGED_AXES) if len(labels) > 1 else FACTORS_ALONE.get(
+        poses.triad, ())
+    for matrix, words in changes:
+        yield _mistake(poses, matrix, odd, f"{words} in {' and '.join(labels)}", within=True)
 
 
 def _of_readings(

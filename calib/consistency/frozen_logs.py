@@ -62,7 +62,7 @@ def find_frozen(logs: Sequence[ImuLog]) -> list[FrozenStretch]:
 def _stretches(
     of: str, index: Sequence[int], logs: Sequence[FloatArray]
 ) -> list[FrozenStretch]:
-    """Those of some columns, (t, k) of each log."""
+    """Find them in some columns, (t, k) of each log."""
     again = [(values[1:] == values[:-1]).all(axis=1) for values in logs]
     stretches = [_longest_stretch(equal) for equal in again]
     equal = sum(int(each.sum()) for each in again)

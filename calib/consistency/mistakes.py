@@ -17,17 +17,15 @@ from scipy.special import fdtrc
 from calib.consistency.common_mistakes import (
     CHANGED_AXES,
     CHANGES,
-    SAME_FACTOR,
     Mistake,
     block_mistakes,
     blocks,
     exchanged_rates,
-    pose_mistakes,
-    range_mistakes,
+    odd_mistakes,
     rate_mistakes,
-    relative_lengths,
 )
 from calib.consistency.means_alone import by_means
+from calib.consistency.odd_poses import odd_poses
 from calib.consistency.quadric import least_chi2
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
@@ -46,9 +44,6 @@ BOUND_SLACK = 16.0
 """Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
 are the data sheet's within a third. Tuned on mistakes in whole sessions: at 2 exchanged axes of a
 run are passed over, at 4, 8, 16 and 32 nothing is. A limit of time."""
-
-MOST_ODD = 0.2
-"""Share of the poses. Derived: four of 18 may go before a direction is missing."""
 
 
 def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None:
@@ -78,14 +73,21 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
     mistakes = [*block_mistakes(poses), *rate_mistakes(poses, base), *exchanged_rates(poses)]
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / len(mistakes):
         return
-    mistakes += [*pose_mistakes(poses, fitted), *range_mistakes(poses)]
+    odd = odd_poses(poses)
+    if odd is not None:
+        mistakes += odd_mistakes(poses, odd)
     if (words := _explanation(mistakes, poses, base)) is not None:
         raise Contradiction(
             f"{poses.triad}: the poses contradict each other, and they agree once one mistake is "
             f"undone: {words}. Check the files and the configuration of these poses."
         )
-    if fitted is None and _chi2(poses, base) is None:  # and not for want of poses alone
-        _require_alike_lengths(poses, base)
+    if odd is not None and fitted is None and _chi2(poses.take(~odd), base) is not None:
+        labels = [label for label, is_odd in zip(poses.label, odd, strict=True) if is_odd]
+        raise Contradiction(
+            f"{poses.triad}: the readings of {' and '.join(labels)} contradict those of all other "
+            f"poses, and by no exchange of axes, range or unit. Without them the others determine "
+            f"the model. Record them again, or exclude them."
+        )
 
 
 def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> str | None:
@@ -107,20 +109,6 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
     if mistake.of is not None and not _agree(mistake.undone, mistake.of, base, (chi2, dof)):
         return None
     return f"{mistake.words} (chi²/dof {chi2 / dof:.3g} instead of {whole / dof:.3g})"
-
-
-def _require_alike_lengths(poses: PoseSet, base: Model) -> None:
-    """Refuse poses without a fit where a few have readings of quite another length."""
-    off = relative_lengths(poses)
-    odd = np.abs(off) > SAME_FACTOR
-    if not 0 < odd.sum() <= MOST_ODD * len(poses) or _chi2(poses.take(~odd), base) is None:
-        return
-    labels = [f"{poses.label[i]} ({np.exp(off[i]):.3g} times)" for i in np.flatnonzero(odd)]
-    raise Contradiction(
-        f"{poses.triad}: the readings of {' and '.join(labels)} are of quite another length than "
-        f"those of the other poses, and by no factor that ranges or units differ by. Without them "
-        f"the others determine the model. Record them again, or exclude them."
-    )
 
 
 def _hopeful(mistakes: Sequence[Mistake], whole: float, rows: int) -> list[Mistake]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from calib.consistency.signed_axes import nearest_signed, permutation_words
 from calib.errors import Contradiction
-from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 FEWEST_POSES = 6  #: derived: three directions, each seen twice
@@ -29,6 +29,11 @@ off the spindle at 45 rpm senses gravity turned by as much. Derived."""
 OTHER_POSE = 0.5
 """From here on, rad, a single pose cannot belong to the frame of the others: the smallest exchange
 of axes of any pose turns it by 60° and more, noise by a thousandth. Derived: half of it."""
+
+OTHER_LENGTH = 0.03
+"""Relative difference of a length. Derived: what is exchanged in the calibrated axes changes no
+length; more than a few per cent come from the bias that goes with the wrong axis, or from another
+cause, which one vector does not tell apart."""
 
 REPAIR = (
     "Name the columns in the right order (`columns`), or multiply the mirrored ones by -1. The "
@@ -82,6 +87,7 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
             f"in the gyroscope's axes, or in the accelerometer's, {_in_words(order)}. {REPAIR}"
         )
     odd = np.flatnonzero(used & (angle > OTHER_POSE))
+    _require_lengths(poses, vector, odd)
     if odd.size:
         raise Contradiction(
             f"{poses.label[odd[0]]}: on the turning plate both triads point along its axis, and in "
@@ -89,6 +95,24 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
             f"{np.degrees(angle[odd[0]]):.0f}°. Its axes are exchanged or mirrored in the log, or "
             f"the two triads are not of the same pose. Record it again, or exclude it."
         )
+
+
+def _require_lengths(poses: PoseSet, vector: FloatArray, odd: IntArray) -> None:
+    """Refuse the poses ``odd`` in which a triad has another length too."""
+    turned = poses.reference.magnitude
+    force = np.linalg.norm(poses.force, axis=1)
+    gravity = np.nanmedian(force)
+    for i in odd:
+        rate = np.linalg.norm(vector[i])
+        if max(abs(rate / turned[i] - 1), abs(force[i] / gravity - 1)) > OTHER_LENGTH:
+            raise Contradiction(
+                f"{poses.label[i]}: its two triads are not readings of one pose (nor are those of "
+                f"{len(odd) - 1} other poses): their directions differ, the gyroscope reads "
+                f"{rate:.4g} rad/s by the gain and bias of the others while the plate turns at "
+                f"{turned[i]:.4g} rad/s, and the accelerometer {force[i]:.4g} m/s² where gravity "
+                f"is {gravity:.4g} m/s². Are axes exchanged in it, or is one of them of another "
+                f"file, range or zero? Record it again, or exclude it."
+            )
 
 
 def _in_words(order: FloatArray) -> str:

@@ -20,7 +20,6 @@ def least_chi2(sets: Sequence[PoseSet]) -> FloatArray:
     Parameters
     ----------
     sets : sequence of PoseSet, length k
-        The same poses with other readings or references.
 
     Returns
     -------
@@ -28,20 +27,33 @@ def least_chi2(sets: Sequence[PoseSet]) -> FloatArray:
         To first order of the misfit over the reference, and for gains that are those of the data
         sheet. Sds count as the largest of the three axes.
     """
-    turning = ~sets[0].reference.is_null
-    y = np.array([poses.reading[turning] for poses in sets])  # (k, n, 3)
-    magnitude = np.array([poses.reference.magnitude[turning] for poses in sets])  # (k, n)
-    sd = np.array([np.hypot(poses.sd[turning].max(axis=1), poses.reference.sd[turning])
-                   for poses in sets])
-    common = np.array([poses.reference.common[turning] for poses in sets])  # (k, n, q)
+    least = []
+    for poses in sets:
+        columns, target = quadric(poses)
+        turning = ~poses.reference.is_null
+        free = poses.reference.common[turning] / _sd(poses)[:, None]
+        least.append(left_over(np.hstack([columns, free]), target)[0])
+    return np.array(least)
+
+
+def quadric(poses: PoseSet) -> tuple[FloatArray, FloatArray]:
+    """Columns (m, 10) and target (m,) of the quadric through the poses not at rest, in sds."""
+    turning = ~poses.reference.is_null
+    y, magnitude = poses.reading[turning], poses.reference.magnitude[turning]
     squares = y**2
-    differences = squares[..., :2] - squares[..., 2:]
-    products = y * np.roll(y, 1, axis=-1)
-    size = magnitude[..., None]
-    columns = np.concatenate(
-        [differences, products, y, np.ones_like(size), size**2, size * common], axis=-1)
-    weight = (1 / (2 * magnitude * sd))[..., None]
-    q, _ = np.linalg.qr(columns * weight)
-    target = squares.sum(axis=-1, keepdims=True) * weight
-    rest = target - q @ (np.swapaxes(q, -1, -2) @ target)
-    return np.asarray((rest**2).sum(axis=(1, 2)))
+    columns = np.column_stack([squares[:, :2] - squares[:, 2:], y * np.roll(y, 1, axis=1), y,
+                               np.ones(len(y)), magnitude**2])
+    weight = 1 / (2 * magnitude * _sd(poses))
+    return columns * weight[:, None], squares.sum(axis=1) * weight
+
+
+def left_over(columns: FloatArray, target: FloatArray) -> tuple[float, int]:
+    """Chi-square that a fit of the columns leaves of the target, and its degrees of freedom."""
+    solution, _, rank, _ = np.linalg.lstsq(columns, target)
+    return float(((target - columns @ solution) ** 2).sum()), len(target) - int(rank)
+
+
+def _sd(poses: PoseSet) -> FloatArray:
+    """Sds of the magnitudes of the poses not at rest, (m,)."""
+    turning = ~poses.reference.is_null
+    return np.asarray(np.hypot(poses.sd[turning].max(axis=1), poses.reference.sd[turning]))

@@ -27,7 +27,7 @@ SENTENCES = {
             r"triads point along its axis, but here only if|unlike in the other runs\. Name|"
             r"It fits if .*(opposite sign|are exchanged|is logged as)",
     "two triads": r"are not readings of one pose",
-    "range": r"undone: the readings are|It fits if the readings are|are of quite another length",
+    "range": r"undone: the readings are|It fits if the readings are",
     "gains of runs": r"but their gains differ by",
     "another sensor": r"are of another sensor, range, unit|those of another unit, another range or",
     "rate": r"are exchanged \(chi|the plate turned at .* rpm in run|look like poses at|"
@@ -39,7 +39,7 @@ SENTENCES = {
     "gravity": r"site\.gravity_m_s2: ",
     "sds": r"times too large: chi²/dof is",
     "short poses": r"poses of [\d.]+ s are short: ",
-    "bad pose": r"^bad_pose ",
+    "bad pose": r"^bad_pose |contradict those of all other poses, and by no exchange",
 }
 #: Verdicts and remarks that name no cause.
 OPEN = (r"^ambiguous |^unknown |^noise |^refused |^effect .*'(extra_noise|pose_scatter)' |"

@@ -65,7 +65,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.consistency.force", ("PLATE_RADIUS_M", "FEWEST_POSES", "UNKNOWN_SD", "NOTICEABLE"),
      ("calib/consistency/test_force.py",)),
     ("calib.consistency.common_mistakes", (
-        "SAME_RATE", "SAME_FACTOR", "FEWEST_OF_BLOCK", "WORST_POSES"),
+        "SAME_RATE", "FEWEST_OF_BLOCK"),
      ("calib/consistency/test_mistakes.py",)),
     ("calib.consistency.mistakes", ("LEFT_OVER", "BOUND_SLACK"),
      ("calib/consistency/test_mistakes.py",)),

@@ -26,11 +26,12 @@ BLOCKS_LISTED = 4  #: it chooses words only
 
 def frozen_samples(log: ImuLog) -> BoolArray:
     """Samples in which a triad only repeats the one before, longer than noise does, shape (t,)."""
-    return np.any([_frozen(log.readings(triad)) for triad in TRIADS if log.has(triad)], axis=0)
+    of_triads = [_frozen(log.readings(triad)) for triad in TRIADS if log.has(triad)]
+    return np.asarray(np.any(of_triads, axis=0))
 
 
 def _frozen(readings: FloatArray) -> BoolArray:
-    """Those of one triad (t, 3)."""
+    """Find them in the readings (t, 3) of one triad."""
     repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))
     starts, stops = edges[::2] + 1, edges[1::2] + 1

@@ -7,11 +7,12 @@ from calib.consistency.clock import gravity_wave, require_whole_turns
 from calib.errors import Contradiction
 from calib.numbers import RPM
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import ImuLog
+from calib.poses.imu_log import ImuLog, Triad
 
 G = 9.80665
 SPEC = TriadSpec(2 * G, 16, "twos-complement")
 GYRO = TriadSpec(np.radians(250.0), 16, "twos-complement")
+BOTH: dict[Triad, TriadSpec] = {"accelerometer": SPEC, "gyroscope": GYRO}
 STATED = 100 / 3 * RPM
 LEAN = np.radians(1.0)
 
@@ -55,19 +56,19 @@ def test_a_level_plate_and_a_pose_of_one_turn_say_nothing() -> None:
 def test_stamps_that_are_not_seconds_are_told_by_the_gyroscope() -> None:
     with pytest.raises(Contradiction, match=r"do not count seconds: they run 1\.99 times too fast"):
         require_whole_turns("17rpm", logs(STATED, stretch=2.0), np.full(3, STATED),
-                            (SPEC, GYRO), {})
+                            BOTH, {})
 
 
 def test_the_rate_of_another_setting_is_named() -> None:
     slow = np.full(3, STATED / 2)
     with pytest.raises(Contradiction, match="That is the rate of '33rpm'"):
-        require_whole_turns("17rpm", logs(STATED), slow, (SPEC, GYRO), {"33rpm": STATED})
+        require_whole_turns("17rpm", logs(STATED), slow, BOTH, {"33rpm": STATED})
     with pytest.raises(Contradiction, match="Either the rate belongs to another run"):
-        require_whole_turns("17rpm", logs(STATED), slow, (SPEC, None), {})
+        require_whole_turns("17rpm", logs(STATED), slow, {"accelerometer": SPEC}, {})
 
 
 def test_the_stated_rate_and_an_oscillator_off_by_three_per_cent_are_no_contradiction() -> None:
     for off in (1.0, 1.03):
-        wave = require_whole_turns("33rpm", logs(STATED * off), np.full(3, STATED), (SPEC, GYRO),
+        wave = require_whole_turns("33rpm", logs(STATED * off), np.full(3, STATED), BOTH,
                                    {})
         assert wave is not None
