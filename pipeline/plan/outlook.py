@@ -168,7 +168,7 @@ def _with_axes(poses: PoseSet, accelerometer: TriadPlan | None) -> PoseSet:
     if ring is None:
         return poses
     sd = poses.ring.force_sd
-    known = replace(poses.ring, force_sd=np.where(np.isfinite(sd), sd, np.median(ring.sd)))
+    known = replace(poses.ring, force_sd=np.where(np.isfinite(sd), sd, np.median(ring.sd[:, 0])))
     return with_axes(replace(poses, ring=known), outlook.fit)
 
 

@@ -13,7 +13,8 @@ stated sds (the median, and that of the direction), over rates and gravity in ra
 With ``--tug`` a cable turns the case by up to so many rad once per turn, at a place of its own in
 each evening; printed too is how often the fit has no waves.
 ``three_minutes``: nine mountings, both triads from the plate; 18 poses at rest and 18 on the plate
-beside them. ``twice``: what the waves twice per turn, which are no rows, would add.
+beside them. ``twice``: nine mountings with an effect of attitude in the accelerometer, drawn at the
+typical size: what the rows of what comes twice per turn add, and what they would in a gyroscope.
 """
 
 import argparse
@@ -30,7 +31,8 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
-from calib.poses.runs.ring import ANGLES, ROUND
+from calib.poses.pose_set import PoseSet
+from calib.poses.runs.ring import ANGLES, TO_WAVES
 from tests.fitting import pose_sets, tilted_pose_sets
 from tests.world.bench import Turntable
 from tests.world.designs import SLOW, paper_design, tilted_design
@@ -188,30 +190,70 @@ def study_three_minutes(tilt_deg: float, seeds: range, mountings: int) -> None:
     print(f"chi²/dof {np.mean(chi2, axis=0).round(2)}")
 
 
-def study_twice_per_turn(tilt_deg: float) -> None:
-    """Print by how much rows of the waves twice per turn would lower the sds of an effect."""
-    to_wave = np.stack([np.cos(2 * ROUND), np.sin(2 * ROUND)]) * 2 / ANGLES
-    accelerometer, _, _ = tilted_pose_sets(nine_mountings(tilt_deg, 0)[0])
-    _, gyroscope, _ = pose_sets(evening(0, tilt_deg, hide=False)[0])
-    for poses, name in ((accelerometer, "quadratic"), (accelerometer, "cubic"),
-                        (accelerometer, "asymmetry"), (gyroscope, "g_sensitivity"),
-                        (gyroscope, "g_squared_sensitivity"), (gyroscope, "quadratic")):
+def without_twice(poses: PoseSet) -> PoseSet:
+    """The same without what comes twice per turn."""
+    assert poses.ring is not None
+    sd = poses.ring.sd.copy()
+    sd[:, 1] = np.nan
+    return replace(poses, ring=replace(poses.ring, sd=sd))
+
+
+def study_twice_per_turn(tilt_deg: float, seeds: range) -> None:
+    """Print what the rows of the waves twice per turn do for effects of attitude.
+
+    By how much they lower the sds, and, of evenings with such an effect of ordinary size and with
+    none, how often it is named with and without them, and the rms deviation in stated sds.
+    """
+    for name, size in (("quadratic", 2.5e-4), ("asymmetry", 1e-3), ("cubic", 1.2e-5), ("", 0.0)):
+        named, wrong, ratio, z = np.zeros(2, int), np.zeros(2, int), [], []
+        model = Model.of([*BASE, name] if name else BASE)
+        for seed in seeds:
+            drawn = size * np.random.default_rng([FRESH + seed, 5]).standard_normal(3)
+            hidden = (Hidden(name, "accelerometer", drawn),) if name else ()
+            sensor, _ = unit_of(seed)
+            design = replace(tilted_design(tilt_deg, sensor, MOTION), sample_rate_hz=50.0)
+            table = leaning(design.turntable, tilt_deg, seed)
+            poses, _, specs = tilted_pose_sets(
+                simulate(replace(design, turntable=table), FRESH + seed, hidden))
+            both = poses, without_twice(poses)
+            for i, some in enumerate(both):
+                names = assess(some, Model.of(BASE), specs[0]).diagnosis.names
+                named[i] += name in names
+                wrong[i] += bool(set(names) - {name})
+            if name:
+                fits = [fit(some, model) for some in both]
+                of_effect = model.slices()[name]
+                sds = [np.sqrt(np.diag(one.cov)[of_effect]) for one in fits]
+                ratio.append(sds[0] / sds[1])
+                z.append((fits[0].theta[of_effect] - drawn) / sds[0])
+        of_sds = (f"sds times {np.median(ratio):.2f}, rms z {np.sqrt(np.mean(np.square(z))):.2f}, "
+                  f"named {named[0]} of {len(seeds)} ({named[1]} without these rows), " if name
+                  else "")
+        print(f"{tilt_deg:g}°, {name or 'nothing'}: {of_sds}wrong names {wrong[0]} ({wrong[1]})",
+              flush=True)
+
+
+def study_gyroscope_twice_per_turn(tilt_deg: float) -> None:
+    """Print by how much such rows of a gyroscope, which has none, would lower its sds."""
+    to_twice = TO_WAVES[2:]
+    _, poses, _ = pose_sets(evening(0, tilt_deg, hide=False)[0])
+    for name in ("g_sensitivity", "g_squared_sensitivity", "quadratic"):
         fitted = fit(poses, Model.of([*BASE, name]))
         waves, ring = fitted.equations.waves, poses.ring
         assert waves is not None
         assert ring is not None
         _, columns, _ = waves.points.corrected(fitted.theta, fitted.shapes)
-        rows = np.tensordot(columns.reshape(-1, ANGLES, *columns.shape[-2:]), to_wave, (1, 1))
-        if poses.triad == "gyroscope":  # what is along the axis is wow
-            axis = poses.reading[ring.place]
-            axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-            rows -= np.einsum("wi,wj,wjpc->wipc", axis, axis, rows)
-        rows = np.moveaxis(rows / ring.sd[:, :, None, None], 2, -1).reshape(-1, fitted.model.size)
+        rows = np.tensordot(columns.reshape(-1, ANGLES, *columns.shape[-2:]), to_twice, (1, 1))
+        axis = poses.reading[ring.place]  # what is along it is wow
+        axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+        rows -= np.einsum("wi,wj,wjpc->wipc", axis, axis, rows)
+        rows = np.moveaxis(rows / ring.sd[:, 0, :, None, None], 2, -1)
+        rows = rows.reshape(-1, fitted.model.size)
         more = np.linalg.inv(np.linalg.inv(fitted.cov) + rows.T @ rows)
         of_effect = fitted.model.slices()[name]
         ratio = np.sqrt(np.diag(more)[of_effect] / np.diag(fitted.cov)[of_effect])
-        print(f"{tilt_deg:g}°, {poses.triad} {name}: sds times {ratio.min():.2f} to "
-              f"{ratio.max():.2f}", flush=True)
+        print(f"{tilt_deg:g}°, gyroscope {name}: sds times {ratio.min():.2f} to {ratio.max():.2f}",
+              flush=True)
 
 
 def deviations(
@@ -241,7 +283,8 @@ def main() -> None:
     for i, tilt in enumerate(asked.tilt):
         seeds = range(asked.first + 1000 * i, asked.first + 1000 * i + asked.seeds)
         if asked.sessions == "twice":
-            study_twice_per_turn(tilt)
+            study_twice_per_turn(tilt, seeds)
+            study_gyroscope_twice_per_turn(tilt)
             continue
         if asked.sessions == "three_minutes":
             study_three_minutes(tilt, seeds, asked.poses)

@@ -107,10 +107,10 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
     Yields
     ------
     Fits
-        Together every set once. Sets that rest in the same poses, have rings in the same,
-        as many common errors and
-        the same columns and runs share a stack; an effect with memory or one that begins with a
-        square takes fits one after another, and its sets go one by one.
+        Together every set once. Sets that rest in the same poses, have rings with the same waves
+        in the same, as many common errors and the same columns and runs share a stack; an effect
+        with memory or one that begins with a square takes fits one after another, and its sets go
+        one by one.
     """
     if drawn := model.acting_on("noise"):
         alone_only = Undetermined(
@@ -125,7 +125,8 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
     for i, poses in enumerate(sets):
         key = (poses.reference.is_null.tobytes(), len(poses.reference.common_names),
                tuple(poses.columns), tuple(dict.fromkeys(poses.run)),
-               None if poses.ring is None else poses.ring.place.tobytes())
+               None if poses.ring is None else (poses.ring.place.tobytes(),
+                                                poses.ring.twice.tobytes()))
         groups.setdefault(key, []).append(i)
     for indices in groups.values():
         size = 1 if alone else SETS_AT_ONCE

@@ -1,16 +1,27 @@
-"""Rows of the waves that poses on a leaning plate show once per turn.
+"""Rows of the waves that poses on a leaning plate show once and twice per turn.
 
 Effects are evaluated at the points of a pose's ring (:mod:`calib.poses.runs.ring`) by what
-evaluates them at poses; the harmonic of the corrected vectors s(θ) is the corrected wave, of cosine
-c and sine d. A constant error makes no wave: these rows follow no bias, no drift and no step.
+evaluates them at poses; the harmonics of the corrected vectors s(θ) are the corrected waves, of
+cosine c and sine d. A constant error makes no wave: these rows follow no bias, no drift, no step.
 
-Accelerometer, under gravity that goes round with g sin τ:
+Accelerometer, under gravity that goes round with g sin τ, once and then twice per turn:
 
-    |c| - g sin τ,   |d| - g sin τ,   c·d / (√2 g sin τ)
+    |c| - g sin τ,   |d| - g sin τ,   c·d / (√2 g sin τ);      c₂,   d₂
 
 The tilt τ is an error that these rows and the magnitudes of the means have in common, with a prior
-so wide that they alone decide. Gyroscope, across the axis n of the plate, where nothing turns in
-step but what is fixed in the room:
+so wide that they alone decide. Of c to d₂ is taken what the wow of the plate makes of the force f
+by the distance from the spindle: where it is p cos hθ + q sin hθ of the rate, and the plate turns
+about n,
+
+    2p f - h q n × f,   2q f + h p n × f
+
+Twice per turn nothing but an effect goes round: with these rows the sds of a quadratic effect are
+0.81 and 0.53 times as large at 9° and 20°, those of an asymmetry 0.69 and 0.44 times, and those of
+a gyroscope's effects 0.98 times at best (``python -m tests.bench.study_tilt --sessions twice --tilt
+9 20``), so that a gyroscope has none.
+
+Gyroscope, across the axis n of the plate, where nothing turns in step but what is fixed in the
+room:
 
     t·(c - h_c),   t·(d - h_d),   t the two unit vectors across n
 
@@ -27,6 +38,7 @@ from calib.effects.effect import Effect
 from calib.fit.model import Model
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.rows.readings import Readings
+from calib.fit.rows.ring_terms import RingTerms, waves_round
 from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.surroundings import Surroundings
 from calib.fit.rows.whitened_rows import WhitenedRows
@@ -34,14 +46,9 @@ from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring import (
-    ANGLES,
-    TILT_SD_RAD,
-    TO_WAVE,
-    Ring,
-    room_names,
-    tilt_name,
-)
+from calib.poses.runs.ring import ANGLES
+
+TWICE = 6  #: rows of what comes twice per turn: cosine and sine of three axes; definition
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,22 +61,15 @@ class WaveRows(Stacked):
         Those of the k points of every ring.
     places : tuple of int, length w
         Which poses have rings, in every set.
-    row_sd : array, shape (..., d')
-        The sds of the rows, SI.
-    across : array, shape (..., w, 2, 3)
-        Of a gyroscope the directions t; (..., 0, 2, 3) of an accelerometer.
-    stated : array, shape (..., d')
-        What the rows should show, SI.
-    common : array, shape (..., d', q)
-        What an sd of each common error adds to a row's reference, in its sds.
+    twice : tuple of int
+        Which rings have the six rows of what comes twice per turn; they stand behind the others.
+    of_rings : RingTerms
     """
 
     points: Readings
     places: tuple[int, ...]
-    row_sd: FloatArray
-    across: FloatArray
-    stated: FloatArray
-    common: FloatArray
+    twice: tuple[int, ...]
+    of_rings: RingTerms
 
     @classmethod
     def of(cls, surroundings: Surroundings, start: Start, model: Model) -> "WaveRows | None":
@@ -77,16 +77,13 @@ class WaveRows(Stacked):
         rings = [poses.ring for poses in surroundings.sets if poses.ring is not None]
         if not rings:
             return None
-        place = rings[0].place
-        parts = [_of_set(poses, start.take(k)) for k, poses in enumerate(surroundings.sets)]
-        sets = tuple(part[0] for part in parts)
-        row_sd, across, stated, common = (np.array(values) for values in
-                                        zip(*(part[1:] for part in parts), strict=True))
+        place, twice = rings[0].place, rings[0].twice
+        sets = tuple(map(_points_of, surroundings.sets))
         reading = np.array([poses.reading for poses in sets])
         vector = start.corrected(reading).reshape(-1, 3)
         of_points = Surroundings(sets, vector, vector, _previous(surroundings, place))
-        return cls(Readings.of(reading, of_points, model), tuple(map(int, place)), row_sd, across,
-                   stated, common)
+        return cls(Readings.of(reading, of_points, model), tuple(map(int, place)),
+                   tuple(map(int, twice)), RingTerms.of(surroundings.sets, start))
 
     def after(self, surroundings: Surroundings) -> "WaveRows":
         """The same after other poses before, those of the poses in ``surroundings``."""
@@ -95,14 +92,31 @@ class WaveRows(Stacked):
             replace(self.points.surroundings, previous=previous)))
 
     @property
+    def row_sd(self) -> FloatArray:
+        """The sds of the rows, SI, (..., d')."""
+        return self.of_rings.row_sd
+
+    @property
+    def common(self) -> FloatArray:
+        """What an sd of each common error adds to a row's reference, in its sds, (..., d', q)."""
+        return self.of_rings.common
+
+    @property
     def count(self) -> int:
         """Number d' of rows of a set."""
         return int(self.row_sd.shape[-1])
 
     @property
-    def row_pose(self) -> list[int]:
-        """Pose of every row, d' of them."""
-        return [place for place in self.places for _ in range(self.count // len(self.places))]
+    def row_pose(self) -> IntArray:
+        """Pose of every row, (d',)."""
+        places = np.array(self.places)
+        return np.concatenate([np.repeat(places, self.once_count // len(places)),
+                               np.repeat(places[[*self.twice]], TWICE)])
+
+    @property
+    def once_count(self) -> int:
+        """Number of rows of what comes once per turn, the first ones."""
+        return self.count - TWICE * len(self.twice)
 
     def rows(
         self, theta: FloatArray, eta: FloatArray, shapes: Shapes
@@ -128,10 +142,9 @@ class WaveRows(Stacked):
         s, errors, slope = self.points.corrected(theta, shapes)
         if slope is not None:
             errors = solutions(slope, errors)
-        value, shown = self._values(_waves(s, -2))
-        residual = (value - self.stated) / self.row_sd - times(self.common, eta)
-        jacobian = -np.einsum("...wrci,...wcip->...wrp", shown, _waves(errors, -3))
-        jacobian = jacobian.reshape(*residual.shape, -1) / self.row_sd[..., None]
+        value, shown = self._values(waves_round(s, -2) - self.of_rings.by_wow)
+        residual = (value - self.of_rings.stated) / self.row_sd - times(self.common, eta)
+        jacobian = -self._seen(shown, errors)
         return residual, np.concatenate([jacobian, -self.common], axis=-1), s
 
     def columns(
@@ -162,40 +175,41 @@ class WaveRows(Stacked):
             errors = evaluate_for(lead, effect, surroundings.at_reading, of_shape)
         else:
             errors = sensor_columns((effect,), surroundings.conditions(s), of_shape, rows.axes)
-        _, shown = self._values(_waves(s, -2))
-        seen = np.einsum("...wrci,...wcik->...wrk", shown, _waves(errors, -3))
-        return np.asarray(seen.reshape(*self.row_sd.shape, -1) / self.row_sd[..., None])
+        return self._seen(self._values(waves_round(s, -2) - self.of_rings.by_wow)[1], errors)
 
-    def _values(self, wave: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Values (..., d') of the rows at the waves (..., w, 2, 3), SI, and what they show.
+    def _seen(self, shown: FloatArray, errors: FloatArray) -> FloatArray:
+        """Whitened errors (..., d', k) of the rows by errors (..., w k', 3, k) of the points.
 
-        The latter (..., w, r, 2, 3).
+        The rows once per turn show ``shown`` (..., w, r, 2, 3) of their waves.
         """
+        wave = waves_round(errors, -3)
+        lead, k = self.row_sd.shape[:-1], errors.shape[-1]
+        once = np.einsum("...wrci,...wcik->...wrk", shown, wave[..., :2, :, :])
+        twice = wave[..., [*self.twice], 2:, :, :]
+        both = [once.reshape(*lead, -1, k), twice.reshape(*lead, -1, k)]
+        return np.asarray(np.concatenate(both, axis=-2) / self.row_sd[..., None])
+
+    def _values(self, waves: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values (..., d') of the rows at the waves (..., w, 4, 3), SI.
+
+        And what those of the waves once per turn show of them, (..., w, r, 2, 3).
+        """
+        wave, twice = waves[..., :2, :], waves[..., [*self.twice], 2:, :]
         *lead, w, _, _ = wave.shape
-        if self.across.shape[-3]:
+        if self.of_rings.across.shape[-3]:
             shown = np.zeros((*lead, w, 4, 2, 3))
-            shown[..., :2, 0, :] = self.across
-            shown[..., 2:, 1, :] = self.across
+            shown[..., :2, 0, :] = self.of_rings.across
+            shown[..., 2:, 1, :] = self.of_rings.across
             values = np.einsum("...wrci,...wci->...wr", shown, wave)
             return values.reshape(*lead, 4 * w), shown
         shown = np.zeros((*lead, w, 3, 2, 3))
         length = np.linalg.norm(wave, axis=-1)
         shown[..., [0, 1], [0, 1], :] = wave / length[..., None]
-        twice = np.sqrt(2) * self.stated[..., ::3, None]  # g sin τ
-        shown[..., 2, :, :] = wave[..., ::-1, :] / twice[..., None]
-        mixed = (wave[..., 0, :] * wave[..., 1, :]).sum(axis=-1, keepdims=True) / twice
-        values = np.concatenate([length, mixed], axis=-1)
-        return values.reshape(*lead, 3 * w), shown
-
-
-def _waves(values: FloatArray, axis: int) -> FloatArray:
-    """Cosine and sine of values round their rings, whose w k points lie along an axis.
-
-    That axis becomes (w, 2).
-    """
-    at = values.ndim + axis
-    rings = values.reshape(*values.shape[:at], -1, ANGLES, *values.shape[at + 1 :])
-    return np.asarray(np.moveaxis(np.tensordot(rings, TO_WAVE, axes=(at + 1, 1)), -1, at + 1))
+        size = np.sqrt(2) * self.of_rings.stated[..., : 3 * w : 3, None]  # g sin τ
+        shown[..., 2, :, :] = wave[..., ::-1, :] / size[..., None]
+        mixed = (wave[..., 0, :] * wave[..., 1, :]).sum(axis=-1, keepdims=True) / size
+        once = np.concatenate([length, mixed], axis=-1).reshape(*lead, 3 * w)
+        return np.concatenate([once, twice.reshape(*lead, -1)], axis=-1), shown
 
 
 def _previous(surroundings: Surroundings, place: IntArray) -> FloatArray:
@@ -205,77 +219,9 @@ def _previous(surroundings: Surroundings, place: IntArray) -> FloatArray:
     return of_sets[:, np.repeat(place, ANGLES)].reshape(-1, 3)
 
 
-def _of_set(
-    poses: PoseSet, start: Start
-) -> tuple[PoseSet, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The points of the rings of one set as poses; row_sd, across, stated, common of its rows."""
+def _points_of(poses: PoseSet) -> PoseSet:
+    """The points of the rings of one set as poses."""
     ring = poses.ring
     assert ring is not None
-    index = np.repeat(ring.place, ANGLES)
-    of_points = replace(replace(poses, ring=None).take(index),
-                        reading=ring.reading.reshape(-1, 3), force=ring.force.reshape(-1, 3))
-    if poses.triad == "gyroscope":
-        across = _across(poses, ring, start.matrix, start.offset)
-        sd = np.sqrt(np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, ring.sd**2))
-        row_sd = np.tile(sd, (1, 2))  # cosine, then sine
-        along, ahead = _of_the_room(ring, across).transpose(1, 0, 2)  # (w, 4)
-        stated = (ring.vertical_rad_s * np.sin(ring.tilt_rad))[:, None] * along
-        shown = np.stack([along * np.cos(ring.tilt_rad)[:, None], ahead])
-        common = _room(poses, ring, shown) / row_sd.reshape(-1, 1)
-    else:
-        wave = _waves(ring.reading.reshape(-1, 3) @ start.matrix.T, -2)
-        across = np.zeros((0, 2, 3))
-        size = ring.gravity_m_s2 * np.sin(ring.tilt_rad)
-        unit = wave / np.linalg.norm(wave, axis=2, keepdims=True)
-        sd = np.sqrt(np.einsum("wci,wi->wc", (unit @ start.matrix) ** 2, ring.sd**2))
-        row_sd = np.column_stack([sd, np.sqrt((sd**2).mean(axis=1))])
-        stated = np.column_stack([size, size, np.zeros(len(size))])
-        common = _gravity_and_tilt(poses, ring, size) / row_sd.reshape(-1, 1)
-    return of_points, row_sd.ravel(), across, stated.ravel(), common
-
-
-def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) -> FloatArray:
-    """Along and across the way the plate leans where the wave begins, (w, 2, 3)."""
-    up = np.sign(poses.spin_rad_s[ring.place])[:, None] * (
-        poses.reading[ring.place] @ matrix.T + offset)
-    up /= np.linalg.norm(up, axis=1, keepdims=True)
-    lean = _waves(ring.force.reshape(-1, 3), -2)[:, 0]
-    lean -= (lean * up).sum(axis=1, keepdims=True) * up
-    lean /= np.linalg.norm(lean, axis=1, keepdims=True)
-    return np.stack([lean, np.cross(up, lean)], axis=1)
-
-
-def _of_the_room(ring: Ring, across: FloatArray) -> FloatArray:
-    """What vectors fixed in the room along t1 and t2 where the wave begins show, (w, 2, 4)."""
-    sine = _waves(ring.force.reshape(-1, 3), -2)[:, 1]
-    turned = np.sign(np.einsum("wi,wi->w", sine, across[:, 1]))  # +1: gravity goes t1 to t2
-    quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
-    begin = np.broadcast_to(np.eye(2), (len(turned), 2, 2))
-    return np.concatenate([begin, turned[:, None, None] * quarter], axis=2)
-
-
-def _room(poses: PoseSet, ring: Ring, shown: FloatArray) -> FloatArray:
-    """What an sd of the Earth's horizontal rate along and across the lean adds to each row, SI.
-
-    ``shown`` (2, w, 4) is what a unit of each adds.
-    """
-    names = poses.reference.common_names
-    common = np.zeros((len(ring.place), 4, len(names)))
-    for i, place in enumerate(ring.place):
-        for j, name in enumerate(room_names(poses.run[place])):
-            if name in names:
-                common[i, :, names.index(name)] = ring.room_rad_s[i] * shown[j, i]
-    return common.reshape(-1, len(names))
-
-
-def _gravity_and_tilt(poses: PoseSet, ring: Ring, size: FloatArray) -> FloatArray:
-    """What an sd of the errors of gravity and of the tilt adds to each row, SI, (rows, q)."""
-    reference = poses.reference
-    relative = reference.common[ring.place] / reference.magnitude[ring.place, None]
-    for i, place in enumerate(ring.place):
-        name = tilt_name(poses.run[place])
-        if name in reference.common_names:
-            relative[i, reference.common_names.index(name)] = TILT_SD_RAD / np.tan(ring.tilt_rad[i])
-    rows = np.zeros((len(size), 3, len(reference.common_names)))
-    rows[:, :2] = (size[:, None] * relative)[:, None]
-    return rows.reshape(-1, len(reference.common_names))
+    return replace(replace(poses, ring=None).take(np.repeat(ring.place, ANGLES)),
+                   reading=ring.reading.reshape(-1, 3), force=ring.force.reshape(-1, 3))

@@ -1,8 +1,9 @@
 """Waves that fit neither gravity nor a field in the room, and the sds of what rests on them.
 
-A cable that tugs, or a plate that nods twice per turn, turns the sensor in step with the plate, and
-a gyroscope feels that. What gravity does to it by a known effect, and what stays in the room, make
-waves of few shapes over the poses of a run; the rest of 18 poses' waves is noise, or it is this.
+A cable that tugs, or a plate that nods, turns the sensor in step with the plate; a gyroscope feels
+that, and an accelerometer feels gravity turned. What gravity does to either by a known effect, and
+what stays in the room, make waves of few shapes over the poses of a run; the rest of the poses'
+waves is noise, or it is this.
 """
 
 from collections.abc import Iterable
@@ -12,7 +13,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from calib.effects.catalogue import find_effect
-from calib.effects.effect import Effect
+from calib.effects.effect import EFFECTS, Effect
+from calib.effects.needs import unavailable
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.wave_rows import WaveRows
 from calib.numbers import NO_LENGTH
@@ -27,66 +29,85 @@ SAME_WAVES = 1e-8
 
 
 def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
-    """The poses of a gyroscope with sds of the waves that contain their misfit.
+    """The poses with sds of the waves that contain their misfit.
 
     Parameters
     ----------
     fit : Fit
-        Whose parameters, but for effects of gravity, the means determine.
+        Of a gyroscope one whose parameters, but for effects of gravity, the means determine.
 
     Returns
     -------
     PoseSet or None
         None where some effect of gravity, with what is fixed in the room, explains the waves of
-        every run. Else with a note for each run where none does: the sds of its waves are
-        multiplied by the root of chi²/dof that a g-sensitivity and the effects of gravity in the
-        model leave beside the fit. Waves that then show a g-sensitivity no better than its typical
-        size are left out, as those of a level plate are, unless nothing else checks the fit.
+        every run. Else with a note for each run where none does.
+
+        Gyroscope: the sds of its waves are multiplied by the root of chi²/dof that a g-sensitivity
+        and the effects of gravity in the model leave beside the fit. Waves that then show a
+        g-sensitivity no better than its typical size are left out, as those of a level plate are,
+        unless nothing else checks the fit. Accelerometer: what comes twice per turn is left out,
+        and the sds of what comes once per turn are multiplied by the root of the chi²/dof that the
+        model leaves of that.
     """
     poses, waves = fit.poses.as_stated, fit.equations.waves
-    if poses.ring is None or waves is None or poses.triad != "gyroscope":
+    if poses.ring is None or waves is None:
         return None
-    run = np.array([poses.run[place] for place in waves.row_pose])
-    factor, notes = np.ones(len(run)), []
+    misfit_of = _of_gyroscope if poses.triad == "gyroscope" else _of_accelerometer
+    row_run = np.array(poses.run)[waves.row_pose]
+    run = np.array(poses.run)[poses.ring.place]
+    factor, notes = np.ones((len(run), 2, 1)), []
     for name in dict.fromkeys(run.tolist()):
-        misfit = _misfit(fit, waves, np.flatnonzero(run == name))
+        misfit = misfit_of(fit, waves, np.flatnonzero(row_run == name))
         if misfit is not None:
-            factor[run == name] = misfit.factor if misfit.is_used else np.inf
-            notes.append(f"{name}: {misfit}")
+            factor[run == name, :, 0] = misfit.factors
+            notes.append(f"{name}: {misfit.text}")
     if not notes:
         return None
-    of_ring = factor.reshape(len(poses.ring.place), -1)[:, :1]
-    ring = replace(poses.ring, sd=poses.ring.sd * of_ring)
-    return replace(poses, ring=ring.only(np.flatnonzero(np.isfinite(of_ring[:, 0]))),
+    ring = replace(poses.ring, sd=poses.ring.sd * factor)
+    return replace(poses, ring=ring.only(np.flatnonzero(np.isfinite(factor[:, 0, 0]))),
                    notes=(*poses.notes, *notes))
 
 
 @dataclass(frozen=True)
 class _Misfit:
-    """What ``chi2`` over ``dof`` the waves of a run leave, and whether they are of use."""
+    """Factors of the sds of waves once and twice per turn, NaN if left out, and what is said."""
 
-    chi2: float
-    dof: int
-    is_used: bool
-
-    @property
-    def factor(self) -> float:
-        return float(np.sqrt(self.chi2 / self.dof))
-
-    def __str__(self) -> str:
-        done = (f"The sds of these waves are {self.factor:.2g} times their noise, and what rests "
-                f"on them, as a g-sensitivity, is known so much less." if self.is_used else
-                "These waves are left out: they show no g-sensitivity of ordinary size.")
-        return (f"what goes round once per turn fits neither gravity nor a field in the room "
-                f"(chi²/dof {self.chi2 / self.dof:.3g} with {self.dof} degrees of freedom): a "
-                f"cable tugs, or the plate nods. {done} Lay the cable loose, set the player "
-                f"firmly and record these poses again.")
+    factors: tuple[float, float]
+    text: str
 
 
-def _misfit(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
-    """The misfit of some of the wave rows; None where an effect of gravity explains it."""
+TUGS = "a cable tugs, or the plate nods."
+AGAIN = "Lay the cable loose, set the player firmly and record these poses again."
+
+
+def _residual(fit: Fit, waves: WaveRows) -> FloatArray:
     end = fit.equations.data_count
-    residual = fit.rows.residual[end - waves.count : end][rows]
+    return np.asarray(fit.rows.residual[end - waves.count : end])
+
+
+def _of_accelerometer(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
+    """The misfit of the wave rows of a run; None where an effect of attitude explains it."""
+    at, known = fit.equations.at_start, fit.model.names
+    by_attitude = [effect for effect in EFFECTS.values()
+                   if effect.acts_on == "sensor" and not effect.needs and effect.shape is None
+                   and effect.name not in known and unavailable(effect, at) is None]
+    with_them = fit.equations.extended(by_attitude)
+    theta = np.pad(fit.theta, (0, with_them.model.size - fit.model.size))
+    squares, dof = _beyond_means(fit, with_them.rows(theta, fit.eta, fit.shapes).jacobian, rows)
+    if dof < 1 or chi2.sf(squares, dof) >= UNEXPLAINED_P_VALUE:
+        return None
+    of_once, dof_once = _beyond_means(fit, fit.rows.jacobian, rows[rows < waves.once_count])
+    factor = float(np.sqrt(max(1.0, of_once / max(dof_once, 1))))
+    return _Misfit((factor, np.nan), (
+        f"what goes round once and twice per turn fits neither gravity nor an effect of attitude "
+        f"(chi²/dof {squares / dof:.3g} with {dof} degrees of freedom): {TUGS} What comes twice "
+        f"per turn is left out, and the sds of what comes once per turn are {factor:.2g} times "
+        f"their noise. {AGAIN}"))
+
+
+def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
+    """The misfit of the wave rows of a run; None where an effect of gravity explains it."""
+    residual = _residual(fit, waves)[rows]
 
     def columns(effects: Iterable[Effect]) -> FloatArray:
         return np.column_stack([
@@ -104,8 +125,24 @@ def _misfit(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     shown = float(np.median(np.linalg.svd(sensed, compute_uv=False)))
     typical = g_sensitivity.page.typical["MPU-6050"].si_for("gyroscope")
     of_means = len(fit.equations.magnitude) + 3 * len(fit.equations.null)
-    return _Misfit(squares, dof, is_used=(
-        of_means <= fit.model.size or shown * (typical or 0.0) > np.sqrt(squares / dof)))
+    factor = float(np.sqrt(squares / dof))
+    is_used = of_means <= fit.model.size or shown * (typical or 0.0) > factor
+    done = (f"The sds of these waves are {factor:.2g} times their noise, and what rests on them, "
+            f"as a g-sensitivity, is known so much less." if is_used else
+            "These waves are left out: they show no g-sensitivity of ordinary size.")
+    return _Misfit((factor if is_used else np.nan, np.nan), (
+        f"what goes round once per turn fits neither gravity nor a field in the room (chi²/dof "
+        f"{squares / dof:.3g} with {dof} degrees of freedom): {TUGS} {done} {AGAIN}"))
+
+
+def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float, int]:
+    """What columns (r, k) leave of some wave rows beyond what they leave of the means alone."""
+    first, end = fit.equations.data_count - fit.equations.wave_count, fit.equations.data_count
+    means = np.r_[:first, end : len(columns)]
+    both = np.concatenate([means, first + rows])
+    (more, more_dof), (less, less_dof) = (
+        _left(fit.rows.residual[which], columns[which]) for which in (both, means))
+    return more - less, more_dof - less_dof
 
 
 def _left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S
 from calib.poses.imu_log import FloatArray
-from calib.poses.runs.ring import ANGLES, ROUND, Ring
+from calib.poses.runs.ring import ANGLES, ROUND, TO_WAVES, Ring
 
 ADVISED_TILT_RAD = float(np.radians(9.0))
 """Fact: 5 cm under one side of a record player that is 32 cm deep."""
@@ -56,10 +56,13 @@ def ideal_ring(
     n = len(axis)
     if reading.ndim == 2:
         reading = np.repeat(reading[:, None], ANGLES, axis=1)
+    wave_sd = np.sqrt(2) * sd
     return Ring(
         place=np.arange(n), reading=reading, force=gravity_m_s2 * up_round_axis(axis, tilt_rad),
-        sd=np.sqrt(2) * sd, tilt_rad=np.full(n, tilt_rad),
+        sd=np.stack([wave_sd, wave_sd if of_gravity else np.full_like(sd, np.nan)], axis=1),
+        tilt_rad=np.full(n, tilt_rad),
         gravity_m_s2=np.full(n, gravity_m_s2 if of_gravity else np.nan),
         room_rad_s=np.full(n, room_rad_s), vertical_rad_s=np.zeros(n), force_sd=np.full(n, np.nan),
         axis=np.full((n, 3), np.nan), axis_moved=np.zeros((n, 3, 0)),
+        wow=np.zeros((n, len(TO_WAVES))),
     )

@@ -1,9 +1,9 @@
 """What poses on a leaning plate read all round one turn, and what is known of that.
 
 While the plate turns, gravity goes round in the sensor's axes and a pose sees a ring of attitudes.
-The ring is the mean and the wave once per turn (:mod:`calib.poses.samples.in_step`), evaluated at
-so many ``ANGLES``: an effect stated for poses is stated for its points, and its wave is their
-harmonic.
+The ring is the mean and the waves once and twice per turn (:mod:`calib.poses.samples.in_step`),
+evaluated at so many ``ANGLES``: an effect stated for poses is stated for its points, and its waves
+are their harmonics.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.poses.averaging.pose_mean import PoseMean
+from calib.numbers import NO_LENGTH
+from calib.poses.averaging.pose_mean import PoseMean, TriadMean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray, IntArray, Triad
 from calib.poses.reference import RowIndex
-from calib.poses.samples.in_step import Waves
+from calib.poses.samples.in_step import HARMONICS, Waves
 
 ANGLES = 8
 """Round one turn. Derived: an effect of third order in gravity makes waves up to three times per
@@ -39,8 +40,10 @@ TILT_SD_RAD = 0.03
 per cent; wide enough that the waves alone decide."""
 
 ROUND = 2 * np.pi * np.arange(ANGLES) / ANGLES  #: rad; definition
-TO_WAVE = np.stack([np.cos(ROUND), np.sin(ROUND)]) * 2 / ANGLES
-"""From the points of a ring to the amplitudes of its cosine and sine, (2, k). Definition."""
+TO_WAVES = np.stack([f(h * ROUND) for h in HARMONICS for f in (np.cos, np.sin)]) * 2 / ANGLES
+"""From the points of a ring to the amplitudes of cosine and sine once per turn and of cosine and
+sine twice per turn, (4, k). Definition."""
+TO_WAVE = TO_WAVES[:2]  #: the amplitudes once per turn, (2, k); definition
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +58,9 @@ class Ring:
         Nominal, SI, at the angles ``ROUND``.
     force : array, shape (w, k, 3)
         Calibrated specific force there, m/s².
-    sd : array, shape (w, 3)
-        Of the amplitudes of cosine and sine of the reading, nominal SI.
+    sd : array, shape (w, 2, 3)
+        Of the amplitudes once and twice per turn of the reading, nominal SI; NaN of those twice per
+        turn that make no rows.
     tilt_rad : array, shape (w,)
         Of the axis of the plate against gravity, that of the run.
     gravity_m_s2 : array, shape (w,)
@@ -72,6 +76,9 @@ class Ring:
         it is not calibrated.
     axis_moved : array, shape (w, 3, a)
         By how much an sd of each of its a errors moves the axis.
+    wow : array, shape (w, 4)
+        Cosine and sine once per turn and twice per turn of the rate of the plate, relative to it;
+        0 where no gyroscope shows it.
     """
 
     place: IntArray
@@ -85,6 +92,12 @@ class Ring:
     force_sd: FloatArray
     axis: FloatArray
     axis_moved: FloatArray
+    wow: FloatArray
+
+    @property
+    def twice(self) -> IntArray:
+        """Which of the rings have rows of the waves twice per turn: indices, (v,)."""
+        return np.flatnonzero(np.isfinite(self.sd[:, 1]).all(axis=1))
 
     def take(self, rows: RowIndex, count: int) -> "Ring | None":
         """The rings of some poses of a set of ``count``, in their new order."""
@@ -162,14 +175,14 @@ def tilt_of_run(means: Sequence[PoseMean]) -> float | None:
 
 
 def _tilt(mean: FloatArray, waves: Waves) -> float:
-    across = np.sqrt((waves.amplitude ** 2).sum() / 2)
+    across = np.sqrt((waves.amplitude[0] ** 2).sum() / 2)
     return float(np.arctan2(across, np.linalg.norm(mean)))
 
 
 def _is_round(waves: Waves) -> bool:
     """Whether gravity goes round in a circle: equal cosine and sine, across one another."""
-    cosine, sine = waves.amplitude
-    square = (waves.amplitude ** 2).sum() / 2
+    cosine, sine = waves.amplitude[0]
+    square = (cosine @ cosine + sine @ sine) / 2
     return bool(abs(cosine @ cosine - sine @ sine) < 2 * OUT_OF_ROUND * square
                 and abs(cosine @ sine) < OUT_OF_ROUND * square)
 
@@ -213,16 +226,28 @@ def ring_of_run(
     force = np.array([_points(means[i].accelerometer.mean, means[i].accelerometer.waves)
                       for i in used])
     sd = _steadied([each.waves for each in of_triad])
-    of_force = _steadied([means[i].accelerometer.waves for i in used])
+    if triad == "gyroscope":  # nothing in the catalogue that it shows twice per turn
+        sd[:, 1] = np.nan
+    of_force = _steadied([means[i].accelerometer.waves for i in used])[:, 0]
     tilts, gravity, room, vertical = (
         np.full(len(used), value) for value in (tilt, gravity_m_s2, room_rad_s, vertical_rad_s))
     return Ring(np.array(used), reading, force, sd, tilts, gravity, room, vertical,
                 force_sd=np.sqrt((of_force**2).mean(axis=1)),
-                axis=np.full((len(used), 3), np.nan), axis_moved=np.zeros((len(used), 3, 0)))
+                axis=np.full((len(used), 3), np.nan), axis_moved=np.zeros((len(used), 3, 0)),
+                wow=np.array([_wow(means[i].gyroscope) for i in used]))
+
+
+def _wow(mean: TriadMean) -> FloatArray:
+    """The waves along the axis of a pose's rate over that rate, (4,): no gain of an axis matters.
+    """
+    if mean.waves is None:
+        return np.zeros(len(TO_WAVES))
+    along = mean.waves.amplitude.reshape(-1, 3) @ mean.mean
+    return np.asarray(along / max(float(mean.mean @ mean.mean), NO_LENGTH))
 
 
 def _steadied(waves: Sequence[Waves | None]) -> FloatArray:
-    """Sds (w, 3) of the amplitudes of poses: those of all, but of a disturbed one its own."""
+    """Sds (w, 2, 3) of the amplitudes of poses: those of all, but of a disturbed one its own."""
     variance = np.array([each.variance for each in waves if each is not None])
     usual = np.median(variance, axis=0)
     usual = variance.mean(axis=0, where=variance <= DISTURBED * usual)
@@ -232,8 +257,7 @@ def _steadied(waves: Sequence[Waves | None]) -> FloatArray:
 def _points(mean: FloatArray, waves: Waves | None) -> FloatArray:
     """Readings (k, 3) at the angles ``ROUND``."""
     assert waves is not None
-    cosine, sine = waves.amplitude
-    return np.asarray(mean + np.outer(np.cos(ROUND), cosine) + np.outer(np.sin(ROUND), sine))
+    return np.asarray(mean + TO_WAVES.T @ waves.amplitude.reshape(-1, 3) * ANGLES / 2)
 
 
 def room_names(run: str) -> tuple[str, str]:

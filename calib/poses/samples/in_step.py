@@ -1,19 +1,15 @@
-"""What a sensor reads in step with the plate that it turns on: its wave once per turn.
+"""What a sensor reads in step with the plate that it turns on: its waves once and twice per turn.
 
 On a plate that leans gravity turns in the sensor's axes, a wave of g sin(tilt) once per turn. The
 readings of a pose are fitted, at the angles of the plate, by
 
     y = y_0 + Σ_h (a_h cos hθ + b_h sin hθ) + d t,   h = 1, 2
 
-What comes back twice per turn is fitted and left alone. It says nothing of a gyroscope; of an
-accelerometer's quadratic and asymmetry the sds would be 0.8 to 0.9 times as large at 9° of tilt and
-0.5 to 0.7 times at 20° (``python -m tests.bench.study_tilt --sessions twice --tilt 9 20``). But an
-axis that nods by 0.03° once per turn makes 2.6 mm/s² of it, and no wave once per turn.
-
 The angle is the integral of what the gyroscope reads along the axis of the plate, so that wow does
 not spread a wave over its neighbours, and the known rate where there is no gyroscope. The sd of an
 amplitude is by the power of what is left beside the wave in the spectrum: correlated noise has
-another power there than in the mean.
+another power there than in the mean. The fit takes a share of that power, and the line makes an
+amplitude less certain: white noise tells by how much.
 """
 
 import math
@@ -52,10 +48,10 @@ class Waves:
 
     Attributes
     ----------
-    amplitude : array, shape (2, 3)
-        Once per turn, of the cosine and of the sine, of every axis.
-    variance : array, shape (3,)
-        Of each amplitude.
+    amplitude : array, shape (2, 2, 3)
+        Once and twice per turn, of the cosine and of the sine, of every axis.
+    variance : array, shape (2, 3)
+        Of the amplitudes once and twice per turn.
     """
 
     amplitude: FloatArray
@@ -149,9 +145,16 @@ def waves_of(values: FloatArray, time_s: FloatArray, angle: FloatArray) -> Waves
     line = (time_s - time_s.mean()) / max(float(np.ptp(time_s)), NO_LENGTH)
     waves = [f(h * angle) for h in HARMONICS for f in (np.cos, np.sin)]
     design = np.column_stack([*waves, np.ones(len(angle)), line])
-    solution = np.linalg.lstsq(design, values, rcond=None)[0]
+    shapes, size = np.linalg.qr(design)
+    inverse = np.linalg.inv(size)
+    solution = inverse @ (shapes.T @ values)
     rest = values - design @ solution
-    beside = 1 + np.array(NEIGHBOURS) / turns
-    spectrum = np.exp(-1j * np.outer(beside, angle)) @ rest
-    variance = 2 * (np.abs(spectrum) ** 2).mean(axis=0) / len(angle) ** 2
-    return Waves(solution[:2], variance)
+    amplitude = solution[: 2 * len(HARMONICS)].reshape(len(HARMONICS), 2, 3)
+    unit = (inverse[: 2 * len(HARMONICS)] ** 2).sum(axis=1)  # variance in white noise of one
+    variance = []
+    for harmonic, of_one in zip(HARMONICS, unit.reshape(-1, 2).mean(axis=1), strict=True):
+        beside = np.exp(-1j * np.outer(harmonic + np.array(NEIGHBOURS) / turns, angle))
+        power = (np.abs(beside @ rest) ** 2).mean(axis=0)
+        white = len(angle) - (np.abs(beside @ shapes) ** 2).sum(axis=1).mean()
+        variance.append(of_one * power / white)
+    return Waves(amplitude, np.array(variance))

@@ -1,6 +1,9 @@
 """Waves of a leaning plate, simulated sample by sample, against the truth that made them."""
 
 
+from dataclasses import replace
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -11,9 +14,11 @@ from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import PER_SI, gyro_poses
+from tests.fitting import tilted_pose_sets
 from tests.world.bench import Site
-from tests.world.designs import SLOW
+from tests.world.designs import SLOW, tilted_design
 from tests.world.imu import mpu6050
+from tests.world.session import simulate
 from tests.world.truth import g_sensitivity_seen
 
 WITH_G = Model.of([*BASE, "g_sensitivity"])
@@ -33,9 +38,17 @@ def test_a_level_plate_has_none() -> None:
     assert not any("tilt" in name for name in poses.reference.common_names)
 
 
-@pytest.mark.parametrize("names", [BASE, [*BASE, "g_sensitivity", "quadratic"]])
-def test_their_jacobian_is_exact(names: list[str]) -> None:
-    poses, _ = gyro_poses(10.0)
+@lru_cache
+def accelerometer_poses() -> PoseSet:
+    """Nine mountings on a plate that leans by 20°."""
+    return tilted_pose_sets(simulate(replace(tilted_design(20.0), sample_rate_hz=25.0), 3))[0]
+
+
+@pytest.mark.parametrize(("poses", "names"), [
+    (gyro_poses(10.0)[0], BASE), (gyro_poses(10.0)[0], [*BASE, "g_sensitivity", "quadratic"]),
+    (accelerometer_poses(), BASE), (accelerometer_poses(), [*BASE, "quadratic", "asymmetry"]),
+], ids=["gyroscope", "gyroscope, effects", "accelerometer", "accelerometer, effects"])
+def test_their_jacobian_is_exact(poses: PoseSet, names: list[str]) -> None:
     equations = Equations.of(poses, Model.of(names))
     rng = np.random.default_rng(3)
     size = np.where(np.arange(equations.model.size) < 9, 1e-2, 1e-4)
@@ -88,6 +101,22 @@ def test_they_name_nothing_that_is_not_there(changes: dict[str, float]) -> None:
     said = assess(poses, Model.of(BASE), spec).diagnosis
     assert said.names == ()
     assert "g_sensitivity" not in said.blind
+
+
+@pytest.mark.parametrize(("name", "times"), [("quadratic", 0.7), ("asymmetry", 0.65)])
+def test_what_comes_twice_per_turn_shows_effects_of_attitude(name: str, times: float) -> None:
+    """The sds of its elements, beside those without these rows."""
+    poses = accelerometer_poses()
+    assert poses.ring is not None
+    once = poses.ring.sd.copy()
+    once[:, 1] = np.nan
+    model = Model.of([*BASE, name])
+    both, without = (fit(some, model) for some in (
+        poses, replace(poses, ring=replace(poses.ring, sd=once))))
+    of_effect = model.slices()[name]
+    ratio = np.sqrt(np.diag(both.cov)[of_effect] / np.diag(without.cov)[of_effect])
+    assert ratio.max() < times
+    assert both.equations.data_count == without.equations.data_count + 6 * len(poses)
 
 
 def test_a_mounting_left_out_takes_its_waves_along() -> None:
