@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.diagnosis.next_measurement.advice import Rival, best_block
-from calib.diagnosis.verdict.ranking import Candidate
 from calib.effects.catalogue import BASE, EFFECTS, find_effect
 from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined
@@ -148,7 +147,10 @@ def change_model(
     result = result_of(before, target)
     if result is not None and not remove:
         require_addable(result, target, anyway)
-    return ModelChange(target, before, run(changed))
+    change = ModelChange(target, before, run(changed))
+    if not (remove or anyway):
+        _require_seen(change)
+    return change
 
 
 def require_addable(result: TriadResult, target: Target, anyway: bool = False) -> None:
@@ -173,7 +175,6 @@ def require_addable(result: TriadResult, target: Target, anyway: bool = False) -
     # What a verdict names can be added; `note_on` says what else it may be.
     if candidate is None or diagnosis.named_class(name) or anyway:
         return
-    _require_seen(result, target, candidate)
     if candidate.aliases:
         raise Undetermined(
             f"{target}: looks the same as {_quoted(candidate.aliases)} in these data; adding it "
@@ -188,6 +189,7 @@ def overruled(change: ModelChange) -> str:
     try:
         if before is not None:
             require_addable(before, change.target)
+        _require_seen(change)
     except Undetermined as refused:
         return str(refused).partition(" To go on with")[0].partition(" To add it all the same")[0]
     return ""
@@ -212,24 +214,38 @@ def _quoted(names: Collection[str]) -> str:
     return " and ".join(f"'{name}'" for name in names)
 
 
-def _require_seen(result: TriadResult, target: Target, candidate: Candidate) -> None:
-    """Refuse an effect with which the leave-one-out error does not fall.
+def _require_seen(change: ModelChange) -> None:
+    """Refuse an effect with which poses that take no part are not predicted better.
+
+    What a verdict names, and what is drawn and predicts no pose, is not asked.
 
     Raises
     ------
     Undetermined
-        With both errors, and the largest of its parameters in its sds.
+        With both errors, what noise alone makes of them, and the largest parameter in its sds.
     """
-    before, after = result.comparison.loo_rms, candidate.loo_after
-    if not after >= before:
+    target = change.target
+    results = [result_of(outcome, target) for outcome in (change.before, change.after)]
+    if results[0] is None or results[1] is None:
         return
-    unit, factor = DISPLAY[result.triad]
-    in_sd = float(np.max(np.abs(candidate.size) / candidate.sd)) if candidate.size.size else 0.0
+    before, after = results[0], results[1]
+    fit = after.calibration.fit
+    effect = next(each for each in fit.model.effects if each.name == target.name)
+    if effect.drawn or before.diagnosis.named_class(target.name) or (
+            after.comparison.predicts_better_than(before.comparison)):
+        return
+    unit, factor = DISPLAY[before.triad]
+    error, noise, error_before, noise_before = (
+        f"{size * factor:.3g} {unit}" for each in (after.comparison, before.comparison)
+        for size in (each.loo_rms, each.loo_noise))
+    where = fit.model.slices()[target.name]
+    size, sd = np.abs(fit.theta[where]), np.sqrt(np.diag(fit.cov)[where])
+    in_sd = float(np.max(size[sd > 0] / sd[sd > 0], initial=0.0))
     raise Undetermined(
-        f"{target}: these data do not show it: the leave-one-out error would be "
-        f"{after * factor:.3g} {unit} with it and is {before * factor:.3g} {unit} without, and its "
-        f"largest parameter would be {in_sd:.1f} sd. To add it all the same, for its upper limit "
-        f"or to compare, add --anyway."
+        f"{target}: these data do not show it: poses that take no part in the fit are predicted no "
+        f"better. The leave-one-out error would be {error} with it ({noise} by noise alone) and is "
+        f"{error_before} without ({noise_before}), and its largest parameter would be {in_sd:.1f} "
+        f"sd. To add it all the same, for its upper limit or to compare, add --anyway."
     )
 
 

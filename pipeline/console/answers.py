@@ -17,7 +17,7 @@ from calib.diagnosis.verdict.wording import enumeration
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict
-from pipeline.console.run_text import aside_text
+from pipeline.console.run_text import aside_text, loo_by_noise
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.commands import command, word
@@ -186,7 +186,8 @@ def _is_it_good(result: TriadResult) -> str:
         return (
             f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
             f"{unit}, and their own noise explains it (sd {noise * factor:.2g} {unit}). The "
-            f"leave-one-out error, for a pose that takes no part in the fit, is {loo:.2g} {unit}. "
+            f"leave-one-out error, for a pose that takes no part in the fit, is {loo:.2g} {unit}"
+            f"{loo_by_noise(result)}. "
             f"{_prediction(result)}"
         )
     times = comparison.residual_rms / noise

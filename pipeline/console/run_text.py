@@ -18,6 +18,9 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count
 from pipeline.text.tables import table_lines
 
+FEW_POSES = 3.0
+"""Leave-one-out error by noise alone, over that noise, from which it is told: chooses words."""
+
 RANKED = 6  #: candidates that `pipeline diagnose` shows
 
 
@@ -51,9 +54,18 @@ def triad_figures(result: TriadResult) -> str:
         poses += f", plate tilted by {' and '.join(tilts)}"
     return (
         f"{poses}, residual {comparison.residual_rms * factor:.3g} "
-        f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}, chi²/dof "
-        f"{fit.chi2 / fit.dof:.2f}"
+        f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}{loo_by_noise(result)}, "
+        f"chi²/dof {fit.chi2 / fit.dof:.2f}"
     )
+
+
+def loo_by_noise(result: TriadResult) -> str:
+    """What noise alone makes of a leave-one-out error, where that is much more than a residual."""
+    noise = float(np.sqrt(np.mean(result.calibration.fit.equations.row_sd**2)))
+    if result.comparison.loo_noise < FEW_POSES * noise:
+        return ""
+    unit, factor = DISPLAY[result.triad]
+    return f" ({result.comparison.loo_noise * factor:.2g} {unit} by noise alone with so few poses)"
 
 
 def verdict_line(result: TriadResult) -> str:

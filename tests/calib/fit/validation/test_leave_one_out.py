@@ -114,3 +114,44 @@ def test_huber_s_sds_hold_with_and_without_a_bad_pose(bad_poses: int) -> None:
     covered = np.mean(np.abs(scores) < 1.96)
     assert 0.90 < covered < 0.985
     assert np.median(widenings) < 1.3
+
+
+def few_poses(seed: int) -> PoseSet:
+    """Fourteen of the wedge poses in which nothing is missing."""
+    read = read_through(made_poses("accelerometer", (0.0,), jitter_deg=8.0), MODEL,
+                        base_theta(MODEL, "accelerometer"))
+    return noisy(chosen(read, list(range(1, 15))), seed)
+
+
+def test_the_leave_one_out_error_of_few_sound_poses_is_what_noise_makes_of_it() -> None:
+    compared = [compare(fit(few_poses(seed), MODEL)) for seed in range(60)]
+    square = np.mean([each.loo_rms**2 for each in compared])
+    by_noise = np.mean([each.loo_noise**2 for each in compared])
+    assert square == pytest.approx(by_noise, rel=0.4)
+    assert by_noise > 9 * np.mean([each.residual_rms**2 for each in compared])
+
+
+def test_of_few_poses_what_is_not_there_lowers_the_error_but_predicts_no_better() -> None:
+    """The leave-one-out error rests on the pose that holds a parameter up."""
+    names = ("temperature_bias", "temperature_scale", "bias_drift", "scale_drift")
+    lower, better = 0, 0
+    for seed in range(24):
+        base = fit(few_poses(seed), MODEL)
+        before = compare(base)
+        after = [compare(fit(base.poses, Model.of((*BASE, name)))) for name in names]
+        lower += any(each.loo_rms < 0.8 * before.loo_rms for each in after)
+        better += any(each.predicts_better_than(before) for each in after)
+    assert lower >= 5
+    assert better <= 2
+
+
+def test_an_effect_that_is_there_predicts_better_in_few_poses_too() -> None:
+    better = 0
+    for seed in range(10):
+        poses = few_poses(seed)
+        warm = poses.columns["temperature_c"][:, None] - 30
+        spoilt_by_it = replace(poses, reading=poses.reading + warm * [0.004, -0.003, 0.005])
+        base = fit(spoilt_by_it, MODEL)
+        with_it = fit(spoilt_by_it, Model.of((*BASE, "temperature_bias")))
+        better += compare(with_it).predicts_better_than(compare(base))
+    assert better >= 6
