@@ -96,7 +96,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "vision": [
         ("geometry", "numbers"), ("phase_track",), ("errors", "image_return"),
         ("video", "camera"),
-        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate",),
+        ("plate", "rate"), ("tracking", "overlay"), ("clip_rate", "live_plate"),
     ],
     "vision.video": [("orientation", "reduction", "av_decoder"), ("reader",)],
     "pipeline": [

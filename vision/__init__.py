@@ -27,6 +27,7 @@ The way of the data
 ``image_return``  after what time the picture is itself again, without a plate
 ``rate``          the rate and its standard deviation (``measure_rate``), with NumPy alone
 ``overlay``       the clip with the measurement drawn on it
+``live_plate``    what a camera sees now, with rim and mark
 ``camera``        films a clip with a live camera
 ``errors``        what can go wrong, by what the user can do about it
 ``numbers``       facts: of units and of the normal distribution

@@ -27,6 +27,9 @@ PACE = 0.2  #: the driver's clock may differ by so much from the computer's over
 START_S = 10.0  #: for the first frame; some cameras take seconds to wake up
 
 
+Watch = Callable[[NDArray[np.uint8], float], None]  #: takes a frame (h, w, 3) and its time, s
+
+
 class CameraFailed(VisionError):
     """The camera cannot be opened, or gives no frames."""
 
@@ -57,6 +60,8 @@ class Camera:
         Number of the camera; or a clip that is played in real time, over and over, for trials.
     clock : callable
         The clock that the sensor's log is kept on, in seconds.
+    watch : callable (image, time_s), optional
+        Sees every frame as it comes.
 
     Raises
     ------
@@ -64,8 +69,11 @@ class Camera:
         There is no such camera, or it gives no frame.
     """
 
-    def __init__(self, source: int | Path, clock: Callable[[], float] = time.monotonic) -> None:
-        self._source, self._clock = source, clock
+    def __init__(
+        self, source: int | Path, clock: Callable[[], float] = time.monotonic,
+        watch: Watch | None = None,
+    ) -> None:
+        self._source, self._clock, self._watch = source, clock, watch
         self._name = f"camera {source}" if isinstance(source, int) else str(source)
         if not hasattr(cv2, "VIDEOWRITER_PROP_PTS"):
             raise CameraFailed("this version of OpenCV writes no time stamps; filming needs 4.13 "
@@ -73,7 +81,7 @@ class Camera:
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
         self._capture = self._open()
         self._lock = threading.Lock()
-        self._writer: _ClipWriter | None = None
+        self._writer: ClipWriter | None = None
         self._error = ""
         self._stop = threading.Event()
         self._seen = threading.Event()
@@ -96,7 +104,7 @@ class Camera:
         with self._lock:
             if self._writer is not None:
                 self._writer.end(keep=False)
-            self._writer = _ClipWriter(path)
+            self._writer = ClipWriter(path)
 
     def stop(self, keep: bool) -> Clip | None:
         """End the clip; ``None`` where there is none, or it is not kept.
@@ -146,9 +154,11 @@ class Camera:
             with self._lock:
                 if self._writer is not None:
                     self._write(self._writer, np.asarray(image), time_s)
+            if self._watch is not None:
+                self._watch(np.asarray(image), time_s)
             self._seen.set()
 
-    def _write(self, writer: "_ClipWriter", image: NDArray[np.uint8], time_s: float) -> None:
+    def _write(self, writer: "ClipWriter", image: NDArray[np.uint8], time_s: float) -> None:
         try:
             writer.write(image, time_s)
         except (CameraFailed, cv2.error) as error:
@@ -202,7 +212,7 @@ class _Playback:
         return self._begun_s + clip_s
 
 
-class _ClipWriter:
+class ClipWriter:
     """One clip, under a hidden name until it is kept; the stamps beside it as text."""
 
     def __init__(self, path: Path) -> None:

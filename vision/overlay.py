@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vision.errors import VisionError
 from vision.geometry import FloatArray, PlateView
 from vision.numbers import RPM
-from vision.phase_track import USUAL_MARK_RADIUS, PhaseTrack
+from vision.phase_track import USUAL_MARK_RADIUS, PhaseTrack, PlateLayout
 from vision.rate.measure import RateMeasurement
 from vision.rate.unwrap import frame_time
 from vision.video.reader import ClipReader, Frame
@@ -30,6 +30,7 @@ RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
 LINE_PX = 22  #: height of text, in a frame of the width below
 TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
 FONT = cv2.FONT_HERSHEY_SIMPLEX
+STANDING = np.eye(3)  #: motion of a camera that stands; definition
 SAME_S = 1e-4  #: stamps of one frame
 BORDER_PX = 6  #: border of a frame that the rate does not use; layout
 JPEG_QUALITY = 80  #: quality of pictures to look at; chosen
@@ -142,12 +143,6 @@ class _Drawing:
 
     def __init__(self, track: PhaseTrack, rate: RateMeasurement | None, scale: float) -> None:
         self._track, self._scale = track, scale
-        plate = track.plate
-        self._view = PlateView(plate.view)
-        self._rim = np.stack(self._view.pixels(np.ones(181), np.linspace(0, 2 * np.pi, 181)), 1)
-        marked = not np.isnan(plate.mark_radius)
-        self._reach = plate.mark_radius if marked else USUAL_MARK_RADIUS
-        self._azimuth = plate.mark_azimuth_rad if marked else 0.0
         self._used, self._rate = np.zeros(len(track.time_s), bool), "no rate: the clip was refused"
         self._angle = track.phase_rad
         self._so_far = np.full(len(track.time_s), np.nan)
@@ -169,13 +164,12 @@ class _Drawing:
         canvas = np.ascontiguousarray(image[:h, :w])
         where = "not followed, left out"
         if i is not None:
-            rim = self._seen(self._rim, i)
-            cv2.polylines(canvas, [np.round(rim).astype(np.int32)], True, RIM, 2, cv2.LINE_AA)
             where = "plate not seen, left out"
-            angle = self._azimuth + float(self._angle[i])
+            angle = float(self._angle[i])
+            draw_plate(canvas, self._track.plate, angle, self._scale, self._track.motion[i],
+                       bool(self._used[i]))
             if np.isfinite(angle):
-                self._hand(canvas, i, angle)
-                where = f"{np.degrees(angle) % 360:5.1f} deg"
+                where = f"{np.degrees(mark_of(self._track.plate)[1] + angle) % 360:5.1f} deg"
                 if not self._used[i]:
                     where += ", left out"
                 elif np.isfinite(self._so_far[i]):
@@ -190,19 +184,52 @@ class _Drawing:
             cv2.putText(canvas, text, at, FONT, 0.55 * larger, TEXT, strong, cv2.LINE_AA)
         return canvas
 
-    def _hand(self, canvas: Image, i: int, azimuth_rad: float) -> None:
-        x, y = self._view.pixels(np.array([0.0, self._reach]), np.full(2, azimuth_rad))
-        centre, tip = (tuple(map(int, each)) for each in
-                       np.round(self._seen(np.stack([x, y], axis=1), i)))
-        colour = HAND if self._used[i] else UNUSED
-        cv2.line(canvas, centre, tip, colour, 1, cv2.LINE_AA)
-        cv2.circle(canvas, tip, 9, colour, 2, cv2.LINE_AA)
-        cv2.drawMarker(canvas, centre, CENTRE, cv2.MARKER_CROSS, 15, 2, cv2.LINE_AA)
 
-    def _seen(self, points: FloatArray, i: int) -> FloatArray:
-        """Where points of the view appear in the frame as filmed, shape (n, 2)."""
-        x, y, n = self._track.motion[i] @ np.column_stack([points, np.ones(len(points))]).T
-        return np.stack([x / n, y / n], axis=1) * self._scale + (self._scale - 1) / 2
+def mark_of(plate: PlateLayout) -> tuple[float, float]:
+    """Radius, and azimuth at plate angle zero, of the mark; of any place where there is none."""
+    if np.isnan(plate.mark_radius):
+        return USUAL_MARK_RADIUS, 0.0
+    return plate.mark_radius, plate.mark_azimuth_rad
+
+
+def draw_plate(
+    canvas: Image, plate: PlateLayout, angle_rad: float, scale: float,
+    motion: FloatArray = STANDING, used: bool = True,
+) -> None:
+    """Draw rim, spindle and a hand through the mark on a frame.
+
+    Parameters
+    ----------
+    canvas : array of uint8, shape (h, w, 3)
+        Blue-green-red; it is drawn on.
+    plate : PlateLayout
+    angle_rad : float
+        Of the plate; NaN draws the rim alone.
+    scale : float
+        Size of the frame over that of the frames that the plate was found in.
+    motion : array, shape (3, 3)
+        Pixels of the plate's view to those of the frame it was found in.
+    used : bool
+        The hand is grey where it is not.
+    """
+    view = PlateView(plate.view)
+
+    def seen(radius: FloatArray, azimuth_rad: FloatArray) -> NDArray[np.int32]:
+        x, y, n = motion @ np.stack([*view.pixels(radius, azimuth_rad), np.ones_like(radius)])
+        places = np.stack([x / n, y / n], axis=1) * scale + (scale - 1) / 2
+        return np.round(places).astype(np.int32)
+
+    cv2.polylines(canvas, [seen(np.ones(181), np.linspace(0, 2 * np.pi, 181))], True, RIM, 2,
+                  cv2.LINE_AA)
+    if not np.isfinite(angle_rad):
+        return
+    radius, azimuth_rad = mark_of(plate)
+    centre, tip = (tuple(map(int, each)) for each in seen(
+        np.array([0.0, radius]), np.full(2, azimuth_rad + angle_rad)))
+    colour = HAND if used else UNUSED
+    cv2.line(canvas, centre, tip, colour, 1, cv2.LINE_AA)
+    cv2.circle(canvas, tip, 9, colour, 2, cv2.LINE_AA)
+    cv2.drawMarker(canvas, centre, CENTRE, cv2.MARKER_CROSS, 15, 2, cv2.LINE_AA)
 
 
 def _turning(track: PhaseTrack, rate_rad_s: float) -> FloatArray:

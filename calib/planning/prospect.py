@@ -223,15 +223,21 @@ class BestPose:
         Unit vector of the side that faces up.
     shrinks : float
         By which factor the geometric mean of the sds of all parameters falls, 0 to 1.
+    minutes : float
+        What it takes.
     """
 
     run: str
     up: FloatArray
     shrinks: float
+    minutes: float = 1.0
 
 
-def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPose:
-    """The natural direction, at a setting of the plan, that adds most information (D-optimal).
+def best_pose(
+    triad: Triad, runs: Sequence[PlannedRun], model: Model,
+    recorded: Sequence[int] | None = None, minutes: Sequence[float] | None = None,
+) -> BestPose | None:
+    """The pose that adds most information per minute (D-optimal).
 
     Parameters
     ----------
@@ -241,26 +247,44 @@ def best_pose(triad: Triad, runs: Sequence[PlannedRun], model: Model) -> BestPos
         The plan, at least one run.
     model : Model
         The model to be fitted.
+    recorded : sequence of int, optional
+        How many poses of each run are there, the first ones of it; the next one is then the best of
+        the others. By default all are there, and the next is any natural direction.
+    minutes : sequence of float, optional
+        For a pose of each run; by default alike.
 
     Returns
     -------
-    BestPose
+    BestPose or None
+        None where all are recorded.
     """
-    up = natural_directions()
-    more = [run.turned(up, run.time_s.max() + POSE_S * np.arange(1, len(up) + 1)) for run in runs]
-    poses = ideal_poses(triad, [*runs, *more])
-    equations = Equations.of(poses, model)
+    up, run_of = [run.up for run in runs], [np.full(len(run.up), i) for i, run in enumerate(runs)]
+    there = [np.arange(len(run.up)) < (len(run.up) if recorded is None else recorded[i])
+             for i, run in enumerate(runs)]
+    planned = list(runs)
+    if recorded is None:
+        more = natural_directions()
+        later = POSE_S * np.arange(1, len(more) + 1)
+        planned += [run.turned(more, run.time_s.max() + later) for run in runs]
+        up += [more] * len(runs)
+        run_of += [np.full(len(more), i) for i in range(len(runs))]
+        there += [np.zeros(len(more), bool)] * len(runs)
+    ups, runs_of, at_hand = np.concatenate(up), np.concatenate(run_of), np.concatenate(there)
+    candidates = np.flatnonzero(~at_hand)
+    if not len(candidates):
+        return None
+    equations = Equations.of(ideal_poses(triad, planned), model)
     eta = np.zeros(equations.common_count)
     jacobian = equations.rows(np.zeros(model.size), eta, {}).jacobian
-    at_hand = sum(len(run.up) for run in runs)
     pose = np.append(equations.row_pose, np.full(len(eta), -1))  # the prior rows belong to none
-    unit, norm = unit_columns(jacobian[pose < at_hand])
+    unit, norm = unit_columns(jacobian[np.where(pose < 0, True, at_hand[pose])])
     cov = np.linalg.inv(unit.T @ unit + WEAK_PRIOR * np.eye(len(norm)))
+    takes = np.ones(len(runs)) if minutes is None else np.asarray(minutes)
     gains = []
-    for k in range(at_hand, len(poses)):
-        rows = jacobian[pose == k] / norm
+    for candidate in candidates:
+        rows = jacobian[pose == candidate] / norm
         gains.append(np.linalg.slogdet(np.eye(len(rows)) + rows @ cov @ rows.T)[1])
-    best = int(np.argmax(gains))
-    run = runs[best // len(up)]
-    return BestPose(run.name, up[best % len(up)],
-                    float(np.exp(-gains[best] / 2 / model.size)))
+    best = int(np.argmax(np.array(gains) / takes[runs_of[candidates]]))
+    k = int(candidates[best])
+    return BestPose(runs[runs_of[k]].name, ups[k], float(np.exp(-gains[best] / 2 / model.size)),
+                    float(takes[runs_of[k]]))

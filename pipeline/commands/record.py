@@ -1,7 +1,7 @@
 """``pipeline record CONFIG``."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,9 @@ from pipeline.text.commands import command as proposed
 if TYPE_CHECKING:
     from pipeline.commands.interaction.recording_display import LivePanel, PlainLines
     from pipeline.config.load import Config
+    from pipeline.plan.so_far import Outlook
     from pipeline.record.session import RecordingDisplay, Session
+    from vision.camera import Watch
 
 FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
 REHEARSAL = "pipeline-rehearsal"  #: folder that `--demo` writes by default
@@ -58,14 +60,19 @@ def command(
         _list_ports()
         return
     from pipeline.commands.interaction.recording_display import watcher
+    from pipeline.plan.so_far import Outlook
     from pipeline.record.start import open_session
 
     loaded = _rehearsal() if config is None else _recordable(config, anyway)
     path = loaded.source.path
-    with _shown(watcher(quiet, path), path, page) as display:
+    outlook = Outlook(path)
+    with ExitStack() as shown:
+        display, watch = shown.enter_context(_shown(watcher(quiet, outlook), outlook, page))
+        if watch and config is None:
+            shown.enter_context(_demo_camera(watch))
         try:
             session = (_demo(loaded, display) if config is None else
-                       open_session(loaded, display, port=port, baud=baud, camera=camera))
+                       open_session(loaded, display, port, baud, camera, watch))
             done = session.run()
         except KeyboardInterrupt:
             again = proposed("record", "--demo") if config is None else proposed("record", path)
@@ -79,22 +86,38 @@ def command(
 
 @contextmanager
 def _shown(
-    panel: "LivePanel | PlainLines", path: Path, page: bool
-) -> Iterator["RecordingDisplay"]:
-    """The display of a recording, closed at its end; with ``page`` the browser shows it too."""
+    panel: "LivePanel | PlainLines", outlook: "Outlook", page: bool
+) -> Iterator["tuple[RecordingDisplay, Watch | None]"]:
+    """The display of a recording, closed at its end; with ``page`` the browser shows it too.
+
+    The page also takes the frames of a camera.
+    """
     try:
         if not page:
-            yield panel
+            yield panel, None
             return
-        from pipeline.commands.interaction.recording_outlook import outlook_lines
         from pipeline.served.serve import serving
         from pipeline.workbench.recording_page import RecordingPage
+        from vision.live_plate import LivePlate
 
-        both = RecordingPage(panel, lambda: outlook_lines(path))
-        with serving(both.routes, say_address):
-            yield both
+        with closing(LivePlate()) as plate:
+            both = RecordingPage(panel, outlook, plate)
+            with serving(both.routes, say_address):
+                yield both, plate.watch
     finally:
         panel.close()
+
+
+@contextmanager
+def _demo_camera(watch: "Watch") -> Iterator[None]:
+    """A clip of the example session, played as a camera would see it."""
+    import time
+
+    from pipeline.config.demo_session import session_folder
+    from vision.camera import Camera
+
+    with closing(Camera(session_folder() / "video/33rpm.mp4", time.monotonic, watch)):
+        yield
 
 
 def _recordable(path: Path, anyway: bool) -> "Config":

@@ -31,11 +31,14 @@ def pose_svg(up: FloatArray) -> str:
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {CELL} {CELL + 24}" '
             f'font-family="sans-serif" font-size="12" role="img" '
             f'aria-label="{escape(direction_name(up))}">\n'
-            f'<rect width="100%" height="100%" fill="white"/>\n{_cell(up, 0)}\n</svg>')
+            f'<rect width="100%" height="100%" fill="white"/>\n{_cell(up)}\n</svg>')
 
 
-def _cell(up: FloatArray, number: int) -> str:
-    """The drawing of one pose."""
+def _cell(up: FloatArray, number: int | None = None) -> str:
+    """The drawing of one pose, with its number where it is one of many."""
+    name = escape(direction_name(up))
+    words = name if number is None else f"{number + 1}  {name}"
+    number = number or 0
     x0 = number % PER_ROW * CELL + CELL / 2
     y0 = number // PER_ROW * (CELL + 24) + CELL / 2
     below = _lowest(up)
@@ -56,7 +59,7 @@ def _cell(up: FloatArray, number: int) -> str:
             parts.append(f'<text x="{x0 + SCALE * x:.1f}" y="{y0 - SCALE * y + 4:.1f}" '
                          f'fill="{colour}" text-anchor="middle">{line.axis}</text>')
     parts.append(f'<text x="{x0:.1f}" y="{y0 + CELL / 2 + 14:.1f}" text-anchor="middle">'
-                 f"{number + 1}  {escape(direction_name(up))}</text>")
+                 f"{words}</text>")
     return "\n".join(parts)
 
 

@@ -72,6 +72,10 @@ class TriadPlan:
         Judged on the recorded poses, and with the missing ones added: the words of a refusal where
         poses do not determine the model, None where there are none.
     next_pose : BestPose
+        The best one beside all that are planned.
+    next_planned : BestPose or None
+        The missing one that is worth most per minute, beside those recorded; None where none is
+        missing.
     saturates : tuple of str
         Warnings of settings at which the converter would saturate.
     not_planned : mapping of str to str
@@ -85,6 +89,7 @@ class TriadPlan:
     at_hand: Prospect | str | None
     complete: Prospect | str
     next_pose: BestPose
+    next_planned: BestPose | None
     saturates: tuple[str, ...]
     not_planned: Mapping[str, str]
 
@@ -144,7 +149,9 @@ def _triad_plan(
             real = at_hand.fit
         except CalibrationError as error:
             at_hand = str(error)
-    runs = [run for setting in settings for run in _runs(config, triad, setting, noise_sd, real)]
+    planned = [(run, setting) for setting in settings
+               for run in _runs(config, triad, setting, noise_sd, real)]
+    runs = [run for run, _ in planned]
     try:
         start = real.equations.start if real is not None else None
         complete: Prospect | str = prospect_of(
@@ -152,8 +159,13 @@ def _triad_plan(
             config.covariates)
     except CalibrationError as error:
         complete = str(error)
+    beside_all = best_pose(triad, runs, model)
+    assert beside_all is not None  # any direction may be laid again
+    at_hand_of_run = [len(setting.means) for _, setting in planned]
+    minutes = [(setting.seconds + PAUSE_S) / 60 for _, setting in planned]
     return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,
-                     best_pose(triad, runs, model), tuple(_saturating(triad, settings, spec)),
+                     beside_all, best_pose(triad, runs, model, at_hand_of_run, minutes),
+                     tuple(_saturating(triad, settings, spec)),
                      {effect: f"the column {name} is not in the logs that are there"
                       for effect, name in lacks.items()})
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pipeline.errors import DeviceError
-from vision.camera import Camera, CameraFailed
+from vision.camera import Camera, CameraFailed, Watch
 
 
 class PoseCamera:
@@ -16,6 +16,8 @@ class PoseCamera:
         Number of the camera; 0 is the first.
     clock : callable
         The session's clock, which the sensor's log is kept on.
+    watch : callable, optional
+        Sees every frame.
 
     Raises
     ------
@@ -23,9 +25,11 @@ class PoseCamera:
         The camera cannot be opened.
     """
 
-    def __init__(self, number: int, clock: Callable[[], float]) -> None:
+    def __init__(
+        self, number: int, clock: Callable[[], float], watch: Watch | None = None
+    ) -> None:
         try:
-            self._camera = Camera(number, clock)
+            self._camera = Camera(number, clock, watch)
         except CameraFailed as error:
             raise DeviceError(str(error)) from error
 

@@ -2,11 +2,15 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipeline.config.load import Config
 from pipeline.errors import ConfigError
 from pipeline.record.serial_port import Port, SerialPort, only_port
 from pipeline.record.session import Filming, OpenCamera, RecordingDisplay, Session
+
+if TYPE_CHECKING:
+    from vision.camera import Watch
 
 
 def open_session(
@@ -15,8 +19,9 @@ def open_session(
     port: str | None = None,
     baud: int | None = None,
     camera: int | None = None,
+    watch: "Watch | None" = None,
 ) -> Session:
-    """The session of ``config``; the options overrule the file.
+    """The session of ``config``; the options overrule the file, ``watch`` sees the frames.
 
     Raises
     ------
@@ -41,16 +46,16 @@ def open_session(
     def open_port(speed: int) -> Port:
         return SerialPort(name, speed)
 
-    return Session(chosen, open_port, display, _open_camera(record.camera))
+    return Session(chosen, open_port, display, _open_camera(record.camera, watch))
 
 
-def _open_camera(number: int | None) -> OpenCamera | None:
+def _open_camera(number: int | None, watch: "Watch | None") -> OpenCamera | None:
     if number is None:
         return None
 
     def open_camera(clock: Callable[[], float]) -> Filming:
         from pipeline.record.filming import PoseCamera  # cv2, which few recordings need
 
-        return PoseCamera(number, clock)
+        return PoseCamera(number, clock, watch)
 
     return open_camera

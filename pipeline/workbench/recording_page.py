@@ -8,7 +8,7 @@ import asyncio
 import json
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Sequence
 
 import numpy as np
 from starlette.requests import Request
@@ -18,10 +18,13 @@ from starlette.routing import BaseRoute, Route
 from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
 from pipeline.drawings.sheet import pose_svg
+from pipeline.plan.so_far import Outlook, SoFar
 from pipeline.record.session import RecordingDisplay, RecordingView
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.served.answers import script, template
+from pipeline.text.formatting import DISPLAY
+from vision.live_plate import LivePlate
 
 LOOK_S = 0.1  #: between two looks at the state: as often as the panel is drawn. Chosen
 KEPT = 200  #: lines that stay on the page; chosen
@@ -35,12 +38,16 @@ class RecordingPage:
     ----------
     beside : RecordingDisplay
         Shows the same on the terminal.
-    outlook : callable
-        Lines on what the poses recorded so far determine.
+    outlook : Outlook
+        What the poses recorded so far determine.
+    plate : LivePlate
+        What a camera sees, if there is one.
     """
 
-    def __init__(self, beside: RecordingDisplay, outlook: Callable[[], list[str]]) -> None:
-        self._beside, self._outlook = beside, outlook
+    def __init__(self, beside: RecordingDisplay, outlook: Outlook, plate: LivePlate) -> None:
+        self._beside, self._outlook, self._plate = beside, outlook, plate
+        self._so_far: dict[str, list[SoFar]] = {}
+        self._note(outlook.after("begin"))
         self._lines: deque[str] = deque(maxlen=KEPT)
         self._traces: deque[list[float]] = deque(maxlen=TRACE)
         self._view: Json = {}
@@ -62,14 +69,22 @@ class RecordingPage:
     def recorded(self, text: str) -> None:
         """A pose is recorded: its line, and what all of them determine by now."""
         self._beside.recorded(text)
+        triads = self._outlook.after(text)
         with self._lock:
-            self._lines.extend([text, *self._outlook()])
+            self._lines.extend([text, *(each.line for each in triads if each.line)])
+            self._note(triads)
+
+    def _note(self, triads: list[SoFar]) -> None:
+        for each in triads:
+            self._so_far.setdefault(each.triad, []).append(each)
 
     def state(self) -> Json:
         """What the page shows: the view, the traces axis by axis, and the lines."""
         with self._lock:
             traces = np.nan_to_num(np.array(self._traces).reshape(-1, 6)).round(4).T.tolist()
-            return {"view": self._view, "traces": traces, "lines": list(self._lines)}
+            return {"view": self._view, "traces": traces, "lines": list(self._lines),
+                    "camera": self._plate.words,
+                    "outlook": [outlook_json(history) for history in self._so_far.values()]}
 
     @property
     def routes(self) -> list[BaseRoute]:
@@ -80,11 +95,16 @@ class RecordingPage:
             Route("/", lambda _: HTMLResponse(page)),
             Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
             Route("/recording.js", script(template("workbench/templates/recording.js"))),
-            Route("/events", self._events),
+            Route("/events", self._events), Route("/picture", self._picture),
         ]
 
     async def _events(self, request: Request) -> Response:
         return StreamingResponse(self._news(request), media_type="text/event-stream")
+
+    def _picture(self, _: Request) -> Response:
+        picture = self._plate.picture()
+        return (Response(status_code=404) if picture is None
+                else Response(picture, media_type="image/jpeg"))
 
     async def _news(self, request: Request) -> AsyncIterator[str]:
         before = ""
@@ -110,4 +130,17 @@ def view_json(view: RecordingView) -> Json:
         "next": None if not missing else {
             "name": direction_name(view.wanted[missing[0]]),
             "drawing": pose_svg(view.wanted[missing[0]])},
+    }
+
+
+def outlook_json(history: Sequence[SoFar]) -> Json:
+    """The sds of one triad from pose to pose, and what is worth most now."""
+    known = [each for each in history if not np.isnan(each.scale_sd)]
+    now = history[-1]
+    return {
+        "triad": now.triad, "advice": now.advice, "enough": now.enough, "poses_now": now.poses,
+        "poses": [each.poses for each in known],
+        "sds": [{"name": "scale", "unit": "ppm", "values": [1e6 * each.scale_sd for each in known]},
+                {"name": "bias", "unit": DISPLAY[now.triad][0],
+                 "values": [each.bias_sd for each in known]}],
     }

@@ -2,7 +2,6 @@
 
 import sys
 from collections import deque
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -10,13 +9,13 @@ import numpy as np
 
 from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
-from pipeline.commands.interaction.recording_outlook import outlook_lines
 from pipeline.console.terminal import visible
 
 if TYPE_CHECKING:
     from rich.live import Live
     from rich.table import Table
 
+    from pipeline.plan.so_far import Outlook
     from pipeline.record.session import RecordingView
 
 MARK = {"taking": "green", "taken": "green", "moving": "yellow", "unsteady": "yellow",
@@ -25,16 +24,21 @@ TRACE, BARS = 18, "▁▂▃▄▅▆▇█"  #: readings of a trace, and its si
 BAR = 30  #: characters of the bar that fills while a pose is taken
 
 
-def watcher(quiet: bool, config: Path) -> "LivePanel | PlainLines":
+def watcher(quiet: bool, outlook: "Outlook") -> "LivePanel | PlainLines":
     """The display that suits standard error; no panel where it is to be ``quiet``."""
-    return LivePanel(config) if sys.stderr.isatty() and not quiet else PlainLines(config)
+    return LivePanel(outlook) if sys.stderr.isatty() and not quiet else PlainLines(outlook)
+
+
+def outlook_lines(outlook: "Outlook", text: str) -> list[str]:
+    """A line for each triad that the poses determine after the one of which ``text`` tells."""
+    return [each.line for each in outlook.after(text) if each.line]
 
 
 class PlainLines:
     """A line for each change; see :class:`pipeline.record.session.RecordingDisplay`."""
 
-    def __init__(self, config: Path) -> None:
-        self._last, self._config = "", config
+    def __init__(self, outlook: "Outlook") -> None:
+        self._last, self._outlook = "", outlook
 
     def say(self, text: str) -> None:
         """A line that stays."""
@@ -51,7 +55,7 @@ class PlainLines:
     def recorded(self, text: str) -> None:
         """A pose is recorded, with what all of them determine by now."""
         click.echo(text, err=True)
-        for line in outlook_lines(self._config):
+        for line in outlook_lines(self._outlook, text):
             click.echo(line, err=True)
 
     def close(self) -> None:
@@ -61,9 +65,9 @@ class PlainLines:
 class LivePanel:
     """The attitude to lay next, traces, stillness and directions, in place on the terminal."""
 
-    def __init__(self, config: Path) -> None:
+    def __init__(self, outlook: "Outlook") -> None:
         self._live: Live | None = None
-        self._config = config
+        self._outlook = outlook
         self._traces: deque[FloatArray] = deque(maxlen=TRACE)
 
     def say(self, text: str) -> None:
@@ -89,7 +93,7 @@ class LivePanel:
         """Lines above the panel, and the terminal's bell."""
         if self._live is not None:
             self._live.console.bell()
-        for line in [text, *outlook_lines(self._config)]:
+        for line in [text, *outlook_lines(self._outlook, text)]:
             self.say(line)
 
     def close(self) -> None:

@@ -26,20 +26,32 @@ function ticks(low, high) {
 
 const exact = (value) => String(value).replace("-", "−");
 
-// Axes from these ranges; gives the drawing and what turns values into places.
-function plot([left, right], [low, high], across, upward, words) {
+// The same of a logarithmic axis: places, which are logarithms, and texts.
+function decades(low, high) {
+  const steps = high - low < 1.5 ? [1, 2, 3, 5, 7] : high - low < 3 ? [1, 3] : [1], marks = [];
+  for (let k = Math.floor(low); k <= high; k += 1) {
+    for (const step of steps) {
+      const place = k + Math.log10(step);
+      if (place >= low && place <= high) marks.push([place, exact(Number((step * 10 ** k).toPrecision(2)))]);
+    }
+  }
+  return marks;
+}
+
+// Axes from these ranges, ``marks`` being places and texts of the upward one; gives the drawing and what turns values into places.
+function plot([left, right], [low, high], across, upward, words, marks = null) {
   const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, class: "chart" });
   const x = (value) => LEFT + (value - left) / (right - left) * (WIDTH - LEFT - 8);
   const y = (value) => HEIGHT - FOOT - (value - low) / (high - low) * (HEIGHT - FOOT - TOP);
   for (const value of ticks(left, right)) {
     svg.append(node("text", { class: "tick", x: x(value), y: HEIGHT - FOOT + 14, "text-anchor": "middle" }, exact(value)));
   }
-  for (const value of ticks(low, high)) {
-    svg.append(node("text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, exact(value)));
+  for (const [value, text] of marks ?? ticks(low, high).map((each) => [each, exact(each)])) {
+    svg.append(node("text", { class: "tick", x: LEFT - 5, y: y(value) + 4, "text-anchor": "end" }, text));
   }
   svg.append(node("text", { class: "title", x: (LEFT + WIDTH) / 2, y: HEIGHT - 4, "text-anchor": "middle" }, across),
     node("text", { class: "title", x: 2, y: 10 }, upward));
-  if (low < 0 && high > 0) svg.append(node("path", { class: "zero", d: `M${LEFT} ${y(0)}H${WIDTH - 8}` }));
+  if (!marks && low < 0 && high > 0) svg.append(node("path", { class: "zero", d: `M${LEFT} ${y(0)}H${WIDTH - 8}` }));
   return { svg, x, y };
 }
 
@@ -73,6 +85,6 @@ function droppable(area, input, take) {
 }
 
 const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
-const drawing = { node, span, plot, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
+const drawing = { node, span, plot, decades, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
 return drawing;
 })();

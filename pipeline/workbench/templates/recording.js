@@ -3,13 +3,57 @@
 "use strict";
 const part = (name) => document.querySelector(`[data-${name}]`);
 const TRIADS = [["accelerometer", "m/s²", 1, 0], ["gyroscope", "°/s", 180 / Math.PI, 3]];
-let shown = "";
+let shown = "", known = "";
 
 // A text that a screen reader announces changes only when it is another one.
 const say = (name, text) => { if (part(name).textContent !== text) part(name).textContent = text; };
 
-function draw({ view, traces, lines }) {
+// The sds of a triad from pose to pose, each on an axis of powers of ten.
+function sds({ triad, poses, sds: all }) {
+  return all.map(({ name, unit, values }) => {
+    const logs = values.map(Math.log10), range = drawing.span(logs);
+    const { svg, x, y } = drawing.plot(drawing.span(poses), range, `poses of the ${triad}`, `sd of its ${name} [${unit}]`,
+      `Sd of the ${name} of the ${triad} by ${poses.at(-1)} poses: ${drawing.short(values.at(-1))} ${unit}.`, drawing.decades(...range));
+    svg.append(drawing.node("path", { d: `M${poses.map((n, i) => `${x(n).toFixed(1)} ${y(logs[i]).toFixed(1)}`).join("L")}` }),
+      ...poses.map((n, i) => drawing.node("circle", { cx: x(n), cy: y(logs[i]), r: 3 })));
+    return svg;
+  });
+}
+
+function determined(outlook) {
+  const now = JSON.stringify(outlook);
+  if (now === known) return;
+  known = now;
+  part("known").hidden = !outlook.some((each) => each.poses_now);
+  say("enough", outlook.filter((each) => each.enough).map((each) => `✓ ${each.triad}: ${each.enough}.`).join(" "));
+  part("advice").replaceChildren(...outlook.filter((each) => each.advice).map((each) => {
+    const line = document.createElement("p");
+    line.textContent = `${each.advice}.`;
+    return line;
+  }));
+  part("sds").replaceChildren(...outlook.filter((each) => each.poses.length).map((each) => {
+    const both = document.createElement("div");
+    both.append(...sds(each));
+    return both;
+  }));
+}
+
+// One picture after the other, as fast as the browser takes them.
+function watch(words) {
+  say("camera-words", words);
+  if (!words || !part("camera").hidden) return;
+  part("camera").hidden = false;
+  let n = 0;
+  const next = () => { n += 1; part("picture").src = `picture?${n}`; };
+  part("picture").addEventListener("load", () => setTimeout(next, 100));
+  part("picture").addEventListener("error", () => setTimeout(next, 2000));
+  next();
+}
+
+function draw({ view, traces, lines, camera, outlook }) {
   say("lines", lines.join("\n"));
+  watch(camera);
+  determined(outlook);
   if (!view.phase) return;
   say("message", `${view.phase}: ${view.message}`);
   document.querySelector("progress").value = view.progress;

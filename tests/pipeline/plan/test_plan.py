@@ -173,6 +173,7 @@ def test_only_columns_that_may_cause_an_error_are_judged() -> None:
 def test_the_next_best_pose_is_where_poses_are_missing() -> None:
     half = natural_directions()[natural_directions()[:, 0] <= 0.1]
     best = best_pose("accelerometer", [planned("accelerometer", half)], MODEL)
+    assert best is not None
     assert best.up[0] > 0.5
     assert best.shrinks < 1
     # It is the best: no other direction shrinks the volume of the sds more.
@@ -185,6 +186,33 @@ def test_the_next_best_pose_is_where_poses_are_missing() -> None:
 
     every = [volume(up) for up in natural_directions()]
     assert volume(best.up) == pytest.approx(min(every), abs=1e-6)
+
+
+def test_the_next_planned_pose_is_the_missing_one_that_is_worth_most_per_minute() -> None:
+    up = natural_directions()
+    order = np.random.default_rng(0).permutation(len(up))
+    runs = [planned("accelerometer", up[order])]
+    best = best_pose("accelerometer", runs, MODEL, [12], [0.5])
+    assert best is not None
+    assert best.minutes == 0.5
+    spec = specs_of(mpu6050())["accelerometer"]
+
+    def volume(rows: np.ndarray) -> float:
+        run = planned("accelerometer", up[order[rows]])
+        fit = prospect_of(ideal_poses("accelerometer", [run]), MODEL, spec).fit
+        return float(np.linalg.slogdet(fit.cov)[1])
+
+    there = np.arange(12)
+    every = {k: volume(np.append(there, k)) for k in range(12, len(up))}
+    where = int(np.flatnonzero((up[order] == best.up).all(axis=1))[0])
+    assert every[where] == pytest.approx(min(every.values()), abs=1e-6)
+    assert 2 * 9 * np.log(best.shrinks) == pytest.approx(every[where] - volume(there), abs=1e-6)
+    both = [*runs, replace(runs[0], name="slow")]
+    for minutes, name in (([0.5, 2.0], runs[0].name), ([2.0, 0.5], "slow")):
+        quick = best_pose("accelerometer", both, MODEL, [12, 12], minutes)
+        assert quick is not None
+        assert quick.run == name
+    assert best_pose("accelerometer", runs, MODEL, [len(up)]) is None
 
 
 def plan(config: Path, *options: str) -> str:

@@ -106,7 +106,7 @@ def test_an_absent_camera_is_told() -> None:
 def played_camera(uneven_film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A clip in the place of the first camera."""
     monkeypatch.setattr("pipeline.record.filming.Camera",
-                        lambda _number, clock: Camera(uneven_film, clock))
+                        lambda _number, clock, watch: Camera(uneven_film, clock, watch))
 
 
 @pytest.mark.usefixtures("played_camera")
