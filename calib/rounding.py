@@ -35,3 +35,12 @@ def with_sd(value: float, sd: float | None) -> str:
         return f"({with_sd(value / 10.0**power, sd / 10.0**power)})e{power:03d}"
     decimals = max(0, SD_DIGITS - 1 - math.floor(math.log10(sd)))
     return f"{value:.{decimals}f} ± {sd:.{decimals}f}"
+
+
+def two_digits(value: float) -> str:
+    """A size with two digits that count, and no power of ten below a million.
+
+    >>> two_digits(0.01234), two_digits(128.0), two_digits(3765.0)
+    ('0.012', '130', '3800')
+    """
+    return f"{float(f'{value:.2g}'):g}"

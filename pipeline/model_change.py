@@ -14,7 +14,7 @@ from calib.diagnosis.next_measurement.advice import Rival, best_block
 from calib.effects.catalogue import BASE, EFFECTS, find_effect
 from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined
-from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.edit import add_item, remove_item
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import PathTo
@@ -54,7 +54,7 @@ class ModelChange:
 
 
 def read_target(config: Config, text: str) -> Target:
-    """``accelerometer.NAME``, ``gyroscope.NAME`` or ``rate.SETTING.TERM``.
+    """``TRIAD.NAME`` as in ``accelerometer.quadratic``, or ``rate.SETTING.TERM``.
 
     Raises
     ------
@@ -62,8 +62,8 @@ def read_target(config: Config, text: str) -> Target:
         It names nothing that this configuration has.
     """
     head, _, rest = text.partition(".")
-    if head in TRIADS and rest:
-        if getattr(config, head) is None:
+    if head in TRIAD_KINDS and rest:
+        if head not in config.triads:
             raise ConfigError(f"{text}: {config.source.path} has no section '{head}'.")
         return Target((head,), rest)
     setting, _, term = rest.rpartition(".")
@@ -83,14 +83,14 @@ def _meant(config: Config, text: str) -> str:
     if head == "rate":
         near = nearest_names(setting or rest, config.rate)
         return f" (did you mean 'rate.{near[0]}.{term or 'TERM'}'?)" if near else ""
-    if rest and (triad := nearest_names(head, TRIADS)):
+    if rest and (triad := nearest_names(head, config.triads)):
         return f" (did you mean '{triad[0]}.{rest}'?)"
     name = text if text.startswith(OF_COLUMN) else next(
         iter(nearest_names(text, (*EFFECTS, *config.effects))), "")
     if not name:
         return ""
-    triads = TRIADS if name in config.effects else find_effect(name).triads
-    targets = [f"'{triad}.{name}'" for triad in triads if getattr(config, triad) is not None]
+    triads = TRIAD_KINDS if name in config.effects else find_effect(name).triads
+    targets = [f"'{triad}.{name}'" for triad in triads if triad in config.triads]
     return f" (did you mean {' or '.join(targets)}?)" if targets else ""
 
 

@@ -1,21 +1,39 @@
 """Sessions on disk and the command run on them, as a user has and does it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline import cli
 from tests.world.designs import paper_design
+from tests.world.magnetometer import Magnetometer, log_field
 from tests.world.session import Session, simulate
 from tests.world.write import write_session
+
+FIELD_SD_UT = 0.05  #: stated of a magnetometer's field
 
 
 def quick_session(folder: Path, seed: int = 1) -> tuple[Path, Session]:
     """The paper's evening with shorter poses, rates stated; its configuration and its truth."""
     session = simulate(paper_design().scaled(seconds=0.5), seed)
     return write_session(folder, session, film=False).config, session
+
+
+def magnetometer_session(
+    folder: Path, seed: int, sensor: Magnetometer, kind: str = "magnetometer"
+) -> Path:
+    """The configuration of a session whose poses at rest log a field, which it states."""
+    config, world = quick_session(folder, seed)
+    log_field(folder, world.design, seed, replace(sensor, prefix=TRIAD_KINDS[kind].prefix))
+    sheet = (f"  {kind}: {{counts_per_ut: {sensor.counts_per_ut}, bits: 16, "
+             "encoding: twos-complement}\n\nsite:")
+    text = config.read_text(encoding="utf-8").replace("\nsite:", sheet, 1)
+    return configured(folder, f"{text}\n{kind}:\n  poses: accelerometer/pose_*.csv\n"
+                              f"  field_ut: {sensor.field_ut}\n  sd_ut: {FIELD_SD_UT}\n")
 
 
 def pipeline(*arguments: str | Path) -> int:

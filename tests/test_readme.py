@@ -18,9 +18,10 @@ from pydantic import BaseModel
 
 from calib.effects.catalogue import EFFECTS
 from calib.poses.conditions import Conditions
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.commands import COMMANDS
 from pipeline.config.certificate import CertificateSection, TriadCertificateSection
-from pipeline.config.load import Config, load_config
+from pipeline.config.load import load_config
 from pipeline.config.record_section import RecordSection
 from pipeline.config.schema import (
     AccelerometerSection,
@@ -35,8 +36,16 @@ from pipeline.config.schema import (
     StillSection,
     TimebaseSection,
     VideoRateSection,
+    resting_section,
 )
-from pipeline.config.sensor import PRESETS, AccelerometerSheet, GyroscopeSheet, SensorSection
+from pipeline.config.sensor import (
+    PRESETS,
+    AccelerometerSheet,
+    GyroscopeSheet,
+    SensorSection,
+    sheet_section,
+)
+from pipeline.config.session import session_model
 from pipeline.drawings.bench import bench_svg
 from pipeline.drawings.leaning_player import leaning_svg
 from pipeline.drawings.sheet import poses_svg
@@ -177,16 +186,18 @@ def test_the_notebook_prints_what_the_readme_shows(bench: Path) -> None:
 
 def test_the_table_of_effects_is_the_catalogue() -> None:
     expected = [
-        [f"`{name}`", "both" if len(effect.triads) == 2 else effect.triads[0],
+        [f"`{name}`", "all" if effect.triads == tuple(TRIAD_KINDS) else effect.triads[0],
          " ".join(effect.page.formula.split()).replace("|", "\\|")]
         for name, effect in EFFECTS.items()
     ]  # fmt: skip
     assert table(EFFECTS_PAGE, "effects")[:-1] == expected
 
 
+MAGNETOMETER = TRIAD_KINDS["magnetometer"]
 SECTIONS: tuple[type[BaseModel], ...] = (
-    Config, AccelerometerSection, GyroscopeSection, SensorSection, AccelerometerSheet,
-    GyroscopeSheet, SiteSection, VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
+    session_model(), AccelerometerSection, GyroscopeSection, resting_section(MAGNETOMETER),
+    SensorSection, AccelerometerSheet, GyroscopeSheet, sheet_section(MAGNETOMETER), SiteSection,
+    VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
     PosesSection, RunSection, InstallationSection, CertificateSection, TriadCertificateSection,
     EffectSection, RecordSection, StillSection,
 )  # fmt: skip

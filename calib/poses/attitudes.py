@@ -11,7 +11,8 @@ from itertools import product
 
 import numpy as np
 
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES, FloatArray, Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 
 NEAR_COSINE = float(np.cos(np.radians(25.0)))
 """A pose covers a direction up to 25° away. Derived: the neighbours are 35 to 45° apart, so that
@@ -58,13 +59,15 @@ def spread_directions(count: int) -> FloatArray:
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
 
 
-def direction_name(direction: FloatArray) -> str:
+def direction_name(direction: FloatArray, triad: Triad = "accelerometer") -> str:
     """In words: ``+x up``, ``edge +x -z up``, ``corner +x -y +z up``.
 
     Parameters
     ----------
     direction : array, shape (3,)
         Unit vector; the nearest of :func:`natural_directions` gives the name.
+    triad : str
+        Which one's vector it is: those of the first two stand upright, on a level plate.
 
     Returns
     -------
@@ -78,7 +81,7 @@ def direction_name(direction: FloatArray) -> str:
         if value
     ]
     kind = ("", "edge ", "corner ")[len(parts) - 1]
-    return f"{kind}{' '.join(parts)} up"
+    return f"{kind}{' '.join(parts)} {TRIAD_KINDS[triad].along}"
 
 
 def uncovered(directions: FloatArray, wanted: FloatArray) -> FloatArray:
@@ -100,7 +103,9 @@ def uncovered(directions: FloatArray, wanted: FloatArray) -> FloatArray:
     return np.asarray(wanted[(wanted @ unit.T).max(axis=1, initial=-1.0) < NEAR_COSINE])
 
 
-def list_directions(directions: Iterable[FloatArray], most: int = 6) -> str:
+def list_directions(
+    directions: Iterable[FloatArray], most: int = 6, triad: Triad = "accelerometer"
+) -> str:
     """The names of ``directions`` as one phrase, cut after ``most``.
 
     Parameters
@@ -109,12 +114,14 @@ def list_directions(directions: Iterable[FloatArray], most: int = 6) -> str:
         Unit vectors.
     most : int
         How many are named; of the others only the number is.
+    triad : str
+        As of :func:`direction_name`.
 
     Returns
     -------
     str
     """
-    names = [direction_name(direction) for direction in directions]
+    names = [direction_name(direction, triad) for direction in directions]
     if len(names) <= most:
         return ", ".join(names)
     return ", ".join(names[:most]) + f" and {len(names) - most} more"

@@ -51,6 +51,16 @@ class TriadKind:
     magnitude_key: str = ""
 
     @property
+    def along(self) -> str:
+        """Where a direction of its vector points, in words."""
+        return "along the field" if self.magnitude_key else "up"
+
+    @property
+    def prefix(self) -> str:
+        """The beginning of its columns: ``acc``, ``gyr``."""
+        return self.columns[0].rpartition("_")[0]
+
+    @property
     def sd_key(self) -> str:
         """Key of the sd of that magnitude."""
         return f"sd_{self.sheet_units[0]}"
@@ -63,6 +73,8 @@ TRIAD_KINDS: dict[str, TriadKind] = {kind.name: kind for kind in (
     TriadKind("gyroscope", "gyro", "rad/s", "°/s", math.degrees(1.0), "the rate of the plate",
               ("gyr_x", "gyr_y", "gyr_z"),
               ("rad_s", "deg_s", "mrad_s", "mdeg_s")),
+    TriadKind("magnetometer", "magnetometer", "µT", "nT", 1e3, "the field of the Earth",
+              ("mag_x", "mag_y", "mag_z"), ("ut", "nt", "gauss", "mgauss"), "field_ut"),
 )}
 """Every kind of triad by name."""
 

@@ -14,6 +14,7 @@ import numpy as np
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import SIGNS, Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
+from calib.rounding import two_digits
 from pipeline.console.exclude_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict
@@ -185,9 +186,9 @@ def _is_it_good(result: TriadResult) -> str:
                  f"Not entirely: {result.diagnosis.explanation.short}.")
         return (
             f"{first} The RMS residual of the {count(len(comparison.poses), 'pose')} is {rms:.2g} "
-            f"{unit}, and their own noise explains it (sd {noise * factor:.2g} {unit}). The "
-            f"leave-one-out error, for a pose that takes no part in the fit, is {loo:.2g} {unit}"
-            f"{loo_by_noise(result)}. "
+            f"{unit}, and their own noise explains it (sd {two_digits(noise * factor)} {unit}). "
+            f"The leave-one-out error, for a pose that takes no part in the fit, is "
+            f"{two_digits(loo)} {unit}{loo_by_noise(result)}. "
             f"{_prediction(result)}"
         )
     times = comparison.residual_rms / noise
@@ -195,8 +196,8 @@ def _is_it_good(result: TriadResult) -> str:
             "no larger than their own noise: what is wrong shows in the shape of the residuals")
     return (
         f"{'Not yet' if standing == 'act' else 'Perhaps not'}. The RMS residual of the "
-        f"{count(len(comparison.poses), 'pose')} is {rms:.2g} {unit}, {size} "
-        f"(sd {noise * factor:.2g} {unit})."
+        f"{count(len(comparison.poses), 'pose')} is {two_digits(rms)} {unit}, {size} "
+        f"(sd {two_digits(noise * factor)} {unit})."
     )
 
 

@@ -30,7 +30,7 @@ def catalogue_lines() -> Iterator[str]:
         yield from table_lines([[e.name, _triads(e), e.page.formula] for e in effects])
         yield ""
     yield "Bias proportional to a logged column."
-    yield from table_lines([["column:NAME", "both", "e_k = c_k · NAME"]])
+    yield from table_lines([["column:NAME", "all", "e_k = c_k · NAME"]])
     yield ""
     yield "Terms of the plate's phase (pipeline add CONFIG rate.SETTING.TERM)."
     yield from table_lines([[term, MEANING[term]] for term in TERMS])
@@ -39,7 +39,7 @@ def catalogue_lines() -> Iterator[str]:
 
 
 def _triads(effect: Effect) -> str:
-    return " ".join(effect.only_for) or "both"
+    return " ".join(effect.only_for) or "all"
 
 
 def page_lines(name: str, width: int = WIDTH) -> Iterator[str]:

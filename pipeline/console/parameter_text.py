@@ -9,6 +9,7 @@ from calib.effects.units import display_unit
 from calib.fit.parameters import TriadParameters
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES
+from calib.rounding import two_digits
 from pipeline.results.names import PARAMETERS
 from pipeline.results.units import unit_of
 from pipeline.stages.triads import TriadResult
@@ -105,8 +106,8 @@ def prediction_text(result: TriadResult) -> str:
     assert prediction is not None
     unit, factor = DISPLAY[result.triad]
     return (
-        f"corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, median "
-        f"over all directions), by {prediction.sd_worst * factor:.2g} {unit} at worst "
-        f"({direction_name(prediction.worst_direction)})"
+        f"corrected magnitudes err by {two_digits(prediction.sd_median * factor)} {unit} (1 sd, "
+        f"median over all directions), by {two_digits(prediction.sd_worst * factor)} {unit} at "
+        f"worst ({direction_name(prediction.worst_direction, result.triad)})"
         f"{not_measured(result.triad, prediction.by_poses, prediction.by_unseen)}"
     )

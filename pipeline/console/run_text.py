@@ -11,6 +11,7 @@ from calib.diagnosis.verdict.decision import Code
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
+from calib.rounding import two_digits
 from pipeline.console.mounting_text import mounting_text
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
@@ -145,7 +146,8 @@ def ranking_lines(result: TriadResult) -> list[str]:
     lines = table_lines(rows)
     for limit in diagnosis.limits[:RANKED]:
         unit, factor = display_unit(limit.unit, [limit.value])
-        lines.append(f"  at 95 % no larger than: {limit.name} {limit.value * factor:.2g} {unit}")
+        size = f"{two_digits(limit.value * factor)} {unit}"
+        lines.append(f"  at 95 % no larger than: {limit.name} {size}")
     if diagnosis.blind:
         lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
     if result.unseen:

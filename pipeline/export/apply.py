@@ -23,17 +23,17 @@ from calib.errors import Undetermined, UnusableLog
 from calib.fit.triad.correction import Correction
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
+from calib.poses.triad_kind import PerKind
 from pipeline.logs.write import LARGEST, csv_rows
 from pipeline.results.read import Stored
 from pipeline.text.plain import cell
 
 BLOCK = 20_000  #: rows corrected at a time
 
-#: Name and decimals of the corrected columns: micrometres per second², 0.01 °/h.
-OUTPUT = {
-    "accelerometer": (("acc_x_m_s2", "acc_y_m_s2", "acc_z_m_s2"), 6),
-    "gyroscope": (("gyr_x_rad_s", "gyr_y_rad_s", "gyr_z_rad_s"), 8),
-}
+#: Names and decimals of the corrected columns: micrometres per second², 0.01 °/h.
+OUTPUT: Mapping[str, tuple[tuple[str, ...], int]] = PerKind(lambda kind: (
+    tuple(f"{column}_{kind.sheet_units[0]}" for column in kind.columns),
+    8 if kind.name == "gyroscope" else 6))
 LARGEST_SI = 1e9  #: m/s² and rad/s
 SATURATED = "saturated"  #: 1 in samples with an axis at the end of its range, else 0
 MOST_DECIMALS = 6  #: decimals of time and of further columns
@@ -122,7 +122,7 @@ def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArra
     """The nominal reading of the triad that is not ``triad``, where it is there."""
     for one in stored.triads:
         if one.name != triad and log.has(one.name):
-            nominal = one.correction.spec.nominal(getattr(log, one.name))
+            nominal = one.correction.spec.nominal(log.readings(one.name))
             return dict(zip(OTHER_TRIAD, nominal.T, strict=True))
     return {}
 

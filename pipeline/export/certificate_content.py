@@ -210,7 +210,8 @@ def _prediction(triad: str, prediction: Mapping[str, Any] | None) -> str:
     if prediction is None or prediction["sd_median"] is None:
         return "Only rest was measured: the gains are not known."
     unit, factor = DISPLAY[triad]
-    worst = with_minus_signs(direction_name(np.array(prediction["worst_direction"], float)))
+    worst = with_minus_signs(direction_name(
+        np.array(prediction["worst_direction"], float), triad))
     return (f"Corrected magnitudes err by {prediction['sd_median'] * factor:.2g} {unit} (1 sd, "
             f"median over all directions), at worst by {prediction['sd_worst'] * factor:.2g} "
             f"{unit} ({worst}){_typical(triad, prediction)}.")

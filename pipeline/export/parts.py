@@ -1,6 +1,5 @@
 """What the exporters share: their result, what a format cannot store, and a worked example."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -8,13 +7,14 @@ import numpy as np
 
 from calib.consistency.data_sheet import range_by_gain
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.export.remaining import remaining_error
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
 
-#: Direction and size of the worked example, in units of EXAMPLE_SIZE: no axis is zero.
+#: Direction of the worked example, in units of its size: no axis is zero.
 EXAMPLE_DIRECTION = np.array([0.3, -0.4, 0.85])
-EXAMPLE_SIZE: Mapping[str, float] = {"accelerometer": 10.0, "gyroscope": 1.0}  #: SI
+ONE_G, OF_OTHERS = 10.0, 1.0  #: size of the example, SI: an accelerometer's, and of others
 HASH_DIGITS = 16  #: hexadecimal; two of a million files agree by chance with a probability of 3e-8
 SMALL_M_S2 = 1.0  #: errors below are shown in mm/s²
 
@@ -38,13 +38,13 @@ def triad_named(stored: Stored, name: str) -> StoredTriad | None:
 
 
 def short_name(triad: StoredTriad) -> str:
-    """``acc`` or ``gyro``."""
-    return {"accelerometer": "acc", "gyroscope": "gyro"}[triad.name]
+    """``acc``, ``gyro``, or what the columns of a further triad begin with."""
+    return "gyro" if triad.name == "gyroscope" else TRIAD_KINDS[triad.name].prefix
 
 
 def example_counts(triad: StoredTriad) -> FloatArray:
     """The reading of the worked example, counts, (3,)."""
-    wanted = EXAMPLE_DIRECTION * EXAMPLE_SIZE[triad.name]
+    wanted = EXAMPLE_DIRECTION * (ONE_G if triad.name == "accelerometer" else OF_OTHERS)
     counts = triad.bias_counts + wanted * triad.scale_counts_per_unit
     return np.round(counts) if triad.correction.spec.bits else counts
 
@@ -109,8 +109,9 @@ def lost_effects(
 
 def error_text(error: float, triad: str) -> str:
     """An error of a triad in the unit in which people state it."""
-    if triad == "gyroscope":
-        return f"{math.degrees(error):.2g} °/s"
+    if triad != "accelerometer":
+        kind = TRIAD_KINDS[triad]
+        return f"{error * kind.errors_per_unit:.2g} {kind.error_unit}"
     return f"{1000 * error:.3g} mm/s²" if error < SMALL_M_S2 else f"{error:.2g} m/s²"
 
 

@@ -12,7 +12,7 @@ from calib.diagnosis.population.random_effects import RandomEffects
 from calib.diagnosis.population.repeatability import Repeatability, repeatability
 from calib.diagnosis.population.spread import Spread, spread_of, weighed_together
 from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE
-from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.errors import DONE
 from pipeline.fleet.table import PARAMETER_NAMES, column
 from pipeline.results.json_values import Json, number, numbers
@@ -70,7 +70,7 @@ Pooled = Callable[[str, "DataFrame"], Pool | None]
 def populations_of(table: "DataFrame", pooled: Pooled) -> tuple[TriadPopulation, ...]:
     """Every triad of which a session was calibrated; ``pooled`` says what its lot is missing."""
     calibrated = table[table["exit_code"] == DONE]
-    return tuple(_population(triad, rows, pooled) for triad in TRIADS
+    return tuple(_population(triad, rows, pooled) for triad in TRIAD_KINDS
                  if len(rows := calibrated[calibrated["triad"] == triad]))
 
 

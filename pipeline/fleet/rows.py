@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from calib.poses.imu_log import AXES, TRIADS
+from calib.poses.imu_log import AXES
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config
 from pipeline.fleet.sessions import FleetSession
 from pipeline.results.names import PARAMETERS
@@ -20,7 +21,7 @@ def rows_of_results(session: FleetSession, results: Mapping[str, Any]) -> tuple[
     return tuple(
         _head(session, triad) | {"exit_code": 0, "reason": ""}
         | _session_columns(results) | _triad_columns(results[triad])
-        for triad in TRIADS if results[triad] is not None
+        for triad in TRIAD_KINDS if results.get(triad) is not None
     )
 
 
@@ -28,7 +29,7 @@ def rows_of_failure(
     session: FleetSession, config: Config | None, exit_code: int, reason: str
 ) -> tuple[Row, ...]:
     """A row for each triad that was to be calibrated, or one, with the reason why it is not."""
-    triads: list[str] = [triad for triad in TRIADS if config and getattr(config, triad) is not None]
+    triads = [] if config is None else list(config.triads)
     return tuple(_head(session, triad) | {"exit_code": exit_code, "reason": one_line(reason)}
                  for triad in (triads or [""]))
 

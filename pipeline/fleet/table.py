@@ -6,7 +6,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from calib.poses.imu_log import AXES, TRIADS, FloatArray
+from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.file_patterns import natural_key
 from pipeline.errors import ConfigError
 from pipeline.fleet.rows import SIZE
@@ -47,7 +48,7 @@ def fleet_table(parts: "Sequence[DataFrame]") -> "DataFrame":
     from pandas import concat
 
     table = concat(parts, ignore_index=True)
-    order = {triad: i for i, triad in enumerate(TRIADS)}
+    order = {triad: i for i, triad in enumerate(TRIAD_KINDS)}
     sessions = sorted(table["session"].unique(), key=natural_key)
     place = {name: i for i, name in enumerate(sessions)}
     rows = table["session"].map(place) * (len(order) + 1) + table["triad"].map(order).fillna(-1)

@@ -21,7 +21,7 @@ from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs.pose_run import PoseRun
@@ -100,7 +100,7 @@ class TriadPlan:
 
 
 def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
-    """The outlook of every triad that the configuration fits, user-defined effects included.
+    """The outlook of accelerometer and gyroscope, user-defined effects included.
 
     Raises
     ------
@@ -112,6 +112,8 @@ def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
     known: dict[Setting, PlannedSetting] = {}
     accelerometer: TriadPlan | None = None
     for triad, section in config.triads.items():
+        if triad not in TRIADS:  # it is read in the poses of these two
+            continue
         settings = [planned_setting(config, run, known) for run in section.sections]
         plan = _triad_plan(config, triad, settings, allow_python, accelerometer)
         accelerometer = plan if triad == "accelerometer" else accelerometer

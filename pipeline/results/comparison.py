@@ -14,7 +14,8 @@ from typing import Any
 from scipy.special import ndtri
 
 from calib.effects.catalogue import UnknownEffect, find_effect
-from calib.poses.imu_log import AXES, TRIADS
+from calib.poses.imu_log import AXES
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.results.json_values import number
 from pipeline.results.names import PARAMETERS
 from pipeline.results.poses import StoredPoses, rms
@@ -90,10 +91,10 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
         Two or more results.json of one sensor.
     """
     compared = []
-    for triad in TRIADS:
+    for triad in TRIAD_KINDS:
         triads = [next((t for t in stored.triads if t.name == triad), None) for stored in results]
         if sum(one is not None for one in triads) >= 2:
-            sections = tuple(stored.contents[triad] for stored in results)
+            sections = tuple(stored.contents.get(triad) for stored in results)
             compared.append(ComparedTriad(
                 triad, sections, tuple(_parameters(triad, triads, sections)),
                 tuple(_errors_on(section, one, triads)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.errors import UnreadableInput
 from pipeline.results.schema.history import HistoryLine, HistoryTriad
 from pipeline.results.schema.types import problems_of
@@ -55,9 +56,12 @@ def with_step(
     earlier: Sequence[HistoryLine], results: Mapping[str, Any], when: datetime
 ) -> tuple[HistoryLine, ...]:
     """The history ``earlier`` with one run more, that of ``results``."""
-    triads = {triad: results[triad] and _triad_step(results[triad]) for triad in TRIADS}
+    steps: dict[str, Any] = {triad: _triad_step(results[triad]) for triad in TRIAD_KINDS
+                             if results.get(triad)}
+    triads = {triad: steps.pop(triad, None) for triad in TRIADS}
     return (*earlier, HistoryLine.of(
-        when=when.isoformat(timespec="seconds"), config_sha256=results["config_sha256"], **triads))
+        when=when.isoformat(timespec="seconds"), config_sha256=results["config_sha256"],
+        **triads, **{"further": steps} if steps else {}))
 
 
 def history_text(lines: Sequence[HistoryLine]) -> str:
@@ -73,7 +77,7 @@ def _triad_step(section: Mapping[str, Any]) -> HistoryTriad:
 def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]]]:
     """A table for each triad, titles first; of neighbouring runs with one result, the last."""
     tables: dict[str, list[tuple[str, ...]]] = {}
-    for triad in TRIADS:
+    for triad in TRIAD_KINDS:
         steps_of = [(step, step.triads[triad]) for step in steps if triad in step.triads]
         if not steps_of:
             continue

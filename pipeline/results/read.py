@@ -14,12 +14,13 @@ from calib.fit.model import Model
 from calib.fit.parameters import alignment, triad_parameters
 from calib.fit.triad.correction import Correction
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TRIADS, FloatArray, Triad
+from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.errors import UnreadableInput
 from pipeline.results.json_file import read_json
 from pipeline.results.names import PARAMETERS, RESULTS_NAME
 from pipeline.results.schema import FORMAT
-from pipeline.results.schema.file import ResultsFile
+from pipeline.results.schema.file import results_file
 from pipeline.results.schema.types import problems_of
 
 SAME = 1e-6  #: relative difference of what is stored twice: no worse in files of other programs
@@ -111,13 +112,13 @@ def load_results(path: Path, allow_python: bool = False) -> Stored:
             f"{path}: format {kind!r} found, {FORMAT} is expected. Write it anew with this "
             f"version's `pipeline run`."
         )
-    if problems := problems_of(ResultsFile, contents):
+    if problems := problems_of(results_file(), contents):
         raise _not_ours(path, problems)
     try:
         triads = tuple(
             _triad(name, contents[name], path.parent, allow_python)
-            for name in TRIADS
-            if contents[name] is not None
+            for name in TRIAD_KINDS
+            if contents.get(name) is not None
         )
     except (ValueError, CalibrationError) as error:
         raise _not_ours(path, str(error)) from error

@@ -6,7 +6,7 @@ from pathlib import Path
 from calib.consistency.certificate import CertificateComparison
 from calib.fit.triad.calibration import uncertainty_budget
 from calib.fit.validation.prediction import Prediction
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import SI_UNIT, FloatArray
 from pipeline.config.schema import EffectSection
 from pipeline.results.json_values import Json
 from pipeline.results.names import PARAMETERS
@@ -16,6 +16,7 @@ from pipeline.results.schema.triad import (
     CertificateGroup,
     CorrectionResult,
     ExcludedResult,
+    FurtherResult,
     GravityResult,
     GyroscopeResult,
     InclusionResult,
@@ -24,6 +25,7 @@ from pipeline.results.schema.triad import (
     PoseResult,
     PredictionParts,
     PredictionResult,
+    ReferenceResult,
     Sheet,
     TriadDiagnosis,
     TriadSection,
@@ -70,6 +72,10 @@ def triad_section(
     }
     if result.triad == "accelerometer":
         return AccelerometerResult.of(**section, gravity=GravityResult.of(result.gravity))
+    if result.triad != "gyroscope":
+        reference = fit.poses.reference
+        return FurtherResult.of(**section, reference=ReferenceResult.of(
+            value=reference.magnitude[0], sd=reference.common[0, 0], unit=SI_UNIT[result.triad]))
     frame = result.frame
     return GyroscopeResult.of(
         **section,

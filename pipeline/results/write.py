@@ -17,7 +17,7 @@ from pipeline.logs.columns import Renamed
 from pipeline.results.json_values import Json
 from pipeline.results.rate import rate_section
 from pipeline.results.schema import FORMAT
-from pipeline.results.schema.file import InstallationResult, OrderResult, ResultsFile
+from pipeline.results.schema.file import InstallationResult, OrderResult, results_file
 from pipeline.results.triad import triad_section
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -36,7 +36,7 @@ def results_of(outcome: Outcome) -> Json:
                                     compare_with_certificate(config, result))
         for result in outcome.triads
     }
-    return ResultsFile.of(
+    return results_file().of(
         format=FORMAT,
         title=config.title,
         sensor=config.sensor.name,

@@ -22,7 +22,7 @@ def compare_with_certificate(config: Config, result: TriadResult) -> Certificate
         None where the configuration has no certificate of this triad.
     """
     stated: TriadCertificateSection | None = (
-        getattr(config.certificate, result.triad) if config.certificate else None
+        getattr(config.certificate, result.triad, None) if config.certificate else None
     )
     if stated is None:
         return None

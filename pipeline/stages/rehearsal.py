@@ -71,8 +71,10 @@ def rehearse(config: Config) -> Rehearsal:
     gyroscope, notes = _gyroscope(config, logs, stated, recordings, accelerometer)
     if accelerometer is not None:
         measure_mounting(config, accelerometer, gravity, reading_at_rest(config, recordings))
+    further = [triad_input(triad, config, RunContext(), {}, recordings).calibrated()
+               for triad in config.triads if triad not in TRIADS]
     of_triads = tuple(
-        note for one in (accelerometer, gyroscope) if one is not None
+        note for one in (accelerometer, gyroscope, *further) if one is not None
         for note in doubts_of(one))
     return Rehearsal({setting: len(recording.means) for setting, recording in
                       recordings.by_setting.items()},
@@ -84,8 +86,8 @@ def _without_python(config: Config) -> Config:
     effects = {name: effect for name, effect in config.effects.items() if effect.python is None}
     python = config.effects.keys() - effects.keys()
     changes: dict[str, Any] = {
-        triad: None for triad in TRIADS
-        if (section := getattr(config, triad)) is not None and python & {*section.model}}
+        triad: None for triad in config.triads
+        if (section := config.triads.get(triad)) is not None and python & {*section.model}}
     return config.model_copy(update={"effects": effects, **changes})
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from calib.poses.triad_kind import PerKind
+from calib.rounding import two_digits as two_digits
 from calib.rounding import with_sd as with_sd
 
 #: Unit in which a triad's errors are shown, and how many of it one SI unit is.
@@ -54,6 +55,6 @@ def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) ->
     largest_first = sorted(by_unseen, key=lambda name: -by_unseen[name])
     unseen = math.sqrt(sum(rms**2 for rms in by_unseen.values()))
     return (
-        f": {by_poses * factor:.2g} {unit} by the poses, {unseen * factor:.2g} {unit} by "
-        f"{' and '.join(largest_first)}, which they cannot see, if your sensor is typical"
+        f": {two_digits(by_poses * factor)} {unit} by the poses, {two_digits(unseen * factor)} "
+        f"{unit} by {' and '.join(largest_first)}, which they cannot see, if your sensor is typical"
     )

@@ -12,7 +12,8 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route
 
-from calib.poses.imu_log import TRIADS, Triad
+from calib.poses.imu_log import Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config, parse_config
 from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
@@ -193,7 +194,7 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
 
 
 def _triad(name: object) -> Triad:
-    triad = next((each for each in TRIADS if each == name), None)
+    triad = next((each for each in TRIAD_KINDS if each == name), None)
     if triad is None:
         raise ConfigError(f"'{name}' is no triad.")
     return triad

@@ -18,7 +18,7 @@ from calib.errors import CalibrationError
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import compare
 from calib.numbers import RPM
-from calib.poses.imu_log import AXES, TRIADS, ImuLog, Triad
+from calib.poses.imu_log import AXES, ImuLog, Triad
 from pipeline.config.load import load_config
 from pipeline.config.types import STOPPED
 from pipeline.console.exclude_text import PoseSection, pose_sections
@@ -67,7 +67,7 @@ class OpenSession:
         self.recordings = average_recordings(self.config, logs, self.rates)
         self.sections: dict[Triad, Sequence[PoseSection]] = {
             triad: pose_sections(self.config, self.recordings, triad)
-            for triad in TRIADS if getattr(self.config, triad) is not None}
+            for triad in self.config.triads}
 
     def turning_logs(self, rate: str) -> Sequence[ImuLog]:
         """The logs of the gyroscope's poses at a setting of the plate."""

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from calib.effects.catalogue import BASE
-from calib.poses.imu_log import TRIADS, Triad
+from calib.poses.imu_log import Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.edit import add_item, remove_item, set_list
 from pipeline.config.load import Config
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
@@ -50,7 +51,7 @@ def read_state(value: Any) -> Screen:
         triads: dict[Triad, TriadScreen] = {
             triad: TriadScreen(_names(value["triads"][triad]["ticked"]),
                               tuple(sorted({int(k) for k in value["triads"][triad]["out"]})))
-            for triad in TRIADS if triad in value["triads"]}
+            for triad in TRIAD_KINDS if triad in value["triads"]}
         terms = {str(name): _names(each) for name, each in value.get("terms", {}).items()}
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(f"the page asked for no state of this session ({error}).") from error

@@ -26,11 +26,14 @@ MODEL = Model.of(BASE)
 SPECS = {
     "accelerometer": TriadSpec(20.0, 16, "twos-complement"),
     "gyroscope": TriadSpec(8.0, 16, "offset-binary"),
+    "magnetometer": TriadSpec(100.0, 16, "twos-complement"),
 }
 
 GRAVITY = 9.81
 SLOW, FAST = 100 / 180 * np.pi, 200 / 180 * np.pi
-SD: Mapping[str, float] = {"accelerometer": 4e-3, "gyroscope": 3e-4}
+FIELD_UT = 50.0
+DIP = np.array([0.4, -1.1, 0.3])  #: turn of the field against gravity, case by case the same
+SD: Mapping[str, float] = {"accelerometer": 4e-3, "gyroscope": 3e-4, "magnetometer": 0.02}
 STATED_SD = 1e-4
 POSE_S = 30.0
 LEAN = np.array([1.08, 0.05, -0.31])
@@ -39,6 +42,7 @@ pose before has a sign that noise does not flip."""
 BASE_THETA = np.array([0.02, -0.013, 0.007, 0.011, -0.008, 0.015, 0.004, -0.006, 0.009])
 """Bias (of a rad/s or ten times that in m/s²), scale and misalignment of a low-cost unit."""
 
+BIAS_FACTOR = {"accelerometer": 10.0, "gyroscope": 1.0, "magnetometer": 50.0}
 WALK_TAU_S = 700.0  #: correlation time of a bias that wanders, s
 
 
@@ -71,10 +75,11 @@ def made_poses(
     warmth = 10 * np.sin(time_s / 700.0) + 3 * rng.standard_normal(n)
     references = []
     for i, speed in enumerate(speeds):
-        size = GRAVITY if triad == "accelerometer" else abs(speed)
+        size = {"accelerometer": GRAVITY, "magnetometer": FIELD_UT}.get(triad, abs(speed))
         shared = [CommonError(f"rate {i}", shared_sd * size, of_setting=True)]
         references.append(constant_reference(len(natural), size, shared if size else []))
-    vector = GRAVITY * up if triad == "accelerometer" else spin[:, None] * up
+    vector = {"accelerometer": GRAVITY * up, "gyroscope": spin[:, None] * up,
+              "magnetometer": FIELD_UT * up @ Rotation.from_rotvec(DIP).as_matrix()}[triad]
     return PoseSet(
         triad=triad,
         label=tuple(f"pose {i + 1}" for i in range(n)),
@@ -103,7 +108,7 @@ def rich_poses(triad: Triad, seed: int = 0, **kinds: float) -> PoseSet:
 def base_theta(model: Model, triad: Triad) -> FloatArray:
     """Theta (p,) with the bias, scale and misalignment of a low-cost unit, zero elsewhere."""
     theta = np.zeros(model.size)
-    factor = np.where(np.arange(9) < 3, 10.0 if triad == "accelerometer" else 1.0, 1.0)
+    factor = np.where(np.arange(9) < 3, BIAS_FACTOR[triad], 1.0)
     for i, name in enumerate(("bias", "scale", "misalignment")):
         if name in model.names:
             theta[model.slices()[name]] = (factor * BASE_THETA)[3 * i : 3 * i + 3]

@@ -162,7 +162,8 @@ def lay_missing(fit: Fit, prediction: Prediction | None) -> Advice | None:
     if prediction is None or (prediction.holds_everywhere and not prediction.unchecked):
         return None
     if prediction.wanted:
-        words = f"poses with {list_directions(prediction.wanted, len(prediction.wanted))}"
+        listed = list_directions(prediction.wanted, len(prediction.wanted), fit.poses.triad)
+        words = f"poses with {listed}"
     else:
         near = [pose_in_words(fit, label) for label in prediction.unchecked]
         words = f"poses near those of {list_labels(near)}"

@@ -161,9 +161,10 @@ def unsupported(fit: Fit, prediction: Prediction) -> str:
     """Where a calibration with nothing missing does not hold, or no pose checks it."""
     text = ""
     if not prediction.holds_everywhere:
+        worst = direction_name(prediction.worst_direction, fit.poses.triad)
         text = (
-            f"But with {direction_name(prediction.worst_direction)} the error of a magnitude may "
-            f"be {prediction.times_a_pose:.2g} times that of one pose there: record one. "
+            f"But with {worst} the error of a magnitude may be "
+            f"{prediction.times_a_pose:.2g} times that of one pose there: record one. "
         )
     if prediction.unchecked:
         text += (

@@ -188,7 +188,8 @@ def _advice(equations: Equations) -> str:
                         natural_directions(corners=False))
     if len(missing) == 0:
         return "Every face and edge is covered: repeat the poses, or take an effect out."
-    return f"Directions with no pose within 25°: {list_directions(missing, most=18)}. Add those."
+    listed = list_directions(missing, len(missing), poses.triad)
+    return f"Directions with no pose within 25°: {listed}. Add those."
 
 
 def varying_columns(

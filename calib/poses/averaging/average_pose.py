@@ -39,6 +39,7 @@ from calib.poses.samples.converter_steps import least_steps, value_steps
 from calib.poses.samples.creep import creep_rate
 from calib.poses.samples.envelope import envelope
 from calib.poses.samples.in_step import HARMONICS, plate_angle, rate_in_step, waves_of
+from calib.poses.triad_kind import TRIAD_KINDS
 
 LEAST_PER_TURN = 5
 """Samples per turn. Derived: a mean and both harmonics are five unknowns."""
@@ -195,6 +196,7 @@ def average_pose(
         waves = None if angle is None else waves_of(values, log.time_s[:n], angle)
         means[triad] = replace(_mean_of(counts, rest, spec), waves=waves)
     force = means["accelerometer"]
+    reading_names = {name for triad in specs for name in TRIAD_KINDS[triad].columns}
     check_calm(log.label, force.scatter, sway, float(np.linalg.norm(force.mean)),
                largest_shift["accelerometer"])
     return PoseMean(
@@ -203,7 +205,8 @@ def average_pose(
         gyroscope=means["gyroscope"],
         time_s=float(log.time_s[:n].mean()),
         duration_s=duration_s,
-        columns={name: float(values[:n].mean()) for name, values in log.columns.items()},
+        columns={name: float(values[:n].mean()) for name, values in log.columns.items()
+                 if name not in reading_names},
         creep_rad_s=creep_rad_s,
         sway_rad2=sway,
         further={triad: _further_mean(log, triad, spec, n) for triad, spec in specs.items()

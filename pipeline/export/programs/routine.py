@@ -14,7 +14,8 @@ import numpy as np
 from calib.effects.effect import OF_COLUMN
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
-from pipeline.export.parts import EXAMPLE_DIRECTION, EXAMPLE_SIZE, example_counts, plain_row
+from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.export.parts import EXAMPLE_DIRECTION, ONE_G, example_counts, plain_row
 from pipeline.export.programs.errors import FORCE, ErrorFormula, error_formula
 from pipeline.results.read import StoredTriad
 from pipeline.text.plain import one_line
@@ -68,6 +69,11 @@ class Routine:
     inputs: tuple[Input, ...]
     left_out: tuple[str, ...]
     example: str
+
+    @property
+    def prefix(self) -> str:
+        """What names of its constants begin with."""
+        return TRIAD_KINDS[self.triad].prefix.upper()
 
     @property
     def unit(self) -> str:
@@ -128,7 +134,7 @@ def _example(
     """A reading and what becomes of it, in one line."""
     counts = example_counts(triad)
     values = {one.column: EXAMPLE_CONDITIONS.get(one.column, EXAMPLE_CONDITION) for one in inputs}
-    force = EXAMPLE_DIRECTION * EXAMPLE_SIZE["accelerometer"]
+    force = EXAMPLE_DIRECTION * ONE_G
     columns = {name: np.array([value]) for name, value in values.items()}
     at = Conditions.of_vectors(
         triad.correction.spec.nominal(counts)[None], columns, force=force[None],

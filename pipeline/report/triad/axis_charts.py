@@ -26,9 +26,7 @@ from pipeline.text.formatting import count, with_minus_signs, with_sd
 
 MOST_COLUMNS = 6  #: logged columns with panels
 TIME = "bias_drift"  #: what shows a bias that follows time
-#: What shows an error of each triad that follows its attitude, and one that follows the plate.
-ATTITUDE = {"gyroscope": "g_sensitivity", "accelerometer": "quadratic"}
-PLATE = "direction_dependent_rate"
+PLATE = "direction_dependent_rate"  #: what shows an error that follows the plate
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +100,7 @@ def _covariates(result: TriadResult) -> Iterator[str]:
     """An error against every covariate that varies: time, the logged columns, attitude, plate."""
     poses = result.calibration.fit.poses
     shown = [TIME, *(OF_COLUMN + name for name in list(poses.columns)[:MOST_COLUMNS]),
-             ATTITUDE[result.triad], PLATE]
+             "g_sensitivity" if result.triad == "gyroscope" else "quadratic", PLATE]
     unseen = {*result.diagnosis.blind, *result.diagnosis.unavailable}
     yield from (name for name in shown if name not in unseen)
 

@@ -10,6 +10,7 @@ from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
 from calib.effects.units import display_unit
 from calib.numbers import NO_LENGTH
+from calib.rounding import two_digits
 from pipeline.drawings.charts import tick_text
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
@@ -70,4 +71,4 @@ def limit_rows(result: TriadResult) -> Iterator[tuple[str, str]]:
     """Every effect that was looked for and not named, with its upper limit at 95 %."""
     for limit in result.diagnosis.limits:
         unit, factor = display_unit(limit.unit, np.array([limit.value]))
-        yield limit.name, f"{limit.value * factor:.2g} {unit}"
+        yield limit.name, f"{two_digits(limit.value * factor)} {unit}"

@@ -15,7 +15,7 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
 from calib.numbers import RPM
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
-from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
+from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray
 from pipeline.text.formatting import DISPLAY
 
 SHIFT = 0.37  #: share of the range of a condition, to see whether an effect depends on it
@@ -53,9 +53,10 @@ class Driver:
 
 def drivers(triad: str, at: Conditions) -> Iterator[Driver]:
     """Every scalar condition that these poses know."""
-    unit, size = (("g", 1 / STANDARD_GRAVITY_M_S2) if triad == "accelerometer"
-                  else ("°/s", DISPLAY[triad][1]))
-    felt = "specific force along" if triad == "accelerometer" else "rate about"
+    unit, size, felt = {
+        "accelerometer": ("g", 1 / STANDARD_GRAVITY_M_S2, "specific force along"),
+        "gyroscope": ("°/s", DISPLAY["gyroscope"][1], "rate about"),
+    }.get(triad, (SI_UNIT[triad], 1.0, "reading along"))
     yield Driver("time since the session began", "min", 1 / 60, "time_s")
     yield Driver("rate of the plate", "rpm", 1 / RPM, "spin_rad_s")
     for name in at.columns:

@@ -139,7 +139,7 @@ def _trace(result: TriadResult, mean: PoseMean, along: FloatArray) -> Json:
     bytes (base64) from ``low`` to ``high`` of that axis.
     """
     factor = DISPLAY[result.triad][1]
-    one = getattr(mean, result.triad)
+    one = mean.of(result.triad)
     about = (one.envelope - one.mean) * factor  # (e, 2, 3)
     low, high = about.min(axis=(0, 1)), about.max(axis=(0, 1))
     step = np.where(high > low, high - low, 1.0) / LEVELS

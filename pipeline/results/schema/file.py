@@ -1,12 +1,15 @@
 """results.json as a whole."""
 
-from typing import Literal
+from functools import cache
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
+from calib.poses.imu_log import TRIADS, Triad
+from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.results.schema.rate import RateResult
-from pipeline.results.schema.triad import AccelerometerResult, GyroscopeResult
+from pipeline.results.schema.triad import AccelerometerResult, FurtherResult, GyroscopeResult
 from pipeline.results.schema.types import (
     Count,
     Matrix,
@@ -19,6 +22,7 @@ from pipeline.results.schema.types import (
     means,
 )
 
+WHERE_FURTHER = "absent if it was not calibrated; else as the first two, and:"
 ORTHOGONAL = 1e-6  #: deviation of R Rᵀ from the unit matrix: no worse in files of other programs
 
 
@@ -77,3 +81,15 @@ class ResultsFile(Part):
     columns: list[list[Text] | dict[str, Text]] = Field(
         default_factory=list, description="`columns` of the session's logs, each once")
     warnings: list[Text] = Field(default_factory=list, description="warnings of the run in words")
+
+
+def results_file() -> type[ResultsFile]:
+    """The keys of results.json, with those of every kind of triad that is known by now."""
+    return _results_file(tuple(kind for kind in TRIAD_KINDS if kind not in TRIADS))
+
+
+@cache
+def _results_file(further: tuple[Triad, ...]) -> type[ResultsFile]:
+    sections: dict[str, Any] = {
+        triad: (FurtherResult | None, means(WHERE_FURTHER, default=None)) for triad in further}
+    return create_model("ResultsFile", __base__=ResultsFile, **sections)

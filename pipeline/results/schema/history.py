@@ -33,9 +33,11 @@ class HistoryLine(Part):
     config_sha256: Text = means("SHA-256 of the configuration")
     accelerometer: HistoryTriad | None = means("null if it was not calibrated")
     gyroscope: HistoryTriad | None = means("null if it was not calibrated")
+    further: dict[str, HistoryTriad] = means("further triads by name", default_factory=dict)
 
     @property
     def triads(self) -> Mapping[str, HistoryTriad]:
         """The triads that were calibrated, by name."""
         one = {triad: getattr(self, triad) for triad in TRIADS}
-        return {triad: result for triad, result in one.items() if result is not None}
+        return {**{triad: result for triad, result in one.items() if result is not None},
+                **self.further}

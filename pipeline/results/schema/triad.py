@@ -221,6 +221,20 @@ class AccelerometerResult(TriadSection):
         "the factory certificate beside the estimate", default=None)
 
 
+class ReferenceResult(Part):
+    """The magnitude that a further triad is calibrated against."""
+
+    value: Annotated[float, Field(gt=0, le=LARGEST)] = means("magnitude, in the triad's unit")
+    sd: NotNegative = means("its sd")
+    unit: Text = means("that unit")
+
+
+class FurtherResult(TriadSection):
+    """A further triad."""
+
+    reference: ReferenceResult = means("the reference")
+
+
 class GyroscopeResult(TriadSection):
     """The gyroscope."""
 

@@ -6,7 +6,7 @@ Run: python -m tests.pipeline.results.json_schema
 import json
 
 from pipeline.results.schema import FORMAT
-from pipeline.results.schema.file import ResultsFile
+from pipeline.results.schema.file import results_file
 from tests.paths import DATA
 
 SCHEMA = DATA / "docs/results.schema.json"
@@ -15,7 +15,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def schema_text() -> str:
     """The schema, which names its dialect and the version of the format."""
-    schema = {"$schema": DIALECT, **ResultsFile.model_json_schema(), "title": "results.json",
+    schema = {"$schema": DIALECT, **results_file().model_json_schema(), "title": "results.json",
               "description": f"results.json of `pipeline run`, format {FORMAT}."}
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 

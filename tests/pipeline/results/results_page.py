@@ -6,7 +6,10 @@ Run: python -m tests.pipeline.results.results_page
 from collections.abc import Iterator
 from typing import Any
 
-from pipeline.results.schema.file import ResultsFile
+from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.results.schema.file import results_file
+from pipeline.results.schema.triad import TriadSection
 from tests.paths import DATA
 
 PAGE = DATA / "docs/results.md"
@@ -37,9 +40,17 @@ WORDS = {"number": "number", "integer": "whole number", "string": "text", "null"
 
 def page() -> str:
     """The page's text."""
-    schema = ResultsFile.model_json_schema()
-    rows = [f"| `{key}` | {kind} | {meaning} |" for key, kind, meaning in rows_of(schema, schema)]
+    schema = results_file().model_json_schema()
+    rows = [f"| `{key}` | {kind} | {meaning} |" for key, kind, meaning in rows_of(schema, schema)
+            if not listed_before(key)]
     return HEAD + "\n".join(rows) + "\n"
+
+
+def listed_before(key: str) -> bool:
+    """Whether a key of a further triad stands under the first two as well."""
+    triad, _, rest = key.partition(".")
+    return triad in TRIAD_KINDS and triad not in TRIADS and (
+        rest.partition(".")[0].removesuffix("[]") in TriadSection.model_fields)
 
 
 def rows_of(whole: Any, part: Any, before: str = "") -> Iterator[tuple[str, str, str]]:

@@ -6,7 +6,7 @@ import json
 import jsonschema
 import pytest
 
-from pipeline.results.schema.file import ResultsFile
+from pipeline.results.schema.file import results_file
 from pipeline.results.schema.types import problems_of
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.results.json_schema import SCHEMA, schema_text
@@ -41,4 +41,4 @@ def test_what_is_wrong_is_wrong_by_both(
     part[place[-1]] = value
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     assert not VALIDATOR(schema).is_valid(results)
-    assert problems_of(ResultsFile, results)
+    assert problems_of(results_file(), results)

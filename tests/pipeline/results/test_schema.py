@@ -13,7 +13,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.export.certificate_content import certificate_content
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import load_results
-from pipeline.results.schema.file import ResultsFile
+from pipeline.results.schema.file import results_file
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.results.results_page import PAGE, page
 from tests.sessions import pipeline, results_in
@@ -40,7 +40,7 @@ def undeclared(there: Any, declared: Any, path: str = "") -> list[str]:
 
 def test_every_key_of_a_run_s_results_is_declared(finished: RunSession) -> None:
     there = results_in(finished.folder)
-    declared = ResultsFile.model_validate(there).model_dump(by_alias=True)
+    declared = results_file().model_validate(there).model_dump(by_alias=True)
     assert undeclared(there, declared) == []
 
 
