@@ -104,11 +104,14 @@ def _mirror(at: Where, _dose: float, rng: Rng) -> None:
     at.counts[..., int(rng.integers(3))] *= -1
 
 
-def _turn(at: Where, degrees: float, _rng: Rng) -> None:
-    """Lies otherwise from the middle of the pose on."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    half = at.counts.shape[1] // 2
-    at.counts[:, half:] = at.counts[:, half:] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+def _turned(first: float, last: float) -> Callable[[Where, float, Rng], None]:
+    """Lies otherwise from one share of the pose to another."""
+    def do(at: Where, degrees: float, _rng: Rng) -> None:
+        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        n = at.counts.shape[1]
+        part = slice(int(first * n), int(last * n))
+        at.counts[:, part] = at.counts[:, part] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
+    return do
 
 
 def _freeze(at: Where, share: float, rng: Rng) -> None:
@@ -170,7 +173,9 @@ MISTAKES: dict[str, Mistake] = {
     "axes": Mistake((1, 1), _swap, AXES, triads=("gyroscope",)),
     "axes of a pose": Mistake((1, 1), _swap, AXES, ("pose", "few"), ("accelerometer",)),
     "sign": Mistake((1, 1), _mirror, AXES, ("pose", "few", "run")),
-    "turned": Mistake((0.2, 90.0), _turn, ("moved", "bad pose"), ("pose", "few")),
+    "turned": Mistake((0.2, 90.0), _turned(0.5, 1), ("moved", "bad pose"), ("pose", "few")),
+    "turned back": Mistake((0.2, 90.0), _turned(0.25, 0.75), ("moved", "bad pose"),
+                           ("pose", "few")),
     "frozen": Mistake((0.05, 1.0), _freeze, ("frozen", "bad pose")),
     "clipped": Mistake((0.01, 0.5), _clip, ("clipped", "frozen", "bad pose")),
     "bias": Mistake((0.3, 300.0), _step, OFFSET, ("pose", "few", "run")),

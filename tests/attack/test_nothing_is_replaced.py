@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from pipeline.errors import BUG, DONE
-from tests.attack.spoilt import copy_of, write_base
 from tests.sessions import pipeline
 
 Obstacle = Callable[[Path, Path], None]
@@ -37,13 +36,9 @@ def a_folder(path: Path, _treasure: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(prepared: Path) -> Path:
     """A session with its results."""
-    folder = tmp_path_factory.mktemp("base")
-    write_base(folder)
-    config = copy_of(folder, "paper", tmp_path_factory.mktemp("run"))
-    assert pipeline("run", config) == DONE
-    return config.parent
+    return prepared.parent
 
 
 #: the command by its words, and the file that it writes, from the session's folder

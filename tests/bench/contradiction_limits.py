@@ -3,44 +3,36 @@
     python -m tests.bench.contradiction_limits [--sessions 4] [--only NAME]
 
 Each limit is multiplied by a half and by two. Printed are the ordinary sessions that are then
-refused or warned of, and those mistakes of the corpus (``tests/attack``) which the limit decides
-that are no longer refused by their name.
+refused or warned of, and how many mistakes of the kinds that the limit decides, drawn from the
+grammar of ``tests/attack`` with fixed seeds, are then silent or claimed to be others.
 """
 
 import argparse
-import contextlib
-import io
-import shutil
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 from calib.poses import data_sheet as spec
 from calib.poses.averaging import sway
 from calib.poses.checks import frozen, pose_checks
 from pipeline.stages import session_logs
-from tests.attack.mistakes import CASES
-from tests.attack.spoilt import copy_of, write_base
-from tests.bench.study_contradictions import outcome_of
-from tests.sessions import pipeline
+from tests.attack.grammar import drawn
+from tests.bench.study_false_alarms import SAMPLE_RATE, counted
+from tests.world.sensor_classes import sensors
 
 FACTORS = (0.5, 2.0)
-FIRST = 700
-"""Number of the first ordinary session; those of ``study_contradictions`` begin at 0."""
-
-RUNS = ("rates exchanged, gyroscope alone",)
-COPIES = ("the same files under new names", "a copied block", "a pose that froze")
-MOVED = ("a pose turned to and fro", "a pose turned half way", "moved on the plate",
-         "a pose that rocks", "a dead axis of the accelerometer",
-         "a dead axis of the gyroscope in one run")
-#: Module, limits, and the mistakes of the corpus that they decide. Those of ``calib.consistency``
-#: are held by tests on arrays: ``tests.bench.tested_thresholds``.
+FIRST = 720_000  #: seed of the first ordinary session, and of the first mistake
+DRAWN = 4  #: of each kind
+MOVED = ("turned", "turned back", "dead axis")
+#: Module, limits, and the kinds of mistakes that they decide. Those of ``calib.consistency`` are
+#: held by tests on arrays: ``tests.bench.tested_thresholds``.
 LIMITS: tuple[tuple[object, Sequence[str], Sequence[str]], ...] = (
     (spec, ("LARGEST_DRIFT",), ()),
-    (frozen, ("FALSE_ALARM",), (*RUNS, *COPIES)),
-    (session_logs, ("OTHER_UNIT",), ("milliseconds",)),
+    (frozen, ("FALSE_ALARM",), ("files", "copy", "frozen")),
+    (session_logs, ("OTHER_UNIT",), ("clock",)),
     (pose_checks, ("LARGEST_SHIFT_SD", "LARGEST_TURN", "MUST_MOVE", "STANDS_STILL"), MOVED),
     (pose_checks, ("RAIL_SHARE", "LARGEST_RATE_CHANGE"), ()),
     (sway, ("NOTICEABLE_M_S2",), ()),
@@ -62,26 +54,22 @@ def changed(module: object, name: str, factor: float) -> Iterator[None]:
             setattr(each, name, value)
 
 
-def missed(base: Path, names: Sequence[str]) -> list[str]:
-    """Those of the mistakes that are not refused by their name."""
+def missed(kinds: Sequence[str]) -> list[str]:
+    """Those of the mistakes that are silent, or claimed to be others."""
     out = []
-    for case in names:
-        name, spoil, _, code, said = CASES[case]
+    for what, seed in product(kinds, range(FIRST, FIRST + DRAWN)):
+        attack = drawn(seed, what)
         with tempfile.TemporaryDirectory() as folder:
-            config = copy_of(base, name, Path(folder))
-            spoil(config)
-            printed = io.StringIO()
-            with contextlib.redirect_stderr(printed), contextlib.redirect_stdout(io.StringIO()):
-                ended = pipeline("check", config)
-            if ended != code or any(part not in printed.getvalue() for part in said.split("|")):
-                out.append(case)
-            shutil.rmtree(config.parent)
+            if attack.outcome(attack.judged(Path(folder)))[0] in ("silent", "wrong"):
+                out.append(attack.words)
     return out
 
 
 def contradicted(sessions: int) -> int:
     """How many ordinary sessions are refused or warned of."""
-    return sum(bool(outcome_of(FIRST + k)[1]) for k in range(sessions))
+    sensor = sensors(100 * SAMPLE_RATE)["Xsens MTi"]
+    counts = counted(sensor, range(FIRST, FIRST + sessions), ((),)).counts
+    return counts["refused"] + counts["warned"]
 
 
 def main() -> None:
@@ -92,20 +80,18 @@ def main() -> None:
     parser.add_argument("--sessions", type=int, default=4)
     parser.add_argument("--only")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        base = Path(folder)
-        write_base(base)
-        print(f"{'limit':28} {'value':>9}  ordinary contradicted, mistakes missed")
-        for module, names, cases in LIMITS:
-            for name in names:
-                if options.only not in (None, name):
-                    continue
-                for factor in FACTORS:
-                    with changed(module, name, factor):
-                        print(f"{name:28} {getattr(module, name):9.3g}  "
-                              f"{contradicted(options.sessions)} of {options.sessions}, "
-                              f"{len(each := missed(base, cases))} of {len(cases)}"
-                              f"{': ' + ', '.join(each) if each else ''}", flush=True)
+    print(f"{'limit':28} {'value':>9}  ordinary contradicted, mistakes missed")
+    for module, names, kinds in LIMITS:
+        for name in names:
+            if options.only not in (None, name):
+                continue
+            for factor in FACTORS:
+                with changed(module, name, factor):
+                    out = missed(kinds)
+                    print(f"{name:28} {getattr(module, name):9.3g}  "
+                          f"{contradicted(options.sessions)} of {options.sessions}, "
+                          f"{len(out)} of {DRAWN * len(kinds)}"
+                          f"{': ' + ', '.join(out) if out else ''}", flush=True)
 
 
 if __name__ == "__main__":
