@@ -54,6 +54,11 @@ def _run(typed: list[str]) -> int:
 
         print(INTERRUPTED_SAYS, file=sys.stderr)
         return INTERRUPTED
+    except MemoryError:  # also where an error is being said
+        from pipeline.errors import NO_MEMORY, UNREADABLE
+
+        print(NO_MEMORY, file=sys.stderr)
+        return UNREADABLE
 
 
 def _run_command(typed: list[str]) -> int:
@@ -83,7 +88,7 @@ def _run_command(typed: list[str]) -> int:
     except (PipelineError, CalibrationError, VisionError) as error:
         print(message_of(error), file=sys.stderr)
         return exit_code_of(error)
-    except (OSError, MemoryError) as error:
+    except OSError as error:
         expected = expected_failure(error)
         print(message_of(expected), file=sys.stderr)
         return exit_code_of(expected)

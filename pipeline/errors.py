@@ -30,6 +30,8 @@ from typing import ClassVar
 DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
 INTERRUPTED = 130  #: 128 and the number of SIGINT, as shells report it
 SHOWN_PATH = 200  #: characters of a path that a message repeats
+NO_MEMORY = ("The input needs more memory than this computer has free. Close other programs, or "
+             "split the input into smaller files.")
 INTERRUPTED_SAYS = "Interrupted. Every file is either complete or unchanged."
 
 
@@ -136,10 +138,7 @@ def expected_failure(error: OSError | MemoryError) -> PipelineError:
         It names no file and is no want of space, of memory or of the working folder: a bug.
     """
     if isinstance(error, MemoryError):
-        return UnreadableInput(
-            "The input needs more memory than this computer has free. Close other programs, or "
-            "split the input into smaller files."
-        )
+        return UnreadableInput(NO_MEMORY)
     where = "" if error.filename is None else f"{os.fsdecode(error.filename)[:SHOWN_PATH]}: "
     if error.errno in FULL:
         return UnwritableOutput(
