@@ -56,7 +56,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
     ],
     "calib.poses.runs": [
-        ("ring",), ("pose_run", "ideal_ring"), ("reference_runs",), ("tilted_run",),
+        ("ring",), ("pose_run", "ideal_ring"), ("reference_runs", "known_attitudes"),
+        ("tilted_run",),
     ],
     "calib.fit": [
         ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),

@@ -12,6 +12,7 @@ from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, constant_reference, join_references
 from calib.poses.runs.ideal_ring import ideal_ring, up_round_axis
+from calib.poses.runs.known_attitudes import known_attitudes
 from calib.poses.runs.ring import Ring, rings_of
 
 
@@ -44,6 +45,8 @@ class PlannedRun:
         The logged columns.
     tilt_rad : float
         Of the axis about which the poses turn against gravity; ``up`` then points along that axis.
+    attitude_sd_rad : float or None
+        How well it will be known that the case stood so; None where it will not.
     """
 
     name: str
@@ -58,6 +61,7 @@ class PlannedRun:
     vibration: FloatArray | None = None
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
     tilt_rad: float = 0.0
+    attitude_sd_rad: float | None = None
 
     def turned(self, up: FloatArray, time_s: FloatArray) -> "PlannedRun":
         """Other poses at the same setting; vibration and columns go on as they were.
@@ -153,6 +157,9 @@ def ideal_poses(
     shared = set.intersection(*(set(run.columns) for run in runs))
     readings = [readings_of(sign * run.magnitude * run.up, sensor)
                 for run, sign in zip(runs, sense, strict=True)]
+    up, up_sd_rad = known_attitudes([
+        (len(run.up), None if run.attitude_sd_rad is None else run.up, run.attitude_sd_rad or 0.0)
+        for run in runs])
     return PoseSet(
         triad=triad,
         label=tuple(f"{run.name} {i + 1}" for run in runs for i in range(len(run.up))),
@@ -170,6 +177,7 @@ def ideal_poses(
             for run in runs
         ]),
         columns={name: joined([run.columns[name] for run in runs]) for name in sorted(shared)},
+        up=up, up_sd_rad=up_sd_rad,
         ring=rings_of([(ring_of(run, mean), len(run.up))
                        for run, mean in zip(runs, readings, strict=True)]),
     )

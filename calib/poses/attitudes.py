@@ -59,6 +59,22 @@ def spread_directions(count: int) -> FloatArray:
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
 
 
+def nearest_faces(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The faces and edges of a cube nearest to ``directions`` (n, 3), and how far off they are.
+
+    Returns
+    -------
+    nearest : array, shape (n, 3)
+        Unit vectors.
+    angle_rad : array, shape (n,)
+        Between each direction and the nearest.
+    """
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    cosines = unit @ natural_directions(corners=False).T
+    nearest = natural_directions(corners=False)[cosines.argmax(axis=1)]
+    return nearest, np.arccos(np.clip(cosines.max(axis=1), -1.0, 1.0))
+
+
 def direction_name(direction: FloatArray, triad: Triad = "accelerometer") -> str:
     """In words: ``+x up``, ``edge +x -z up``, ``corner +x -y +z up``.
 

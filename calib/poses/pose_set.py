@@ -17,12 +17,13 @@ from calib.poses.averaging.sway import shaken
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.reference import Reference, RowIndex, join_references
+from calib.poses.runs.known_attitudes import known_attitudes
 from calib.poses.runs.pose_run import PoseRun, check_alive
 from calib.poses.runs.ring import Ring, joined_rings, rings_of
 
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
-WHERE_LOGGED = ("other_reading", "run_time_s")
+WHERE_LOGGED = ("other_reading", "run_time_s", "up", "up_sd_rad")
 """Further ones that a set may lack."""
 
 
@@ -60,6 +61,9 @@ class PoseSet:
     run_time_s : array, shape (n,), or None
         Mid time on the clock of the pose's own run; NaN in runs whose logs do not show the order,
         None for ideal poses.
+    up, up_sd_rad : array, shapes (n, 3) and (n,), or None
+        The vertical in the axes of the case, where it is known how that lay, and the sd of each of
+        its two angles; NaN in other poses, None where none was laid so.
     sd_dof : float or None
         Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     ring : Ring or None
@@ -84,6 +88,8 @@ class PoseSet:
     notes: tuple[str, ...] = ()
     other_reading: FloatArray | None = None
     run_time_s: FloatArray | None = None
+    up: FloatArray | None = None
+    up_sd_rad: FloatArray | None = None
     sd_dof: float | None = None
     ring: Ring | None = None
     stated: "PoseSet | None" = None
@@ -243,6 +249,7 @@ def pose_set(
     time_s = on_one_clock(means) - origin_s
     names = sorted(set.intersection(*(set(mean.columns) for mean in means)))
     other = "gyroscope" if triad == "accelerometer" else "accelerometer"
+    up, up_sd_rad = known_attitudes([(len(run.means), run.up, run.up_sd_rad) for run in runs])
     poses = PoseSet(
         triad=triad,
         label=tuple(mean.label for mean in means),
@@ -259,6 +266,7 @@ def pose_set(
         notes=_notes(runs, triad),
         other_reading=np.array([mean.of(other).mean for mean in means]),
         run_time_s=np.concatenate([on_one_clock(run.means) for run in runs]),
+        up=up, up_sd_rad=up_sd_rad,
         sd_dof=sd_dof([run.means for run in runs if not run.is_stated], triad),
         ring=rings_of([(run.ring, len(run.means)) for run in runs]),
     )

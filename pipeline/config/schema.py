@@ -186,12 +186,23 @@ class PosesSection(LogsSection):
         return self
 
 
+#: How well it is known that the case stood on a face or an edge in every pose, degrees.
+AttitudeSd = Annotated[Positive, Field(le=5)]
+
+
 class RunSection(Section):
     """Poses taken at one plate setting."""
 
     poses: PosesSection
     rate: RateName
     exclude: PoseNames = ()
+    attitude_sd_deg: AttitudeSd | None = None
+
+    @model_validator(mode="after")
+    def _attitudes_turn(self) -> "RunSection":
+        if self.rate == STOPPED and self.attitude_sd_deg is not None:
+            raise refusal("attitude_sd_deg says nothing of a gyroscope at rest: take it out")
+        return self
 
 
 class TriadFitSection(Section):
@@ -208,7 +219,8 @@ class TriadFitSection(Section):
         if poses is None:
             return ()
         return (RunSection.model_construct(
-            poses=poses, rate=STOPPED, exclude=getattr(self, "exclude", ())),)
+            poses=poses, rate=STOPPED, exclude=getattr(self, "exclude", ()),
+            attitude_sd_deg=getattr(self, "attitude_sd_deg", None)),)
 
     @property
     def turning(self) -> tuple[RunSection, ...]:
@@ -227,7 +239,17 @@ class AccelerometerSection(TriadFitSection):
 
     poses: PosesSection | None = None
     exclude: PoseNames = ()
+    attitude_sd_deg: AttitudeSd | None = None
     runs: tuple[RunSection, ...] = ()
+
+    @model_validator(mode="after")
+    def _attitudes_at_rest(self) -> "AccelerometerSection":
+        if any(run.attitude_sd_deg is not None for run in self.runs):
+            raise refusal("attitude_sd_deg is for poses at rest or on a level plate, and the runs "
+                          "of an accelerometer are taken on a plate that leans: take it out")
+        if self.attitude_sd_deg is not None and self.poses is None:
+            raise refusal("attitude_sd_deg belongs to poses, and none are named")
+        return self
 
 
 class GyroscopeSection(TriadFitSection):

@@ -24,6 +24,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
+from calib.poses.runs.known_attitudes import laid_down
 from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import (
     GRAVITY,
@@ -33,7 +34,7 @@ from calib.poses.runs.reference_runs import (
     stopped_run,
     turning_run,
 )
-from calib.poses.runs.ring import TILT_SD_RAD, room_names, tilt_name
+from calib.poses.runs.ring import FRAME_NAMES, TILT_SD_RAD, room_names, tilt_name
 from calib.poses.runs.tilted_run import tilted_run
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec
@@ -217,12 +218,15 @@ def _runs(
             EARTH_RATE_RAD_S / math.sqrt(3) if latitude is None
             else earth_rate_horizontal(latitude) / math.sqrt(2)
         )
+    if setting.attitude_sd_rad is not None:
+        common += tuple(CommonError(name, 0.0) for name in FRAME_NAMES)
     if len(up):
         yield PlannedRun(
             setting.name, up, magnitude, setting.rate_rad_s,
             noise_sd / math.sqrt(setting.seconds), reference_sd, common, force,
             (setting.seconds + PAUSE_S) * np.arange(len(up), dtype=float),
-            *_course(setting.means, len(up)), tilt_rad=setting.tilt_rad)
+            *_course(setting.means, len(up)), tilt_rad=setting.tilt_rad,
+            attitude_sd_rad=setting.attitude_sd_rad)
 
 
 def _course(
@@ -257,12 +261,14 @@ def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]
         if triad == "accelerometer":
             assert config.site is not None
             gravity = gravity_of(config.site)
-            run = tilted_run if setting.rate_rad_s else gravity_run
-            runs.append(run(setting.name, setting.means, gravity.value_m_s2, gravity.sd_m_s2))
+            make = tilted_run if setting.rate_rad_s else gravity_run
+            run = make(setting.name, setting.means, gravity.value_m_s2, gravity.sd_m_s2)
+            runs.append(laid_down(run, setting.attitude_sd_rad))
         elif setting.rate_rad_s:
             plate = PlateRate(setting.name, np.array([setting.rate_rad_s]),
                               np.array([setting.rate_sd_rad_s]), setting.relative_sd)
-            runs.append(turning_run(setting.means, plate, latitude))
+            runs.append(laid_down(turning_run(setting.means, plate, latitude),
+                                  setting.attitude_sd_rad))
         else:
             runs.append(stopped_run(setting.name, setting.means, latitude))
     means = [mean for run in runs for mean in run.means]

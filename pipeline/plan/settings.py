@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from pipeline.stages.planned_poses import first_directions, pose_seconds, sensed
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import Setting, long_logs, read_logs
+from pipeline.stages.triad_poses import attitude_sd_rad
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
 PAUSE_S = 20.0  #: between two planned poses: as long as a hand takes to lay the sensor; chosen
@@ -50,6 +51,7 @@ class PlannedSetting:
     seconds: float
     unusable: tuple[str, ...]
     tilt_rad: float = 0.0
+    attitude_sd_rad: float | None = None
 
 
 def planned_setting(
@@ -61,7 +63,7 @@ def planned_setting(
     setting = Setting.of(section)
     if setting not in known:
         known[setting] = _read_setting(config, section)
-    return known[setting]
+    return replace(known[setting], attitude_sd_rad=attitude_sd_rad(section))
 
 
 def _read_setting(config: Config, section: RunSection) -> PlannedSetting:

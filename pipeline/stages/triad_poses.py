@@ -1,5 +1,6 @@
 """What a triad is calibrated from: its poses, and the model as they can evaluate it."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,11 +21,18 @@ from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
+from calib.poses.runs.known_attitudes import laid_down
 from calib.poses.runs.pose_run import PoseRun
-from calib.poses.runs.reference_runs import gravity_run, still_run, stopped_run, turning_run
+from calib.poses.runs.reference_runs import (
+    gravity_run,
+    still_run,
+    stopped_run,
+    turning_run,
+)
 from calib.poses.runs.tilted_run import NOT_FITTED, Leaning, tilted_run
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config
+from pipeline.config.schema import RunSection
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, ExcludedPose
 from pipeline.stages.poses import Recording, Recordings
@@ -86,16 +94,25 @@ def accelerometer_poses(
     assert config.accelerometer is not None
     recorded = tuple((run.rate, recordings.of(run)) for run in config.accelerometer.sections)
 
-    def run_of(name: str, means: Sequence[PoseMean]) -> PoseRun:
-        if name == STOPPED:
-            return gravity_run(name, means, gravity.value_m_s2, gravity.sd_m_s2)
-        return tilted_run(name, means, gravity.value_m_s2, gravity.sd_m_s2, leaning)
+    sections = config.accelerometer.sections
+
+    def run_of(section: RunSection, means: Sequence[PoseMean]) -> PoseRun:
+        if section.rate == STOPPED:
+            run = gravity_run(section.rate, means, gravity.value_m_s2, gravity.sd_m_s2)
+            return laid_down(run, attitude_sd_rad(section))
+        return tilted_run(section.rate, means, gravity.value_m_s2, gravity.sd_m_s2, leaning)
 
     def poses_of(one: Recorded) -> PoseSet:
-        runs = [run_of(name, means) for (name, _), (means, _) in zip(recorded, one, strict=True)]
+        runs = [run_of(section, means) for section, (means, _) in zip(sections, one, strict=True)]
         return pose_set("accelerometer", runs, recordings.origin_s)
 
     return TriadPoses(recorded, poses_of)
+
+
+def attitude_sd_rad(section: RunSection) -> float | None:
+    """How well it is known that the case stood on a face or an edge; None where it is not."""
+    sd = section.attitude_sd_deg
+    return None if sd is None else math.radians(sd)
 
 
 def resting_poses(triad: Triad, config: Config, recordings: Recordings) -> TriadPoses:
@@ -145,13 +162,16 @@ def gyroscope_poses(
     correct = correct_other_poses(accelerometer) if accelerometer else None
     recorded = tuple((section.rate, recordings.of(section)) for section in config.gyroscope.runs)
 
-    def run_of(name: str, means: Sequence[PoseMean], places: IntArray) -> PoseRun:
-        if name == STOPPED:
-            return stopped_run(name, means, latitude)
-        return turning_run(means, rates[name].of_poses(places), latitude)
+    sections = config.gyroscope.runs
+
+    def run_of(section: RunSection, means: Sequence[PoseMean], places: IntArray) -> PoseRun:
+        if section.rate == STOPPED:
+            return stopped_run(section.rate, means, latitude)
+        run = turning_run(means, rates[section.rate].of_poses(places), latitude)
+        return laid_down(run, attitude_sd_rad(section))
 
     def poses_of(item: Recorded) -> PoseSet:
-        runs = [run_of(name, *one) for (name, _), one in zip(recorded, item, strict=True)]
+        runs = [run_of(section, *one) for section, one in zip(sections, item, strict=True)]
         poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
         if accelerometer is None or config.accelerometer is None or not config.accelerometer.runs:
             return poses  # means and waves suffice beside a calibration at rest

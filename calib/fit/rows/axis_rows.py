@@ -1,12 +1,13 @@
-"""Rows of the axis about which a gyroscope turns on a plate that leans.
-
-Gravity goes round about the axis of the plate (:mod:`calib.fit.triad.axis_of_turning`), and the
-gyroscope turns about the same; across it, along t1 and t2, its corrected vector s vanishes:
+"""Rows of a known direction: across it, along t1 and t2, the corrected vector s vanishes.
 
     t·s - |s| t·(φ × n + dn)
 
-with φ what the frames are turned against each other beyond a first estimate, of which nothing is
-known before, and dn what the calibration of the accelerometer leaves open.
+The direction n is the axis about which a gyroscope turns on a plate that leans, because gravity
+goes round about the same in the accelerometer (:mod:`calib.fit.triad.axis_of_turning`); or the
+vertical in a case that was laid down in a known attitude, such as a cube on a level plate. There
+each pose has three rows, its magnitude and these two. φ is what the frames are turned against each
+other beyond a first estimate, of which nothing is known before, and dn what the calibration of the
+accelerometer leaves open, which a case does not have.
 """
 
 from collections.abc import Sequence
@@ -18,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring import FRAME_NAMES, accelerometer_names
 
@@ -26,10 +27,13 @@ FRAME_SD_RAD = 0.03
 """Sd of each angle between the frames beyond the estimate by nominal directions. Derived: gains and
 biases of a few per cent; wide enough that the rows alone decide."""
 
+LEAST_WEIGHT = 1e-3
+"""Weight of parallel frames against a pose in the first estimate of the angles. Numerical."""
+
 
 @dataclass(frozen=True, eq=False)
 class AxisRows(Stacked):
-    """Two rows for each of the w rings of each of S sets of poses.
+    """Two rows for each of the w poses with a known direction of each of S sets of poses.
 
     Attributes
     ----------
@@ -50,13 +54,18 @@ class AxisRows(Stacked):
 
     @classmethod
     def of(cls, sets: Sequence[PoseSet], start: Start) -> "AxisRows | None":
-        """The rows of S sets; None where no calibrated accelerometer shows an axis."""
-        ring = sets[0].ring
-        if ring is None or sets[0].triad != "gyroscope" or not np.isfinite(ring.axis).all():
+        """The rows of S sets; None where no direction is known."""
+        one = sets[0]
+        if _turns_about_axis(one):
+            assert one.ring is not None
+            place, rows_of = one.ring.place, _of_ring
+        elif one.up is not None and set(FRAME_NAMES) <= set(one.reference.common_names):
+            place, rows_of = np.flatnonzero(np.isfinite(one.up).all(axis=1)), _of_attitudes
+        else:
             return None
-        parts = [_of_set(poses, start.take(k)) for k, poses in enumerate(sets)]
+        parts = [rows_of(poses, start.take(k)) for k, poses in enumerate(sets)]
         across, sd, common = (np.array(values) for values in zip(*parts, strict=True))
-        return cls(tuple(map(int, np.repeat(ring.place, 2))), across / sd[..., None], sd, common)
+        return cls(tuple(map(int, np.repeat(place, 2))), across / sd[..., None], sd, common)
 
     def residual(self, s: FloatArray, eta: FloatArray) -> FloatArray:
         """Residual of the rows at the vectors ``s`` (..., n, 3), rad/s, in their sds, (..., 2w)."""
@@ -77,28 +86,61 @@ class AxisRows(Stacked):
         return solutions(turned, self.across[..., None])[..., 0]
 
 
-def _of_set(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Directions, sds and common errors of the rows of one set."""
+def _turns_about_axis(poses: PoseSet) -> bool:
+    """Whether a calibrated accelerometer shows the axis of a leaning plate."""
+    return (poses.triad == "gyroscope" and poses.ring is not None
+            and bool(np.isfinite(poses.ring.axis).all()))
+
+
+def _of_ring(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Directions, sds and common errors of the rows of one set on a leaning plate."""
     ring = poses.ring
     assert ring is not None
     s = poses.reading[ring.place] @ start.matrix.T + start.offset
-    speed = np.linalg.norm(s, axis=1)
-    turn = np.sign(poses.spin_rad_s[ring.place]) * speed
+    turn = np.sign(poses.spin_rad_s[ring.place]) * np.linalg.norm(s, axis=1)
     rotation = Rotation.align_vectors(s / turn[:, None], ring.axis)[0]
-    n = rotation.apply(ring.axis)
+    size = np.linalg.norm(np.ptp(ring.force, axis=1), axis=1) / 2 / np.sqrt(2)
+    moved = np.einsum("ij,wja->wai", rotation.as_matrix(), ring.axis_moved)
+    return _rows(poses, start, ring.place, rotation.apply(ring.axis), turn,
+                 (ring.force_sd / size)[:, None], moved,
+                 accelerometer_names(ring.axis_moved.shape[2]))
+
+
+def _of_attitudes(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same of a case that lay as it is known to have lain."""
+    assert poses.up is not None
+    assert poses.up_sd_rad is not None
+    place = np.flatnonzero(np.isfinite(poses.up).all(axis=1))
+    up, s = poses.up[place], poses.reading[place] @ start.matrix.T + start.offset
+    spin = poses.spin_rad_s[place] if poses.triad == "gyroscope" else np.zeros(len(place))
+    turn = np.where(spin < 0, -1.0, 1.0) * np.linalg.norm(s, axis=1)
+    # Where all poses stand on one side, the frames start parallel in what these leave open.
+    weight = np.r_[np.ones(len(place)), np.full(3, LEAST_WEIGHT)]
+    rotation = Rotation.align_vectors(
+        np.vstack([s / turn[:, None], np.eye(3)]), np.vstack([up, np.eye(3)]), weight)[0]
+    return _rows(poses, start, place, rotation.apply(up), turn,
+                 poses.up_sd_rad[place, None], np.zeros((len(place), 0, 3)), ())
+
+
+def _rows(
+    poses: PoseSet, start: Start, place: IntArray, n: FloatArray, turn: FloatArray,
+    direction_sd: FloatArray, moved: FloatArray, moved_by: tuple[str, ...],
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rows across the directions ``n`` (w, 3) in the frame of the triad.
+
+    ``turn`` (w,) are the vectors' lengths along n, ``direction_sd`` (w, 1) or (w, 2) rad, and
+    ``moved`` (w, a, 3) by how much the common errors ``moved_by`` move n.
+    """
     helper = np.eye(3)[np.argmin(np.abs(n), axis=1)]
     first = np.cross(n, helper)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     across = np.stack([first, np.cross(n, first)], axis=1)  # (w, 2, 3)
-    size = np.linalg.norm(np.ptp(ring.force, axis=1), axis=1) / 2 / np.sqrt(2)
-    by_reading = np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, poses.sd[ring.place] ** 2)
-    sd = np.sqrt(by_reading + (speed * ring.force_sd / size)[:, None] ** 2)
+    by_reading = np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, poses.sd[place] ** 2)
+    sd = np.sqrt(by_reading + (np.abs(turn)[:, None] * direction_sd) ** 2)
     names = poses.reference.common_names
     common = np.zeros((*sd.shape, len(names)))
     turned = np.cross(np.eye(3)[None], n[:, None]) * FRAME_SD_RAD  # (w, 3 angles, 3)
-    moved = np.einsum("ij,wja->wai", rotation.as_matrix(), ring.axis_moved)
     errors = np.concatenate([turned, moved], axis=1) * turn[:, None, None]
-    of_errors = (*FRAME_NAMES, *accelerometer_names(ring.axis_moved.shape[2]))
-    where = [names.index(name) for name in of_errors]
+    where = [names.index(name) for name in (*FRAME_NAMES, *moved_by)]
     common[:, :, where] = np.einsum("wti,wei->wte", across, errors) / sd[:, :, None]
     return across.reshape(-1, 3), sd.ravel(), common.reshape(-1, len(names))

@@ -29,6 +29,10 @@ class PoseRun:
         What a null pose should read, SI.
     ring : Ring or None
         Of a plate that leans, by the nominal accelerometer.
+    up : array, shape (n, 3), or None
+        The vertical in the axes of the case, where it is known how that lay, unit vectors.
+    up_sd_rad : float
+        How well: sd of each of its two angles.
     """
 
     name: str
@@ -37,6 +41,8 @@ class PoseRun:
     spin_rad_s: FloatArray
     expected: FloatArray
     ring: Ring | None = None
+    up: FloatArray | None = None
+    up_sd_rad: float = 0.0
 
     @property
     def is_stated(self) -> bool:
