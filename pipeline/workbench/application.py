@@ -23,6 +23,7 @@ from pipeline.results.names import REPORT_NAME
 from pipeline.served.answers import answered, script, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
+from pipeline.workbench.chart_columns import chart_columns
 from pipeline.workbench.clip_player import ClipPlayer
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
@@ -155,7 +156,8 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         return HTMLResponse(workbench.page())
 
     def columns(request: Request) -> Response:
-        return JSONResponse(workbench.session().columns(_triad(request.path_params["triad"])))
+        return JSONResponse(
+            chart_columns(workbench.session(), _triad(request.path_params["triad"])))
 
     def held_out(request: Request) -> Response:
         return JSONResponse(

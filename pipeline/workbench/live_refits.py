@@ -10,15 +10,11 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-import numpy as np
-from scipy.stats import beta, norm
-
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import compare
-from calib.numbers import RPM
-from calib.poses.imu_log import AXES, ImuLog, Triad
+from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import load_config
 from pipeline.config.types import STOPPED
 from pipeline.console.exclude_text import PoseSection, pose_sections
@@ -38,7 +34,6 @@ from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.state import Screen, TriadScreen, config_of, text_of
 
-BAND = (0.025, 0.975)  #: band of an ordered residual. Definition: 95 %
 MOST_KEPT = 200_000  #: poses in the fits that are kept; about 300 bytes each. Chosen
 
 
@@ -61,17 +56,17 @@ class OpenSession:
         self.held_out: HeldOut | None = None
         self._lock = Lock()
         logs = check_session(self.config)
-        self._turning_logs = {} if self.config.gyroscope is None else {
-            setting.rate: logs.by_setting[setting]
-            for setting in settings_of(self.config, "gyroscope") if setting.rate != STOPPED}
+        self._turning_logs: dict[tuple[str, str], Sequence[ImuLog]] = {
+            (triad, setting.rate): logs.by_setting[setting] for triad in self.config.triads
+            for setting in settings_of(self.config, triad) if setting.rate != STOPPED}
         self.recordings = average_recordings(self.config, logs, self.rates)
         self.sections: dict[Triad, Sequence[PoseSection]] = {
             triad: pose_sections(self.config, self.recordings, triad)
             for triad in self.config.triads}
 
-    def turning_logs(self, rate: str) -> Sequence[ImuLog]:
-        """The logs of the gyroscope's poses at a setting of the plate."""
-        return self._turning_logs.get(rate, ())
+    def turning_logs(self, triad: Triad, rate: str) -> Sequence[ImuLog]:
+        """The logs of a triad's poses at a setting of the plate."""
+        return self._turning_logs.get((triad, rate), ())
 
     def text(self, state: Screen) -> str:
         """The configuration that the screen would write."""
@@ -80,35 +75,6 @@ class OpenSession:
     def added(self, triad: Triad) -> tuple[str, ...]:
         """The added effects of the file's model."""
         return tuple(name for name in getattr(self.config, triad).model if name not in BASE)
-
-    def columns(self, triad: Triad) -> Json:
-        """What a chart of the residuals may have on an axis, by its title, of every pose; and the
-        normal quantiles of those that turn, with a band that holds each residual at 95 %.
-        """
-        poses = self.refitted(self._as_run(), triad).fit.poses
-        unit, factor = DISPLAY[triad]
-        known = {"order of the poses": np.arange(1.0, len(poses) + 1),
-                 "time [min]": poses.time_s / 60, "rate of the plate [rpm]": poses.spin_rad_s / RPM}
-        for k, axis in enumerate(AXES):
-            known[f"reading {axis} [{unit}]"] = poses.reading[:, k] * factor
-            known[f"specific force {axis} [m/s²]"] = poses.force[:, k]
-        other: Triad = "gyroscope" if triad == "accelerometer" else "accelerometer"
-        shown, per_si = DISPLAY[other]
-        if poses.other_reading is not None:
-            known |= {f"{other} {axis} [{shown}]": poses.other_reading[:, k] * per_si
-                      for k, axis in enumerate(AXES)}
-        if poses.run_time_s is not None:
-            known["time since the run began [min]"] = (
-                poses.run_time_s - np.array([poses.run_time_s[np.array(poses.run) == run].min()
-                                             for run in poses.run])) / 60
-        known |= dict(poses.columns)
-        n = int((~poses.reference.is_null).sum())
-        place = np.arange(1, n + 1)
-        z, low, high = (norm.ppf(beta.ppf(share, place, n + 1 - place)).tolist()
-                        for share in (0.5, *BAND))
-        return {"columns": {name: values.tolist() for name, values in known.items()
-                            if np.isfinite(values).all() and np.ptp(values) > 0},
-                "quantiles": {"z": z, "low": low, "high": high}}
 
     def answer(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
         """The refit of one triad on the screen, with what each change of its model is worth.
@@ -134,7 +100,7 @@ class OpenSession:
             The poses of this session do not determine it.
         """
         with self._lock:
-            return self._held_out(self._as_run(), triad)
+            return self._held_out(self.as_run(), triad)
 
     def _held_out(self, state: Screen, triad: Triad) -> Json:
         if self.held_out is None:
@@ -143,7 +109,7 @@ class OpenSession:
         return {"held_out": self.held_out.predicted(triad, correction)
                 | {"name": self.held_out.name}}
 
-    def _as_run(self) -> Screen:
+    def as_run(self) -> Screen:
         """The screen that shows the file."""
         return Screen({each: TriadScreen(self.added(each)) for each in self.sections}, {})
 

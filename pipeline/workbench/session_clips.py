@@ -32,7 +32,7 @@ def session_clips(session: OpenSession, folder: Path) -> list[ClipToPlay]:
     for name, section in session.config.rate.items():
         if not isinstance(section, VideoRateSection):
             continue
-        logs = session.turning_logs(name)
+        logs = session.turning_logs("gyroscope", name)
         for i, clip in enumerate(clips_to_follow(section)):
             clips.append(ClipToPlay(
                 name, clip.path, session.rates[name].clips[i],

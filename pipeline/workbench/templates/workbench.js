@@ -6,7 +6,7 @@ const { node, span, plot, asked, sent, droppable, WIDTH, HEIGHT, FOOT } = drawin
 const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
-const benches = [];
+const benches = [], PHASE = "phase of the plate [°]";
 let page = null, undone = [], done = [], now = "", restoring = false;
 
 const state = () => ({
@@ -128,6 +128,7 @@ class Bench {
     this.note();
     fetch(`columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
       this.columns = answer.columns;
+      this.phase = answer.phase;
       this.quantiles = answer.quantiles;
       this.choices();
       this.note();
@@ -156,6 +157,7 @@ class Bench {
 
   choices() {
     const own = ["residual [sd]", "residual left out [sd]"], names = Object.keys(this.columns);
+    if (this.phase.beside.some((parts) => parts.length)) names.push(PHASE);
     const fill = (select, all) => select.replaceChildren(...all.map((each) => new Option(each, each)));
     fill(this.part("x"), [...names, ...own]);
     fill(this.part("y"), [...own, ...names]);
@@ -265,17 +267,27 @@ class Bench {
     return mark;
   }
 
+  // A dot for every pose; with the phase of the plate one for every part of its turns.
   scatter() {
-    const [across, upward, colour] = ["x", "y", "colour"].map((name) => this.part(name).value);
-    const [xs, ys] = [this.values(across), this.values(upward)];
-    const { svg, x, y } = plot(span(xs), span(ys), across, upward, `${upward} against ${across}, a dot for every pose.`);
-    const shades = colour === "none" ? null : this.values(colour), range = shades && span(shades);
-    xs.forEach((value, k) => {
-      const mark = this.dot(k, x(value), y(ys[k]), `${page.short(value)}, ${page.short(ys[k])}`);
-      if (shades) mark.style.fill = `hsl(${(240 - 240 * (shades[k] - range[0]) / (range[1] - range[0])).toFixed(0)} 75% 48%)`;
+    const names = ["x", "y", "colour"].map((name) => this.part(name).value), [across, upward, colour] = names;
+    const { triad } = this.section, byPhase = names.includes(PHASE);
+    const columns = names.map((name) => (name === PHASE || name === "none" ? null : this.values(name)));
+    const value = (a, k, j) => (names[a] === PHASE ? this.phase.angle_deg[j]
+      : columns[a][k] + (byPhase && names[a].startsWith("residual") ? this.phase.beside[k][j] / triad.sd[k] : 0));
+    const dots = triad.labels.flatMap((_, k) => (byPhase ? this.phase.beside[k].map((__, j) => [k, j]) : [[k, 0]]));
+    const [xs, ys] = [0, 1].map((a) => dots.map(([k, j]) => value(a, k, j)));
+    const { svg, x, y } = plot(span(xs), span(ys), across, upward, `${upward} against ${across}, a dot for every ${byPhase ? "twelfth of a turn of every pose on the plate" : "pose"}.`);
+    const shades = colour === "none" ? null : dots.map(([k, j]) => value(2, k, j)), range = shades && span(shades);
+    dots.forEach(([k], i) => {
+      const mark = this.dot(k, x(xs[i]), y(ys[i]), `${page.short(xs[i])}, ${page.short(ys[i])}`);
+      if (byPhase) mark.setAttribute("r", 2.5);
+      if (shades) mark.style.fill = `hsl(${(240 - 240 * (shades[i] - range[0]) / (range[1] - range[0])).toFixed(0)} 75% 48%)`;
       svg.append(mark);
     });
     this.part("scatter").replaceChildren(svg);
+    this.part("scatter-words").textContent = [
+      byPhase ? "The phase counts from the beginning of each pose; what the model leaves comes back once or twice per turn where the plate or the sensor leans." : "",
+      shades ? `Blue is ${page.short(Math.min(...shades))}, red ${page.short(Math.max(...shades))}.` : ""].join(" ");
   }
 
   normal() {
