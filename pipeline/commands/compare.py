@@ -1,5 +1,6 @@
 """``pipeline compare A B [C...]``."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,27 +15,38 @@ from pipeline.results.names import RESULTS_NAME
 
 @click.command(epilog=examples(
     "pipeline compare monday.yaml tuesday.yaml",
+    "pipeline compare 2025-*/config.yaml --limit accelerometer=20",
     "pipeline compare base.run cubic.run --json | jq '.gyroscope.error_on_poses'",
 ))
 @click.argument("sessions", nargs=-1, required=True, metavar="A B [C...]", type=PathArgument())
+@click.option("--limit", "limits", multiple=True, metavar="TRIAD=VALUE",
+              help="Error that corrected magnitudes may have, in mm/s² or °/s, as in "
+                   "accelerometer=20: when it will be passed. Default: twice the last one's.")
 @python_option
 @json_option("the comparison")
-def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> None:
+def command(
+    sessions: tuple[Path, ...], limits: tuple[str, ...], allow_python: bool, as_json: bool
+) -> None:
     """Compare calibrations of one sensor: sessions, or runs of one session with different models.
 
     A, B and more are configurations that were run, results.json or their folders. The command
     prints the parameters side by side, each with its distance from A in sds, and what every
-    calibration errs by on the poses of each session.
+    calibration errs by on the poses of each session. Of sessions on different days it prints what
+    moved, and when the sensor should be calibrated again.
     """
-    from pipeline.console.comparison_text import comparison_lines, conclusions
+    from pipeline.console.comparison_text import ageing_text, comparison_lines, conclusions
+    from pipeline.results.ageing import ageing_of, recorded_at
     from pipeline.results.comparison import compare_calibrations, comparison_json
 
     if len(sessions) < 2:
         raise click.UsageError(f"only {sessions[0]} was named; name two sessions or more.")
     results = [named_results(path, allow_python) for path in sessions]
     compared = compare_calibrations(results)
+    allowed = dict(map(_limit, limits))
+    times = [recorded_at(stored) for stored in results]
+    ageing = {one.triad: ageing_of(one, times, allowed.get(one.triad)) for one in compared}
     if as_json:
-        echo_json(comparison_json(results, compared))
+        echo_json(comparison_json(results, compared, ageing))
         return
     if not compared:
         raise click.UsageError("no triad was calibrated in two of these sessions.")
@@ -46,6 +58,26 @@ def command(sessions: tuple[Path, ...], allow_python: bool, as_json: bool) -> No
     for triad in compared:
         for line in conclusions(triad, names):
             click.echo(paragraph(line))
+    for one in compared:
+        if (seen := ageing[one.triad]) is not None:
+            click.echo(paragraph(ageing_text(seen, one.triad)))
+
+
+def _limit(text: str) -> tuple[str, float]:
+    """``accelerometer=20`` as the triad and its limit, SI."""
+    from calib.poses.imu_log import TRIADS
+    from pipeline.text.formatting import DISPLAY
+
+    triad, _, value = text.partition("=")
+    try:
+        limit = float(value)
+    except ValueError:
+        limit = 0.0
+    if triad not in TRIADS or not 0 < limit < math.inf:
+        raise click.BadParameter(
+            f"found '{text}', expected a triad and a positive number, as in accelerometer=20 "
+            f"(mm/s²) or gyroscope=0.1 (°/s).", param_hint="--limit")
+    return triad, limit / DISPLAY[triad][1]
 
 
 def _names(sessions: Sequence[Path]) -> list[str]:

@@ -1,9 +1,12 @@
 """Several calibrations of one sensor as one table, and a sentence on what differs."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from calib.effects.units import display_unit
+from calib.poses.imu_log import Triad
+from pipeline.results.ageing import Ageing
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
 from pipeline.results.fitness import unseen_of
 from pipeline.text.formatting import DISPLAY, with_sd
@@ -11,6 +14,7 @@ from pipeline.text.model_name import short_model
 from pipeline.text.tables import table_lines
 
 NONE = "-"
+SHORT_DAYS, LONG_DAYS, YEAR_DAYS = 2.0, 99.0, 365.25  #: where hours, days and years begin: layout
 APART = "apart [sd]"
 WHOLE = 100.0  #: sds; from here on shown without decimals: layout
 
@@ -43,6 +47,39 @@ def conclusions(compared: ComparedTriad, names: Sequence[str]) -> Iterator[str]:
     for k in range(1, len(names)):
         if compared.sections[0] is not None and compared.sections[k] is not None:
             yield f"{compared.triad}: {_conclusion(compared, names, k)}"
+
+
+def ageing_text(ageing: Ageing, triad: Triad) -> str:
+    """What moved between the sessions, and when the error to expect will pass the limit."""
+    unit, factor = DISPLAY[triad]
+    moved, noise, now, limit = (f"{value * factor:.2g} {unit}" for value in (
+        ageing.moved, ageing.noise, ageing.now, ageing.limit))
+    over = f"{triad}: over {_days(ageing.days)}"
+    if limit == now or ageing.limit <= ageing.now:
+        return (f"{triad}: the error to expect of the last calibration, {now}, is not below the "
+                f"limit of {limit}. Calibrate better: `pipeline plan` shows which poses help most.")
+    earliest, estimate, latest = ageing.due_days
+    if not ageing.most:
+        return (f"{over} nothing moved beyond the noise ({noise} between sessions). The error to "
+                f"expect, {now} now, will not pass {limit} for {_days(earliest)} at least (95 %), "
+                f"if the sensor goes on so.")
+    return (f"{over} corrected magnitudes moved by {moved} from session to session beyond the "
+            f"noise of {noise}, {ageing.most} most. At that pace the error to expect, {now} now, "
+            f"passes {limit} after {_days(estimate)} ({_days(earliest)} to {_days(latest)}): "
+            f"recalibrate then.")
+
+
+def _days(days: float) -> str:
+    """A span of time in the largest unit that leaves two digits.
+
+    >>> _days(0.6), _days(40.0), _days(900.0), _days(float("inf"))
+    ('14 hours', '40 days', '2.5 years', 'ever')
+    """
+    if not math.isfinite(days):
+        return "ever"
+    if days < SHORT_DAYS:
+        return f"{24 * days:.2g} hours"
+    return f"{days:.2g} days" if days < LONG_DAYS else f"{days / YEAR_DAYS:.2g} years"
 
 
 def _row(title: str, cells: Sequence[str], apart: Sequence[float | None] = ()) -> list[str]:

@@ -8,7 +8,7 @@ residual is smaller, because it was fitted to it.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from scipy.special import ndtri
@@ -183,9 +183,12 @@ def _number(value: float | None) -> float | None:
 
 
 def comparison_json(
-    results: Sequence[Stored], compared: Sequence[ComparedTriad]
+    results: Sequence[Stored], compared: Sequence[ComparedTriad], ageing: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The comparison for programs, SI; lists are in the order of ``results``."""
+    """The comparison for programs, SI; lists are in the order of ``results``.
+
+    ``ageing`` holds the :class:`pipeline.results.ageing.Ageing` of each triad, or None.
+    """
     return {
         "results": [str(stored.path) for stored in results],
         "titles": [stored.contents["title"] for stored in results],
@@ -198,6 +201,7 @@ def comparison_json(
             for key in ("residual_rms", "loo_rms", "chi2", "dof")
         } | {
             "same_poses": one.same_poses,
+            "ageing": ageing[one.triad] and _finite(asdict(ageing[one.triad])),
             "error_on_poses": one.error_on_poses,
             "parameters": [
                 {"name": p.name, "unit": p.unit, "values": p.values, "sd": p.sds,
@@ -210,6 +214,12 @@ def comparison_json(
 
 
 # --- each calibration on the poses of all --------------------------------------------------------
+
+
+def _finite(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """The entry with null for a time that never comes."""
+    due = [one if math.isfinite(one) else None for one in entry["due_days"]]
+    return {**entry, "due_days": due}
 
 
 def _errors_on(

@@ -1,0 +1,129 @@
+"""When to calibrate again: sensors that move, judged by what the simulated ones really err by."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from calib.poses.attitudes import spread_directions
+from pipeline.results.ageing import DAY_S, Ageing, ageing_of, recorded_at
+from pipeline.results.comparison import compare_calibrations
+from pipeline.results.read import Stored, load_results
+from tests.sessions import pipeline
+from tests.world.designs import paper_design
+from tests.world.imu import G_STANDARD, Triad
+from tests.world.session import simulate
+from tests.world.write import write_session
+
+BEGIN_S = 1.75e9
+STEP_COUNTS = np.array([25.0, -40.0, 15.0])
+
+
+def aged(sessions: int) -> Triad:
+    """The accelerometer after so many steps."""
+    first = paper_design().sensor.accelerometer
+    sign = [0.0, 1.0, 0.0, 1.0][sessions]
+    return replace(first, offset=first.offset + sign * STEP_COUNTS)
+
+
+def dated(folder: Path, day: float) -> Stored:
+    """The results in ``folder`` as if its logs had begun on that day."""
+    path = folder / "results.json"
+    contents = json.loads(path.read_text(encoding="utf-8"))
+    contents["session_start_s"] = BEGIN_S + day * DAY_S
+    path.write_text(json.dumps(contents), encoding="utf-8")
+    return load_results(folder)
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Four evenings: the sensor moves from each to the next, and two more of the first sensor."""
+    root = tmp_path_factory.mktemp("ageing")
+    made = []
+    for k, age in enumerate([0, 1, 2, 3, 0, 0]):
+        design = paper_design().scaled(seconds=0.5)
+        design = replace(design, sensor=replace(design.sensor, accelerometer=aged(age)))
+        config = write_session(root / str(k), simulate(design, 900 + k), film=False).config
+        assert pipeline("run", config, "--quiet") == 0
+        made.append(config.with_suffix(".run"))
+    return made
+
+
+def of_days(folders: list[Path], days: list[float], limit: float | None = None) -> Ageing | None:
+    stored = [dated(folder, day) for folder, day in zip(folders, days, strict=True)]
+    compared = compare_calibrations(stored)[0]
+    return ageing_of(compared, [recorded_at(one) for one in stored], limit)
+
+
+def true_change() -> float:
+    """What a perfect calibration of the first sensor errs by on the moved one, rms, m/s²."""
+    before, after = aged(0), aged(1)
+    force = G_STANDARD * spread_directions(2000)
+    counts = force @ (after.gain[:, None] * after.axes).T + after.offset
+    corrected = (counts - before.offset) @ np.linalg.inv(before.gain[:, None] * before.axes).T
+    error = np.linalg.norm(corrected, axis=1) - G_STANDARD
+    return float(np.sqrt((error**2).mean()))
+
+
+def test_what_moved_is_what_the_sensor_errs_by(folders: list[Path]) -> None:
+    seen = of_days(folders[:4], [0.0, 10.0, 20.0, 30.0])
+    assert seen is not None
+    assert seen.days == pytest.approx(30.0)
+    assert seen.moved == pytest.approx(true_change(), rel=0.1)
+    assert seen.most == "bias y"
+    pace = true_change() ** 2 / 10
+    early, due, late = seen.due_days
+    assert due == pytest.approx((seen.limit**2 - seen.now**2) / pace, rel=0.2)
+    assert early < due < late
+
+
+def test_a_limit_that_is_stated_is_the_one_that_counts(folders: list[Path]) -> None:
+    limit = 3 * true_change()
+    seen = of_days(folders[:4], [0.0, 10.0, 20.0, 30.0], limit)
+    assert seen is not None
+    assert seen.due_days[1] == pytest.approx(90.0, rel=0.2)
+
+
+def test_a_sensor_that_does_not_move_is_not_due(folders: list[Path]) -> None:
+    seen = of_days([folders[0], folders[4], folders[5]], [0.0, 100.0, 200.0])
+    assert seen is not None
+    assert (seen.moved, seen.most) == (0.0, "")
+    assert seen.due_days[0] > 30
+    assert np.isinf(seen.due_days[1])
+
+
+@pytest.mark.parametrize("days", [[0.0, 0.1], [0.0, np.nan]])
+def test_of_one_evening_nothing_is_said(folders: list[Path], days: list[float]) -> None:
+    stored = [load_results(folder) for folder in folders[:2]]
+    compared = compare_calibrations(stored)[0]
+    assert ageing_of(compared, [BEGIN_S + day * DAY_S for day in days]) is None
+
+
+@pytest.fixture
+def printed(
+    folders: list[Path], capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str]]:
+    """Exit code and words of ``pipeline compare`` on the four evenings."""
+    def run(*options: str) -> tuple[int, str]:
+        for folder, day in zip(folders, [0.0, 10.0, 20.0, 30.0], strict=False):
+            dated(folder, day)
+        code = pipeline("compare", *folders[:4], *options)
+        words = capsys.readouterr()
+        return code, " ".join((words.out + words.err).split())
+    return run
+
+
+def test_the_command_says_when(printed: Callable[..., tuple[int, str]]) -> None:
+    code, words = printed("--limit", "accelerometer=500")
+    assert code == 0
+    assert "accelerometer: over 30 days corrected magnitudes moved by" in words
+    assert "passes 5e+02 mm/s² after" in words or "passes 500 mm/s² after" in words
+    assert "gyroscope: over 30 days nothing moved" in words
+    code, words = printed("--json")
+    assert json.loads(words)["accelerometer"]["ageing"]["most"] == "bias y"
+    code, words = printed("--limit", "accelerometer=soon")
+    assert code == 2
+    assert "accelerometer=20" in words
