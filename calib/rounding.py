@@ -37,10 +37,15 @@ def with_sd(value: float, sd: float | None) -> str:
     return f"{value:.{decimals}f} ± {sd:.{decimals}f}"
 
 
-def two_digits(value: float) -> str:
-    """A size with two digits that count, and no power of ten below a million.
+def in_digits(value: float, count: int) -> str:
+    """A size with ``count`` digits that count, and no power of ten below a million.
 
-    >>> two_digits(0.01234), two_digits(128.0), two_digits(3765.0)
-    ('0.012', '130', '3800')
+    >>> in_digits(0.01234, 2), in_digits(128.0, 2), in_digits(3765.0, 3)
+    ('0.012', '130', '3770')
     """
-    return f"{float(f'{value:.2g}'):g}"
+    return f"{float(f'{value:.{count}g}'):g}"
+
+
+def two_digits(value: float) -> str:
+    """The same with two digits, as of an error."""
+    return in_digits(value, 2)

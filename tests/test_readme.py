@@ -186,7 +186,7 @@ def test_the_notebook_prints_what_the_readme_shows(bench: Path) -> None:
 
 def test_the_table_of_effects_is_the_catalogue() -> None:
     expected = [
-        [f"`{name}`", "all" if effect.triads == tuple(TRIAD_KINDS) else effect.triads[0],
+        [f"`{name}`", " ".join(effect.only_for) or "all",
          " ".join(effect.page.formula.split()).replace("|", "\\|")]
         for name, effect in EFFECTS.items()
     ]  # fmt: skip

@@ -13,7 +13,7 @@ from calib.effects.effect import (
 from calib.effects.typical import between, quoted, typical
 from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
+from calib.poses.imu_log import AXES, TEMPERATURE, TRIADS, FloatArray
 
 WARMTH = f"({TEMPERATURE} - {REFERENCE_TEMPERATURE_C})"
 """The columns of an effect of temperature as an expression, K."""
@@ -179,6 +179,7 @@ def hysteresis(at: Conditions, width: ShapeValue) -> FloatArray:
     *AXES,
     unit="{u}/(m/s²)²",
     needs=("vibration",),
+    only_for=TRIADS,
     page=Page(
         formula="e_k = v_k · σ_a²,  σ_a² the accelerometer's variance within the pose, axes summed",
         typical={

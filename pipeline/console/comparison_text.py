@@ -6,6 +6,7 @@ from typing import Any
 
 from calib.effects.units import display_unit
 from calib.poses.imu_log import Triad
+from calib.rounding import in_digits
 from pipeline.results.ageing import Ageing
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
 from pipeline.results.fitness import unseen_of
@@ -96,7 +97,7 @@ def _sds(value: float, sign: str = "") -> str:
 
 
 def _scaled(value: float | None, factor: float) -> str:
-    return NONE if value is None else f"{value * factor:.3g}"
+    return NONE if value is None else in_digits(value * factor, 3)
 
 
 def _parameter_row(parameter: ComparedParameter) -> list[str]:

@@ -11,7 +11,7 @@ from calib.diagnosis.verdict.decision import Code
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
-from calib.rounding import two_digits
+from calib.rounding import in_digits, two_digits
 from pipeline.console.mounting_text import mounting_text
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
@@ -54,8 +54,9 @@ def triad_figures(result: TriadResult) -> str:
         tilts = sorted({f"{np.degrees(tilt):.1f}°" for tilt in fit.poses.ring.tilt_rad})
         poses += f", plate tilted by {' and '.join(tilts)}"
     return (
-        f"{poses}, residual {comparison.residual_rms * factor:.3g} "
-        f"{unit}, leave-one-out {comparison.loo_rms * factor:.3g} {unit}{loo_by_noise(result)}, "
+        f"{poses}, residual {in_digits(comparison.residual_rms * factor, 3)} "
+        f"{unit}, leave-one-out {in_digits(comparison.loo_rms * factor, 3)} "
+        f"{unit}{loo_by_noise(result)}, "
         f"chi²/dof {fit.chi2 / fit.dof:.2f}"
     )
 
@@ -66,7 +67,8 @@ def loo_by_noise(result: TriadResult) -> str:
     if result.comparison.loo_noise < FEW_POSES * noise:
         return ""
     unit, factor = DISPLAY[result.triad]
-    return f" ({result.comparison.loo_noise * factor:.2g} {unit} by noise alone with so few poses)"
+    size = two_digits(result.comparison.loo_noise * factor)
+    return f" ({size} {unit} by noise alone with so few poses)"
 
 
 def verdict_line(result: TriadResult) -> str:
@@ -137,7 +139,7 @@ def ranking_lines(result: TriadResult) -> list[str]:
             candidate.name,
             f"{candidate.log_evidence:+.1f}",
             f"{candidate.chi2_drop:.1f}",
-            *("-" if isnan(error) else f"{error * factor:.3g}"
+            *("-" if isnan(error) else in_digits(error * factor, 3)
               for error in (candidate.rms_after, candidate.loo_after)),
             ", ".join(candidate.aliases),
         ]

@@ -10,7 +10,7 @@ from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
 from calib.effects.units import display_unit
 from calib.numbers import NO_LENGTH
-from calib.rounding import two_digits
+from calib.rounding import in_digits, two_digits
 from pipeline.drawings.charts import tick_text
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
@@ -40,7 +40,7 @@ def candidate_rows(result: TriadResult) -> tuple[CandidateRow, ...]:
 
 def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
     _, factor = DISPLAY[result.triad]
-    rms, loo = (("–" if math.isnan(error) else f"{error * factor:.3g}")
+    rms, loo = (("–" if math.isnan(error) else in_digits(error * factor, 3))
                 for error in (candidate.rms_after, candidate.loo_after))
     share = candidate.chi2_drop / max(result.calibration.fit.chi2, NO_LENGTH)
     name = candidate.name
