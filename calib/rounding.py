@@ -41,7 +41,7 @@ def in_digits(value: float, count: int) -> str:
     """A size with ``count`` digits that count, and no power of ten below a million.
 
     >>> in_digits(0.01234, 2), in_digits(128.0, 2), in_digits(3765.0, 3)
-    ('0.012', '130', '3770')
+    ('0.012', '130', '3760')
     """
     return f"{float(f'{value:.{count}g}'):g}"
 
