@@ -36,6 +36,15 @@ def magnetometer_session(
                               f"  field_ut: {sensor.field_ut}\n  sd_ut: {FIELD_SD_UT}\n")
 
 
+def accelerometer_alone(folder: Path) -> Path:
+    """The configuration of a short session of an accelerometer alone."""
+    design = paper_design().scaled(seconds=0.3, sample_rate=0.5)
+    config = write_session(folder, simulate(design, 3), film=False).config
+    text = config.read_text(encoding="utf-8")
+    config.write_text(text.partition("\ngyroscope:")[0] + "\n", encoding="utf-8")
+    return config
+
+
 def pipeline(*arguments: str | Path) -> int:
     """One command in this process; an exception that nobody expects goes through."""
     return cli.main([str(argument) for argument in arguments])

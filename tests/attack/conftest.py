@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.sessions import pipeline, quick_session
-from tests.world.designs import paper_design, rich_design
+from tests.sessions import accelerometer_alone, pipeline, quick_session
+from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session
 
@@ -43,10 +43,7 @@ def rich(prepared_rich: Path, tmp_path: Path) -> Path:
 @pytest.fixture(scope="session")
 def prepared_alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session of an accelerometer alone that was run; never written to."""
-    design = paper_design().scaled(seconds=0.3, sample_rate=0.5)
-    config = write_session(tmp_path_factory.mktemp("alone"), simulate(design, 3), film=False).config
-    text = config.read_text(encoding="utf-8")
-    config.write_text(text.partition("\ngyroscope:")[0] + "\n", encoding="utf-8")
+    config = accelerometer_alone(tmp_path_factory.mktemp("alone"))
     assert pipeline("run", config) == 0
     return config
 
