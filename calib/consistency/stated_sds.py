@@ -3,26 +3,23 @@
 from collections.abc import Iterator
 from math import sqrt
 
-from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import tests_the_model
+
+ONE_SESSION_OF = 2000
+"""Sessions with right sds of which one is warned of. Derived: both triads together then take a
+fifth of the one in 200 that all warnings may take."""
 
 
 def sds_too_large(fit: Fit) -> Iterator[str]:
-    """Residuals so small that the sds of the poses cannot be right.
-
-    Yields
-    ------
-    str
-        One warning at most: where sds that are right give so small a chi-square in fewer sessions
-        than :data:`MISFIT_P_VALUE`.
-    """
-    if not tests_the_model(fit.poses) or fit.dof < 1 or fit.p_value <= 1 - MISFIT_P_VALUE:
+    """Warn, once at most, where residuals are so small that the sds of the poses are not right."""
+    if not tests_the_model(fit.poses) or fit.dof < 1 or fit.p_value <= 1 - 1 / ONE_SESSION_OF:
         return
     ratio = fit.chi2 / fit.dof
     yield (
         f"the sds of the {fit.poses.triad}'s poses are about {1 / sqrt(ratio):.2g} times too "
         f"large: chi²/dof is {ratio:.2g} with {fit.dof} degrees of freedom, and right sds give so "
-        f"little in fewer than one session of {1 / MISFIT_P_VALUE:.0f}. The stated sds of the "
+        f"little in fewer than one session of {ONE_SESSION_OF}. The stated sds of the "
         f"parameters are too large with them, and an error of that size goes unseen. Was it less "
         f"still within the poses than between them, are the sds of a table those of single "
         f"samples, or are the converter's steps coarser than the noise?"

@@ -16,8 +16,8 @@ import io
 import tempfile
 from pathlib import Path
 
+from tests.attack.any_order import run_in_any_order
 from tests.attack.failing import COMMANDS, Fault, calls_of, complaints, draws
-from tests.attack.test_any_order import run_in_any_order
 from tests.sessions import accelerometer_alone, pipeline
 
 FAULTS: tuple[Fault, ...] = ("memory", "read")

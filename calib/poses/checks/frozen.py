@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.errors import Undetermined
 from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog
 
 FALSE_ALARM = 1e-6
@@ -20,6 +21,9 @@ session's files speaks of a mistake where there is none. Derived: one in a milli
 SHORTEST_BLOCK = 10
 """Rows. Fact: sensors read faster than they measure repeat each reading a few times, one of 100 Hz
 on a line of 1 kHz ten times."""
+
+TOO_MANY = 0.5
+"""Share of a pose's samples. A judgement: what stopped for longer than it ran does not run well."""
 
 BLOCKS_LISTED = 4  #: it chooses words only
 
@@ -61,10 +65,20 @@ def without_frozen(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
     log : ImuLog
     note : str or None
         A sentence on what is left out; None where nothing is.
+
+    Raises
+    ------
+    Undetermined
+        More than half of the samples are frozen.
     """
     frozen = frozen_samples(log)
     if not frozen.any():
         return log, None
+    if frozen.mean() > TOO_MANY:
+        raise Undetermined(
+            f"{log.label}: froze: {100 * frozen.mean():.0f} % of its samples only repeat the one "
+            f"before. The sensor or its connection had stopped. Record the pose again."
+        )
     edges = np.flatnonzero(np.diff(np.concatenate([[False], frozen, [False]]).astype(np.int8)))
     blocks = list(zip(edges[::2], edges[1::2], strict=True))
     note = (f"{log.label}: {len(blocks)} frozen blocks, in which the logger wrote one reading "
