@@ -26,7 +26,7 @@ from calib.consistency.common_mistakes import (
 )
 from calib.consistency.means_alone import by_means
 from calib.consistency.odd_poses import odd_poses
-from calib.consistency.quadric import least_chi2
+from calib.consistency.quadric import left_over, quadric
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
@@ -39,11 +39,6 @@ from calib.poses.pose_set import PoseSet
 LEFT_OVER = 0.01
 """Share of the misfit above its degrees of freedom that a named mistake leaves at most. A
 judgement: what a sensor's effects leave of an exchanged axis or a wrong range."""
-
-BOUND_SLACK = 16.0
-"""Times the chi-square that a mistake may leave: the bound holds to first order, and for gains that
-are the data sheet's within a third. Tuned on mistakes in whole sessions: at 2 exchanged axes of a
-run are passed over, at 4, 8, 16 and 32 nothing is. A limit of time."""
 
 
 def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None:
@@ -93,11 +88,10 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
 def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> str | None:
     """The mistake that explains the misfit and what it leaves, in words; None where none does."""
     before = _chi2(poses, base)
-    whole = float(least_chi2([poses])[0]) if before is None else before[0]
-    hopeful = _hopeful(mistakes, whole, len(poses))
+    whole = left_over(*quadric(poses))[0] if before is None else before[0]
     tried = [
-        (chi2, dof, hopeful[i])
-        for fits in fit_sets([mistake.undone for mistake in hopeful], base) if fits.fitted
+        (chi2, dof, mistakes[i])
+        for fits in fit_sets([mistake.undone for mistake in mistakes], base) if fits.fitted
         for i, chi2, dof in zip(fits.index, fits.fitted.chi2, fits.fitted.dof, strict=True)
     ]
     if not tried:
@@ -109,17 +103,6 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
     if mistake.of is not None and not _agree(mistake.undone, mistake.of, base, (chi2, dof)):
         return None
     return f"{mistake.words} (chi²/dof {chi2 / dof:.3g} instead of {whole / dof:.3g})"
-
-
-def _hopeful(mistakes: Sequence[Mistake], whole: float, rows: int) -> list[Mistake]:
-    """Mistakes that can leave little enough of the misfit to be named; fitting all would take long.
-
-    ``whole`` is the chi-square as the session stands, of ``rows``.
-    """
-    enough = LEFT_OVER * whole + rows
-    least = least_chi2([mistake.undone for mistake in mistakes])
-    return [mistake for mistake, chi2 in zip(mistakes, least, strict=True)
-            if chi2 < BOUND_SLACK * enough]
 
 
 def _agree(

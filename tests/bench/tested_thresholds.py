@@ -67,7 +67,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.consistency.common_mistakes", (
         "SAME_RATE", "FEWEST_OF_BLOCK"),
      ("calib/consistency/test_mistakes.py",)),
-    ("calib.consistency.mistakes", ("LEFT_OVER", "BOUND_SLACK"),
+    ("calib.consistency.mistakes", ("LEFT_OVER",),
      ("calib/consistency/test_mistakes.py",)),
     ("calib.consistency.one_sensor", ("OTHER_GAIN", "CERTAIN_SD"),
      ("calib/consistency/test_mistakes.py",)),
