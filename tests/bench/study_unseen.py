@@ -74,11 +74,13 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--tilt", type=float, nargs="*", default=[0.3])
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--rate-hz", type=float, default=50.0)
     asked = parser.parse_args()
     for tilt in asked.tilt:
         for hide in (True, False):
-            sessions = [deviations(seed, hide, tilt, asked.rate_hz) for seed in range(asked.seeds)]
+            sessions = [deviations(seed, hide, tilt, asked.rate_hz)
+                        for seed in range(asked.first, asked.first + asked.seeds)]
             for name in TRIADS:
                 z = np.concatenate([each[name][0] for each in sessions])
                 stated = np.median([each[name][1] for each in sessions])

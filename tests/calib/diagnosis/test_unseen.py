@@ -103,6 +103,18 @@ def test_what_a_slight_tilt_hardly_shows_still_counts() -> None:
     assert not more.prediction.unseen
 
 
+def test_what_is_seen_but_not_settled_counts_by_how_likely_it_is() -> None:
+    """The poses know it to half its size, and nothing is named: its error is ten times theirs."""
+    poses, spec = gyro_poses(4.5, seed=3)
+    unsettled = assess(poses, MODEL, spec)
+    assert unsettled.diagnosis.verdict == "nothing_missing"
+    assert unsettled.prediction is not None
+    assert unsettled.prediction.sd_median > 8 * unsettled.prediction.by_poses
+    sound = assess(gyro_poses(4.5, hide=False, seed=3)[0], MODEL, spec)
+    assert sound.prediction is not None
+    assert sound.prediction.sd_median < 3 * sound.prediction.by_poses
+
+
 def test_the_tilted_run_is_priced_beside_the_others() -> None:
     poses, spec = gyro_poses(0.4, hide=False)
     said = assess(poses, MODEL, spec).diagnosis
