@@ -202,7 +202,7 @@ def study_twice_per_turn(tilt_deg: float, seeds: range) -> None:
     """Print what the rows of the waves twice per turn do for effects of attitude.
 
     By how much they lower the sds, and, of evenings with such an effect of ordinary size and with
-    none, how often it is named with and without them, and the rms deviation in stated sds.
+    none, how often its class is named with and without them, and the rms deviation in stated sds.
     """
     for name, size in (("quadratic", 2.5e-4), ("asymmetry", 1e-3), ("cubic", 1.2e-5), ("", 0.0)):
         named, wrong, ratio, z = np.zeros(2, int), np.zeros(2, int), [], []
@@ -217,9 +217,9 @@ def study_twice_per_turn(tilt_deg: float, seeds: range) -> None:
                 simulate(replace(design, turntable=table), FRESH + seed, hidden))
             both = poses, without_twice(poses)
             for i, some in enumerate(both):
-                names = assess(some, Model.of(BASE), specs[0]).diagnosis.names
-                named[i] += name in names
-                wrong[i] += bool(set(names) - {name})
+                said = assess(some, Model.of(BASE), specs[0]).diagnosis
+                named[i] += bool(said.names) and name in (*said.names, *said.group)
+                wrong[i] += bool(said.names) and name not in (*said.names, *said.group)
             if name:
                 fits = [fit(some, model) for some in both]
                 of_effect = model.slices()[name]

@@ -16,7 +16,7 @@ about n,
     2p f - h q n × f,   2q f + h p n × f
 
 Twice per turn nothing but an effect goes round: with these rows the sds of a quadratic effect are
-0.81 and 0.53 times as large at 9° and 20°, those of an asymmetry 0.69 and 0.44 times, and those of
+0.81 and 0.52 times as large at 9° and 20°, those of an asymmetry 0.71 and 0.45 times, and those of
 a gyroscope's effects 0.98 times at best (``python -m tests.bench.study_tilt --sessions twice --tilt
 9 20``), so that a gyroscope has none.
 
