@@ -26,7 +26,13 @@ from vision.rate.diagnosis import PhaseDiagnosis, diagnose
 from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
 from vision.rate.slow_camera import FrameTimes, frame_times
-from vision.rate.steady_part import WHOLE, ClipPart, the_steady_part
+from vision.rate.steady_part import (
+    WHOLE,
+    ClipPart,
+    MovingEnds,
+    rate_beside_transients,
+    the_steady_part,
+)
 from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
@@ -37,7 +43,6 @@ from vision.rate.terms import (
     without_lag,
 )
 from vision.rate.timebase import Timebase
-from vision.rate.transients import STEADY_ENDS, MovingEnds, rate_beside_transients
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
 
 FEWEST_USABLE = 12  # frames
@@ -173,7 +178,7 @@ def measure_rate(
     if history is not None and part == WHOLE:
         steady = the_steady_part(history)
     if history is not None and steady is not None and (
-            refusal or steady.moving_ends(history)):
+            refusal or any(steady.moving_ends(history))):
         with suppress(RateRefused):
             chosen = frames.part(ClipPart(steady.start_s, steady.stop_s))
             rate = _measured(chosen, timebase, nominal_rpm, stated, steady.moving_ends(history))
@@ -189,7 +194,7 @@ def _measured(
     timebase: Timebase,
     nominal_rpm: float | None,
     stated: tuple[str, ...],
-    ends: MovingEnds = STEADY_ENDS,
+    ends: MovingEnds = (False, False),
 ) -> RateMeasurement:
     track, stamps = frames.track, frames.time_s
     _require_usable(track)
@@ -204,7 +209,7 @@ def _measured(
     seen = replace(seen, scatter_rad=fit.noise)
     refuse(seen)
     rate, sd = float(fit.beta[1]), float(fit.sd[1])
-    if ends:
+    if any(ends):
         x = design(always, base, base.time_s)
         rate, sd = rate_beside_transients(
             fit, x, angle.angle_rad, base.time_s, base.line_rad, ends

@@ -1,10 +1,19 @@
 """The part of a clip in which the plate turns steadily: between the motor's start and its stop.
 
 The rate from turn to turn stays within a small range there, has no trend, and no other part of the
-clip is steady at another rate.
+clip is steady at another rate. A motor approaches its rate ever more slowly; what is left of that at
+the beginning of the part lowers the rate. The angle then holds besides the line and the waves, at
+either end,
+
+    θ(t) = ... + a e^(-(t - t_0)/τ)
+
+with a and τ unknown. The rates for all τ are averaged with their posterior probabilities (Hoeting
+et al., Bayesian model averaging, 1999), so that the sd holds what the clip leaves open. The
+shortest τ are as good as no transient.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +22,10 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.numbers import RPM
 from vision.phase_track import RateHistory
-from vision.rate.transients import MovingEnds
+from vision.rate.least_squares import LeastSquares, least_squares
 
 FEWEST_FRAMES = 12  #: frames of a part; two per parameter of the phase's model
+TIME_CONSTANTS = 8  #: numerical: tried at either end; 6 or 12 give the same
 
 
 @dataclass(frozen=True)
@@ -41,6 +51,9 @@ class SteadyPartThresholds:
     peak_to_peak : float
         Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
         independent values (Tippett), and a margin for the heavy tails of late stamps.
+    longest : float
+        Share of the part that the longest time constant of a transient lasts. Derived: within four
+        time constants 98 % have died away, and the line beside it is seen.
     """
 
     within: float = 0.002
@@ -49,9 +62,11 @@ class SteadyPartThresholds:
     tail: float = 6.0
     other: float = 0.01
     peak_to_peak: float = 8.0
+    longest: float = 0.25
 
 
 THRESHOLDS = SteadyPartThresholds()
+MovingEnds = tuple[bool, bool]  # whether the plate has another rate before, and after the part
 
 
 @dataclass(frozen=True)
@@ -97,9 +112,9 @@ class SteadyPart:
     rate_rad_s: float
 
     def moving_ends(self, history: RateHistory) -> MovingEnds:
-        """Whether the first or the last turn of the clip has another rate: a start, a stop."""
+        """Whether the first and the last turn of the clip have another rate: a start, a stop."""
         other = np.abs(history.rate_rad_s[[0, -1]] / self.rate_rad_s - 1) > THRESHOLDS.other
-        return MovingEnds(before=bool(other[0]), after=bool(other[1]))
+        return bool(other[0]), bool(other[1])
 
     def warning(self, source: str, clip_s: float) -> str:
         """A warning that only this part of a clip is measured."""
@@ -193,3 +208,55 @@ def _has_trend(rate: FloatArray) -> bool:
     rest = rate - rate.mean() - slope * x
     sd = float(np.sqrt(2 * (rest @ rest) / max(len(rate) - 2, 1) / (x @ x)))  # turns overlap
     return abs(slope) > max(THRESHOLDS.trend * abs(float(rate.mean())), 4 * sd)
+
+
+def rate_beside_transients(
+    fit: LeastSquares,
+    x: FloatArray,
+    y: FloatArray,
+    time_s: FloatArray,
+    turn_rad: FloatArray,
+    ends: MovingEnds,
+) -> tuple[float, float]:
+    """The rate with what is left of a start or a stop fitted beside it.
+
+    Parameters
+    ----------
+    fit : LeastSquares
+        Of the part, without transients; the rows that it set aside stay aside.
+    x : array, shape (n, k)
+        Its columns; column 1 is the time.
+    y : array, shape (n,)
+        Angle, rad.
+    time_s : array, shape (n,)
+        Of the rows, s.
+    turn_rad : array, shape (n,)
+        Angle of the plate on the fitted line.
+    ends : (bool, bool)
+        Whether there may be a transient at the beginning, and at the end.
+
+    Returns
+    -------
+    rate, sd : float
+        rad/s, the rate signed.
+    """
+    x, y, time_s, turn_rad = x[fit.used], y[fit.used], time_s[fit.used], turn_rad[fit.used]
+    fits = [least_squares(np.column_stack([x, *pair]), y, turn_rad)
+            for pair in _transients(time_s, ends)]
+    best = min(fits, key=lambda one: one.noise)
+    noise, rates, sds = np.array([(one.noise, one.beta[1], one.sd[1]) for one in fits]).T
+    # Of the likelihood, with as many rows as are independent.
+    weight = (noise / best.noise) ** (-len(y) / best.correlation_time)
+    weight /= weight.sum()
+    rate = float(weight @ rates)
+    return rate, float(np.sqrt(weight @ (sds**2 + (rates - rate) ** 2)))
+
+
+def _transients(time_s: FloatArray, ends: MovingEnds) -> list[tuple[FloatArray, ...]]:
+    """What may be left at the ends that move: decays of every time constant."""
+    length = float(time_s[-1] - time_s[0])
+    step = length / (len(time_s) - 1)
+    decays = np.geomspace(2 * step, THRESHOLDS.longest * length, TIME_CONSTANTS)
+    before = [(np.exp(-(time_s - time_s[0]) / tau),) for tau in decays] if ends[0] else [()]
+    after = [(np.exp(-(time_s[-1] - time_s) / tau),) for tau in decays] if ends[1] else [()]
+    return [first + last for first, last in product(before, after)]

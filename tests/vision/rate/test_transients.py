@@ -8,7 +8,6 @@ from tests.vision.motor_tracks import motor_track
 from tests.vision.phase_tracks import CLOCK, RPM, phase_track
 from vision.errors import RateRefused
 from vision.rate.measure import measure_rate
-from vision.rate.transients import MovingEnds
 
 
 def test_the_end_of_the_run_up_does_not_lower_the_rate() -> None:
@@ -36,8 +35,3 @@ def test_a_transient_is_told_from_a_steady_plate() -> None:
     assert abs(measured.rate_rad_s / rate - 1) < 2e-6
     whole = measure_rate(phase_track(time, rate * time, noise_rad=4e-4), timebase=CLOCK)
     assert measured.uncertainty.image_rad_s < 5 * whole.uncertainty.image_rad_s
-
-
-def test_ends_are_moving_or_not() -> None:
-    assert not MovingEnds()
-    assert MovingEnds(after=True)
