@@ -175,7 +175,7 @@ def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
     # A dot more or less from frame to frame, at 15 frames per second.
     spacing = np.diff(sorted(told.aliases.rates_rad_s)) / RPM
     assert spacing == pytest.approx(60 * 15 / 24, abs=0.01)
-    with pytest.raises(RateRefused, match=r"Rates of 33.3, .* rpm give the same frames"):
+    with pytest.raises(RateRefused, match=r"Rates of 33\.[23]\d*, .* rpm give the same frames"):
         measure_rate(track, timebase=CLOCK)  # the smallest, 4.2 rpm, makes less than a turn
 
 

@@ -1,8 +1,7 @@
-"""Where a plate may be: ellipses in the background, and ellipses along which a mark moves.
+"""Where a plate may be: ellipses in the background, along which a mark moves, around what changes.
 
-A plate that is small, as dark as what it stands on, or partly hidden may have no such outline.
-There is one more that needs nothing but motion: what turns changes the frames inside a circle, and
-nothing outside it.
+A plate that is small, as dark as what it stands on, or partly hidden may have no outline in the
+background, and of a plain one with a label only the label is seen to change.
 
 These are proposals. Which of them turns, and where exactly its axis is, the motion itself decides
 (``vision.plate.template``).
@@ -24,17 +23,15 @@ from vision.video.reduction import reduced
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
 MOTION_LEVELS = (0.08, 0.2, 0.5)  # of the largest change, above that of the noise
-LEVELS = 9  # brightness thresholds tried
 MOST = 8  #: outlines that are tried; a limit of time
+LEVELS = 9  # brightness thresholds tried
 FEWEST_POINTS = 20  # of a contour: that many make an ellipse
-POINT_SPACING = 3.0  # pixels of the reduced frame
 BORDER = 2  # pixels of the reduced frame, in which a contour is the frame's own
 SPOT_REACH = 8  # pixels about the most changed one
-TRACK_FRAMES = 120  #: in which the track of a mark is looked for; a limit of time
+MOVING_FRAMES = 120  #: in which what moves is looked for; a limit of time
 FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
-CERTAIN = 0.99  # probability that need not be distinguished from one
 SAMPLE = 6  # spots; five make an ellipse
-TRACK_TRIALS = 300  #: random samples at most; a limit of time
+TRACK_TRIALS = 300  #: random samples; a limit of time
 
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 
@@ -46,38 +43,28 @@ class DetectionThresholds:
     Attributes
     ----------
     smallest_area : float
-        Of the frame, within an ellipse.
-    smallest_moving : float
-        The same of an area that changes: a plate of 50 pixels in a frame of 640. Tuned on
+        Of the frame, within an ellipse: a plate of 50 pixels in a frame of 640. Tuned on
         tests.bench.clip_study small.
     flattest : float
         Minor over major axis; flatter is more than 78° of tilt.
-    narrow_opening : float
+    opening : float
         Of the shorter side of the frame: cuts what touches the rim (tonearm, rod).
-    wide_opening : float
-        The same for what is broader (hand).
     misfit : float
         Of the mean axis, rms of a contour about its ellipse, at most.
     same : float
         Of the axes: ellipses closer than this in centre and axes are one.
     track_misfit : float
         Of the mean axis, of a spot on its track.
-    missed : float
-        Probability at which trials end that not one of them was free of strays. Derived: one clip
-        in ten thousand.
     rim_over_track : float
         Times the track's axes: a mark is put near the rim.
     """
 
-    smallest_area: float = 0.015
-    smallest_moving: float = 0.004
+    smallest_area: float = 0.004
     flattest: float = 0.2
-    narrow_opening: float = 0.02
-    wide_opening: float = 0.07
+    opening: float = 0.02
     misfit: float = 0.02
     same: float = 0.06
     track_misfit: float = 0.03
-    missed: float = 0.0001
     rim_over_track: float = 1.15
 
 
@@ -94,8 +81,7 @@ def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
     """
     factor = -(-max(background.shape) // LARGEST_SIDE)
     small = reduced(background, factor)
-    chosen = [reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
-    return _views([*_edges(small), *_mark_tracks(small, chosen)], factor)
+    return _views([*_edges(small), *_mark_tracks(small, _chosen(images, factor))], factor)
 
 
 def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
@@ -106,8 +92,7 @@ def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
     images : sequence of arrays of uint8, shape (h, w)
     """
     factor = -(-max(images[0].shape) // LARGEST_SIDE)
-    chosen = [reduced(images[i], factor) for i in spread_choice(len(images), TRACK_FRAMES)]
-    spread = np.std(np.stack(chosen), axis=0, dtype=np.float32)
+    spread = np.std(np.stack(_chosen(images, factor)), axis=0, dtype=np.float32)
     spread = cv2.GaussianBlur(spread, (5, 5), 0)
     noise, most = float(np.median(spread)), float(spread.max())
     ellipses: list[Ellipse] = []
@@ -116,13 +101,18 @@ def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
         closed = cv2.morphologyEx(changing, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
         contours, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for contour in contours:
-            points = _resample(cv2.convexHull(np.asarray(contour))[:, 0].astype(np.float64), 1.0)
+            points = _resampled(cv2.convexHull(np.asarray(contour))[:, 0].astype(np.float64))
             if len(points) < FEWEST_POINTS:
                 continue
             ellipse = _fitted(points)
-            if _sound(ellipse, spread.shape, THRESHOLDS.smallest_moving):
+            if _sound(ellipse, spread.shape):
                 ellipses.append(ellipse)
     return _views(ellipses, factor)
+
+
+def _chosen(images: Sequence[Luma], factor: int) -> list[Luma]:
+    """Some of the images, reduced."""
+    return [reduced(images[i], factor) for i in spread_choice(len(images), MOVING_FRAMES)]
 
 
 def _views(ellipses: Sequence[Ellipse], factor: int) -> list[PlateView]:
@@ -157,20 +147,19 @@ def _edges(background: Luma) -> list[Ellipse]:
     """Ellipses around connected areas brighter or darker than one of several levels."""
     smooth = cv2.GaussianBlur(background, (5, 5), 0)
     low, high = np.percentile(smooth, (2, 98))
+    size = 2 * round(THRESHOLDS.opening * min(background.shape) / 2) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     fits = []
     for level in np.linspace(low, high, LEVELS + 2)[1:-1]:
         bright = np.where(smooth > level, 255, 0).astype(np.uint8)
         for area in (bright, cv2.bitwise_not(bright)):
-            for opening in (THRESHOLDS.narrow_opening, THRESHOLDS.wide_opening):
-                size = 2 * round(opening * min(background.shape) / 2) + 1
-                kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-                opened = cv2.morphologyEx(area, cv2.MORPH_OPEN, kernel)
-                contours, _ = cv2.findContours(opened, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-                fits += [
-                    fit
-                    for contour in contours
-                    if (fit := _ellipse_around(np.asarray(contour), background.shape)) is not None
-                ]
+            opened = cv2.morphologyEx(area, cv2.MORPH_OPEN, kernel)
+            contours, _ = cv2.findContours(opened, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+            fits += [
+                fit
+                for contour in contours
+                if (fit := _ellipse_around(np.asarray(contour), background.shape)) is not None
+            ]
     fits.sort(key=lambda item: item[0])
     return [ellipse for _, ellipse in fits]
 
@@ -180,8 +169,7 @@ def _ellipse_around(contour: NDArray[Any], shape: tuple[int, int]) -> tuple[floa
     h, w = shape
     if cv2.contourArea(contour) < THRESHOLDS.smallest_area * h * w:
         return None
-    # The hull keeps the ends of straight runs only; points between them keep the fit balanced.
-    points = _resample(cv2.convexHull(contour)[:, 0].astype(np.float64))
+    points = _resampled(cv2.convexHull(contour)[:, 0].astype(np.float64))
     inside = (points > BORDER) & (points < np.array([w, h]) - 1 - BORDER)
     points = points[inside.all(axis=1)]
     if len(points) < FEWEST_POINTS:
@@ -198,26 +186,23 @@ def _fitted(points: NDArray[np.float64]) -> Ellipse:
     return (float(x), float(y)), (float(a), float(b)), float(degrees)
 
 
-def _sound(
-    ellipse: Ellipse, shape: tuple[int, ...], smallest: float | None = None
-) -> bool:
+def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
     (x, y), axes, _ = ellipse
     h, w = shape[:2]
     return bool(
         np.isfinite([x, y, *axes]).all()
         and min(axes) > THRESHOLDS.flattest * max(axes)
-        and np.pi / 4 * axes[0] * axes[1] > (smallest or THRESHOLDS.smallest_area) * w * h
+        and np.pi / 4 * axes[0] * axes[1] > THRESHOLDS.smallest_area * w * h
         and 0 < x < w
         and 0 < y < h
     )
 
 
-def _resample(
-    polygon: NDArray[np.float64], spacing: float = POINT_SPACING
-) -> NDArray[np.float64]:
+def _resampled(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points a pixel apart: the hull keeps the ends of straight runs only, which pull at a fit."""
     closed = np.vstack([polygon, polygon[:1]])
     along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
-    at = np.arange(0, along[-1], spacing)
+    at = np.arange(0, along[-1])
     return np.stack([np.interp(at, along, closed[:, i]) for i in (0, 1)], axis=1)
 
 
@@ -248,18 +233,13 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
         return []
     rng = Random(0)  # the same clip gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
-    needed = float(TRACK_TRIALS)
-    for trial in range(TRACK_TRIALS):
-        if trial >= needed:
-            break
+    for _ in range(TRACK_TRIALS):
         ellipse = _fitted(points[rng.sample(range(len(points)), SAMPLE)])
         if not _sound(ellipse, background.shape):
             continue
         near = _distance(ellipse, points) < THRESHOLDS.track_misfit
         if near.sum() > best.sum():
             best = near
-            free_of_strays = best.mean() ** SAMPLE
-            needed = np.log(THRESHOLDS.missed) / np.log1p(-min(free_of_strays, CERTAIN))
     if best.sum() < FEWEST_SPOTS:
         return []
     centre, (a, b), degrees = _fitted(points[best])

@@ -146,7 +146,7 @@ def _learn(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
     outlines = [seek_spindle(view, learning, THRESHOLDS.certain) for view in views]
-    if rim is None and not any(r.coherence > THRESHOLDS.coherent for _, r in outlines):
+    if rim is None and not any(r.coherence > THRESHOLDS.certain for _, r in outlines):
         outlines += [seek_spindle(view, learning, THRESHOLDS.certain)
                      for view in moving_areas(images)]
     plate, jumping, coherence = chosen_plate(outlines, learning)

@@ -11,8 +11,8 @@ from vision.plate.polar import polar_grid, ring_spectra
 from vision.plate.template import Template
 from vision.video.reader import Luma
 
-APART = 0.5  # correlation, where a mark does not overlap itself; for the words of a refusal
-MOST_FOLD = 12  # turns into itself that are looked for
+APART = 0.5  # correlation, where a mark does not overlap itself
+MOST_FOLD = 12  # turns into itself, with more a plate has no mark
 NARROWEST = 3  # samples of azimuth, of a mark
 
 FIXED_MARK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
@@ -125,18 +125,14 @@ def find_fixed_mark(background: Luma, view: PlateView) -> tuple[float, float] | 
 def symmetry(template: Template) -> int:
     """How many times per turn the plate looks the same."""
     alike = _likeness(template)
-    for fold in range(MOST_FOLD, 1, -1):
-        at = round(template.grid.azimuths / fold)
-        if alike[at - 1 : at + 2].max() > THRESHOLDS.alike:
-            return fold
-    return 1
-
-
-def repeats_itself(template: Template) -> bool:
-    """Whether the plate looks the same again anywhere around it."""
-    alike = _likeness(template)
-    beside = int(np.argmax(alike < APART))
-    return bool(alike[beside : len(alike) - beside].max() > THRESHOLDS.alike)
+    half = len(alike) // 2 + 1
+    beside = int(np.argmax(alike < APART))  # turned by less, a mark lies over itself
+    peak = beside + int(np.argmax(alike[beside:half] > THRESHOLDS.alike))
+    if beside == 0 or alike[peak] <= THRESHOLDS.alike:
+        return 1
+    while peak < half and alike[peak + 1] > alike[peak]:
+        peak += 1
+    return round(len(alike) / peak)
 
 
 def _likeness(template: Template) -> FloatArray:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vision.geometry import PlateView
-from vision.plate.mark import repeats_itself
+from vision.plate.mark import symmetry
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
 from vision.video.reader import Luma
@@ -82,7 +82,7 @@ def why_it_jumps(template: Template, shape: tuple[int, ...]) -> str:
             f"what turns in the frame {fault}, and its angle cannot be measured where no part of "
             f"its pattern is in the frame. Film the whole plate."
         )
-    if repeats_itself(template):
+    if symmetry(template) > 1:
         return (
             "the pattern of the plate repeats itself around it (strobe dots, ribs of a mat), and "
             "the frames cannot show how many of them pass from frame to frame. Put one mark on "

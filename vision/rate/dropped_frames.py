@@ -40,6 +40,7 @@ LEVELS = 8  #: steps of the level in a frame time; numerical
 MOST_AT_ONCE = 6  #: frames dropped in one place, at most
 MOST_DROPPED = 100  #: frame times that the level grows in a stretch, at most; a limit of memory
 STRETCH, MARGIN = 480, 32  #: frames that are looked at together, and to both sides; numerical
+POSSIBLE = 0.01  # frames: less is expected dropped where nothing speaks for it
 SEEN = 0.25  # frame times: of a jump that an encoder spreads over three steps, one is larger
 SURE = 30.0  # of the logarithm of odds, beyond which nothing changes
 
@@ -175,8 +176,14 @@ def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
         if beyond[part].max() > SEEN:
             grown = _grown(beyond[part], max(noise, 0.5 / LEVELS), blind[part])
             expected[start + 1 : start + STRETCH + 1] = grown[start - first :][:STRETCH]
-    # Beside a stray frame, which of two steps it was does not show, but how many there were.
-    return np.diff(np.round(np.cumsum(expected)), prepend=0.0).astype(np.int64)
+    # Beside a stray frame, which of two steps it was does not show, but how many there were. What
+    # the odds beforehand leave everywhere adds up to no jump.
+    count = np.zeros(len(expected), np.int64)
+    ends = np.flatnonzero(np.diff(expected > POSSIBLE, prepend=False, append=False))
+    for first, stop in ends.reshape(-1, 2):
+        whole = np.round(np.cumsum(expected[first:stop]))
+        count[first:stop] = np.diff(whole, prepend=0.0)
+    return count
 
 
 def _grown(beyond: FloatArray, noise: float, blind: NDArray[np.bool_]) -> FloatArray:

@@ -1,9 +1,9 @@
 """The part of a clip in which the plate turns steadily: between the motor's start and its stop.
 
 The rate from turn to turn stays within a small range there, has no trend, and no other part of the
-clip is steady at another rate. A motor approaches its rate ever more slowly; what is left of that at
-the beginning of the part lowers the rate. The angle then holds besides the line and the waves, at
-either end,
+clip is steady at another rate. A motor approaches its rate ever more slowly; what is left of that
+at the beginning of the part lowers the rate. The angle then holds besides the line and the waves,
+at either end,
 
     θ(t) = ... + a e^(-(t - t_0)/τ)
 

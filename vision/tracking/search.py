@@ -43,15 +43,12 @@ class ClipPass:
         Stretches in which a plate is looked for.
     camera_moves : bool
         The camera is known to.
-    doubtful : bool
-        Whole frames were followed badly.
     """
 
     colours: bool = False
     skipped: int = 0
     attempts: int = ATTEMPTS
     camera_moves: bool = False
-    doubtful: bool = False
 
 
 def learned_plate(
@@ -83,8 +80,7 @@ def learned_plate(
                 f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
                 f"rate needs a clip of the turning plate, at best a minute long."
             )
-        stretch = stretch.with_fields(doubtful=way.doubtful).steadied(
-            camera_moves=way.camera_moves)
+        stretch = stretch.with_fields().steadied(camera_moves=way.camera_moves)
         # The brightness of the first stretch was looked at before the clip was read with colours.
         seen = channels(stretch.frames, brightness=not way.colours or stretch.skipped > 0)
         try:

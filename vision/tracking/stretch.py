@@ -51,11 +51,11 @@ class Stretch:
     camera: "Registration | None" = None
     camera_stands: bool = False
 
-    def with_fields(self, *, doubtful: bool = False) -> "Stretch":
-        """Interlaced frames split into their fields; ``doubtful`` as in ``interlacing``."""
+    def with_fields(self) -> "Stretch":
+        """Interlaced frames split into their fields."""
         from vision.plate.fields import interlacing
 
-        fields = interlacing(self.frames, doubtful=doubtful)
+        fields = interlacing(self.frames)
         return self if fields is None else replace(
             self, frames=fields.split(self.frames), interlacing=fields)
 

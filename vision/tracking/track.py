@@ -26,7 +26,7 @@ from vision.errors import (
     more_telling,
 )
 from vision.geometry import PlateOverride
-from vision.tracking.evenness import evenness, scatter_rad
+from vision.tracking.evenness import scatter_rad
 from vision.tracking.glimpses import nothing_moves
 from vision.tracking.search import ClipPass, ClipTask, frames_after, learned_plate
 from vision.tracking.stretch import Stretch, next_stretch
@@ -100,9 +100,6 @@ def track_phase(
     cv2.setNumThreads(1)  # the other cores decode
     task = ClipTask(Path(path), plate, from_s, on_progress)
     by_luma = _track_or_refusal(task, ClipPass(attempts=1))
-    if _followed_badly(by_luma) and _has_fields(task):
-        by_fields = _track_or_refusal(task, ClipPass(attempts=1, doubtful=True))
-        by_luma = min(by_luma, by_fields, key=_unevenness)
     if _good(by_luma):
         return by_luma
     if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
@@ -161,31 +158,6 @@ def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
 def _good(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     """Whether a plate was followed so well that no other way to its angle is looked for."""
     return _turns(result) and scatter_rad(result) < THRESHOLDS.scatter_rad
-
-
-def _followed_badly(result: "PhaseTrack | RateRefused") -> bool:
-    """Whether something moves, and was not followed at one speed and well."""
-    if isinstance(result, NothingMoves):
-        return False
-    changes, scatter = _unevenness(result)
-    return changes or scatter >= THRESHOLDS.scatter_rad
-
-
-def _unevenness(result: "PhaseTrack | RateRefused") -> tuple[bool, float]:
-    """Whether the plate changes its speed, and the scatter of its angles in rad."""
-    if not _turns(result):
-        return True, math.inf
-    scatter, keeps_speed = evenness(result)
-    return not keeps_speed, scatter
-
-
-def _has_fields(task: ClipTask) -> bool:
-    """Whether frames that were followed badly as wholes are interlaced."""
-    from vision.plate.fields import interlacing
-
-    with ClipReader(task.path) as clip:
-        frames = next_stretch(iter(clip), 0, lambda: None).frames
-    return interlacing(frames) is None and interlacing(frames, doubtful=True) is not None
 
 
 def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefused":

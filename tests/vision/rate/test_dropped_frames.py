@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from tests.vision.cut_label import cut_label
+from tests.vision.motor_tracks import motor_track
 from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
@@ -19,7 +20,7 @@ from vision.rate.dropped_frames import (
     frame_jumps,
 )
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.rate.unwrap import continuous_angle, rate_history
+from vision.rate.unwrap import continuous_angle, rate_history, rough_rate
 
 RATE = 33.3 * RPM
 STEP = RATE / 15  #: from frame to frame
@@ -66,6 +67,16 @@ def test_some_frames_far_ahead_do_not_make_an_even_plate_unsteady() -> None:
     assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / (100.7 * RPM) - 1) < 1e-5
     assert np.ptp(rate_history(rate.history.angle).rate_rad_s) < 1e-3 * rate.rate_rad_s
+
+
+def test_small_odds_in_many_frames_of_a_run_up_add_up_to_no_dropped_one() -> None:
+    """They did in 13 of these 60, within the turns that are steady."""
+    counted = 0
+    for seed in range(60):
+        track = motor_track(np.random.default_rng([seed, 78])).track
+        angle = continuous_angle(track, track.time_s, rough_rate(track, track.time_s))
+        counted += bool(frame_jumps(angle).any())
+    assert counted <= 1
 
 
 @pytest.mark.parametrize("over_rad", [0.05, 0.2, 0.4])

@@ -84,9 +84,8 @@ def test_fine_print_that_moves_slowly_is_seen_in_fields_by_where_its_teeth_go(fi
         luma = shown(i + 0.5)
         luma[first::2] = shown(i)[first::2]
         woven.append(Frame(i / 25, luma, NO_CHROMA))
-    assert interlacing(whole, doubtful=True) is None
-    assert interlacing(woven) is None
-    fields = interlacing(woven, doubtful=True)
+    assert interlacing(whole) is None
+    fields = interlacing(woven)
     assert fields is not None
     assert fields.later_s == pytest.approx(0.02)
     assert fields.first_row == first
