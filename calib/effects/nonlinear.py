@@ -50,7 +50,7 @@ def quadratic(at: Conditions) -> FloatArray:
 )
 def cubic(at: Conditions) -> FloatArray:
     """Third-order nonlinearity: both signs compress or expand alike."""
-    return per_axis(at.vector**3)
+    return per_axis(at.vector * at.vector**2)
 
 
 @effect(

@@ -191,8 +191,8 @@ def compare(fit: Fit) -> Comparison:
     values = np.sqrt(np.stack([np.bincount(pose, row**2, n) for row in shown]))
     values[:, equations.magnitude] = shown[:, : len(equations.magnitude)]  # with their signs
     poses = (
-        PoseResidual(label, run, *map(float, of_pose))
-        for label, run, of_pose in zip(fit.poses.label, fit.poses.run, values.T, strict=True)
+        PoseResidual(label, run, *of_pose) for label, run, of_pose in zip(
+            fit.poses.label, fit.poses.run, values.T.tolist(), strict=True)
     )
     spread, log_density = _predicted(fit, in_sd)
     return Comparison(
