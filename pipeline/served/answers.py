@@ -3,8 +3,11 @@
 import asyncio
 import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache, partial
 from importlib import resources
-from typing import Any
+from multiprocessing.pool import ThreadPool
+from typing import Any, TypeVar
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -17,7 +20,9 @@ from pipeline.served.guard import Guard, TooLarge
 from vision.errors import VisionError
 
 REFUSED = (CalibrationError, PipelineError, VisionError)
+WORKERS = 16  #: number of questions that are answered at the same time. Chosen
 Json = dict[str, Any]
+T = TypeVar("T")
 
 
 def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
@@ -47,5 +52,24 @@ async def answered(request: Request, answer: Callable[[Json], Json]) -> Response
         question = None
     if not isinstance(question, dict):
         raise ConfigError("a question of the page is expected, in JSON.")
-    found_answer = await asyncio.get_running_loop().run_in_executor(None, answer, question)
-    return JSONResponse(found_answer)
+    return JSONResponse(await beside(lambda: answer(question)))
+
+
+@cache
+def _workers() -> ThreadPool:
+    """Threads that the program does not wait for when it ends, unlike those of asyncio."""
+    return ThreadPool(WORKERS)
+
+
+async def beside(work: Callable[[], T]) -> T:
+    """What ``work`` gives, computed beside the loop that serves the others."""
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[T] = loop.create_future()
+
+    def settle(give: Callable[[Any], None], value: Any) -> None:
+        with suppress(RuntimeError):  # the server has ended
+            loop.call_soon_threadsafe(lambda: None if done.cancelled() else give(value))
+
+    _workers().apply_async(work, callback=partial(settle, done.set_result),
+                           error_callback=partial(settle, done.set_exception))
+    return await done

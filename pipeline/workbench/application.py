@@ -20,7 +20,7 @@ from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.outputs import outputs_of
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
-from pipeline.served.answers import answered, script, template
+from pipeline.served.answers import answered, beside, script, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
@@ -155,18 +155,18 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     def page(_: Request) -> Response:
         return HTMLResponse(workbench.page())
 
-    def columns(request: Request) -> Response:
-        return JSONResponse(
-            chart_columns(workbench.session(), _triad(request.path_params["triad"])))
+    async def columns(request: Request) -> Response:
+        triad = _triad(request.path_params["triad"])
+        return JSONResponse(await beside(lambda: chart_columns(workbench.session(), triad)))
 
-    def held_out(request: Request) -> Response:
+    async def held_out(request: Request) -> Response:
+        triad = _triad(request.path_params["triad"])
         return JSONResponse(
-            workbench.session().held_out_as_run(_triad(request.path_params["triad"])))
+            await beside(lambda: workbench.session().held_out_as_run(triad)))
 
     async def hold_out(request: Request) -> Response:
         dropped = await request.body()
-        workbench.held_out = await asyncio.get_running_loop().run_in_executor(
-            None, HeldOut.of_bytes, dropped)
+        workbench.held_out = await beside(lambda: HeldOut.of_bytes(dropped))
         return JSONResponse({"name": workbench.held_out.name})
 
     async def events(request: Request) -> Response:

@@ -18,7 +18,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import ConfigError
 from pipeline.results.json_values import Json
-from pipeline.served.answers import answered
+from pipeline.served.answers import answered, beside
 from vision.overlay import StillFrame, still_frames
 from vision.phase_track import PhaseTrack
 from vision.rate.measure import RateMeasurement
@@ -138,13 +138,12 @@ class ClipPlayer:
                 self._pictures[key] = pictures
             return self._pictures[key]
 
-    def _picture(self, request: Request) -> Response:
-        """A picture; a plain function, so that it is answered in a thread of its own."""
-        pictures = self._pictures_of(self._clip(request.path_params["number"]))
-        number = request.path_params["picture"]
-        if number >= len(pictures):
+    async def _picture(self, request: Request) -> Response:
+        number, picture = (request.path_params[key] for key in ("number", "picture"))
+        pictures = await beside(lambda: self._pictures_of(self._clip(number)))
+        if picture >= len(pictures):
             return JSONResponse({"error": "there is no such picture"}, 404)
-        return Response(pictures[number].jpeg, media_type="image/jpeg")
+        return Response(pictures[picture].jpeg, media_type="image/jpeg")
 
 
 def _beside(turning: PlateReading) -> Json:

