@@ -24,7 +24,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
-from calib.diagnosis.hypotheses import courses, unlisted
+from calib.diagnosis.hypotheses import courses, listed, unlisted
 from calib.diagnosis.search import candidates, evidence, search, sizes
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -38,11 +38,10 @@ from tests.trials import poses_of
 KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
-COUNTS = ((unlisted, "TIME_WAVES"), (unlisted, "COLUMN_WAVES"), (courses, "STEP_MARGIN"),
-          (courses, "STEPS_TRIED"), (courses, "MODES"),
+COUNTS = ((courses, "STEP_MARGIN"), (courses, "STEPS_TRIED"), (listed, "MODES"),
           (candidates, "BEST_OF_EACH_SIZE"), (search, "ROUNDS"), (search, "FAR_ROUNDS"),
           (search, "REFITTED"), (search, "GROWN"))
-SHARES = ((unlisted, "MEMORY"), (unlisted, "DAMPING"), (sizes, "SEEN_SHARE"))
+SHARES = ((unlisted, "MEMORY"), (unlisted, "SMOOTH"), (sizes, "SEEN_SHARE"))
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 

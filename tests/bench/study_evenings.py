@@ -11,10 +11,11 @@ of the diagnosis has it; each of the others hides one listed effect in a directi
 its own, log-uniform between ``--sizes`` (root mean square over the pose equations, noise units).
 ``mixture`` hides in the poses of ``paper`` what the diagnosis believes in before it sees data: the
 effects, steps, bad poses, biases that wander or swing, and two of these at once, each as often as
-its prior has it, in sizes of the prior's half-Cauchy distribution.
-They are drawn as stacks (``tests.world.lot``, ``tests.world.turning_lot``), each is fitted and
-diagnosed by itself. The tables show what was named, and every stated probability beside how often
-it came true. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
+its prior has it, in sizes of the prior's half-Cauchy distribution; every evening has its own
+moments, periods and time constants, so that each is a case of its own.
+The others are drawn as stacks (``tests.world.lot``, ``tests.world.turning_lot``). Each is fitted
+and diagnosed by itself. The tables show what was named, and every stated probability beside how
+often it came true. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from itertools import count as count_from
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.finding import find
@@ -105,12 +107,14 @@ def evenings(
 ) -> Iterator[tuple[tuple[str, ...], list[PoseSet]]]:
     """The pose sets of one seed of the design called ``name``, with what they hide."""
     design = design_called(name)
+    lot_seed = count_from(1000 * seed)
     if name == "mixture":
         for names, count in ((), MIXED_SOUND), *mixed(MIXED_SOUND):
             hidden, beside = (*names, None, None)[:2]
-            plan = LotPlan(count, hidden=hidden, beside=beside, cauchy_sd=CONSTANTS.typical_size)
-            if count:
-                yield names, pose_sets_of(draw_lot(design, plan, seed))
+            lots, each = (count, 1) if names else (1, count)  # one lot has one period, one moment
+            plan = LotPlan(each, hidden=hidden, beside=beside, cauchy_sd=CONSTANTS.typical_size)
+            for _ in range(lots):
+                yield names, pose_sets_of(draw_lot(design, plan, next(lot_seed)))
         return
     draw = draw_turning_lot if name == "plate" else draw_lot
     for hidden in hidden_in(name):

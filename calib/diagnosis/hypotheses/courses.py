@@ -7,15 +7,14 @@ modes of its covariance, of which one size is unknown: no model holds it but by 
 """
 
 import numpy as np
-from scipy.linalg import eigh
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Course, Hypothesis
+from calib.diagnosis.hypotheses.listed import Course, Hypothesis, modes_about_mean
 from calib.effects.catalogue import further_step
 from calib.effects.effect import EFFECTS, Effect, Page, per_axis
 from calib.effects.steps import STEP_MARGIN
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.widened import MODES, times_apart
+from calib.fit.least_squares.widened import times_apart
 from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
@@ -85,16 +84,11 @@ def _wanders(fit: Fit) -> list[Hypothesis]:
     if length_s == 0 or "bias_wander" in fit.model.names:
         return []
     prior = float(np.log(CONSTANTS.odds_wander / len(WANDER_SPANS)))
-    strongest = (max(len(apart_s) - MODES, 0), len(apart_s) - 1)
     hypotheses = []
     for span in WANDER_SPANS:
-        kernel = np.exp(-apart_s / (span * length_s))
-        kernel = kernel - kernel.mean(axis=0)
-        kernel = kernel - kernel.mean(axis=1, keepdims=True)
-        values, modes = eigh(kernel, subset_by_index=strongest)
-        values = np.maximum(values, 0.0) * len(kernel) / np.trace(kernel)
+        modes = modes_about_mean(np.exp(-apart_s / (span * length_s)))
         hypotheses.append(Hypothesis(
-            "bias_wander", "drawn", prior, course=Course.of_bias(modes * np.sqrt(values)),
+            "bias_wander", "drawn", prior, course=Course.of_bias(modes),
             detail=f"correlated over about {span * length_s:.0f} s"))
     return hypotheses
 

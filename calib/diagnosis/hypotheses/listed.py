@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from scipy.linalg import eigh
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
@@ -19,6 +20,7 @@ from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import why_not_finite
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.widened import MODES
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -30,6 +32,10 @@ LEAST_BEND = 0.1
 """Scatter of a square about a line, over the square of half the range, from which poses tell a
 curve from a line. A judgement: of a column spread evenly it is 0.30, of two soaks whose room
 wanders by a fiftieth of their distance 0.03."""
+
+NEGLIGIBLE = 1e-4
+"""Share of the variance of a course that its weakest modes hold together, which are left out.
+Numerical: 100 sds are made to within one."""
 
 Kind = Literal["listed", "drawn", "unknown", "bad_pose"]
 """Effects whose sizes a model holds, those whose coefficients are drawn, and what has no name."""
@@ -61,6 +67,20 @@ class Course:
     def is_of_size(self) -> bool:
         """Whether the length of the vectors errs, not each axis."""
         return bool(self.values.shape[2] == 1)
+
+
+def modes_about_mean(kernel: FloatArray) -> FloatArray:
+    """The modes (n, m), no unit, of a course of covariance ``kernel`` (n, n) about its mean.
+
+    Together they have unit variance.
+    """
+    about = kernel - kernel.mean(axis=0)
+    about = about - about.mean(axis=1, keepdims=True)
+    first = max(len(kernel) - MODES, 0)
+    variance, modes = eigh(about, subset_by_index=(first, len(kernel) - 1))
+    variance = np.maximum(variance, 0.0) * len(kernel) / np.trace(about)
+    strong = np.cumsum(variance) > NEGLIGIBLE * len(kernel)
+    return np.asarray(modes[:, strong] * np.sqrt(variance[strong]))
 
 
 @dataclass(frozen=True, eq=False)

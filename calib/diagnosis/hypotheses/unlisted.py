@@ -8,22 +8,17 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations_with_replacement
 
 import numpy as np
-from scipy.stats import rankdata
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Course, Hypothesis, bends
+from calib.diagnosis.hypotheses.listed import Course, Hypothesis, bends, modes_about_mean
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.result import Fit
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import TEMPERATURE, FloatArray
 
-TIME_WAVES, COLUMN_WAVES = 8, 5
-"""Half cosines over the range. A judgement: of 24 development sessions of
-``tests.bench.diagnosis_thresholds --first 31000 --trials 24`` half as many of either change 2
-verdicts, twice as many in time none, in a column 2; 19 of 24 effects are named, with 10 in a column
-20, and none is wrong."""
-
-DAMPING = 0.8
-"""Exponent of the number of waves: amplitudes of nature fall with the frequency. A judgement."""
+SMOOTH = 0.3
+"""Share of a covariate's range over which a function of it keeps half of its correlation. A
+judgement: half a swing fits into it, and steeper functions cost what they take more."""
 
 CURVED = "temperature_bias_curve"  #: the listed curve
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
@@ -43,13 +38,14 @@ MEMORY = 0.3
 judgement: the first start of the width of ``hysteresis``."""
 
 
-def waves(covariate: FloatArray, count: int) -> FloatArray:
-    """Smooth functions of a covariate, (n, count), no unit: cosines of its rank, damped.
+def smooth_functions(covariate: FloatArray) -> FloatArray:
+    """Functions of a covariate (n,) that weighed alike make any smooth one, (n, m), no unit.
 
-    Equal values have equal ranks, and the sign of the covariate changes signs of functions only.
+    They are the modes of a Gaussian process about its mean with Matérn's covariance of order 3/2
+    (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 4.17).
     """
-    rank, k = (rankdata(covariate) - 0.5) / len(covariate), np.arange(1, count + 1)
-    return np.asarray(np.cos(np.pi * rank[:, None] * k) * np.exp(-k / (DAMPING * count)))
+    apart = np.abs(covariate[:, None] - covariate) / np.ptp(covariate) * np.sqrt(3) / SMOOTH
+    return modes_about_mean((1 + apart) * np.exp(-apart))
 
 
 def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
@@ -87,19 +83,23 @@ Form = Sequence[tuple[str, Course]]
 
 def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
     """What unknown functions are functions of, and how."""
-    poses = fit.poses
+    poses, s = fit.poses, fit.equations.conditions(fit.rows.vector).vector
+    each_axis = s / max(float(np.linalg.norm(s, axis=1).max()), NO_LENGTH)
     covariates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
     covariates |= {name: poses.columns[name] for name in columns}
     for name, values in covariates.items():
         if not np.isfinite(values).all() or np.ptp(values) == 0:
             continue
-        shapes = waves(values, TIME_WAVES if name == "time_s" else COLUMN_WAVES)
+        shapes = smooth_functions(values)
         yield name, [("", Course.of_size(shapes))]
         yield name, [("", Course.of_bias(shapes))]
+        yield name, [("", Course(shapes[:, :, None] * each_axis[:, None, :]))]
         if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
             curve = ((values - values.mean()) / np.ptp(values)) ** 2
             yield name, [(IN_A_CURVE, Course.of_bias(curve[:, None]))]
     yield "attitude", [("", Course.of_size(_attitude(fit)))]
+    if np.ptp(each_axis, axis=0).all():
+        yield "attitude", [("", _by_own_axis(each_axis))]
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
             yield TEMPERATURE, _with_a_lag(poses.time_s, poses.columns[TEMPERATURE])
@@ -127,6 +127,13 @@ def _attitude(fit: Fit) -> FloatArray:
     n = s / np.linalg.norm(s, axis=1, keepdims=True)
     cubic = n[:, CUBIC[0]] * n[:, CUBIC[1]] * n[:, CUBIC[2]]
     return np.concatenate([cubic, (n[:, QUARTIC[0]] * n[:, QUARTIC[1]]) ** 2], axis=1)
+
+
+def _by_own_axis(each_axis: FloatArray) -> Course:
+    """Errors of each axis that are any smooth function of what that axis senses (n, 3)."""
+    functions = [smooth_functions(values) for values in each_axis.T]
+    count = min(each.shape[1] for each in functions)
+    return Course(np.stack([each[:, -count:] for each in functions], axis=2))
 
 
 def _previous(fit: Fit) -> FloatArray:
