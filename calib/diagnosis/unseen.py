@@ -171,16 +171,15 @@ def with_unseen(
     Prediction
         Of an effect of typical size t that shows in the rows with Λ per unit, the poses leave
         ``t²/(1 + t²Λ)`` about what is likely. What of it they know better than ``HARDLY_SEEN``
-        counts by how likely such an effect is beside none (:func:`_present`), where the verdict
-        leaves nothing open: one of 60 evenings at 5° of tilt that hide an ordinary g-sensitivity
-        is called complete, and erred by 14 times the sd of its poses. Blind
-        effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed, nor what
-        they hardly see where it adds less than ``OUTWEIGHS`` times all that they leave; a lever is
-        on every plate.
+        counts by how likely such an effect is beside none (:func:`_present`), where nothing is
+        missing by the verdict: one of 60 evenings at 5° of tilt that hide an ordinary g-sensitivity
+        is called complete, and erred by 14 times the sd of its poses.
+        Blind effects that add less than ``LEAST_SHARE`` of what the poses leave are not listed, nor
+        what they see where it adds less than ``OUTWEIGHS`` times all that they leave; a lever is on
+        every plate.
     """
     unseen = {}
-    left_open = () if diagnosis.verdict == Code.NOTHING_MISSING else tuple(
-        each.name for each in diagnosis.inclusion)
+    settled = diagnosis.verdict == Code.NOTHING_MISSING
     for effect in _not_in_the_model(calibration.fit, diagnosis):
         size = typical_size(effect, part, calibration.triad)
         if size is None:
@@ -190,7 +189,7 @@ def with_unseen(
         shown, turns = np.linalg.eigh(typical.T @ remainder.T @ remainder @ typical)
         hardly = 1 / (1 + shown) > HARDLY_SEEN
         score = turns.T @ typical.T @ remainder.T @ _residual(calibration.fit)
-        present = 0.0 if effect.name in left_open else _present(shown, score)
+        present = _present(shown, score) if settled else 0.0
         likely = typical @ turns * (score / (1 + shown))
         without = likely[:, hardly].sum(axis=1)
         weight = np.sqrt(np.where(hardly, 1.0, present) / (1 + shown))
