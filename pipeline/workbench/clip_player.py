@@ -128,7 +128,10 @@ class ClipPlayer:
         return clips[number]
 
     def _pictures_of(self, clip: ClipToPlay) -> list[StillFrame]:
-        key = clip.path, clip.path.stat().st_mtime
+        try:
+            key = clip.path, clip.path.stat().st_mtime
+        except OSError as error:
+            raise ConfigError(f"{clip.path.name}: cannot be read ({error.strerror}).") from error
         with self._lock:
             if key not in self._pictures:
                 pictures = still_frames(
@@ -155,7 +158,9 @@ def _beside(turning: PlateReading) -> Json:
 
 
 def _line(time_s: FloatArray, rate_rad_s: FloatArray) -> Json:
-    """Times and rpm, means of equal numbers of values."""
+    """Times and rpm, means of equal numbers of values; what was not logged is left out."""
+    known = np.isfinite(rate_rad_s)
+    time_s, rate_rad_s = time_s[known], rate_rad_s[known]
     n = len(time_s)
     edges = np.unique(np.linspace(0, n, min(n, DRAWN) + 1).astype(int))
     counts = np.diff(edges)

@@ -4,12 +4,16 @@
 const { asked } = drawing;
 const part = (name) => document.querySelector(`[data-${name}]`);
 const form = part("use"), brought = part("brought"), AXES = ["x", "y", "z"];
-let batch = 0, names = new Set();
+let batch = 0, names = new Set(), listed = "";
 
 const cell = (row, text) => { row.insertCell().textContent = text; };
 
+// The list is what the files are now; it is drawn anew where they have changed.
 async function list() {
-  const { sessions } = await fetch("sessions").then((answer) => answer.json());
+  const answer = await fetch("sessions").then((each) => each.text());
+  if (answer === listed) return;
+  listed = answer;
+  const { sessions } = JSON.parse(answer);
   part("sessions").replaceChildren(...sessions.map((session) => {
     const row = document.createElement("tr"), open = document.createElement("button");
     [session.title, session.path, session.accelerometer, session.gyroscope].forEach((text) => cell(row, text));
@@ -19,7 +23,7 @@ async function list() {
     row.insertCell().append(open);
     return row;
   }));
-  if (!sessions.length) part("sessions-words").textContent = "There is none yet: bring a log, or type `pipeline demo`.";
+  part("sessions-words").textContent = sessions.length ? "" : "There is none yet: bring a log, or type `pipeline demo`.";
 }
 
 async function show(number, words) {
@@ -104,5 +108,6 @@ part("forget").addEventListener("click", async () => {
 });
 drawing.droppable(part("drop"), part("files"), take);
 drawing.droppable(part("drop"), part("folder"), take);
-list();
+const again = () => list().finally(() => setTimeout(again, 1000)).catch(() => {});
+again();
 })();

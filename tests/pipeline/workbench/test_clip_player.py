@@ -4,6 +4,7 @@ import base64
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,18 @@ def test_what_is_no_clip_is_refused(session: OpenSession) -> None:
                      {"number": 0, "log": 18}, {"number": 0, "log": "x"}):
         with pytest.raises(PipelineError, match="load the page again"):
             player.course(question)
+
+
+def test_a_gap_in_the_log_and_a_clip_that_is_gone_are_no_failures(session: OpenSession) -> None:
+    (clip,) = session_clips(session, session.config.source.path.parent)
+    reading = clip.turning(0)
+    gap = np.where(np.arange(len(reading.time_s)) < 40, np.nan, reading.rate_rad_s)
+    holed = replace(clip, turning=lambda _: replace(reading, rate_rad_s=gap))
+    beside = ClipPlayer(lambda: [holed]).course({"number": 0, "log": 0})["gyroscope"]
+    assert np.isfinite(beside["rpm"]).all()
+    gone = replace(clip, path=clip.path.with_name("gone.mp4"))
+    with pytest.raises(PipelineError, match=r"gone\.mp4: cannot be read"):
+        ClipPlayer(lambda: [gone]).course({"number": 0})
 
 
 @pytest.fixture

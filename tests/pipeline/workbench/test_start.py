@@ -131,6 +131,20 @@ def test_a_person_drops_logs_and_uses_them_by_the_keyboard(
         assert tab.errors == []
 
 
+@needs_browser
+def test_the_list_shows_what_a_terminal_writes(started: Opened, browser: Browser) -> None:
+    with browser.tab() as tab:
+        tab.visit(started.address)
+        words = "document.querySelector('[data-sessions-words]').textContent"
+        rows = "document.querySelectorAll('[data-sessions] tr').length"
+        tab.wait(f"{words}.includes('none yet')")
+        shutil.copytree(DATA / "example", started.config / "example")
+        tab.wait(f"{rows} === 1 && {words} === ''")
+        shutil.rmtree(started.config / "example")
+        tab.wait(f"{rows} === 0 && {words}.includes('none yet')")
+        assert tab.errors == []
+
+
 def _text(path: Path) -> str:
     import gzip
 
