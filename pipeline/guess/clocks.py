@@ -53,7 +53,7 @@ def guess_clock(
             continued = (f"'{name}' steps back at row {', '.join(map(str, rows_of_steps))}, and is "
                          f"continued there") if steps else ""
             ours, factor = our_name(name)
-            if ours == TIME and (np.diff(ticks) > 0).all():
+            if ours == TIME and (np.diff(ticks) > 0).all() and _is_usual(ticks * factor):
                 return ClockGuess(name, None, None, ticks * factor,
                                   "its name is a known program's", continued)
             if not np.isfinite(ticks).all():
@@ -78,6 +78,11 @@ def guess_clock(
     return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)
 
 
+def _is_usual(time_s: FloatArray) -> bool:
+    """Whether the usual step of a clock, s, is one that sensors are logged at."""
+    return "s" in likely_units(float(np.median(np.diff(time_s)))) if len(time_s) > 1 else True
+
+
 def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     """Columns that may be times: those that are called so, and else a first one that grows."""
     named = [name for name in columns if read_name(name).quantity == "time"]
@@ -97,7 +102,7 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
         return None, "", ""
     likely = likely_units(usual)
     since_1970 = [unit for unit in SECONDS_PER
-                  if EPOCH_S[0] < ticks[0] * SECONDS_PER[unit] < EPOCH_S[1]]
+                  if unit != "d" and EPOCH_S[0] < ticks[0] * SECONDS_PER[unit] < EPOCH_S[1]]
     stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
     rate = f"{1 / usual:.4g} rows per unit of it"
     if stated is not None and (stated in likely or not likely):

@@ -13,6 +13,7 @@ from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import find_head
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
+from pipeline.text.commands import word
 
 #: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz".
 STATED_RATE = re.compile(
@@ -75,6 +76,7 @@ def raw_tables(path: Path) -> list[RawTable]:
                 f"{path}: no line holds three numbers. Is it a log? Readings are expected as a "
                 f"table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
         _require_no_events(text)
+        _require_whole_rows(text)
         return [_text_table(text)]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     whole = len(tables) == 1 and kind.si
@@ -97,6 +99,27 @@ def _require_no_events(text: LogText) -> None:
                 f"are events of several sensors and no samples of one. Write a file for each "
                 f"sensor, for example by `grep {readings[0]} {text.path.name} > "
                 f"{readings[0].lower()}.csv`, and import these files together.")
+
+
+def _require_whole_rows(text: LogText) -> None:
+    """Refuse rows that hold the readings of one sensor at a time, the cells of the other empty."""
+    rows = [cells for _, cells in islice(text.rows(), EVENTS)]
+    names = [bare(name) for name in find_head(text.lines).names or ()]
+    filled = {tuple(bool(cell) for cell in cells) for cells in rows if len(cells) == len(names)}
+    if not 2 <= len(filled) <= MOST_KINDS or any(map(all, filled)):
+        return
+    # Sensors that take turns: no column but the times is filled in rows of two kinds.
+    shared = [i for i in range(len(names)) if sum(kind[i] for kind in filled) > 1]
+    alone = [[i for i, there in enumerate(kind) if there and i not in shared] for kind in filled]
+    if all(all(kind[i] for kind in filled) for i in shared) and all(map(len, alone)):
+        parts = "; ".join(", ".join(names[i] for i in places) for places in sorted(alone))
+        sign, places = text.dialect.delimiter or " ", sorted(alone)[0]
+        kept = ", ".join(f"${i + 1}" for i in sorted({*shared, *places}))
+        raise UnreadableInput(
+            f"{text.path}: each row holds the readings of one sensor only ({parts}). Write a file "
+            f"for each, for example by `awk -F'{sign}' -v OFS='{sign}' '${places[0] + 1} != \"\" "
+            f"{{print {kept}}}' {word(text.path.name)} > {word(names[places[0]])}.csv`, and import "
+            f"these files together.")
 
 
 def hint_word(word: str) -> str:

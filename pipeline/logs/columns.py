@@ -12,8 +12,9 @@ COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, ga
 READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
 
-TimeUnit = Literal["s", "ms", "us", "ns", "min"]
-SECONDS_PER: Mapping[TimeUnit, float] = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
+TimeUnit = Literal["s", "ms", "us", "ns", "min", "d"]
+SECONDS_PER: Mapping[TimeUnit, float] = {
+    "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86_400.0}
 
 #: Per program: its header's names (in lower case) -> our name and the factor to our unit.
 DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {

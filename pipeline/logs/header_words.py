@@ -23,8 +23,9 @@ UNITS = {
     "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
     "ns": ("ns", "nsec", "nanoseconds"),
     "min": ("min", "minutes"),
+    "d": ("days", "day"),
     "counts": ("counts", "count", "lsb", "raw"),
-    "celsius": ("°c", "ºc", "c", "degc", "deg c", "celsius"),
+    "celsius": ("°c", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
 FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {"rad_s", "deg_s", "mdeg_s", "mrad_s"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}

@@ -1,6 +1,7 @@
 """The bytes of a log file and the lines of its text, before anything is known of its columns."""
 
 import gzip
+import re
 import zlib
 from pathlib import Path
 from typing import BinaryIO
@@ -11,6 +12,8 @@ from pipeline.logs.head import FEWEST_NUMBERS, width_of_numbers
 from pipeline.logs.labels import unlabelled_lines
 from pipeline.logs.memory import largest_text, too_large
 
+REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
+FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -89,7 +92,27 @@ def text_lines(path: Path, data: bytes) -> list[str]:
             raise _not_text(path, data, error.start) from error
     if "\0" in text:
         raise _not_text(path, data, data.index(0))
-    return unlabelled_lines(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
+    text = decimal_numbers(text).replace("\r\n", "\n").replace("\r", "\n")
+    return unlabelled_lines(text.split("\n"))
+
+
+def decimal_numbers(text: str) -> str:
+    """``text`` with registers in hexadecimal and exponents of Fortran as plain numbers.
+
+    Registers of two and four bytes are signed, as inertial sensors deliver them.
+
+    >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
+    ('16 -2', '-0.25E+01')
+    """
+    if "0x" in text or "0X" in text:
+        text = REGISTER.sub(_signed, text)
+    return FORTRAN.sub(r"\1E\2", text) if "D+" in text or "D-" in text else text
+
+
+def _signed(register: re.Match[str]) -> str:
+    half = 1 << (4 * len(register[1]) - 1)
+    value = int(register[1], 16)
+    return str(value - 2 * half if value >= half else value)
 
 
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:

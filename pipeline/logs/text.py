@@ -34,6 +34,9 @@ IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
 #: What loggers write, in lower case, where there is no value.
 MISSING = ("", "nan", "null", "none", "na", "n/a", "-", "--")
 
+#: In front of the names, of which there is then one more than cells; C is Fortran's.
+OF_COMMENTS = ("#", "//", "%", "C", "c", "!", "*")
+
 
 @dataclass(frozen=True)
 class LogText:
@@ -111,7 +114,8 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     if head.first is None:
         raise no_rows(path, head)
     dialect, cells = _first_row(lines, head.first)
-    names = named_columns(f"{path}:{head.names_line + 1}", head.names, len(cells), columns,
+    names = named_columns(f"{path}:{head.names_line + 1}", _without_sign(head.names, len(cells)),
+                          len(cells), columns,
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
@@ -129,7 +133,7 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     if head.first is None:
         return None
     dialect, cells = _first_row(lines, head.first)
-    names = [bare(name) for name in head.names or ()]
+    names = [bare(name) for name in _without_sign(head.names, len(cells)) or ()]
     if len(set(names)) < len(names) or not names:  # names that stand twice name nothing
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
@@ -138,6 +142,12 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
             else SKIP for i, (name, cell) in enumerate(zip(names, cells, strict=False))]
     return LogText(path, lines, head.first, tuple(read), (1.0,) * len(read), dialect,
                    head.rate_hz, dated)
+
+
+def _without_sign(names: Sequence[str] | None, cells: int) -> Sequence[str] | None:
+    """The names of so many cells without a sign of a comment in front of them."""
+    more = names is not None and len(names) == cells + 1 and names[0] in OF_COMMENTS
+    return names[1:] if names is not None and more else names
 
 
 def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:

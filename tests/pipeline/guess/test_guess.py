@@ -15,12 +15,13 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
+from tests.pipeline.guess.late_files import LATE, LATE_REFUSED
 from tests.pipeline.guess.mixed_files import MIXED, android_lines
 from tests.pipeline.guess.odd_files import ODD
 from tests.pipeline.guess.strange_files import REFUSED, STRANGE
 from tests.sessions import pipeline
 
-EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE}
+EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -77,11 +78,11 @@ def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_p
         guess_files([path], 100.0)
 
 
-@pytest.mark.parametrize("tool", REFUSED)
+@pytest.mark.parametrize("tool", {**REFUSED, **LATE_REFUSED})
 def test_files_without_readings_are_refused_with_what_to_record(
     tmp_path: Path, log: HandLog, tool: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write, says = REFUSED[tool]
+    write, says = {**REFUSED, **LATE_REFUSED}[tool]
     code = pipeline("import", *write(tmp_path, log).files, "--output", tmp_path / "c.yaml")
     assert code in (0, 3, 4)  # a gyroscope beside it may show its bias
     with pytest.raises(AssertionError, match=f"(?s){says}"):
