@@ -27,15 +27,10 @@ function ticks(low, high) {
 const exact = (value) => String(value).replace("-", "−");
 
 // The same of a logarithmic axis: places, which are logarithms, and texts.
-function decades(low, high) {
-  const steps = high - low < 1.5 ? [1, 2, 3, 5, 7] : high - low < 3 ? [1, 3] : [1], marks = [];
-  for (let k = Math.floor(low); k <= high; k += 1) {
-    for (const step of steps) {
-      const place = k + Math.log10(step);
-      if (place >= low && place <= high) marks.push([place, exact(Number((step * 10 ** k).toPrecision(2)))]);
-    }
-  }
-  return marks;
+function logTicks(low, high) {
+  const values = high - low < 2 ? ticks(10 ** low, 10 ** high)
+    : ticks(low, high).filter(Number.isInteger).map((place) => Number((10 ** place).toPrecision(1)));
+  return values.map((value) => [Math.log10(value), exact(value)]);
 }
 
 // Axes from these ranges, ``marks`` being places and texts of the upward one; gives the drawing and what turns values into places.
@@ -85,6 +80,6 @@ function droppable(area, input, take) {
 }
 
 const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
-const drawing = { node, span, plot, decades, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
+const drawing = { node, span, plot, logTicks, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
 return drawing;
 })();

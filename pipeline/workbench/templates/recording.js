@@ -13,7 +13,7 @@ function sds({ triad, poses, sds: all }) {
   return all.map(({ name, unit, values }) => {
     const logs = values.map(Math.log10), range = drawing.span(logs);
     const { svg, x, y } = drawing.plot(drawing.span(poses), range, `poses of the ${triad}`, `sd of its ${name} [${unit}]`,
-      `Sd of the ${name} of the ${triad} by ${poses.at(-1)} poses: ${drawing.short(values.at(-1))} ${unit}.`, drawing.decades(...range));
+      `Sd of the ${name} of the ${triad} by ${poses.at(-1)} poses: ${drawing.short(values.at(-1))} ${unit}.`, drawing.logTicks(...range));
     svg.append(drawing.node("path", { d: `M${poses.map((n, i) => `${x(n).toFixed(1)} ${y(logs[i]).toFixed(1)}`).join("L")}` }),
       ...poses.map((n, i) => drawing.node("circle", { cx: x(n), cy: y(logs[i]), r: 3 })));
     return svg;
@@ -45,8 +45,8 @@ function watch(words) {
   part("camera").hidden = false;
   let n = 0;
   const next = () => { n += 1; part("picture").src = `picture?${n}`; };
-  part("picture").addEventListener("load", () => setTimeout(next, 100));
-  part("picture").addEventListener("error", () => setTimeout(next, 2000));
+  part("picture").addEventListener("load", () => { part("picture").hidden = false; setTimeout(next, 100); });
+  part("picture").addEventListener("error", () => { part("picture").hidden = true; setTimeout(next, 2000); });
   next();
 }
 
