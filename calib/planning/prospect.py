@@ -159,14 +159,14 @@ def _about_zero(fitted: Fit) -> FloatArray:
     return rows_about_zero(fitted.equations, fitted.rows)
 
 
-def _information(rows: FloatArray) -> float:
-    """``det(JᵀJ)^(1/p) / n`` of whitened rows (n, p)."""
+def _information(rows: FloatArray, poses: int) -> float:
+    """``det(JᵀJ)^(1/p) / n`` of the whitened rows (d, p) of n poses."""
     singular = np.linalg.svd(rows, compute_uv=False)
-    return float(np.exp(2 * np.log(np.maximum(singular, NO_LENGTH)).mean()) / len(rows))
+    return float(np.exp(2 * np.log(np.maximum(singular, NO_LENGTH)).mean()) / poses)
 
 
 def d_efficiency(fitted: Fit) -> float:
-    """Information per row, compared with that of the 18 wedge poses at the first setting.
+    """Information per pose, compared with that of the 18 wedge poses at the first setting.
 
     It is that of bias, scale and misalignment: effects that follow a logged column say nothing of
     attitudes.
@@ -177,7 +177,8 @@ def d_efficiency(fitted: Fit) -> float:
     wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
     base = fitted.equations.terms.reading_index
     basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
-    return _information(_about_zero(fitted) @ basis) / _information(wedge_rows @ basis)
+    return (_information(_about_zero(fitted) @ basis, len(fitted.poses))
+            / _information(wedge_rows @ basis, len(WEDGE)))
 
 
 def _wedge_poses(fitted: Fit) -> PoseSet:

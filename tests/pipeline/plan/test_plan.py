@@ -104,6 +104,7 @@ def test_a_plan_knows_what_goes_round_on_a_plate_that_leans() -> None:
         ratio = np.sqrt(np.diag(predicted.fit.cov)) / np.median(obtained[triad], axis=0)
         assert np.median(ratio) == pytest.approx(1, abs=0.15)
         assert np.abs(ratio - 1).max() < 0.4
+        assert predicted.d_efficiency > 0.5  # by the pose, not by its ten rows
         assert "g_sensitivity" not in predicted.blind
 
 
