@@ -95,7 +95,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("case",), ("explain",),
     ],
     "vision": [
-        ("geometry", "numbers"), ("phase_track",), ("errors", "image_return"),
+        ("geometry", "numbers", "thumbnail"), ("phase_track",), ("errors", "image_return"),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate", "live_plate"),
     ],

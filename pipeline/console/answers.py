@@ -224,7 +224,7 @@ def _nothing_wrong(result: TriadResult) -> str:
     text = "These poses show no missing effect."
     if added:
         text += f" The model contains {' and '.join(added)} besides bias, scale and misalignment."
-    blind = result.diagnosis.blind
+    blind = result.undetermined
     if blind:
         text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
     return text

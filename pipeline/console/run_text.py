@@ -150,8 +150,8 @@ def ranking_lines(result: TriadResult) -> list[str]:
         unit, factor = display_unit(limit.unit, [limit.value])
         size = f"{two_digits(limit.value * factor)} {unit}"
         lines.append(f"  at 95 % no larger than: {limit.name} {size}")
-    if diagnosis.blind:
-        lines.append(f"  these data cannot determine: {', '.join(diagnosis.blind)}")
+    if result.undetermined:
+        lines.append(f"  these data cannot determine: {', '.join(result.undetermined)}")
     if result.unseen:
         lines.append(f"  {unseen_text(result)}")
     if diagnosis.aside:

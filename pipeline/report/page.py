@@ -12,6 +12,7 @@ from pipeline.report.layout.glossary import TERMS
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.layout.payload import script_json
 from pipeline.report.mounting_view import mounting_view
+from pipeline.report.plate.pose_frames import pose_frames
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.axis_charts import axis_charts, lead_panel
 from pipeline.report.triad.candidate_table import RANKED, candidate_rows, limit_rows
@@ -128,7 +129,7 @@ def _triad_view(
     section = getattr(outcome.config, result.triad)
     refits = Refits(result, defined, section.loss == "huber")
     payload = refit_json(result, refits, outcome.config.source.path) | {
-        "poses": sphere_json(outcome, result)}
+        "poses": sphere_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
     certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, refits)
@@ -160,5 +161,5 @@ def _triad_view(
         "staircase": staircase(result.triad, history),
         "candidates": candidate_rows(result),
         "limits": tuple(limit_rows(result)),
-        "blind": result.diagnosis.blind,
+        "blind": result.undetermined,
     }

@@ -39,6 +39,8 @@ from pipeline.stages.triad_poses import (
 )
 from pipeline.stages.user_effects import check_user_effects, user_effects
 
+FRAME = "frame_rotation"  #: what rows of direction make a parameter
+
 
 @dataclass(frozen=True, eq=False)
 class TriadResult(AssessedTriad):
@@ -61,6 +63,12 @@ class TriadResult(AssessedTriad):
     def triad(self) -> Triad:
         """Which one."""
         return self.calibration.triad
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """The effects that these poses cannot see; a rotation that is a parameter is none."""
+        return tuple(name for name in self.diagnosis.blind
+                     if name != FRAME or self.frame is None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from calib.poses.imu_log import AXES, FloatArray, Triad
 from pipeline.report.triad.fingerprint import Fingerprint, fingerprint, fingerprint_svg
 from pipeline.report.triad.refitted import Refits
 from pipeline.results.json_values import Json
-from pipeline.stages.triads import TriadResult
+from pipeline.stages.triads import FRAME, TriadResult
 from pipeline.text.formatting import with_minus_signs, with_sd
 
 Standing = Literal["missing", "model", "offered", "idle", "unseen", "unavailable"]
@@ -184,6 +184,8 @@ def _standing(result: TriadResult, effect: Effect) -> Standing:
 
 
 def _status(result: TriadResult, effect: Effect, standing: Standing) -> str:
+    if effect.name == FRAME and result.frame is not None and standing == "unseen":
+        return "a parameter: the rotation to the accelerometer"
     words = STANDINGS[standing]
     inclusion = next((one for one in result.diagnosis.inclusion
                       if effect.name in one.members), None)

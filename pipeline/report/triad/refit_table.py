@@ -19,13 +19,12 @@ from pipeline.report.triad.judgement import changes_json
 from pipeline.report.triad.pose_charts import SHOWN_SD
 from pipeline.report.triad.refitted import Refits, refitted_json, toggled
 from pipeline.results.json_values import Json
-from pipeline.stages.triads import TriadResult
+from pipeline.stages.triads import FRAME, TriadResult
 from pipeline.text.formatting import DISPLAY
 
 PAIRED = 6
 """Number of the most probable effects that have a refit of every pair, in a triad that lacks
 something. Chosen: the table of the tutorial costs a run 0.2 s of one core."""
-FRAME = "frame_rotation"  #: what the direction rows make a parameter
 BLIND_REASON = (
     "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
     "the same signature, or these poses would show it only at a size that no sensor has"

@@ -130,10 +130,23 @@ class Poses {
     }));
     this.panel.querySelector("[data-pose=trace]").replaceChildren(
       ...(poses.traces[k] ? [trace(poses.traces[k], this.triad.unit, this.now[k].value)] : []));
+    this.showFrame(poses.frames[k]);
     set("without", this.without(k));
     const button = this.panel.querySelector("[data-do=leaveOut]");
     button.textContent = out.has(k) ? "Take this pose back in" : "Leave this pose out";
     button.setAttribute("aria-pressed", String(out.has(k)));
+  }
+
+  // The clip of the pose, or a frame of that of its run, which the section of the rates has.
+  showFrame(frame) {
+    const figure = this.panel.querySelector("[data-pose=frame]");
+    const src = frame && (frame.src
+      ?? document.querySelector(`[data-rate="${CSS.escape(frame.rate)}"] figure img`)?.src);
+    figure.hidden = !src;
+    if (!src) return;
+    figure.querySelector("img").src = src;
+    figure.querySelector("figcaption").textContent = frame.src
+      ? `${frame.clip}, filmed with this pose` : `One frame of the clip of ${frame.rate}, which was filmed for the whole run`;
   }
 
   // What the fit without the pose says of it, before anybody leaves it out.
