@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations_with_replacement
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis, bends, modes_about_mean
@@ -21,7 +22,7 @@ SMOOTH = 0.3
 judgement: half a swing fits into it, and steeper functions cost what they take more."""
 
 CURVED = "temperature_bias_curve"  #: the listed curve
-IN_A_CURVE = "in a curve"  #: how a bias follows a column by its square
+IN_A_CURVE = "in a curve"  #: how a bias follows a column by a line and a square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
 """How far the temperature within may lag that of the log, half a minute to an hour and a half.
@@ -46,6 +47,15 @@ def smooth_functions(covariate: FloatArray) -> FloatArray:
     """
     apart = np.abs(covariate[:, None] - covariate) / np.ptp(covariate) * np.sqrt(3) / SMOOTH
     return modes_about_mean((1 + apart) * np.exp(-apart))
+
+
+def line_and_square(covariate: FloatArray) -> FloatArray:
+    """The first two Legendre polynomials of a covariate (n,) over its range, (n, 2), no unit.
+
+    A square by itself would be a curve about one zero of the column, and no column has one.
+    """
+    half = 0.5 * np.ptp(covariate)
+    return legvander((covariate - covariate.min()) / half - 1, 2)[:, 1:]
 
 
 def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
@@ -95,8 +105,7 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         yield name, [("", Course.of_bias(shapes))]
         yield name, [("", Course(shapes[:, :, None] * each_axis[:, None, :]))]
         if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
-            curve = ((values - values.mean()) / np.ptp(values)) ** 2
-            yield name, [(IN_A_CURVE, Course.of_bias(curve[:, None]))]
+            yield name, [(IN_A_CURVE, Course.of_bias(line_and_square(values)))]
     yield "attitude", [("", Course.of_size(_attitude(fit)))]
     if np.ptp(each_axis, axis=0).all():
         yield "attitude", [("", _by_own_axis(each_axis))]
