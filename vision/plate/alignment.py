@@ -64,8 +64,6 @@ class AlignmentThresholds:
         grazing clip of tests.vision.test_real_clips.
     separated : float
         Of the misfit's energy, that still moves from what turns to the background.
-    near_enough : float
-        Of the highest peak: then the peak near the expected angle is preferred.
     largest_step : float
         Of the radius, change of the view per iteration at most.
     least_change : float
@@ -79,7 +77,6 @@ class AlignmentThresholds:
     shown: float = 0.5
     hidden: float = 1.5
     separated: float = 0.1
-    near_enough: float = 0.8
     largest_step: float = 0.05
     least_change: float = 0.5
 
@@ -164,9 +161,8 @@ class _Fit:
         spectra = pattern_spectra(self._difference)
         turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
         if not (first and self._angles_hold):
-            near_enough = -np.inf if self._angles_hold else THRESHOLDS.near_enough
             self._carry_on(correlated_angle(
-                spectra, turning, grid, self._angle, near_enough, self._frames.parts))
+                spectra, turning, grid, self._angle, self._frames.parts, near=self._angles_hold))
         if first:
             self._used = np.ones(len(self._angle), bool)
             self._standing = standing_share(

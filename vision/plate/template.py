@@ -196,25 +196,25 @@ def correlated_angle(
     turning: Spectra,
     grid: Grid,
     expected_rad: FloatArray,
-    near_enough: float,
     parts: int,
+    *,
+    near: bool,
 ) -> FloatArray:
     """Angle of each frame against T, with the whole turns of the expected one, rad, (f,).
 
-    The peak near the expected angle is taken where it reaches ``near_enough`` of the highest; of a
-    plate of equal parts, the one within half a part.
+    The highest peak, or where ``near`` that near the expected angle; of a plate of equal parts, the
+    one within half a part.
     """
     cross = (spectra * (np.conj(turning) * grid.weight()[:, None])).sum(axis=1)
     n = OVERSAMPLED * grid.azimuths
     correlation = np.fft.irfft(cross, n, axis=-1)
     rows = np.arange(len(correlation))
-    highest = correlation.argmax(axis=1)
-    middle = np.round(expected_rad * n / (2 * np.pi)).astype(np.intp)
-    reach = int(n * min(NEAR, 0.5 / parts))
-    near = (middle[:, None] + np.arange(-reach, reach + 1)) % n
-    nearest = near[rows, correlation[rows[:, None], near].argmax(axis=1)]
-    enough = correlation[rows, nearest] > near_enough * correlation[rows, highest]
-    peak = np.where(enough, nearest, highest)
+    peak = correlation.argmax(axis=1)
+    if near or parts > 1:
+        middle = np.round(expected_rad * n / (2 * np.pi)).astype(np.intp)
+        reach = int(n * min(NEAR, 0.5 / parts))
+        around = (middle[:, None] + np.arange(-reach, reach + 1)) % n
+        peak = around[rows, correlation[rows[:, None], around].argmax(axis=1)]
     before, at, after = (correlation[rows, (peak + s) % n] for s in (-1, 0, 1))
     with np.errstate(invalid="ignore", divide="ignore"):
         offset = np.nan_to_num(0.5 * (before - after) / (before - 2 * at + after))

@@ -16,9 +16,8 @@ from vision.image_return import ImageReturn, image_return, much_varies
 from vision.numbers import RPM
 from vision.phase_track import LUMA, PhaseTrack, PlateLayout
 from vision.plate.background import repeated
-from vision.plate.periodic import PeriodicPixels, informative, periodic_pixels
+from vision.plate.periodic import REACH, PeriodicPixels, informative, periodic_pixels
 from vision.plate.pixel_motion import Turning, turning
-from vision.rate.unwrap import rough_rate
 from vision.tracking.frame_measurement import THUMBNAIL, annotate
 from vision.video.reader import ClipReader, Frame, Luma
 from vision.video.reduction import reduced
@@ -29,7 +28,8 @@ GLIMPSES = 100  # frames, for whether anything varies
 PIXELS = 6000  #: pixels that are measured; a limit of time
 MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
 FEWEST_PIXELS = 500  # in however long a clip
-SAME = 0.1  # relative difference of two measures of one rate
+#: |mean exp(i(φ - ωt))| of angles that go at a rate. Derived: no second rate reaches it too.
+TOGETHER = 0.5**0.5
 CHOSEN_FROM = 300  # frames, from which the pixels are chosen
 
 
@@ -93,11 +93,44 @@ class _SmallClip:
         self.frames = []
 
 
-def track_by_return(
-    clip: ClipReader, batches: Iterator[list[Frame]], notes: tuple[str, ...],
-    roughly: PhaseTrack | None,
-) -> PhaseTrack:
-    """The angle of the picture in every frame.
+@dataclass(frozen=True, eq=False)
+class PictureReturn:
+    """The angle of a picture that returns, in every frame, and what is known of the clip."""
+
+    clip: ClipReader
+    small: _SmallClip
+    returns: ImageReturn
+    values: NDArray[np.uint8]
+    pixels: PeriodicPixels
+    seen: Turning | None
+    notes: tuple[str, ...]
+
+    def track(self, roughly: PhaseTrack | None) -> PhaseTrack:
+        """The angle of the plate in every frame.
+
+        Parameters
+        ----------
+        roughly : PhaseTrack or None
+            Of the plate, where it was followed badly: its view and sense, where the pixels show
+            none.
+
+        Raises
+        ------
+        RateRefused
+            What returns is no plate that turns once per return; with ``returns``.
+        """
+        returns = self.returns
+        turns = self.seen or _as_followed(roughly, returns, self.small.factor)
+        if turns is None:
+            raise RateRefused(
+                _only_returns(returns), returns=Return(returns.period_s, returns.sd_s))
+        return _track(self.clip, self.small, self.values, self.pixels, turns, self.notes)
+
+
+def picture_return(
+    clip: ClipReader, batches: Iterator[list[Frame]], notes: tuple[str, ...]
+) -> PictureReturn:
+    """The return of the picture, and its angle in every frame.
 
     Parameters
     ----------
@@ -107,14 +140,11 @@ def track_by_return(
         All its frames, brought back onto one of them where the camera moves.
     notes : tuple of str
         On how they were read.
-    roughly : PhaseTrack or None
-        Of the plate, where it was followed badly: its view and sense, where the pixels show none.
 
     Raises
     ------
     RateRefused
-        The picture does not return, or what returns is no plate that turns once per return; then
-        with ``returns``.
+        The picture does not return.
     """
     small = _SmallClip()
     for frame in (frame for batch in batches for frame in batch):
@@ -129,23 +159,29 @@ def track_by_return(
         raise (NothingRepeats if small.varies else RateRefused)(why)
     values, time = np.stack(small.values), np.array(small.time_s)
     pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
-    turns = turning(pixels, mask) or _as_followed(roughly, returns, small.factor)
-    if turns is None:
-        raise RateRefused(_only_returns(returns), returns=Return(returns.period_s, returns.sd_s))
-    return _track(clip, small, values, pixels, turns, notes)
+    return PictureReturn(clip, small, returns, values, pixels, turning(pixels, mask), notes)
 
 
 def _as_followed(
     roughly: PhaseTrack | None, returns: ImageReturn, factor: int
 ) -> Turning | None:
-    """The view and the sense of a plate that turns once per return."""
+    """The view and the sense of a plate that turns once per return.
+
+    It may have been lost in some frames: the angles of the others go together at its rate.
+    """
     if roughly is None or roughly.plate.symmetry > 1:
         return None
-    rate = rough_rate(roughly, roughly.time_s)
-    if abs(abs(rate) * returns.period_s / (2 * np.pi) - 1) > SAME:
-        return None
-    view = _scaled(PlateView(roughly.plate.view), 1 / factor)
-    return Turning(view, 1 if rate > 0 else -1)
+    shown = np.isfinite(roughly.phase_rad)
+    time, phase = roughly.time_s[shown], roughly.phase_rad[shown]
+    relative = returns.sd_s / returns.period_s
+    finest = 1 / (8 * max(1.0, float(np.ptp(time)) / returns.period_s))
+    near = np.arange(-REACH * relative, REACH * relative + finest, finest)
+    for way in (1, -1):
+        rates = way * returns.rate_rad_s * (1 + near)
+        together = np.abs(np.exp(1j * (phase - np.outer(rates, time))).mean(axis=1)).max()
+        if together > TOGETHER:
+            return Turning(_scaled(PlateView(roughly.plate.view), 1 / factor), way)
+    return None
 
 
 def _only_returns(returns: ImageReturn) -> str:

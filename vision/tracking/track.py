@@ -35,6 +35,7 @@ from vision.video.reader import BATCH, ClipReader, Frame
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
     from vision.tracking.frame_measurement import FrameMeasurements
+    from vision.tracking.periodic_track import PictureReturn
 
 
 
@@ -104,16 +105,18 @@ def track_phase(
         return by_luma
     if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
         raise by_luma
-    tracks, returned = [by_luma], None
+    tracks, returned, picture = [by_luma], None, None
     if plate is None and not isinstance(by_luma, NothingMoves):
-        returned = _by_return(task, by_luma)
+        picture = _returning(task)
+        returned = _by_return(picture, by_luma)
     nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NothingRepeats)
     if not _turns(by_luma) and not nothing:
         tracks.append(_track_or_refusal(task, ClipPass(colours=True)))
     if plate is None and not _good(tracks[-1]):
         colour_turns = len(tracks) > 1 and _turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):
-            returned = _by_return(task, tracks[-1])  # which may know a view of the plate
+            # A plate followed by its colour may know a view.
+            returned = _by_return(picture or _returning(task), tracks[-1])
         tracks.append(returned)
     return _best(task.path.name, tracks)
 
@@ -170,17 +173,19 @@ def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefuse
 
 
 def _by_return(
-    task: ClipTask, roughly: "PhaseTrack | RateRefused"
+    picture: "PictureReturn | RateRefused", roughly: "PhaseTrack | RateRefused"
 ) -> "PhaseTrack | RateRefused":
     """A track by the return of the picture, with what a poor track of the plate tells of it."""
+    if isinstance(picture, RateRefused):
+        return picture
     try:
-        return _returning(task, roughly if _turns(roughly) else None)
+        return picture.track(roughly if _turns(roughly) else None)
     except RateRefused as refusal:
         return refusal
 
 
-def _returning(task: ClipTask, roughly: "PhaseTrack | None") -> "PhaseTrack":
-    from vision.tracking.periodic_track import track_by_return
+def _returning(task: ClipTask) -> "PictureReturn | RateRefused":
+    from vision.tracking.periodic_track import picture_return
 
     def followed(clip: ClipReader) -> Iterator[list[Frame]]:
         count = 0
@@ -190,15 +195,19 @@ def _returning(task: ClipTask, roughly: "PhaseTrack | None") -> "PhaseTrack":
                 task.on_progress(count, clip.frames_stated)
             yield batch
 
-    with ClipReader(task.path) as clip:
-        batches = followed(clip)
-        stretch = next_stretch(batches, 0, lambda: None).with_fields().steadied(camera_moves=False)
-        if stretch.stride == 1:
-            rest = _chain(stretch.frames, stretch.prepared(batches))
-            return track_by_return(clip, rest, _notes(clip, stretch), roughly)
-    with ClipReader(task.path) as clip:
-        rest = stretch.prepared(followed(clip))
-        return track_by_return(clip, rest, _notes(clip, stretch), roughly)
+    try:
+        with ClipReader(task.path) as clip:
+            batches = followed(clip)
+            stretch = next_stretch(batches, 0, lambda: None).with_fields()
+            stretch = stretch.steadied(camera_moves=False)
+            if stretch.stride == 1:
+                rest = _chain(stretch.frames, stretch.prepared(batches))
+                return picture_return(clip, rest, _notes(clip, stretch))
+        with ClipReader(task.path) as clip:
+            rest = stretch.prepared(followed(clip))
+            return picture_return(clip, rest, _notes(clip, stretch))
+    except RateRefused as refusal:
+        return refusal
 
 
 def _tracked(task: ClipTask, way: ClipPass) -> "PhaseTrack":
