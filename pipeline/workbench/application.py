@@ -104,13 +104,14 @@ class Workbench:
 
     def page(self) -> str:
         """The report with its script from this server and the tools of the workbench."""
+        stamps = " ".join(f'data-{name}="{value}"' for name, value in self.stamp().items())
         text = self.report.read_text(encoding="utf-8")
         tools = template("workbench/templates/workbench.html")
         scripts = ('<script src="drawing.js"></script>\n<script src="player.js"></script>\n'
                    '<script src="workbench.js"></script>\n'
                    '<script src="report.js"></script>')
         return _SCRIPT.sub(lambda _: f"{tools}\n{scripts}", text).replace(
-            "<html ", '<html class="served" ', 1)
+            "<html ", f'<html class="served" {stamps} ', 1)
 
     def guesses(self, triad: Triad) -> list[str]:
         """Effects of the page that look like others and that no verdict names."""
@@ -217,12 +218,13 @@ def _tried(workbench: Workbench, question: Json) -> Json:
 
 
 async def _news(workbench: Workbench, request: Request) -> AsyncIterator[str]:
-    """An event for every change of the files."""
-    before = workbench.stamp()
-    yield f"event: begin\ndata: {json.dumps(before)}\n\n"
+    """The stamps of the files, and again after every change once it is over: a run writes several.
+    """
+    told: Json = {}
+    now = workbench.stamp()
     while not await request.is_disconnected():
+        before, now = now, workbench.stamp()
+        if told != now == before:
+            told = now
+            yield f"event: files\ndata: {json.dumps(told)}\n\n"
         await asyncio.sleep(LOOK_S)
-        now = workbench.stamp()
-        if now != before:
-            before = now
-            yield f"event: changed\ndata: {json.dumps(now)}\n\n"

@@ -7,7 +7,7 @@ const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
 const benches = [], PHASE = "phase of the plate [°]";
-let page = null, undone = [], done = [], now = "", restoring = false;
+let page = null, undone = [], done = [], now = "", restoring = false, writing = false;
 
 const state = () => ({
   triads: Object.fromEntries(page.sections.map(({ triad, order, out }) => [triad.triad,
@@ -73,16 +73,17 @@ const actions = {
   undo() { undone.push(now); restore(done.pop()); },
   redo() { done.push(now); restore(undone.pop()); },
   async write() {
-    button("write").disabled = true;
+    button("write").disabled = writing = true;  // its own news are none
     say("The session is run with it …");
     try {
       const { path, lines: changed } = await asked("write", { state: state() });
       keep("written", { path, changed });
-      drop("pending");
       location.reload();
     } catch (error) {
+      writing = false;
       say(`Nothing was written. ${error.message}`);
       offer();
+      heard();
     }
   },
 };
@@ -94,21 +95,25 @@ const keep = (name, value) => sessionStorage.setItem(mine(name), JSON.stringify(
 const drop = (name) => sessionStorage.removeItem(mine(name));
 const kept = (name) => JSON.parse(sessionStorage.getItem(mine(name)) ?? "null");
 
+const shown = document.documentElement.dataset;  // the stamps of the files that the page shows
+let stamp = shown;  // and of those that are there
+
 function listen() {
   const events = new EventSource("events");
-  let report = null;
-  events.addEventListener("changed", (event) => {
-    const stamp = JSON.parse(event.data);
-    if (stamp.report === report) {
-      say("The configuration was changed; `pipeline run` brings its results here.");
-      return;
-    }
-    report = stamp.report;
+  events.addEventListener("files", (event) => {
+    stamp = JSON.parse(event.data);
+    if (!writing) heard();
+  });
+  events.addEventListener("error", () => say("The server has ended: type `pipeline open` again."));
+}
+
+function heard() {
+  if (stamp.report !== shown.report) {
     if (now !== page.asRun) keep("pending", now);
     location.reload();
-  });
-  events.addEventListener("begin", (event) => { report = JSON.parse(event.data).report; });
-  events.addEventListener("error", () => say("The server has ended: type `pipeline open` again."));
+  } else if (stamp.config !== shown.config) {
+    say("The configuration was changed; `pipeline run` brings its results here.");
+  }
 }
 
 // --- one triad -----------------------------------------------------------------------------------
