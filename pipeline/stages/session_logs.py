@@ -35,6 +35,8 @@ from pipeline.stages.stated_units import require_stated_units
 CELSIUS = (-80.0, 150.0)
 """Wider than the range of any inertial sensor's data sheet."""
 
+NOTES_SHOWN = 3  #: of the poses of a run; it chooses words only
+
 OTHER_UNIT = 100.0
 """Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away."""
 
@@ -156,7 +158,8 @@ def read_session(config: Config) -> SessionLogs:
     read = {setting: _read(setting, folder, choices.get(setting), specs) for setting in sections}
     logs = SessionLogs(
         {setting: tuple(log for log, _ in one) for setting, one in read.items()},
-        {setting: tuple(note for _, note in one if note) for setting, one in read.items()},
+        {setting: _few(setting.rate, [note for _, note in one if note])
+         for setting, one in read.items()},
         choices,
         {setting: tuple(_readable(setting, folder, choice.excluded, specs))
          for setting, choice in choices.items()},
@@ -185,6 +188,15 @@ def _read(
     measured = (measured_samples(_read_one(poses, i, poses.files[i], folder, turning), turning,
                                  specs) for i in map(int, choice.kept))
     return [(log, " ".join(filter(None, [_note(log), note])) or None) for log, note in measured]
+
+
+def _few(run: str, notes: Sequence[str]) -> tuple[str, ...]:
+    """Those of the first poses; that there are more, in one line."""
+    more = len(notes) - NOTES_SHOWN
+    if more < 2:
+        return tuple(notes)
+    return (*notes[:NOTES_SHOWN],
+            f"{run}: {more} more poses have a warning of this kind.")
 
 
 def _note(log: ImuLog) -> str | None:
