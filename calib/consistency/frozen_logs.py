@@ -19,6 +19,10 @@ QUIETER = 0.7
 """Share of the noise that the mean variance of a session shows, which is taken for it. Derived: of
 18 logs in random places of their steps the mean variance is up to 1.4 times its expectation."""
 
+SHORTEST_OF_ONE = 0.5
+"""Share of a log for which one axis alone stands still. A judgement: noise of a quarter of a step
+that stays correlated over many samples stands still on one axis for a fifth of a pose."""
+
 STILL_PARTS: Mapping[str, Sequence[tuple[Triad, slice]]] = {
     "all axes": [(triad, slice(0, 3)) for triad in TRIADS],
     **{f"the {triad}": [(triad, slice(0, 3))] for triad in TRIADS},
@@ -68,12 +72,13 @@ def _stretches(
     equal = sum(int(each.sum()) for each in again)
     inside = sum(count - 1 for _, count in stretches)
     rows = sum(map(len, logs))
+    shortest = SHORTEST_OF_ONE if logs[0].shape[1] == 1 else 0.0
     stays = max((equal - inside + 1) / (rows + 2), _stays_in_a_step(logs))
     by_chance = 1 + np.log(FALSE_ALARM / rows) / np.log(min(stays, 1 - 1 / rows))
     return [
         FrozenStretch(i, start, count, of)
         for i, values, (start, count) in zip(index, logs, stretches, strict=True)
-        if count > max(by_chance, np.sqrt(len(values)))
+        if count > max(by_chance, shortest * len(values), np.sqrt(len(values)))
     ]
 
 

@@ -192,7 +192,7 @@ def _searched(
     """The poses of long logs, which are searched for."""
     setting = Setting.of(section)
     rate = float(rates[setting.rate].plate.rate_rad_s.mean()) if setting.rate in rates else 0.0
-    running = [without_frozen(log, turning=False) for log in logs]
+    running = [without_frozen(log, turning=False, one_pose=False) for log in logs]
     searches = [find_still(log, specs, rate, still_search(section.poses.still))
                 for log, _ in running]
     labels = [pose.label for one in searches for pose in one.logs]

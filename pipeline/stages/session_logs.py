@@ -191,7 +191,7 @@ def _read(
 
 
 def _few(run: str, notes: Sequence[str]) -> tuple[str, ...]:
-    """Those of the first poses; that there are more, in one line."""
+    """Keep those of the first poses; one line says that there are more."""
     more = len(notes) - NOTES_SHOWN
     if more < 2:
         return tuple(notes)

@@ -43,7 +43,7 @@ SENTENCES = {
 }
 #: Verdicts and remarks that name no cause.
 OPEN = (r"^ambiguous |^unknown |^noise |^refused |^effect .*'(extra_noise|pose_scatter)' |"
-        r"the accelerometer's model determines the specific force to")
+        r"the accelerometer's model determines the specific force to|more poses have a warning of")
 EFFECT = re.compile(r"'([a-z_:]+)'(?= is missing| and '| are missing|, ')")
 POSE = re.compile(r"(?:accelerometer|gyroscope/\w+)/pose_\d+\.csv")
 

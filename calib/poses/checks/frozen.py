@@ -28,14 +28,18 @@ TOO_MANY = 0.5
 BLOCKS_LISTED = 4  #: it chooses words only
 
 
-def frozen_samples(log: ImuLog) -> BoolArray:
-    """Samples in which a triad only repeats the one before, longer than noise does, shape (t,)."""
-    of_triads = [_frozen(log.readings(triad)) for triad in TRIADS if log.has(triad)]
-    return np.asarray(np.any(of_triads, axis=0))
+def frozen_samples(log: ImuLog, one_pose: bool = True) -> BoolArray:
+    """Samples that only repeat the one before, for longer than noise does, shape (t,).
+
+    In a log of one pose a triad that does so alone counts; between poses all axes must.
+    """
+    readings = [log.readings(triad) for triad in TRIADS if log.has(triad)]
+    parts = readings if one_pose else [np.hstack(readings)]
+    return np.asarray(np.any([_frozen(part) for part in parts], axis=0))
 
 
 def _frozen(readings: FloatArray) -> BoolArray:
-    """Find them in the readings (t, 3) of one triad."""
+    """Find them in readings, shape (t, k)."""
     repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))
     starts, stops = edges[::2] + 1, edges[1::2] + 1
@@ -50,7 +54,9 @@ def _frozen(readings: FloatArray) -> BoolArray:
     return frozen
 
 
-def without_frozen(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
+def without_frozen(
+    log: ImuLog, turning: bool, one_pose: bool = True
+) -> tuple[ImuLog, str | None]:
     """A log without its frozen samples.
 
     Parameters
@@ -59,6 +65,8 @@ def without_frozen(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
     turning : bool
         Whether the plate turned. Then the longest stretch between frozen blocks is kept, since a
         mean over whole turns needs one without a gap.
+    one_pose : bool
+        As of :func:`frozen_samples`.
 
     Returns
     -------
@@ -71,10 +79,10 @@ def without_frozen(log: ImuLog, turning: bool) -> tuple[ImuLog, str | None]:
     Undetermined
         More than half of the samples are frozen.
     """
-    frozen = frozen_samples(log)
+    frozen = frozen_samples(log, one_pose)
     if not frozen.any():
         return log, None
-    if frozen.mean() > TOO_MANY:
+    if one_pose and frozen.mean() > TOO_MANY:
         raise Undetermined(
             f"{log.label}: froze: {100 * frozen.mean():.0f} % of its samples only repeat the one "
             f"before. The sensor or its connection had stopped. Record the pose again."
