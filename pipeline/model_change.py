@@ -64,7 +64,12 @@ def read_target(config: Config, text: str) -> Target:
     head, _, rest = text.partition(".")
     if head in TRIAD_KINDS and rest:
         if head not in config.triads:
-            raise ConfigError(f"{text}: {config.source.path} has no section '{head}'.")
+            raise ConfigError(
+                f"{text}: {config.source.path} has no section '{head}', so there is no model to "
+                f"change. It calibrates {' and '.join(config.triads)}. Write the section "
+                f"first, with the poses or runs that were measured; `pipeline init` writes an "
+                f"example."
+            )
         return Target((head,), rest)
     setting, _, term = rest.rpartition(".")
     if head == "rate" and setting in config.rate and term:

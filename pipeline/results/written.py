@@ -56,11 +56,10 @@ def write_output(
             f"Move it away, choose another name with --output, or add --force to replace it."
         )
     write_whole(path, data)
-    listed = _read_list(folder)
-    listed[os.path.relpath(path, folder)] = _hash(data)
     try:
+        listed = _read_list(folder) | {os.path.relpath(path, folder): _hash(data)}
         write_whole(folder / LIST_NAME, json.dumps(listed, indent=1, ensure_ascii=False) + "\n")
-    except UnwritableOutput:  # results that may only be read: the next command asks for --force
+    except (UnwritableOutput, MemoryError):  # the file stands: the next command asks for --force
         return
 
 
