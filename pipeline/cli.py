@@ -25,6 +25,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     typed = list(sys.argv[1:] if arguments is None else arguments)
     if typed in ([], ["-h"], ["--help"]) and COMPLETION not in os.environ:
         return _print_front_page()
+    try:
+        return _shown(typed)
+    except MemoryError:  # also where an error is being said
+        from pipeline.errors import NO_MEMORY, UNREADABLE
+
+        print(NO_MEMORY, file=sys.stderr)
+        return UNREADABLE
+
+
+def _shown(typed: list[str]) -> int:
+    """Run a command whose output is shown as the terminal can; its exit code."""
     from pipeline.console.terminal import shown_streams, terminated_as_interrupted
 
     with shown_streams() as output, terminated_as_interrupted():
@@ -54,11 +65,6 @@ def _run(typed: list[str]) -> int:
 
         print(INTERRUPTED_SAYS, file=sys.stderr)
         return INTERRUPTED
-    except MemoryError:  # also where an error is being said
-        from pipeline.errors import NO_MEMORY, UNREADABLE
-
-        print(NO_MEMORY, file=sys.stderr)
-        return UNREADABLE
 
 
 def _run_command(typed: list[str]) -> int:

@@ -146,9 +146,11 @@ def shown_streams() -> Iterator[ShownStream]:
     try:
         yield stream
     finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        sys.stdout, sys.stderr = out, err
+        try:
+            sys.stdout.flush()
+            sys.stderr.flush()
+        finally:
+            sys.stdout, sys.stderr = out, err
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> None:

@@ -105,15 +105,23 @@ def typed(command: str, prepared: Path, folder: Path) -> tuple[Path, list[str]]:
     return config, [part for word in words for part in (poses if word == "POSES" else [word])]
 
 
-def calls_of(command: str, fault: Fault, prepared: Path, folder: Path) -> int:
-    """How many calls a command makes that can have this fault."""
+def calls_of(
+    command: str, fault: Fault, prepared: Path, folder: Path
+) -> tuple[int, set[str]]:
+    """How many calls a command makes that can have this fault, and the files that it changes."""
     _, words = typed(command, prepared, folder)
     pipeline(*words)  # imports everything
     shutil.rmtree(folder)
     _, words = typed(command, prepared, folder)
+    before = hashes(folder)
     with failing(fault, 0, folder) as calls:
         pipeline(*words)
-    return calls[0]
+    return calls[0], _changed(before, folder)
+
+
+def _changed(before: dict[str, str], folder: Path) -> set[str]:
+    """Names of the files that are new, gone or of another content."""
+    return {name for name, _ in before.items() ^ hashes(folder).items()}
 
 
 def draws(calls: int, count: int, seed: int) -> list[int]:
@@ -124,11 +132,12 @@ def draws(calls: int, count: int, seed: int) -> list[int]:
 
 def complaints(
     command: str, fault: Fault, at: int, prepared: Path, folder: Path,
-    printed: Callable[[], Any]
+    whole: set[str], printed: Callable[[], Any]
 ) -> list[str]:
     """What is wrong after a command whose call number ``at`` failed.
 
-    ``printed`` gives what was printed since it was called last, as pytest's ``readouterr``.
+    ``whole`` are the files that it changes where nothing fails; ``printed`` gives what was printed
+    since it was called last, as pytest's ``readouterr``.
     """
     config, words = typed(command, prepared, folder)
     before = hashes(folder)
@@ -139,8 +148,9 @@ def complaints(
             return [f"call {at}: a bug\n{traceback.format_exc(limit=-6)}"]
     said = "".join(printed())
     wrong = []
-    if code and hashes(folder) != before:
-        wrong.append(f"call {at}: code {code}, and files have changed")
+    changed = _changed(before, folder)
+    if code and (changed not in (set(), whole) or not is_consistent(config)):
+        wrong.append(f"call {at}: code {code}, and of {whole} have changed {changed}")
     if code and not re.search("memory" if fault == "memory" else "Input/output error", said):
         wrong.append(f"call {at}: code {code}: {said.strip()[-300:]}")
     if pipeline("run", config) or not is_consistent(config):

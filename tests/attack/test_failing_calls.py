@@ -9,14 +9,17 @@ from tests.attack.failing import COMMANDS, Fault, calls_of, complaints, draws
 FIRST_SEED = 730_000  #: used by no bench
 
 
+@pytest.mark.filterwarnings(  # a generator that is given up has nobody to tell
+    "ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("fault", ["memory", "read"])
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_fault_at_any_call_is_said_and_leaves_all_or_nothing(
     prepared_alone: Path, tmp_path: Path, command: str, fault: Fault,
     capsys: pytest.CaptureFixture[str]
 ) -> None:
-    calls = calls_of(command, fault, prepared_alone, tmp_path / "whole")
+    calls, whole = calls_of(command, fault, prepared_alone, tmp_path / "whole")
     capsys.readouterr()
     for at in draws(calls, 2, FIRST_SEED):
         session = tmp_path / str(at)
-        assert complaints(command, fault, at, prepared_alone, session, capsys.readouterr) == []
+        assert complaints(
+            command, fault, at, prepared_alone, session, whole, capsys.readouterr) == []

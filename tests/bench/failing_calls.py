@@ -53,11 +53,12 @@ def main() -> None:
         for command in COMMANDS:
             for fault in FAULTS if options.fault is None else (options.fault,):
                 with contextlib.redirect_stderr(printed), contextlib.redirect_stdout(printed):
-                    calls = calls_of(command, fault, prepared, folder / f"{tried}")
+                    calls, whole = calls_of(command, fault, prepared, folder / f"{tried}")
                     said()
                     found = [complaint for at in draws(calls, options.draws, options.seed)
                              for complaint in complaints(command, fault, at, prepared,
-                                                         folder / f"{tried}-{fault}-{at}", said)]
+                                                         folder / f"{tried}-{fault}-{at}",
+                                                         whole, said)]
                 tried += min(options.draws, calls)
                 wrong += len(found)
                 print(f"{command}, {fault}: {calls} calls, {len(found)} wrong", flush=True)
