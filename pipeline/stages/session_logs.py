@@ -35,7 +35,7 @@ from pipeline.stages.stated_units import require_stated_units
 CELSIUS = (-80.0, 150.0)
 """Wider than the range of any inertial sensor's data sheet."""
 
-NOTES_SHOWN = 3  #: of the poses of a run; it chooses words only
+NOTES_SHOWN = 3  #: notes of one run's poses; it chooses words only
 
 OTHER_UNIT = 100.0
 """Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away."""
