@@ -46,7 +46,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.poses": [
         ("triad_kind",), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
-        ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",),
+        ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",), ("lagged",),
     ],
     "calib.poses.averaging": [
         ("pose_mean",), ("sway", "tabled_poses"), ("average_pose",),

@@ -2,7 +2,8 @@
 
 All formulas stand at one table (:mod:`calib.diagnosis.search.table_at`). Each has the log odds of
 its evidence against none, with a prior that halves and halves again with every term, so that a
-longer one pays. The likeliest are refitted, and one is accepted where it is likely against none and
+longer one pays. The likeliest are refitted, and one is accepted where its odds against none, as the
+refit has them (beside a strong signal a linear score is off by more than noise), are high and
 where it predicts poses that took no part, fold by fold, better than the model without it. A listed
 effect that predicts them as well is what it is: a formula is for what none of these describes.
 """
@@ -17,13 +18,16 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.hypotheses.listed import Hypothesis, held, listed_hypotheses
 from calib.diagnosis.search.refit import refit
+from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
-from calib.discovery.grammar import Formula, formulas
+from calib.discovery.grammar import Formula, formulas, lags
 from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
+from calib.fit.least_squares import solver
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray
+from calib.poses.lagged import with_lags
 
 PER_TERM = float(np.log(4.0))
 """Log odds that each further term of a formula costs. Derived: with every term about four times
@@ -94,7 +98,9 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     Undetermined
         A Python function of the model of ``fit`` raised.
     """
-    every = formulas(fit.poses, causes(fit.poses, covariates))
+    columns = causes(fit.poses, covariates)
+    fit = _with_lags(fit, columns)
+    every = formulas(fit.poses, columns)
     every = [each for each in every if each.name not in fit.model.names]
     at = fit.equations.at_reading
     every = [each for each in every if np.isfinite(each.effect.evaluate(at)).all()]
@@ -109,31 +115,58 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     table = table_at(fit, hypotheses)
     density, _ = table.singles()
     odds = density[:n] + priors - np.logaddexp(*table.noise.nothing(table.chi2))
-    open_ones = [int(j) for j in np.argsort(-odds) if np.isfinite(odds[j])]
-    likely = [j for j in open_ones if odds[j] > odds[open_ones[0]] - CONSTANTS.refuted]
-    before = _left_out(fit)
-    for _ in range(REFITTED):
-        if not likely or odds[likely[0]] < ACCEPTED:
-            return None
+    likely = [int(j) for j in np.argsort(-odds) if odds[j] > max(0.0, odds[np.nanargmax(odds)]
+                                                                 - CONSTANTS.refuted)]
+    tried: list[_Tried] = []
+    while likely and len(tried) < REFITTED:
         j = likely.pop(0)
         same = [k for k in table.aliases(j, likely) if k in likely]
         likely = [k for k in likely if k not in same]
         joint = refit(fit, [every[j].effect])
-        if joint is None:
+        if joint is not None:
+            block = table.unit_block(j)
+            rest = table.residual - block @ (block.T @ table.residual)
+            gained = _log_noise(table, joint.fit.chi2) - _log_noise(table, float(rest @ rest))
+            tried.append(_Tried(j, tuple(same), float(odds[j]) + gained, joint.fit))
+    before = _left_out(fit)
+    for one in sorted(tried, key=lambda each: -each.log_odds):
+        after = _left_out(one.fit)
+        if one.log_odds < ACCEPTED or not _holds(before, after):
             continue
-        after = _left_out(joint.fit)
-        if _holds(before, after):
-            ranked = [n + int(k) for k in np.argsort(-density[n:]) if np.isfinite(density[n + k])]
-            rivals = [*ranked[:1], *table.aliases(j, ranked)]
-            effects = {hypotheses[k].name: held(hypotheses[k], 0) for k in rivals}
-            if every[j].column == "time_s" and STEP not in fit.model.names:
-                effects[STEP] = EFFECTS[STEP].within(at)
-            name, listed = _listed(fit, effects.values(), after)
-            rows = fit.equations.data_count
-            rms = [float(np.sqrt(out.sum() / rows)) for out in (before, after, listed)]
-            return Discovered(every[j], tuple(every[k] for k in same), float(odds[j]), rms[0],
-                              rms[1], joint.fit, name, rms[2])
+        ranked = [n + int(k) for k in np.argsort(-density[n:]) if np.isfinite(density[n + k])]
+        rivals = [*ranked[:1], *table.aliases(one.place, ranked)]
+        effects = {hypotheses[k].name: held(hypotheses[k], 0) for k in rivals}
+        if every[one.place].column == "time_s" and STEP not in fit.model.names:
+            effects[STEP] = EFFECTS[STEP].within(at)
+        name, listed = _listed(fit, effects.values(), after)
+        rows = fit.equations.data_count
+        rms = [float(np.sqrt(out.sum() / rows)) for out in (before, after, listed)]
+        return Discovered(every[one.place], tuple(every[k] for k in one.same), one.log_odds,
+                          rms[0], rms[1], one.fit, name, rms[2])
     return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A formula at its refit: its place in the table, those of what looks the same, its odds."""
+
+    place: int
+    same: tuple[int, ...]
+    log_odds: float
+    fit: Fit
+
+
+def _log_noise(table: Table, chi2: float) -> float:
+    """Log density of a residual that noise alone has left, stated or larger."""
+    return float(np.logaddexp(*table.noise.nothing(chi2)))
+
+
+def _with_lags(base: Fit, columns: Sequence[str]) -> Fit:
+    """The fit to poses that have what follows ``columns`` with the time constants tried."""
+    stated = base.poses.as_stated
+    poses = with_lags(stated, lags(stated, columns))
+    robust = bool((base.weight != 1).any())
+    return base if poses is stated else solver.fit(poses, base.model, robust=robust)
 
 
 def _listed(

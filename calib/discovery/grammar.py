@@ -1,13 +1,16 @@
 """The grammar of formulas: what errs, times a function of what was logged.
 
-    error_k = c · F_k · φ(x),    F in 1, s, |s|, s², f_j, p,    x a logged column or the time
+    error_k = c · F_k · φ(x),    F in 1, s, s_j, |s|, s², s_i s_j, f_j, Ω, p
 
-Each is an expression of :mod:`calib.effects.expression` with its unit by construction, ready to be
-an effect of a configuration. Numbers in it are rounded ends and quarters of the column's range.
+with x a logged column or the time, what follows a column with a time constant, or the product of
+two columns, and φ a power, a bend, a step, a saturation or a decay. Each is an expression of
+:mod:`calib.effects.expression` with its unit by construction, ready to be an effect of a
+configuration. Numbers in it are rounded quarters of the column's range and beyond its ends.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import permutations
 from typing import Literal
 
 import numpy as np
@@ -17,16 +20,22 @@ from calib.effects.expression import read_expression
 from calib.effects.expression_units import coefficient_unit
 from calib.effects.user_defined import user_effect
 from calib.poses.imu_log import FloatArray
+from calib.poses.lagged import Lag
 from calib.poses.pose_set import PoseSet
 
-Factor = Literal["bias", "gain", "size", "square", "force", "memory"]
+Factor = Literal[
+    "bias", "gain", "cross", "size", "square", "others", "force", "rate", "memory"]
+Per = Literal["axis", "common", "matrix"]
 
 FACTORS: dict[Factor, tuple[str, str, int]] = {
     "bias": ("", "the bias", 0),
     "gain": ("s", "the gain", 1),
+    "cross": ("s", "the gain across the axes", 2),
     "size": ("abs(s)", "an error in proportion to the size of the reading", 2),
     "square": ("s**2", "an error in proportion to the square of the reading", 2),
+    "others": ("others", "an error in proportion to the product of the other two axes", 2),
     "force": ("f", "the sensitivity to gravity", 2),
+    "rate": ("spin_rad_s", "an error in proportion to the rate of the plate", 2),
     "memory": ("p", "the memory of the pose before", 2),
 }
 """What errs -> as a factor of an expression, in words, and its length in terms. Definition."""
@@ -37,6 +46,19 @@ place is within a sixteenth of the poses of one."""
 
 WIDTHS = (0.1, 0.3)
 """Widths of a saturation and of a decay over the column's range. Numerical, as above."""
+
+LAG_RATIO = 2.0
+"""Ratio of one time constant to the next that is tried, from the time between poses to a quarter of
+the session. Numerical: any other is 0.97 correlated with one of them."""
+
+PERS: dict[Factor, tuple[Per, ...]] = {
+    "bias": ("axis", "common"), "gain": ("axis", "common"), "cross": ("matrix",),
+    "force": ("matrix",),
+}
+"""What errs -> how its parameters belong to the axes; one for each where it is not listed."""
+
+SIMPLE: tuple[Factor, ...] = ("bias", "gain")
+"""What may follow two columns, or a column and its own past, in a way of three terms and more."""
 
 DIGITS = 4  #: significant digits of the numbers in an expression; it chooses words only
 FEWEST_VALUES = 4
@@ -60,11 +82,12 @@ class Formula:
         Number of terms that it is made of.
     effect : Effect
     column : str
-        The logged column or ``time_s`` that it follows; empty where it follows none.
+        The logged column or ``time_s`` that it follows, the first of two; empty where it follows
+        none.
     """
 
     expression: str
-    per: Literal["axis", "common", "matrix"]
+    per: Per
     words: str
     name: str
     length: int
@@ -78,6 +101,7 @@ class _Function:
     words: str
     name: str
     length: int
+    every_factor: bool = True
 
 
 def _functions(column: str, values: FloatArray) -> Iterator[_Function]:
@@ -140,25 +164,84 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     drivers = {name: poses.columns[name] for name in columns if name.isidentifier()}
     if np.isfinite(poses.time_s).all():
         drivers["time_s"] = poses.time_s
+    drivers = {name: values for name, values in drivers.items()
+               if np.isfinite(values).all() and np.ptp(values) > 0}
+    functions = [(name, f) for name, values in drivers.items() for f in _functions(name, values)]
+    taus = time_constants(poses)
+    functions += [(name, f) for name in drivers if name != "time_s" for f in _lagged(name, taus)]
+    functions += [(one, f) for one, other in permutations(drivers, 2)
+                  for f in _products(one, drivers[one], other, drivers[other])]
     every = []
     for factor, (text, words, length) in FACTORS.items():
         if not _is_known(poses, text):
             continue
-        kinds: tuple[Literal["axis", "common", "matrix"], ...] = ("axis",)
-        if factor == "force":
-            kinds = ("matrix",)
-        elif factor in ("gain", "bias"):
-            kinds = ("axis", "common")
-        plain = _Function("1", "", "", 0)
-        for column, values in {"": np.zeros(0), **drivers}.items():
-            if column and not (np.isfinite(values).all() and np.ptp(values) > 0):
+        plain = [] if factor in ("bias", "gain", "cross") else [("", _Function("1", "", "", 0))]
+        for column, f in (*plain, *functions):
+            if not f.every_factor and factor not in SIMPLE:
                 continue
-            for f in _functions(column, values) if column else (plain,):
-                if not column and factor in ("bias", "gain"):
-                    continue  # that is the base
-                for per in kinds:
-                    every.append(_formula(poses, factor, text, words, length, f, column, per))
+            for per in PERS.get(factor, ("axis",)):
+                every.append(_formula(poses, factor, text, words, length, f, column, per))
     return every
+
+
+def lags(poses: PoseSet, columns: Iterable[str]) -> list[Lag]:
+    """The columns with a time constant that :func:`formulas` needs ``poses`` to have."""
+    return [(name, tau) for name in columns for tau in time_constants(poses)]
+
+
+def time_constants(poses: PoseSet) -> list[float]:
+    """The time constants that are tried in these poses, s; none where their times are not known."""
+    steps = np.diff(np.unique(poses.time_s))
+    if not len(steps) or not np.isfinite(steps).all():
+        return []
+    least, most = float(np.median(steps)), float(np.ptp(poses.time_s)) / 4
+    count = int(np.log(max(most / least, 1.0)) / np.log(LAG_RATIO)) + 1
+    return [float(_number(least * LAG_RATIO**k)) for k in range(count)]
+
+
+def _lagged(column: str, taus: Sequence[float]) -> Iterator[_Function]:
+    """Functions of what follows a column with a time constant."""
+    for tau in taus:
+        lag, late = f"lag({column}, {tau:g})", f"{column} with a time constant of {tau:g} s"
+        name = f"with_{column}_behind_{_word(f'{tau:g}')}"
+        yield _Function(lag, late, name, 2)
+        yield _Function(f"{lag}**2", f"the square of {late}", f"{name}_squared", 3, False)
+        yield _Function(f"({column} - {lag})", f"what {column} is ahead of itself by within "
+                        f"{tau:g} s", f"with_{column}_ahead_{_word(f'{tau:g}')}", 3, False)
+
+
+def _products(
+    one: str, values: FloatArray, other: str, others: FloatArray
+) -> Iterator[_Function]:
+    """Functions of two columns: their product, and the one where the other is high or low."""
+    for at in _zeros(values):
+        x = _less(one, at)
+        ending = f"_{_word(at)}" if at else ""
+        if one < other:
+            for beside in _zeros(others):
+                yield _Function(
+                    f"{x} * {_less(other, beside)}", f"the product of {one} and {other}",
+                    f"with_{one}_times_{other}{ending}" + (f"_{_word(beside)}" if beside else ""),
+                    3)
+        if len(np.unique(others)) < FEWEST_VALUES:
+            continue
+        for place in np.quantile(others, SHARES):
+            bound = _number(float(place))
+            for sign, word in (("+", "over"), ("-", "under")):
+                yield _Function(
+                    f"{x} * (1 {sign} sign({other} - {bound})) / 2",
+                    f"{one} where {other} is {word} {bound}",
+                    f"with_{one}{ending}_where_{other}_{word}_{_word(bound)}", 5, False)
+
+
+def _zeros(values: FloatArray) -> tuple[str, ...]:
+    """From where a column counts in a product: its middle, and its own zero if that is near."""
+    middle = _number(float(np.median(values)))
+    return ("", middle) if 0 <= values.min() <= np.ptp(values) else (middle,)
+
+
+def _less(column: str, at: str) -> str:
+    return f"({column} - {at})" if at else column
 
 
 def _is_known(poses: PoseSet, text: str) -> bool:
@@ -166,12 +249,14 @@ def _is_known(poses: PoseSet, text: str) -> bool:
     at = poses.conditions(poses.reading)
     if text == "f":
         return poses.triad != "accelerometer" and bool(np.isfinite(poses.force).all())
+    if text == "spin_rad_s" and not np.ptp(poses.spin_rad_s) > 0:
+        return False
     return not text or bool(np.isfinite(read_expression(text)(at)).all())
 
 
 def _formula(
     poses: PoseSet, factor: Factor, text: str, words: str, length: int, f: _Function, column: str,
-    per: Literal["axis", "common", "matrix"],
+    per: Per,
 ) -> Formula:
     parts = [part for part in (text, f.text if column else "") if part]
     expression = " * ".join(parts)

@@ -1,10 +1,12 @@
 """Expressions in what was logged: read by Python's parser, evaluated here node by node.
 
 Nothing runs but what is listed: numbers, names, + - * / **, a few functions of one argument, and
-``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere.
+``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere, and ``lag(COLUMN, SECONDS)``,
+what follows a logged column with a time constant.
 
     x, y, z, s                     components of the vector; s is the axis's own
     fx, fy, fz, f                  specific force, likewise
+    others                         product of the other two components of the vector
     px, py, pz, p                  what the axes sensed in the pose before
     other_x, other_y, other_z      nominal reading of the other triad, SI
     vibration                      variance of the accelerometer within the pose, axes summed
@@ -22,6 +24,7 @@ from calib.effects.effect import Need
 from calib.errors import CalibrationError
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray
+from calib.poses.lagged import Lag, lag_name
 
 LONGEST_EXPRESSION = 500  #: characters; a limit of time and memory
 LARGEST_POWER = 8  #: so that LARGEST_NUMBER to this power is a number; numerical
@@ -44,7 +47,7 @@ OPERATORS: dict[type[ast.operator], Callable[[FloatArray, FloatArray], FloatArra
     ast.Div: np.divide,
     ast.Pow: np.power,
 }
-RUN = "run"
+RUN, LAGGED = "run", "lag"
 #: Name -> field of the conditions and, of one axis, its column.
 VECTORS: dict[str, tuple[str, int | None]] = {
     f"{letter}{axis}" if letter else axis: (field, "xyz".index(axis))
@@ -60,10 +63,15 @@ NEEDS: dict[str, Need] = {
     "spin_rad_s": "plate",
     "magnitude": "plate",
 }
-OF_AXIS = {"s": "xyz", **{letter: tuple(f"{letter}{axis}" for axis in "xyz") for letter in "fp"}}
+OTHERS = "others"
+OF_AXIS = {
+    "s": "xyz",
+    OTHERS: ("y*z", "z*x", "x*y"),
+    **{letter: tuple(f"{letter}{axis}" for axis in "xyz") for letter in "fp"},
+}
 """Names of an axis's own components, and which they are on x, y and z."""
 
-KNOWN_NAMES = (*VECTORS, *OTHER_TRIAD, "vibration", *OF_POSE, "pi")
+KNOWN_NAMES = (*VECTORS, OTHERS, *OTHER_TRIAD, "vibration", *OF_POSE, "pi")
 """Names of an expression that are neither logged columns nor shape parameters."""
 
 
@@ -90,6 +98,8 @@ class Expression:
     tree : ast.expr
     names, runs, shapes : tuple of str
         The columns, runs and shape parameters that it uses.
+    lags : tuple of (str, float)
+        The columns that it uses with a time constant, s.
     """
 
     text: str
@@ -97,6 +107,7 @@ class Expression:
     names: tuple[str, ...]
     runs: tuple[str, ...] = ()
     shapes: tuple[str, ...] = ()
+    lags: tuple[Lag, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -143,7 +154,8 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
         raise BadExpression(f"'{text}' is not an expression ({error})") from error
     names: dict[str, None] = {}
     runs: dict[str, None] = {}
-    _check(tree, names, runs)
+    lags: dict[Lag, None] = {}
+    _check(tree, names, runs, lags)
     for shape in shapes:
         if shape in KNOWN_NAMES or shape in FUNCTIONS or shape == RUN:
             raise BadExpression(f"the shape parameter '{shape}' has a name that means something "
@@ -151,7 +163,7 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
         if shape not in names:
             raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'", shape,
                                 [name for name in names if name not in KNOWN_NAMES])
-    return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes))
+    return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes), tuple(lags))
 
 
 def substituted(tree: ast.expr, values: Mapping[str, ast.expr]) -> ast.expr:
@@ -167,10 +179,13 @@ def substituted(tree: ast.expr, values: Mapping[str, ast.expr]) -> ast.expr:
 
 def on_axis(tree: ast.expr, axis: int) -> ast.expr:
     """What ``tree`` is on axis 0, 1 or 2: the axis's own components by their names."""
-    return substituted(tree, {name: ast.Name(names[axis]) for name, names in OF_AXIS.items()})
+    return substituted(tree, {name: ast.parse(names[axis], mode="eval").body
+                              for name, names in OF_AXIS.items()})
 
 
-def _check(node: ast.expr, names: dict[str, None], runs: dict[str, None]) -> None:
+def _check(
+    node: ast.expr, names: dict[str, None], runs: dict[str, None], lags: dict[Lag, None]
+) -> None:
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             if abs(number) > LARGEST_NUMBER:
@@ -178,24 +193,31 @@ def _check(node: ast.expr, names: dict[str, None], runs: dict[str, None]) -> Non
         case ast.Name(id=name):
             names[name] = None
         case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
-            _check(operand, names, runs)
+            _check(operand, names, runs, lags)
         case ast.BinOp(left=left, op=operator, right=right) if type(operator) in OPERATORS:
             if isinstance(operator, ast.Pow):
                 _check_power(right)
-            _check(left, names, runs)
-            _check(right, names, runs)
+            _check(left, names, runs, lags)
+            _check(right, names, runs, lags)
         case ast.Call(
             func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)], keywords=[]
         ):
             runs[run] = None
+        case ast.Call(
+            func=ast.Name(id="lag"), keywords=[],
+            args=[ast.Name(id=name), ast.Constant(value=int() | float() as tau)],
+        ) if tau > 0 and name not in KNOWN_NAMES:
+            names[name] = None
+            lags[name, float(tau)] = None
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
-            _check(argument, names, runs)
+            _check(argument, names, runs, lags)
         case _:
             called = node.func if isinstance(node, ast.Call) else None
             raise BadExpression(
                 f"'{ast.unparse(node)}' is not allowed in an expression; allowed are numbers, "
-                f"names of columns, + - * / **, {', '.join(FUNCTIONS)} and run('NAME')",
-                called.id if isinstance(called, ast.Name) else "", (*FUNCTIONS, RUN),
+                f"names of columns, + - * / **, {', '.join(FUNCTIONS)}, run('NAME') and "
+                f"lag(COLUMN, SECONDS)",
+                called.id if isinstance(called, ast.Name) else "", (*FUNCTIONS, RUN, LAGGED),
             )
 
 
@@ -222,6 +244,11 @@ def _evaluate(node: ast.expr, at: Conditions, shapes: Mapping[str, float]) -> Fl
         case ast.Call(func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)]):
             elsewhere = np.zeros(len(at))
             return np.asarray(at.columns.get(RUN_COLUMN + run, elsewhere)[:, None])
+        case ast.Call(
+            func=ast.Name(id="lag"),
+            args=[ast.Name(id=name), ast.Constant(value=int() | float() as tau)],
+        ):
+            return at.column(lag_name(name, float(tau)))[:, None]
         case ast.Call(func=ast.Name(id=name), args=[argument]):
             return np.asarray(FUNCTIONS[name](_evaluate(argument, at, shapes)))
     raise AssertionError(ast.dump(node))  # _check has let through what is not evaluated
@@ -233,6 +260,8 @@ def _named(name: str, at: Conditions) -> FloatArray:
         field, axis = VECTORS[name]
         vectors: FloatArray = getattr(at, field)
         return vectors if axis is None else vectors[:, [axis]]
+    if name == OTHERS:
+        return np.roll(at.vector, 1, axis=1) * np.roll(at.vector, 2, axis=1)
     if name == "pi":
         return np.asarray(np.pi, float)
     if name == "vibration":

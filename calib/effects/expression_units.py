@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 
-from calib.effects.expression import VECTORS, Expression
+from calib.effects.expression import OTHERS, VECTORS, Expression
 from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.imu_log import SI_UNIT, Triad
 
@@ -126,6 +126,8 @@ def _dimension(node: ast.expr, triad: Triad) -> Dimension | None:
             return _product(one or {}, other or {}, -1 if isinstance(operator, ast.Div) else 1)
         case ast.Call(func=ast.Name(id="abs"), args=[argument]):
             return _dimension(argument, triad)
+        case ast.Call(func=ast.Name(id="lag"), args=[column, _]):
+            return _dimension(column, triad)
         case ast.Call(func=ast.Name(id="sqrt"), args=[argument]):
             inside = _dimension(argument, triad)
             return None if inside is None else {s: p / 2 for s, p in inside.items()}
@@ -134,6 +136,8 @@ def _dimension(node: ast.expr, triad: Triad) -> Dimension | None:
 
 def _unit_of_name(name: str, triad: Triad) -> Dimension:
     here, force = SI_UNIT[triad], SI_UNIT["accelerometer"]
+    if name == OTHERS:
+        return {here: Fraction(2)}
     if name == "vibration":
         return {force: Fraction(2)}
     if VECTORS.get(name, ("", None))[0] in ("vector", "previous") or name == "magnitude":

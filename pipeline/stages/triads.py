@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from calib.assess import AssessedTriad, assess, calibrate
 from calib.consistency.data_sheet import (
@@ -17,6 +18,7 @@ from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.lagged import with_lags
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
@@ -89,6 +91,11 @@ class TriadInput:
     senses: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
 
+    @cached_property
+    def with_lags(self) -> PoseSet:
+        """The poses with the columns that the user's effects follow with a time constant."""
+        return with_lags(self.poses, [lag for each in self.defined.values() for lag in each.lags])
+
     def calibrated(self, seek_mistakes: bool = True) -> TriadCalibration:
         """The calibration alone, without what it leaves and misses.
 
@@ -99,8 +106,8 @@ class TriadInput:
         CalibrationError
             As :func:`triad_result`.
         """
-        model, _, _ = model_on(self.section.model, self.defined, self.poses)
-        return calibrate(self.poses, model, self.spec, solver=self.section.solver,
+        model, _, _ = model_on(self.section.model, self.defined, self.with_lags)
+        return calibrate(self.with_lags, model, self.spec, solver=self.section.solver,
                          loss=self.section.loss, senses=self.senses, seek_mistakes=seek_mistakes)
 
 
@@ -231,7 +238,7 @@ def triad_input(
 
 
 def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
-    poses, section, spec = triad.poses, triad.section, triad.spec
+    poses, section, spec = triad.with_lags, triad.section, triad.spec
     model, usable, notes = model_on(section.model, triad.defined, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from calib.discovery.discover import discover
-from calib.discovery.grammar import formulas
+from calib.discovery.grammar import formulas, lags
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import Triad
+from calib.poses.lagged import with_lags
 from tests.calib.made_poses import noisy, rich_poses
 from tests.hidden_formulas import SEEN, hide, poses_of, recovered
 
@@ -68,8 +69,10 @@ def test_a_formula_says_what_errs_and_what_it_follows() -> None:
     assert found.formula.effect.unit == "(rad/s)/W²"
     assert found.listed is None
     assert found.left_out_after < 1.2 < 5 < found.left_out_before
+    columns = tuple(poses.columns)
+    poses = with_lags(poses, lags(poses, columns))
     at = poses.conditions(poses.reading)
-    every = formulas(poses, tuple(poses.columns))
+    every = formulas(poses, columns)
     assert len(every) > 500
     assert len({each.name for each in every}) == len(every)
     assert np.isfinite([each.effect.evaluate(at).sum() for each in every[::17]]).all()
