@@ -62,25 +62,29 @@ class Comparison:
     loo_noise : float
         What ``loo_rms`` is by the noise of the poses alone, SI: where few poses hold a parameter
         up, the prediction of one of them rests on the others' noise, many times enlarged.
+    loo_in_sd : float
+        The error with every row in its own sd, since the rows of means, waves and poses at rest
+        differ in what they can show.
     log_density : float
-        Log density of all poses by the predictions without them, up to a constant: models of the
-        same poses are compared by this.
+        Log density of all poses by the predictions without them, up to a constant.
     """
 
     poses: tuple[PoseResidual, ...]
     residual_rms: float
     loo_rms: float
     loo_noise: float
+    loo_in_sd: float
     log_density: float
 
     def predicts_better_than(self, other: "Comparison") -> bool:
-        """Whether the predictions of poses that took no part are better than the ``other``'s.
+        """Whether poses that took no part are nearer to this model than to the ``other``, and more
+        probable.
 
-        An error counts in sds of its prediction. Plain leave-one-out errors do not compare models:
-        of 14 sound poses the one that holds a parameter up has an error of a hundred sds, and
-        whatever one adds to the model moves it.
+        Nearer alone does not compare models: of 14 sound poses the one that holds a parameter up
+        has an error of a hundred sds, and whatever one adds to the model moves it. In the density
+        an error counts in sds of its prediction.
         """
-        return self.log_density > other.log_density
+        return self.loo_in_sd < other.loo_in_sd and self.log_density > other.log_density
 
     def worst(self, count: int) -> list[PoseResidual]:
         """The poses farthest from the model, in their own sds, the worst first."""
@@ -196,7 +200,8 @@ def compare(fit: Fit) -> Comparison:
     )
     spread, log_density = _predicted(fit, in_sd)
     return Comparison(
-        tuple(poses), fit.residual_rms, _rms(left_out), _rms(sd * spread), log_density)
+        tuple(poses), fit.residual_rms, _rms(left_out), _rms(sd * spread), _rms(in_sd),
+        log_density)
 
 
 def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float]:
