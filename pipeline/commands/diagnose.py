@@ -34,9 +34,10 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     from calib.discovery.discover import discover
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
-    from pipeline.console.discovery_text import answer_lines, without_formula
+    from pipeline.console.discovery_text import answer_lines
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import misfit_lines, ranking_lines
+    from pipeline.discovered import without_formula
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
     from pipeline.text.commands import command as typed

@@ -32,7 +32,8 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.config.edit import add_effect
     from pipeline.config.load import parse_config
     from pipeline.console.answers import next_line
-    from pipeline.console.discovery_text import answer_lines, definition, without_formula
+    from pipeline.console.discovery_text import answer_lines
+    from pipeline.discovered import definition, without_formula
     from pipeline.report.outputs import outputs_of
     from pipeline.session_folder import working_on, write_session
     from pipeline.text.commands import command as typed

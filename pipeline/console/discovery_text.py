@@ -5,26 +5,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.wording import minutes_of
 from calib.discovery.discover import Discovered
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES
 from calib.rounding import with_sd
-from pipeline.config.yaml_words import yaml_word
+from pipeline.discovered import definition, without_formula
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
 
 BARS = "▁▂▃▄▅▆▇█"
 PICTURE_WIDTH = 40  #: characters of a picture at most: chosen
 ALIKE_SHOWN = 3  #: formulas that look the same and are named: chosen
-
-
-def definition(triad: str, found: Discovered) -> str:
-    """The value of the effect's key in a configuration, on one line."""
-    formula = found.formula
-    return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, "
-            f"unit: {yaml_word(formula.effect.unit)}, triad: {triad}}}")
 
 
 def answer_lines(result: TriadResult, found: Discovered | None) -> Iterator[str]:
@@ -90,13 +82,6 @@ def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
     yield (f"  |error of {AXES[axis]}| to {largest:.3g} {unit} along {found.formula.column} "
            f"{column.min():.4g} to {column.max():.4g}")
     yield f"  {bars}"
-
-
-def without_formula(result: TriadResult) -> str | None:
-    """The effect that takes an unknown error into the sds where no formula holds; None else."""
-    name = "bias_wander" if result.diagnosis.name == "time_s" else "extra_noise"
-    unknown = result.diagnosis.verdict is Code.UNKNOWN
-    return name if unknown and name not in result.calibration.fit.model.names else None
 
 
 def no_formula(result: TriadResult) -> str:

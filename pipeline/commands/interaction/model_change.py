@@ -14,6 +14,7 @@ from pipeline.commands.interaction.verdicts import echo_verdict
 from pipeline.config.load import Config
 from pipeline.console.answers import next_line
 from pipeline.console.model_change_text import change_lines
+from pipeline.discovered import change_for_unknown
 from pipeline.errors import ConfigError
 from pipeline.model_change import (
     ModelChange,
@@ -91,7 +92,10 @@ def change_and_show(
 
 
 def add_until_settled(path: Path, manner: Manner) -> None:
-    """Add what the diagnosis names, again and again, while the leave-one-out error falls."""
+    """Add what the diagnosis names, or discovery finds where it names nothing, again and again.
+
+    What does not lower the leave-one-out error is not kept.
+    """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
         outcome = run(config)
@@ -100,7 +104,8 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         for _ in range(MOST_CHANGES):
             target = next_target(outcome, refused)
             change = (change_model(outcome.config, target, run, before=outcome) if target
-                      else stand_in(outcome, run, refused))
+                      else stand_in(outcome, run, refused)
+                      or change_for_unknown(outcome, run, refused))
             if change is None:
                 break
             target = change.target

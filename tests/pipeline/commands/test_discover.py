@@ -17,6 +17,21 @@ from tests.world.sizes import draw_effect
 from tests.world.write import write_session
 
 
+def test_auto_goes_on_with_a_formula_where_no_listed_effect_fits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    design = rich_design().scaled(seconds=0.3)
+    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 3)
+    config = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False).config
+    assert main(["add", str(config), "--auto"]) == 0
+    errors = re.findall(r"^leave-one-out.* ([0-9.]+) +([0-9.]+)$", capsys.readouterr().out,
+                        re.MULTILINE)
+    assert float(errors[-1][1]) < 0.1 * float(errors[0][0])
+    (name,) = load_config(config).effects
+    assert "supply_v" in name
+    assert name in load_config(config).gyroscope.model
+
+
 def test_a_hidden_curve_in_a_column_is_found_written_and_added(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,0 +1,55 @@
+"""What the model of a session gets where a misfit is of no listed shape: a formula, or its size.
+"""
+
+from collections.abc import Collection
+
+from calib.diagnosis.verdict.decision import Code
+from calib.discovery.discover import Discovered, discover
+from calib.errors import CalibrationError
+from pipeline.config.edit import add_effect
+from pipeline.config.load import parse_config
+from pipeline.config.yaml_words import yaml_word
+from pipeline.model_change import ModelChange, RunConfig, Target, change_model
+from pipeline.stages.run import Outcome
+from pipeline.stages.triads import TriadResult
+
+
+def definition(triad: str, found: Discovered) -> str:
+    """The value of the effect's key in a configuration, on one line."""
+    formula = found.formula
+    return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, "
+            f"unit: {yaml_word(formula.effect.unit)}, triad: {triad}}}")
+
+
+def without_formula(result: TriadResult) -> str | None:
+    """The effect that takes an unknown error into the sds where no formula holds; None else."""
+    name = "bias_wander" if result.diagnosis.name == "time_s" else "extra_noise"
+    unknown = result.diagnosis.verdict is Code.UNKNOWN
+    return name if unknown and name not in result.calibration.fit.model.names else None
+
+
+def change_for_unknown(
+    outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
+) -> ModelChange | None:
+    """What ``--auto`` adds where a verdict is unknown: what :func:`discover` finds.
+
+    Where there is no formula, what takes the error into the sds. ``refused`` are those that were
+    tried and did not lower the leave-one-out error.
+    """
+    for result in outcome.triads:
+        if result.diagnosis.verdict is not Code.UNKNOWN:
+            continue
+        config = outcome.config
+        best = discover(result.calibration.fit, config.covariates)
+        name = without_formula(result) if best is None else best.listed or best.formula.name
+        if name is None or Target((result.triad,), name) in refused:
+            continue
+        if best is not None and best.listed is None and name not in config.effects:
+            text = add_effect(config.source, name, definition(result.triad, best))
+            config = parse_config(config.source.path, text)
+        try:
+            return change_model(
+                config, Target((result.triad,), name), run, before=outcome, anyway=True)
+        except CalibrationError:
+            continue
+    return None
