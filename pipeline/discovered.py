@@ -35,6 +35,13 @@ def change_for_unknown(
 
     Where there is no formula, what takes the error into the sds. ``refused`` are those that were
     tried and did not lower the leave-one-out error.
+
+    Raises
+    ------
+    ConfigError
+        The configuration cannot be read with the formula.
+    Undetermined
+        A Python function of the model raised.
     """
     for result in outcome.triads:
         if result.diagnosis.verdict is not Code.UNKNOWN:
