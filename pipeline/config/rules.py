@@ -161,13 +161,25 @@ def picked_columns(section: Values) -> Problems:
             yield "sample_rate_hz", f"the columns have {TIME}; delete one of the two"
 
 
+CURVE_OF = {
+    "temperature_bias": "temperature_bias_curve",
+    "column:temperature_c": "temperature_bias_curve",
+    "temperature_scale": "temperature_scale_curve",
+}
+"""An effect -> the curve that contains it."""
+
+
 def model(section: Values) -> Problems:
-    """No effect twice."""
+    """No effect twice, nor a curve beside its own straight line."""
     names = section.get("model")
     if isinstance(names, list):
         for i, name in enumerate(names):
             if name in names[:i]:
                 yield "model", f"'{name}' is given twice. Delete one of the two"
+            curve = CURVE_OF.get(name) if isinstance(name, str) else None
+            if curve is not None and curve in names:
+                yield "model", (f"'{name}' is the straight line of '{curve}', which the model has "
+                                f"too. Delete one of the two")
 
 
 def user_defined(section: Values) -> Problems:
