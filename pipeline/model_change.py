@@ -107,7 +107,7 @@ def result_of(outcome: Outcome, target: Target) -> TriadResult | None:
 def edited_config(config: Config, target: Target, remove: bool, remark: str = "") -> Config:
     """``config`` with ``target`` added or removed, checked whole; nothing is written yet.
 
-    An added one has ``remark`` as a comment beside it.
+    An added one has ``remark`` as a comment beside it, and stands in the place of what it contains.
     """
     model = _model(config, target)
     if remove and target.name not in model:
@@ -119,8 +119,13 @@ def edited_config(config: Config, target: Target, remove: bool, remark: str = ""
         raise ConfigError(f"{target}: is in the model already.")
     if remove:
         text = remove_item(config.source, target.section, target.name)
-    else:
-        text = add_item(config.source, target.section, target.name, target.default, remark)
+        return parse_config(config.source.path, text)
+    whole = EFFECTS.get(target.name)
+    for name in model:
+        if whole is not None and name in whole.contains:
+            config = parse_config(
+                config.source.path, remove_item(config.source, target.section, name))
+    text = add_item(config.source, target.section, target.name, target.default, remark)
     return parse_config(config.source.path, text)
 
 

@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from calib.effects.effect import REFERENCE_TEMPERATURE_C, Page, Shape, ShapeValue, effect
+from calib.effects.effect import (
+    OF_COLUMN,
+    REFERENCE_TEMPERATURE_C,
+    Page,
+    Shape,
+    ShapeValue,
+    effect,
+)
 from calib.effects.typical import between, quoted, typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
@@ -42,6 +49,7 @@ def _mean_temperature(at: Conditions) -> tuple[float, ...]:
     unit="{u}/K",
     logged=(TEMPERATURE,),
     constant_is="bias",
+    contains=("temperature_bias", f"{OF_COLUMN}{TEMPERATURE}"),
     shape=CENTRE,
     starts_in=_mean_temperature,
     page=Page(
@@ -64,6 +72,7 @@ def temperature_bias_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
     unit="1/K",
     logged=(TEMPERATURE,),
     constant_is="scale",
+    contains=("temperature_scale",),
     shape=CENTRE,
     starts_in=_mean_temperature,
     page=Page(

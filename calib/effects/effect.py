@@ -148,6 +148,8 @@ class Effect:
         derivative vanishes where they are zero.
     names_column : str or None
         Logged column whose linear effect on the bias this is: ``column:NAME`` would say the same.
+    contains : tuple of str
+        Effects whose columns are among its own, so that no model has both.
     follows_words : str
         What its columns follow where no single condition drives them, for the axis of a chart;
         ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
@@ -177,6 +179,7 @@ class Effect:
     in_square: bool = False
     constant_is: ConstantPart | None = None
     names_column: str | None = None
+    contains: tuple[str, ...] = ()
     follows_words: str = ""
     largest: float = math.inf
     drawn: Draw = ""
@@ -250,6 +253,7 @@ class EffectFields(TypedDict, total=False):
     in_square: bool
     constant_is: ConstantPart | None
     names_column: str | None
+    contains: tuple[str, ...]
     follows_words: str
     largest: float
     drawn: Draw

@@ -3,6 +3,7 @@
 import numpy as np
 
 from calib.effects.effect import (
+    OF_COLUMN,
     REFERENCE_TEMPERATURE_C,
     Page,
     Shape,
@@ -36,6 +37,7 @@ def _hours(at: Conditions) -> FloatArray:
     logged=(TEMPERATURE,),
     constant_is="bias",
     names_column=TEMPERATURE,
+    contains=(f"{OF_COLUMN}{TEMPERATURE}",),
     page=Page(
         formula="e_k = c_k · (T − 25 °C)",
         expressions=(WARMTH,),

@@ -7,6 +7,7 @@ Rules see every file, also one whose values are wrong, so that all mistakes are 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from calib.effects.catalogue import EFFECTS
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo, path_text
@@ -161,25 +162,18 @@ def picked_columns(section: Values) -> Problems:
             yield "sample_rate_hz", f"the columns have {TIME}; delete one of the two"
 
 
-CURVE_OF = {
-    "temperature_bias": "temperature_bias_curve",
-    "column:temperature_c": "temperature_bias_curve",
-    "temperature_scale": "temperature_scale_curve",
-}
-"""An effect -> the curve that contains it."""
-
-
 def model(section: Values) -> Problems:
-    """No effect twice, nor a curve beside its own straight line."""
+    """No effect twice, nor one beside another that contains it."""
     names = section.get("model")
     if isinstance(names, list):
         for i, name in enumerate(names):
             if name in names[:i]:
                 yield "model", f"'{name}' is given twice. Delete one of the two"
-            curve = CURVE_OF.get(name) if isinstance(name, str) else None
-            if curve is not None and curve in names:
-                yield "model", (f"'{name}' is the straight line of '{curve}', which the model has "
-                                f"too. Delete one of the two")
+            whole = [other for other in EFFECTS if other in names and
+                     name in EFFECTS[other].contains]
+            if whole:
+                yield "model", (f"'{name}' is part of '{whole[0]}', which the model has too. "
+                                f"Delete one of the two")
 
 
 def user_defined(section: Values) -> Problems:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
@@ -92,6 +93,14 @@ def test_an_unknown_effect_is_refused_before_anything_runs(copied: Path) -> None
     with pytest.raises((ConfigError, CalibrationError), match="quadratc"):
         change_model(config, read_target(config, "gyroscope.quadratc"), never_run)
     assert copied.read_bytes() == text
+
+
+def test_a_curve_takes_the_place_of_its_straight_line(copied: Path) -> None:
+    config = load_config(copied)
+    for name in ("temperature_bias", "temperature_bias_curve"):
+        config = edited_config(config, read_target(config, f"gyroscope.{name}"), remove=False)
+    assert config.gyroscope is not None
+    assert config.gyroscope.model == (*BASE, "temperature_bias_curve")
 
 
 @pytest.mark.parametrize(

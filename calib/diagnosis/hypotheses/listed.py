@@ -182,6 +182,7 @@ def effects_beside(
         for name in causes(poses, covariates)
         if name not in {e.names_column for e in EFFECTS.values()}
     ]
+    inside = {*model.names, *(name for e in model.effects for name in e.contains)}
     for effect in (*listed, *columns, *user_effects):
         if effect.name == STEP or (effect.shape and not effect.shape.is_fitted
                                    and not bends(poses, effect)):
@@ -189,7 +190,7 @@ def effects_beside(
         excluded = covariates is not None and set(effect.logged) - {*covariates}
         if excluded and effect not in user_effects:
             continue
-        if effect.name not in model.names and poses.triad in effect.triads:
+        if effect.name not in inside and poses.triad in effect.triads:
             yield effect
 
 

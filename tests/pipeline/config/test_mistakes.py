@@ -55,7 +55,7 @@ MISTAKES = [
     ("column:supply_v", "column", 17, "no effect is named 'column' .did you mean 'column:NAME'"),
     ("column:supply_v", "bias", 17, "'bias' is given twice"),
     ("column:supply_v", "column:temperature_c, temperature_bias_curve", 17,
-     "'column:temperature_c' is the straight line of 'temperature_bias_curve'"),
+     "'column:temperature_c' is part of 'temperature_bias_curve', which the model has too"),
     ("solver: paper", "solver: papr", 18, "found 'papr', expected 'default' or 'paper'"),
     ("rate: slow}", "rate: slov}", 21, "runs.0..rate: no rate is named 'slov' .did you mean 'sl"),
     ("[gyr/b.csv, gyr/a.csv]", "[gyr/b.csv, gyr/b.csv]", 21, "b.csv is named twice"),
