@@ -15,7 +15,7 @@ import ast
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from calib.effects.effect import Effect
+from calib.effects.effect import OF_COLUMN, Effect
 from calib.effects.expression import KNOWN_NAMES, on_axis, read_expression, substituted
 from calib.poses.imu_log import AXES
 
@@ -40,7 +40,8 @@ def axis_terms(effect: Effect, shape: float | None = None) -> tuple[tuple[ErrorT
     """
     if effect.is_column:  # any text can be the name of a column, also one that means something here
         column = effect.names_column or ""
-        values: list[ast.expr] = [ast.Name(effect.name if column in KNOWN_NAMES else column)]
+        has_meaning = column in KNOWN_NAMES or column.startswith(OF_COLUMN)
+        values: list[ast.expr] = [ast.Name(effect.name if has_meaning else column)]
     else:
         values = [_value(text, effect, shape) for text in effect.page.expressions]
     if not values:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from calib.effects.effect import EFFECTS
@@ -167,6 +167,7 @@ def test_all_at_once_with_columns_and_the_user_s_own(
 @given(name=st.one_of(st.sampled_from([*KNOWN_NAMES, *FUNCTIONS, "battery-V", "T(1)", "a/b", "u",
                                        "x + 1", "column:x", "lambda", "math", "1e9", "ß"]),
                       st.text(min_size=1, max_size=20)))
+@example(name="column:x")
 def test_a_column_of_any_name_is_exported_as_it_is_applied(
     finished: RunSession, tmp_path_factory: pytest.TempPathFactory, name: str
 ) -> None:
