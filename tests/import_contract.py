@@ -82,7 +82,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.discovery": [("grammar",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding", "averaged"), ("diagnose",),
+        ("finding", "averaged", "stand_ins"), ("diagnose",),
         ("unseen", "untested", "room_field", "population"), ("seen",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],

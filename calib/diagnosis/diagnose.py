@@ -6,7 +6,7 @@ of them gives probabilities; the verdict names what is sure and explains; and wh
 leave something open, the block of poses that would settle it is computed.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,7 @@ from calib.diagnosis.next_measurement.advice import (
     lay_missing,
 )
 from calib.diagnosis.search.posterior import Inclusion, Posterior
+from calib.diagnosis.stand_ins import stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
 from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.explanation import Explanation
@@ -78,6 +79,8 @@ class Diagnosis:
         Whether the poses' own noise explains the residual.
     averaged : Averaged
         What the parameters hold of all that may be missing, for their sds.
+    stands_for : mapping of str to tuple of str
+        Effects of the model that these poses do not tell from others, and those.
     """
 
     verdict: Code
@@ -94,6 +97,7 @@ class Diagnosis:
     aside: tuple[str, ...]
     p_value: float
     averaged: Averaged
+    stands_for: Mapping[str, tuple[str, ...]]
 
     @property
     def text(self) -> str:
@@ -197,6 +201,7 @@ def diagnose(
         aside=set_aside(fit.poses, covariates),
         p_value=posterior.p_value,
         averaged=averaged(posterior),
+        stands_for=stand_ins(fit, posterior.hypotheses),
     )
 
 

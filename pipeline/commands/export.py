@@ -44,6 +44,7 @@ def command(
 
     The command prints what the format cannot store.
     """
+    from pipeline.export.parts import stood_for
     from pipeline.export.write import EXPORTERS
     from pipeline.results.fitness import require_fit
     from pipeline.results.read import load_results
@@ -60,7 +61,7 @@ def command(
     stored = load_results(results, allow_python)
     echo_warnings(require_fit(stored, anyway))
     export = _kalibr_with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
-    echo_warnings(export.loses, "note")
+    echo_warnings((*export.loses, *stood_for(stored)), "note")
     for name, content in export.files.items():
         path = (output or stored.folder) / name
         write_output(stored.folder, path, content, force=force, inputs=(stored.path,))

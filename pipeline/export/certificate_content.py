@@ -15,7 +15,7 @@ from calib.fit.triad.calibration import TOLD_WIDENING
 from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray
-from pipeline.export.parts import HASH_DIGITS, temperatures
+from pipeline.export.parts import HASH_DIGITS, stood_for, temperatures
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.formatting import (
@@ -277,6 +277,8 @@ def _notes(stored: Stored) -> Iterator[str]:
            "subtracted. ± is one standard deviation (k = 1) and includes the noise of the poses "
            "with its autocorrelation and the uncertainty of the references. The calibration holds "
            "for the stated ranges and temperatures.")
+    for line in stood_for(stored):
+        yield f"{printable(line)}."
     gyroscope = stored.contents["gyroscope"] or {}
     angles, sds = (gyroscope.get(key) for key in ("frame_to_accelerometer_rad", "frame_sd_rad"))
     if angles is not None and sds is not None:

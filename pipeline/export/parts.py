@@ -132,10 +132,21 @@ def origin(stored: Stored) -> tuple[str, ...]:
                         f"which refutes the +-{spec.full_scale:.6g} of the configuration")
             lines.append(f"{triad.name}: {spec.bits} bits {over}; the calibration is valid for "
                          f"the range of the session only")
+    lines += stood_for(stored)
     warmth = temperatures(stored)
     if warmth:
         lines.append(f"calibrated between {min(warmth):.1f} and {max(warmth):.1f} degrees Celsius")
     return tuple(lines)
+
+
+def stood_for(stored: Stored) -> tuple[str, ...]:
+    """Which effects stand for others that the poses of the session do not tell from them."""
+    return tuple(
+        f"{name} of the {triad.name} stands for its class: the poses do not tell it from "
+        f"{' or '.join(others)}"
+        for triad in stored.triads for name, effect in triad.effects.items()
+        if (others := [one_line(other) for other in effect.get("stands_for", ())])
+    )
 
 
 def temperatures(stored: Stored) -> list[float]:

@@ -10,11 +10,12 @@ from calib.poses.imu_log import SI_UNIT, FloatArray
 from pipeline.config.schema import EffectSection
 from pipeline.results.json_values import Json
 from pipeline.results.names import PARAMETERS
-from pipeline.results.schema.rate import CandidateResult, FittedPart
+from pipeline.results.schema.rate import CandidateResult
 from pipeline.results.schema.triad import (
     AccelerometerResult,
     CertificateGroup,
     CorrectionResult,
+    EffectResult,
     ExcludedResult,
     FurtherResult,
     GravityResult,
@@ -89,14 +90,15 @@ def _sds(sds: Iterable[FloatArray]) -> ParameterSds:
     return ParameterSds.of(**dict(zip(PARAMETERS, sds, strict=True)))
 
 
-def _effects(result: TriadResult) -> dict[str, FittedPart]:
+def _effects(result: TriadResult) -> dict[str, EffectResult]:
     """The added effects; a shape parameter stands last, with its unit after the others'."""
     added = {effect.name: effect for effect in result.calibration.fit.model.effects}
     parts = {}
     for name, (values, sd) in result.calibration.effect_values().items():
         shape, unit = added[name].shape, added[name].unit_for(result.triad)
         unit = unit if shape is None else f"{unit}; {shape.name}: {shape.unit}"
-        parts[name] = FittedPart.of(values=values, sd=sd, unit=unit)
+        parts[name] = EffectResult.of(values=values, sd=sd, unit=unit,
+                                      stands_for=result.diagnosis.stands_for.get(name, ()))
     return parts
 
 

@@ -1,5 +1,6 @@
 """Model changes: what is changed, what is refused, and that a refused change leaves the file."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -228,6 +229,14 @@ def test_auto_adds_a_stand_in_for_a_class_that_corrects_alike(
     assert errors[1] < errors[0]
     history = (path.with_suffix(".run") / "history.jsonl").read_text(encoding="utf-8")
     assert len(history.splitlines()) == 2
+    mark = f"{found.name} of the gyroscope stands for its class: the poses do not tell it from "
+    for form in ("python", "kalibr", "px4", "csv"):
+        assert pipeline("export", path.with_suffix(".run"), "--to", form) == 0
+        shown = capsys.readouterr()
+        assert mark in shown.err
+        assert set(others) <= set(re.findall(r"\w+", shown.err))
+        if form != "csv":
+            assert mark in Path(shown.out.split("\n")[0]).read_text(encoding="utf-8")
 
 
 def test_the_history_begins_with_the_model_before_the_first_change(copied: Path) -> None:

@@ -82,24 +82,3 @@ class PoseMean:
 _NOTHING = np.full(3, np.nan)
 NOT_LOGGED = TriadMean(_NOTHING, _NOTHING, _NOTHING, _NOTHING)
 """The mean of a triad that was not logged."""
-
-
-def stated_means(
-    mean: FloatArray, sd: FloatArray, samples: FloatArray | None = None
-) -> list[TriadMean]:
-    """The means of n poses as a table states them.
-
-    Parameters
-    ----------
-    mean, sd : array, shape (n, 3)
-        Nominal, SI; NaN for an sd that is not stated.
-    samples : array, shape (n,), optional
-        Number of samples of each pose; the sds are then those of the samples.
-
-    Returns
-    -------
-    list of TriadMean, length n
-    """
-    variance = sd**2 if samples is None else sd**2 / samples[:, None]
-    scatter = np.full_like(sd, np.nan) if samples is None else sd**2
-    return [TriadMean(m, v, v, s) for m, v, s in zip(mean, variance, scatter, strict=True)]

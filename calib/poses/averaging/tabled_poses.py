@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, stated_means
+from calib.poses.averaging.pose_mean import NOT_LOGGED, PoseMean, TriadMean
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
+from calib.poses.samples.converter_steps import printed_unit
 from calib.poses.triad_kind import TRIAD_KINDS
 
 TIME = "time_s"
@@ -33,12 +34,23 @@ def is_read(name: str) -> bool:
 def nominal_means(
     columns: Mapping[str, FloatArray], triad: Triad, spec: TriadSpec
 ) -> tuple[FloatArray, FloatArray]:
-    """Means of a triad and their sds by the data sheet, SI, each (n, 3); NaN for no stated sds."""
-    means = spec.nominal(np.column_stack([columns[name] for name in triad_columns(triad)]))
-    names = triad_columns(triad, SD)
-    if any(name not in columns for name in names):
-        return means, np.full(means.shape, np.nan)
-    return means, np.column_stack([columns[name] for name in names]) * spec.nominal_scale
+    """Means of a triad and their sds by the data sheet, SI, each (n, 3); NaN for no stated sds.
+
+    An sd contains what the digits of the means leave open.
+    """
+    printed = np.column_stack([columns[name] for name in triad_columns(triad)])
+    stated = _stated_sds(columns, triad)
+    samples = columns.get(SAMPLES, np.ones(len(printed)))
+    digits = printed_unit(printed) / np.sqrt(12)
+    sd = np.hypot(stated / np.sqrt(samples)[:, None], digits) * spec.nominal_scale
+    return spec.nominal(printed), sd
+
+
+def _stated_sds(columns: Mapping[str, FloatArray], triad: Triad) -> FloatArray:
+    """The sds as they stand in a table, (n, 3), those of samples where their number is stated."""
+    rows = len(columns[triad_columns(triad)[0]])
+    return np.column_stack([columns.get(name, np.full(rows, np.nan))
+                            for name in triad_columns(triad, SD)])
 
 
 def tabled_poses(
@@ -54,7 +66,7 @@ def tabled_poses(
     specs : mapping of triad to TriadSpec
         The data sheets of the triads to read.
     """
-    triads = {triad: stated_means(*nominal_means(columns, triad, spec), columns.get(SAMPLES))
+    triads = {triad: _means(columns, triad, spec)
               for triad, spec in specs.items() if set(triad_columns(triad)) <= columns.keys()}
     nothing = [NOT_LOGGED] * len(labels)
     force, rate = (triads.pop(triad, nothing) for triad in TRIADS)
@@ -66,3 +78,13 @@ def tabled_poses(
                  further={triad: means[i] for triad, means in triads.items()})
         for i, label in enumerate(labels)
     ]
+
+
+def _means(
+    columns: Mapping[str, FloatArray], triad: Triad, spec: TriadSpec
+) -> list[TriadMean]:
+    scatter = (_stated_sds(columns, triad) * spec.nominal_scale) ** 2
+    if SAMPLES not in columns:
+        scatter = np.full_like(scatter, np.nan)
+    return [TriadMean(m, sd**2, sd**2, s)
+            for m, sd, s in zip(*nominal_means(columns, triad, spec), scatter, strict=True)]

@@ -65,7 +65,7 @@ class ClockResult(Part):
 
 
 class FittedPart(Part):
-    """A fitted term of a phase track, or an effect that was added to the nine parameters."""
+    """A fitted term of a phase track, or an effect."""
 
     values: list[MaybeNumber] = means("parameters; a shape parameter comes last")
     sd: list[MaybeSd] = means("sds")

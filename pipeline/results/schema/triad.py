@@ -90,6 +90,13 @@ class PredictionResult(Part):
     parts: PredictionParts | None = means("what it is made of", default=None)
 
 
+class EffectResult(FittedPart):
+    """An effect that was added to the nine parameters."""
+
+    stands_for: list[Text] = means(
+        "effects that these poses do not tell from it", default_factory=list)
+
+
 class InclusionResult(Part):
     """A class of effects with the same signature in these data."""
 
@@ -192,7 +199,7 @@ class TriadSection(Part):
     sd_parts: dict[str, ParameterSds] = means("contributions to the sds, by cause")
     sd_parts_if_typical: dict[str, ParameterSds] = means(
         "sds by effects that these poses cannot determine, if the sensor is typical; not in `sd`")
-    effects: dict[str, FittedPart] = means("added effects")
+    effects: dict[str, EffectResult] = means("added effects")
     worst_poses: list[Text] = means("poses with the largest residuals")
     misfit_follows: Text | None = means("the quantity that the misfit follows")
     poses: list[PoseResult] = means("every pose", min_length=1)

@@ -55,6 +55,21 @@ def test_stated_sds_are_the_sds_of_the_poses(tmp_path: Path) -> None:
     assert outcome.triad("accelerometer").diagnosis.verdict == "nothing_missing"
 
 
+@pytest.mark.parametrize("decimals", [1, 2])
+def test_the_digits_of_a_table_belong_to_its_sds(decimals: int, tmp_path: Path) -> None:
+    noise = np.random.default_rng(4).normal(0, SD, (28, 3))
+    rows = 9.80665 * directions(28) * SCALE + BIAS + noise
+    rounded = np.round(rows, decimals)
+    table = np.hstack([rounded, np.full_like(rows, SD)])
+    triad = run(tmp_path, WITH_SD, table).triad("accelerometer")
+    assert triad is not None
+    fit = triad.calibration.fit
+    off = np.sqrt(np.mean((rounded - rows) ** 2) + SD**2)
+    assert fit.poses.sd == pytest.approx(np.full_like(rows, off / SCALE.mean()), rel=0.1)
+    assert 0.5 < fit.chi2 / fit.dof < 1.6
+    assert triad.diagnosis.verdict == "nothing_missing"
+
+
 def test_sds_of_samples_are_divided_by_their_number(tmp_path: Path) -> None:
     rows = means(2)
     table = np.hstack([rows, np.full_like(rows, 10 * SD), np.full((len(rows), 1), 100)])
