@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from pipeline.logs.header_words import read_name
 
 #: Seconds since 1970 from 2001 to 2128, in each unit.
 EPOCH_S = (1e9, 5e9)
+FIRST, FEWEST_BESIDE = 2, 3
+"""Facts: seconds and their parts stand in the first two columns, and a triad behind them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,14 +87,14 @@ def _is_usual(time_s: FloatArray) -> bool:
 
 
 def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
-    """Columns that may be times: those that are called so, and else a first one that grows."""
+    """Columns that may be times: those that are called so, and else one in front that grows."""
     named = [name for name in columns if read_name(name).quantity == "time"]
     # A unit in the name settles it; of several, the time of the sample comes before others.
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower()))
-    first = next(iter(columns))
-    unnamed = read_name(first).stem == "" or read_name(first).stem.isdecimal()
-    grows = bool((np.diff(unwrapped_ticks(columns[first])) > 0).all()) and len(columns) > 3
-    return named or ([first] if unnamed and grows else [])
+    unnamed = [name for name in islice(columns, FIRST)
+               if not read_name(name).stem.strip("0123456789")]
+    return named or [name for name in unnamed if len(columns) > FEWEST_BESIDE
+                     and (np.diff(unwrapped_ticks(columns[name])) > 0).all()]
 
 
 def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:

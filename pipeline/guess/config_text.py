@@ -18,7 +18,6 @@ from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.triads import TriadGuess
 from pipeline.logs.clock import ASSUMED_HZ
-from pipeline.logs.columns import TIME
 from pipeline.logs.header_words import read_name
 
 #: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
@@ -184,8 +183,7 @@ def _clock(source: PoseSource) -> list[str]:
 def _columns(table: TableGuess, columns: list[str] | dict[str, str] | None) -> str:
     if isinstance(columns, list):
         return f"[{', '.join(columns)}]"
-    pairs = columns if columns is not None else {
-        name: theirs for name, theirs in table.theirs.items() if name != TIME}
+    pairs = table.theirs if columns is None else columns
     return "{" + ", ".join(f"{name}: {yaml_word(theirs)}" for name, theirs in pairs.items()) + "}"
 
 

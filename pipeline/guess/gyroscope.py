@@ -7,6 +7,7 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
     COUNTS_PER_DEG_S,
+    LOOSEST,
     RATE_UNITS,
     decoded,
     nearest_rate_unit,
@@ -28,6 +29,9 @@ from pipeline.guess.triads import (
 )
 from pipeline.logs.header_words import read_name
 
+FUSED_M_S2, BESIDE_FUSED = 0.01, (16.384, 16.0)
+"""Fact: the BNO055 reads 100 counts per m/s² and 16 per °/s, which turns tell from 16.384 nowhere.
+"""
 FASTEST_HAND_RAD_S = 25.0
 """Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
 
@@ -46,7 +50,7 @@ def guess_gyroscope(
     ``time_s`` (t,) shows its unit by how fast gravity turns; None where no clock is known.
     """
     named = triples_by_name(list(columns), "gyr")
-    triple = named[0] if named else _neighbour_triple(columns, hint, accelerometer)
+    triple = named[0] if named else _neighbour_triple(columns, hint, accelerometer, time_s)
     if triple is None:
         return None
     values = stacked(columns, triple)
@@ -57,16 +61,23 @@ def guess_gyroscope(
     because = "their names" if named else "they stand beside the accelerometer"
     if hint == "gyr" and not named:
         because = "the name of the file"
-    if words.unit in RATE_UNITS:
-        return rate_triad(triple, words.unit, None, "", f"{because}, which state the unit", "")
     measured = None
     if accelerometer is not None and time_s is not None:
         measured = turns_beside(columns, accelerometer, triple, time_s)
+    if words.unit in RATE_UNITS and (
+            measured is None or LOOSEST > measured[0] / RATE_UNITS[words.unit] > 1 / LOOSEST):
+        return rate_triad(triple, words.unit, None, "", f"{because}, which state the unit", "")
     if measured is not None:
         unit, per_deg = nearest_rate_unit(measured[0], bool(encoding))
+        doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
+                 f"{RATE_UNITS[words.unit] / measured[0]:.3g} times what the accelerometer sees"
+                 if words.unit in RATE_UNITS else "")
+        assert accelerometer is not None
+        if per_deg == BESIDE_FUSED[0] and accelerometer.si_per_unit == FUSED_M_S2:
+            per_deg, doubt = BESIDE_FUSED[1], "as the BNO055's, and not 16.4 as others at 2000 °/s"
         return rate_triad(triple, unit, per_deg, encoding, (
             f"{because}; between the rests gravity turns by what {measured[0]:.3g} rad/s per unit "
-            f"make of the readings (correlation {measured[1]:.2f})"), "")
+            f"make of the readings (correlation {measured[1]:.2f})"), doubt)
     return _sized_gyroscope(triple, signed, encoding, because)
 
 
@@ -98,22 +109,26 @@ def _sized_gyroscope(triple: Triple, signed: FloatArray, encoding: str, because:
 
 
 def _neighbour_triple(
-    columns: Columns, hint: str, accelerometer: TriadGuess | None
+    columns: Columns, hint: str, accelerometer: TriadGuess | None, time_s: FloatArray | None
 ) -> Triple | None:
-    """Three columns without a meaning behind or before the accelerometer's; all of a file's."""
+    """Three columns without a meaning that turn gravity, or stand behind or before the
+    accelerometer's; all of a file's."""
     names = [name for name in columns if read_name(name).quantity in ("", "gyr")
              or (accelerometer is not None and name in accelerometer.columns)]
     if accelerometer is None:
         free = [name for name in names if not _is_else(name)]
         alone = hint == "gyr" or (hint != "acc" and len(free) == AXIS_COUNT)
         return next(neighbours(free), None) if alone else None
+    beside = [triple for triple in neighbours(names) if not any(map(_is_else, triple))
+              and not {*triple} & {*accelerometer.columns}]
+    turned = {} if time_s is None else {
+        triple: seen[1] for triple in beside
+        if (seen := turns_beside(columns, accelerometer, triple, time_s)) is not None}
     at = names.index(accelerometer.columns[0])
-    for start in (at + AXIS_COUNT, at - AXIS_COUNT):
-        if start >= 0 and len(names[start : start + AXIS_COUNT]) == AXIS_COUNT:
-            x, y, z = names[start : start + AXIS_COUNT]
-            if not any(_is_else(name) for name in (x, y, z)):
-                return x, y, z
-    return None
+    next_to = [{*names[start : start + AXIS_COUNT]}
+               for start in (at + AXIS_COUNT, at - AXIS_COUNT) if start >= 0]
+    return max(turned, key=lambda triple: turned[triple], default=next(
+        (triple for places in next_to for triple in beside if {*triple} == places), None))
 
 
 def _is_else(name: str) -> bool:

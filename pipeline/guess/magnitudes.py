@@ -17,8 +17,9 @@ from calib.poses.imu_log import FloatArray
 from pipeline.config.sensor import ForceUnit, RateUnit
 from pipeline.config.units import UNITS
 
-COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 512, 256)
-"""Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 10 bits over ±2 g."""
+COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 980.665, 512, 256)
+"""Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 100 counts per m/s² of a BNO055;
+10 bits over ±2 g."""
 COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)

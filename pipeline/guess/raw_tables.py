@@ -3,8 +3,10 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
+
+import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
@@ -23,6 +25,11 @@ STATED_RATE = re.compile(
 
 EVENTS = 200  #: rows that show whether a file is a list of events
 MOST_KINDS = 12  #: sensors of a phone
+LEAST_TURNS = 0.25
+"""Share of the rows that name another board than the one before. A judgement: boards that send in
+turns change in half of the rows or more, the state of one board changes seldom."""
+NAMES_A_BOARD = re.compile(r"(?<![a-z])(id|node|device|board|sensor|addr|address|mac|imu)(?![a-z])",
+                           re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +82,7 @@ def raw_tables(path: Path) -> list[RawTable]:
             raise UnreadableInput(
                 f"{path}: no line holds three numbers. Is it a log? Readings are expected as a "
                 f"table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
-        _require_no_events(text)
-        _require_whole_rows(text)
+        _require_one_sensor(text)
         return [_text_table(text)]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     whole = len(tables) == 1 and kind.si
@@ -85,41 +91,35 @@ def raw_tables(path: Path) -> list[RawTable]:
             for table in tables if table.columns]
 
 
-def _require_no_events(text: LogText) -> None:
-    """Refuse a list of events of several sensors, each row named by a word."""
+def _require_one_sensor(text: LogText) -> None:
+    """Refuse rows of several sensors or boards, each named by a word or a number in its row."""
     rows = [cells for _, cells in islice(text.rows(), EVENTS)]
+    names = find_head(text.lines).names or ()
     for i in range(min(map(len, rows), default=0)):
         words = [cells[i] for cells in rows]
-        kinds = dict.fromkeys(words)
+        kinds = list(dict.fromkeys(words))
         readings = [word for word in kinds if hint_word(word)]
-        if len(readings) > 1 and len(kinds) <= MOST_KINDS:
-            listed = ", ".join(list(kinds)[:MOST_KINDS])
+        turns = sum(one != other for one, other in pairwise(words)) / len(words)
+        named = not text.dialect.holds_number(kinds[0]) or (
+            i < len(names) and NAMES_A_BOARD.search(names[i]) is not None)
+        boards = kinds if named and turns > LEAST_TURNS and all(kinds) else []
+        if 1 < len(kinds) <= MOST_KINDS and len(readings or boards) > 1:
+            one = (readings or boards)[0]
+            sign, header = text.dialect.delimiter or " ", "NR==1 || " if names else ""
             raise UnreadableInput(
-                f"{text.path}: column {i + 1} names the sensor of each row ({listed}): the rows "
-                f"are events of several sensors and no samples of one. Write a file for each "
-                f"sensor, for example by `grep {readings[0]} {text.path.name} > "
-                f"{readings[0].lower()}.csv`, and import these files together.")
+                f"{text.path}: column {i + 1} names the sensor of each row ({', '.join(kinds)}): "
+                f"the rows are those of several sensors and no samples of one. Write a file for "
+                f"each, for example by `awk -F'{sign}' '{header}${i + 1} ~ /{re.escape(one)}/' "
+                f"{word(text.path.name)} > {word(re.sub(r'[^a-z0-9]+', '_', one.lower()))}.csv`, "
+                f"and import {'these files together' if readings else 'each by itself'}.")
 
 
-def _require_whole_rows(text: LogText) -> None:
-    """Refuse rows that hold the readings of one sensor at a time, the cells of the other empty."""
-    rows = [cells for _, cells in islice(text.rows(), EVENTS)]
-    names = [bare(name) for name in find_head(text.lines).names or ()]
-    filled = {tuple(bool(cell) for cell in cells) for cells in rows if len(cells) == len(names)}
-    if not 2 <= len(filled) <= MOST_KINDS or any(map(all, filled)):
-        return
-    # Sensors that take turns: no column but the times is filled in rows of two kinds.
-    shared = [i for i in range(len(names)) if sum(kind[i] for kind in filled) > 1]
-    alone = [[i for i, there in enumerate(kind) if there and i not in shared] for kind in filled]
-    if all(all(kind[i] for kind in filled) for i in shared) and all(map(len, alone)):
-        parts = "; ".join(", ".join(names[i] for i in places) for places in sorted(alone))
-        sign, places = text.dialect.delimiter or " ", sorted(alone)[0]
-        kept = ", ".join(f"${i + 1}" for i in sorted({*shared, *places}))
-        raise UnreadableInput(
-            f"{text.path}: each row holds the readings of one sensor only ({parts}). Write a file "
-            f"for each, for example by `awk -F'{sign}' -v OFS='{sign}' '${places[0] + 1} != \"\" "
-            f"{{print {kept}}}' {word(text.path.name)} > {word(names[places[0]])}.csv`, and import "
-            f"these files together.")
+def _continued(values: FloatArray) -> FloatArray:
+    """A column (t,) of a sensor that is slower than the rows, interpolated in the others."""
+    there = np.flatnonzero(np.isfinite(values))
+    if not 2 <= len(there) < len(values):
+        return values
+    return np.asarray(np.interp(np.arange(len(values)), there, values[there]))
 
 
 def hint_word(word: str) -> str:
@@ -131,7 +131,7 @@ def _text_table(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1)) if stated else None)
-    columns = columns_of_text(text)
+    columns = {name: _continued(values) for name, values in columns_of_text(text).items()}
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
     without_header = all(name.isdecimal() for name in columns)

@@ -107,7 +107,9 @@ def guess_accelerometer(
     """
     named = triples_by_name(list(columns), "acc")
     if named:
-        return _accelerometer(columns, named[0], "their names", len(named) > 1)
+        guesses = [_accelerometer(columns, triple, "their names", len(named) > 1)
+                   for triple in named]
+        return next(filter(None, guesses), None)
     free = _free(columns)
     units = {triple: unit for triple in neighbours(free) if (unit := _unit(columns, triple))}
     sure = next((triple for triple, unit in units.items() if unit.is_sure), None)
@@ -177,7 +179,7 @@ def _are_alike(values: FloatArray) -> bool:
     """Whether three columns may be one sensor: all or none whole numbers, similar scatter."""
     whole = [np.array_equal(axis, np.rint(axis)) for axis in values.T]
     scatter = decoded(values)[0].std(axis=0)
-    return len(set(whole)) == 1 and bool(scatter.min() >= LEAST_SCATTER * scatter.max())
+    return len(set(whole)) == 1 and bool(scatter.min() >= LEAST_SCATTER * scatter.max() > 0)
 
 
 def _accelerometer(

@@ -14,8 +14,8 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import COUNTER, SECONDS_PER, TIME, TimeUnit
 
 COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never jump that far
-#: Where counters of 8 to 32 bits begin again, and the clock at midnight.
-PERIODS = (2.0**32, 2.0**24, 2.0**16, 2.0**8, 86_400.0, 86_400_000.0)
+#: Where counters of 8 to 32 bits begin again, the parts of a second, and the clock at midnight.
+PERIODS = (2.0**32, 1e9, 2.0**24, 1e6, 2.0**16, 1e3, 2.0**8, 86_400.0, 86_400_000.0)
 FEWEST_ROWS, MOST_STEPS = 100, 5
 """Rows of a clock between two steps back, and number of steps in a log. A judgement: a board that
 is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""

@@ -2,14 +2,12 @@
 
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
 DELIMITERS = ("\t", ";", "|", ",")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-#: "16,384" is sixteen or sixteen thousand; a log in which every comma stands so is refused.
-MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
@@ -84,12 +82,6 @@ def dialect_of_rows(lines: Sequence[str]) -> Dialect:
         return first
     commas = any("," in line and dialect_of(line).decimal_comma for line in lines)
     return Dialect(first.delimiter, commas)
-
-
-def may_be_thousands(cells: Iterable[str]) -> bool:
-    """Whether every comma among the cells of a table may separate thousands."""
-    with_comma = [cell for cell in cells if "," in cell]
-    return bool(with_comma) and all(MAYBE_THOUSANDS.fullmatch(cell) for cell in with_comma)
 
 
 def seconds_of(cell: str) -> float | None:

@@ -12,20 +12,21 @@ Quantity = Literal["time", "counter", "acc", "gyr", "temperature", "samples", "s
 
 UNITS = {
     "m_s2": ("m/s^2", "m/s²", "m/(s^2)", "m/s2", "m/s/s", "m s^-2", "ms^-2", "mps2", "m_s2",
-             "m_s^2"),
+             "m_s^2", "м/с²", "м/с^2", "м/с2"),
     "g": ("g", "gee"),
     "mg": ("mg",),
-    "rad_s": ("rad/s", "rad s^-1", "rads", "rad_s", "rps"),
-    "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1"),
+    "rad_s": ("rad/s", "rad s^-1", "rads", "rad_s", "rps", "рад/с"),
+    "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1",
+              "°/sec", "deg/sec", "град/с", "°/с"),
     "mdeg_s": ("mdps", "mdeg/s"),
-    "s": ("s", "sec", "second", "seconds"),
-    "ms": ("ms", "msec", "millis", "milliseconds"),
+    "s": ("s", "sec", "second", "seconds", "с", "秒"),
+    "ms": ("ms", "msec", "millis", "milliseconds", "мс", "毫秒"),
     "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
     "ns": ("ns", "nsec", "nanoseconds"),
     "min": ("min", "minutes"),
     "d": ("days", "day"),
     "counts": ("counts", "count", "lsb", "raw"),
-    "celsius": ("°c", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
+    "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
 FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {"rad_s", "deg_s", "mdeg_s", "mrad_s"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
@@ -33,24 +34,33 @@ _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spe
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
         "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch", "sec",
         "secs", "second", "msec", "usec", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
-        "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp"}
+        "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp", "tijd", "czas", "время",
+        "时间", "時間", "時刻"}
 CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns"}
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
            "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
        "accadc", "specificforce", "force", "beschleunigung", "beschl", "accélération",
-       "aceleración", "aceleracion", "accelerazione", "acel", "acceler", "aceleracao", "acele"}
+       "aceleración", "aceleracion", "accelerazione", "acel", "acceler", "aceleracao", "acele",
+       "versnelling", "przyspieszenie", "ускорение", "уск", "加速度"}
 GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "omega", "gyroadc", "gyrounfilt", "rate", "rot",
        "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate", "gyroskop",
        "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre", "giro",
-       "gir", "gyros", "vitesseangulaire", "velocidadangular", "angulaire", "angolare"}
+       "gir", "gyros", "vitesseangulaire", "velocidadangular", "angulaire", "angolare",
+       "hoeksnelheid", "гироскоп", "угловая", "угл", "角速度", "陀螺仪", "陀螺"}
 TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "temperatura",
-               "température", "tempcelsius", "dietemp", "t_c"}
+               "température", "tempcelsius", "dietemp", "t_c", "温度",
+               "температура"}
 #: A word that makes a column something else, whatever the others are.
 OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
          "q", "qua", "quaternions", "dcm", "euler", "roll", "pitch", "yaw", "setpoint", "pos",
          "position", "axisp", "axisi", "axisd", "axisf", "debug", "motor", "bias",
          "covariance", "orientation"}
+WITH_GRAVITY = {"including", "incl", "with"}  #: before "gravity": a browser's, phyphox's
+TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "x", "beta": "y", "gamma": "z",
+         "p": "x", "q": "y", "r": "z"}
+"""Axes of a rate in aerospace and in a browser, where the name or its unit says that it is one."""
+RATES = {"rate", "rotationrate", "rotation", "speed", "velocity", "vel", "gyro"}
 SD = {"sd", "std", "stddev", "sigma"}
 ENDS_OF_TIME = ("time", "timestamp", "millis", "micros")  #: ``sensortime``, ``boot_millis``
 CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)")
@@ -58,7 +68,7 @@ CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)
 QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
 """``qx``, ``q0``, ``quat_w``: no axis of a sensor."""
 POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
-WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-zà-ÿ]+|[A-Z]+|\d+|[°µ]")
+WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я]+|[一-鿿]+|\d+|[°µ]")
 
 
 @dataclass(frozen=True)
@@ -89,6 +99,11 @@ def read_name(name: str) -> Words:
     text, unit = _split_unit(name.strip().lstrip("#").strip())
     text, axis = _split_index(text)
     words = [word.lower() for word in WORD.findall(text)]
+    if "gravity" in words and WITH_GRAVITY & {*words}:
+        words = [word for word in words if word not in WITH_GRAVITY | {"gravity"}]
+    turns = [word for word in words if word in TURNS]
+    if len(turns) == 1 and (RATES & {*words} or (unit in RATE_UNITS and words == turns)):
+        words = ["gyro", *(word for word in words if word not in TURNS), TURNS[turns[0]]]
     if words[:1] == ["g"] and words[1:] in (["fx"], ["fy"], ["fz"]):  # "gFx": force in g
         words, unit = ["acc", words[1][1]], "g"
     spread = [words.pop()] if len(words) > 1 and words[-1] in SD else []
@@ -101,6 +116,11 @@ def read_name(name: str) -> Words:
     stem = "".join(words)
     quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
     return Words(quantity, axis, unit, stem, _gravity_free(text, words))
+
+
+def spelled_unit(text: str) -> str:
+    """The unit that a text spells, empty where it spells none."""
+    return _UNIT.get(text.strip().lower(), "")
 
 
 def whole_triples(

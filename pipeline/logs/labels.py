@@ -1,23 +1,23 @@
 """Lines of text around numbers, as sketches print them, made into rows of a table.
 
-Three manners are read: a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also
+Five manners are read: a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also
 when a sample takes a few lines), rows in brackets (``(0.1, 0.2, 9.8)``), and the clock of a serial
-monitor before an arrow (``12:00:00.010 -> 1,2,3``). Rows keep their lines in the file.
+monitor before an arrow (``12:00:00.010 -> 1,2,3``); sentences of NMEA and
+:mod:`pipeline.logs.sentences` besides. Rows keep their lines in the file.
 """
 
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from itertools import islice, pairwise
 
 from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of
+from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, rows_of_sentences
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
-LEAST_SHARE = 0.9  #: share of the lines that are written in the manner
-FEWEST = 3  #: numbers of a row: a triad
-#: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
-NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
-LABEL = re.compile(rf"([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)\s*[:=]\s*({NUMBER})")
+LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
+                   rf"\s*[:=]\s*({NUMBER})(?![\w:])")
 BRACKETS = re.compile(r"\s*+[(\[{](.*)[)\]}]\s*+[,;]?\s*+")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 #: Groups of numbers with bars between them, each group's numbers between blanks.
@@ -26,6 +26,7 @@ WORD = re.compile(r"^\s*[A-Za-z]\w*\s+")  #: before the numbers of such a line
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
+SENTENCE = re.compile(r"\s*+\$(\w++),(.*)\*[0-9A-Fa-f]{2}\s*+")  #: a sentence of NMEA 0183
 MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
 
 
@@ -49,7 +50,11 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
     signs = [line for line in shown if BARS.search(line)]
     if len(signs) >= LEAST_SHARE * max(len(shown), 1) and signs:
         return [_barless_row(line) for line in lines]
-    return lines
+    tags = Counter(match[1] for line in shown if (match := SENTENCE.fullmatch(line)))
+    if tags and (tag := tags.most_common(1)[0])[1] >= len(shown) / 2:
+        return [match[2] if (match := SENTENCE.fullmatch(line)) and match[1] == tag[0]
+                else f"# {line}" for line in lines]
+    return rows_of_sentences(lines, shown) or lines
 
 
 def _barless_row(line: str) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray, ImuLog
+from calib.poses.imu_log import FloatArray, ImuLog, IntArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import StatedClock, sample_times
 from pipeline.logs.columns import (
@@ -128,9 +128,9 @@ def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable
         if member:
             raise UnreadableInput(f"{path}: {file.name} is one table of text and has no "
                                   f"'{member}'. Name the file alone.")
-        return [_text_table(log_text(path, text_lines(path, read_bytes(path)), columns))]
+        return _by_rate(_text_table(log_text(path, text_lines(path, read_bytes(path)), columns)))
     if kind == ARCHIVE and (lines := member_lines(file, member)) is not None:
-        return [_text_table(log_text(path, lines, columns))]
+        return _by_rate(_text_table(log_text(path, lines, columns)))
     return _picked(path, member, tables_of(file, kind), columns)
 
 
@@ -172,6 +172,26 @@ def _named_table(path: Path, table: FileTable, columns: ColumnNames | None) -> L
 def _text_table(text: LogText) -> LogTable:
     names = list(zip(text.names, text.factors, strict=True))
     return _log_table(str(text.path), names, list(numbers_of(text).T), text.rate_hz, text.place)
+
+
+def _by_rate(table: LogTable) -> list[LogTable]:
+    """One table for each triad, where the rows of one are empty while the other is read."""
+    there = {triad: ~np.isnan([table.values[name] for name in triad]).all(axis=0)
+             for triad in (ACCELEROMETER, GYROSCOPE) if triad[0] in table.values}
+    if len(there) < 2 or all(rows.all() for rows in there.values()):
+        return [table]
+    parts = []
+    for triad, rows in there.items():
+        at = np.flatnonzero(rows)
+        other = {name for names in there if names is not triad for name in names}
+        parts.append(replace(table, place=_row_of(table, at), values={
+            name: values[at] for name, values in table.values.items() if name not in other}))
+    return parts
+
+
+def _row_of(table: LogTable, at: IntArray) -> Callable[[int], str]:
+    """The place of a row of those ``at`` in a table."""
+    return lambda row: table.place(int(at[row]))
 
 
 def _log_table(

@@ -8,12 +8,16 @@ from typing import BinaryIO
 
 from pipeline.errors import UnreadableInput
 from pipeline.files import may_never_end
-from pipeline.logs.head import FEWEST_NUMBERS, width_of_numbers
+from pipeline.logs.dialect import delimiter_of, split_cells
+from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
+from pipeline.logs.header_words import read_name
 from pipeline.logs.labels import unlabelled_lines
 from pipeline.logs.memory import largest_text, too_large
 
 REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
+CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
+"""Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first."""
 GZIP_MAGIC = b"\x1f\x8b"
 
 
@@ -74,7 +78,8 @@ def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
 def text_lines(path: Path, data: bytes) -> list[str]:
     """The lines of a text, in UTF-8 or in UTF-16 with its mark.
 
-    Signs such as ² and ° in a header may be those of Windows (cp1252).
+    Letters and signs such as ² and ° may be those of Windows in another country, outside of the
+    rows of numbers: the first code page that gives a header its letters is taken.
 
     Raises
     ------
@@ -85,7 +90,7 @@ def text_lines(path: Path, data: bytes) -> list[str]:
     try:
         text = data.decode("utf-16" if utf_16 else "utf-8-sig")
     except UnicodeDecodeError as error:
-        text = data.decode("latin-1")
+        text = _in_code_page(data)
         damaged = utf_16 or any(width_of_numbers(line) >= FEWEST_NUMBERS
                                 for line in text.split("\n") if not line.isascii())
         if damaged:
@@ -94,6 +99,17 @@ def text_lines(path: Path, data: bytes) -> list[str]:
         raise _not_text(path, data, data.index(0))
     text = decimal_numbers(text).replace("\r\n", "\n").replace("\r", "\n")
     return unlabelled_lines(text.split("\n"))
+
+
+def _in_code_page(data: bytes) -> str:
+    """Text that is not in UTF-8, by the code page in which most of its names are known."""
+    head = b"\n".join(data.split(b"\n", LONGEST_HEAD)[:LONGEST_HEAD])
+
+    def known(page: str) -> int:
+        names = head.decode(page, "ignore").splitlines()
+        return max((sum(read_name(cell).quantity != "" for cell in split_cells(
+            line, delimiter_of(line))) for line in names), default=0)
+    return data.decode(max(CODE_PAGES, key=known), "replace")
 
 
 def decimal_numbers(text: str) -> str:

@@ -23,10 +23,10 @@ from pipeline.logs.dialect import (
     dialect_of_rows,
     is_number,
     local_date_seconds,
-    may_be_thousands,
     seconds_of,
     split_cells,
 )
+from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
 from pipeline.logs.head import find_head, is_time, named_columns, no_rows
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
@@ -151,9 +151,18 @@ def _without_sign(names: Sequence[str] | None, cells: int) -> Sequence[str] | No
 
 
 def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
-    """The dialect of the rows from line ``first`` on, and the cells of this line."""
-    dialect = dialect_of_rows(lines[first : first + DIALECT_ROWS])
-    return dialect, dialect.cells(lines[first])
+    """The dialect of the rows from line ``first`` on, and the first cell of each column that is
+    not empty: sensors of another rate leave it so in most rows."""
+    rows = lines[first : first + DIALECT_ROWS]
+    dialect = dialect_of_rows(rows)
+    cells = dialect.cells(rows[0])
+    for row in rows[1:]:
+        if all(cells[:-1]):
+            break
+        later = dialect.cells(row)
+        if len(later) == len(cells):
+            cells = [cell or other for cell, other in zip(cells, later, strict=True)]
+    return dialect, cells
 
 
 def _date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:
@@ -210,6 +219,13 @@ def numbers_of(text: LogText) -> FloatArray:
     return np.asarray(full[there])
 
 
+def _are_missing(text: LogText, cells: Sequence[str], name: str) -> bool:
+    """Whether the whole triad of a column is missing in a row."""
+    triad = next((triad for triad in (ACCELEROMETER, GYROSCOPE) if name in triad), ())
+    return bool(triad) and all(cell.lower() in MISSING for ours, cell in zip(
+        text.names, cells, strict=True) if ours in triad)
+
+
 def _gap_table(text: LogText, rows: Sequence[Sequence[str]]) -> FloatArray:
     """The cells of rows (t, columns) as numbers, NaN for what is skipped or missing."""
     try:
@@ -227,16 +243,12 @@ def _plain_rows(text: LogText) -> list[str]:
     if text.dated is not None:
         return _dated_rows(text, text.dated)
     if not text.dialect.decimal_comma:
+        cells = [text.dialect.cells(row) for row in rows[:DIALECT_ROWS]]
+        require_no_thousands(text.path, [row for row in cells if len(row) == len(text.names)])
         return rows
     if text.is_rewritten:
         return ["\t".join(map(text.dialect.decimal_points, cells)) for _, cells in text.rows()]
-    shown = [cell for _, cells in text.rows() for cell in cells]
-    if may_be_thousands(shown):
-        raise UnreadableInput(
-            f"{text.path}: every comma in its numbers stands before three digits, as in "
-            f"'{next(cell for cell in shown if ',' in cell)}': it may be a decimal comma or "
-            "separate thousands. Write the file with decimal points."
-        )
+    require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
     return [text.dialect.decimal_points(row) for row in rows]
 
 
@@ -275,7 +287,8 @@ def _first_fault(text: LogText) -> str | None:
         for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
             if name == SKIP or is_number(text.dialect.decimal_points(cell)):
                 continue
-            if name not in READINGS and cell.lower() in MISSING:
+            may_lack = name not in READINGS or _are_missing(text, cells, name)
+            if may_lack and cell.lower() in MISSING:
                 continue
             if i == text.dated and is_time(cell):
                 continue

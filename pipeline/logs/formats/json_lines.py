@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.errors import UnreadableInput
-from pipeline.logs.dialect import seconds_of
+from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
 
 
@@ -37,7 +37,11 @@ def _samples(path: Path, text: str) -> Iterator[Any]:
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
-    """Every number in a value, under a name like ``acc.x`` or ``acc[0]``; dates in seconds."""
+    """Every number in a value, under a name like ``acc.x`` or ``acc[0]``; dates in seconds.
+
+    A number may be quoted."""
+    if isinstance(value, str) and is_number(value):
+        value = float(value)
     if isinstance(value, int | float) and not isinstance(value, bool):
         yield name, float(value)
     elif isinstance(value, str) and (seconds := seconds_of(value)) is not None:

@@ -13,6 +13,7 @@ from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
 
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
+BAG_SUFFIX = ".db3"  #: end of the name of a database that is a ROS 2 bag
 HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
 JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
 
@@ -60,6 +61,9 @@ OTHERS: Mapping[bytes, str] = {
     b"\xfa\xff": "the bytes of an Xsens. `pipeline record` reads them; export a text with MT "
                  "Manager",
     b"%PDF": "a PDF",
+    b"SQLite format 3": "a database of SQLite. Write its table as text, for example by `sqlite3 "
+                        "-header -csv FILE 'select * from imu' > imu.csv` (`.tables` lists the "
+                        "tables), and import that",
 }
 
 
@@ -84,7 +88,7 @@ def kind_of(path: Path) -> Kind | None:
         raise UnreadableInput(f"{path}: cannot be read ({error.strerror}). Check the name, and "
                               "that you may read the file.") from error
     for mark, instead in OTHERS.items():
-        if head.startswith(mark):
+        if head.startswith(mark) and path.suffix != BAG_SUFFIX:
             raise UnreadableInput(f"{path}: is {instead}.")
     if JSON_BEGINS.match(head):
         return JSON

@@ -55,6 +55,5 @@ def taking_turns(folder: Path, log: HandLog) -> Foreign:
 
 
 LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
-    tool.__name__: tool for tool in (movella_dot, registers, fortran, spreadsheet)
+    tool.__name__: tool for tool in (movella_dot, registers, fortran, spreadsheet, taking_turns)
 }
-LATE_REFUSED = {"taking_turns": (taking_turns, "readings of one sensor only .*awk")}

@@ -15,13 +15,14 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
-from tests.pipeline.guess.late_files import LATE, LATE_REFUSED
+from tests.pipeline.guess.late_files import LATE
 from tests.pipeline.guess.mixed_files import MIXED, android_lines
 from tests.pipeline.guess.odd_files import ODD
+from tests.pipeline.guess.sentence_files import SENTENCES, SENTENCES_REFUSED
 from tests.pipeline.guess.strange_files import REFUSED, STRANGE
 from tests.sessions import pipeline
 
-EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE}
+EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -65,7 +66,7 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
 def test_a_list_of_events_is_refused_with_the_command_that_splits_it(
     tmp_path: Path, log: HandLog
 ) -> None:
-    with pytest.raises(UnreadableInput, match=r"column 2 names the sensor .*grep ACC events.csv"):
+    with pytest.raises(UnreadableInput, match=r"column 2 names the sensor .*ACC/.* events.csv"):
         guess_files(android_lines(tmp_path, log).files, None)
 
 
@@ -78,11 +79,11 @@ def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_p
         guess_files([path], 100.0)
 
 
-@pytest.mark.parametrize("tool", {**REFUSED, **LATE_REFUSED})
+@pytest.mark.parametrize("tool", {**REFUSED, **SENTENCES_REFUSED})
 def test_files_without_readings_are_refused_with_what_to_record(
     tmp_path: Path, log: HandLog, tool: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write, says = {**REFUSED, **LATE_REFUSED}[tool]
+    write, says = {**REFUSED, **SENTENCES_REFUSED}[tool]
     code = pipeline("import", *write(tmp_path, log).files, "--output", tmp_path / "c.yaml")
     assert code in (0, 3, 4)  # a gyroscope beside it may show its bias
     with pytest.raises(AssertionError, match=f"(?s){says}"):

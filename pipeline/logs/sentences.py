@@ -1,0 +1,104 @@
+"""Rows out of sentences: lines whose words and signs are the same and whose numbers change.
+
+``I (1312) IMU: acc=0.01,-0.02,0.98 gyr=1.2,0.3,-0.5``, cells that hold vectors
+(``0.02,"[0.1, 0.2, 9.8]"``) and numbers with their units (``0.02s, 0.98g``) are such lines. The
+text between the numbers names them, or the header does, whose cells are as many as the line's.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from itertools import groupby
+
+from calib.poses.imu_log import AXES
+from pipeline.logs.dialect import DELIMITERS, dialect_of
+from pipeline.logs.header_words import spelled_unit
+
+LEAST_SHARE = 0.9  #: share of the lines that are written in one manner
+FEWEST = 3  #: numbers of a row: a triad
+#: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
+NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
+DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:[.,]\d++)?"
+SLOT = re.compile(rf"(?<![\w.:])(?:{DAY}(?![\w:])|{NUMBER})")
+COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: codes of a terminal
+IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
+AROUND = " \t:=>()[]{}\"',;|"
+MARK = "\0"  #: stands for a number
+
+
+def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | None:
+    """``lines`` as rows under a header, a line for a line; None where they are no sentences.
+
+    ``shown`` are the lines by which the manner is judged. Other lines become comments.
+    """
+    texts = Counter(_text(line) for line in shown)
+    text, count = max(texts.items(), key=lambda item: item[1], default=("", 0))
+    if text.count(MARK) < FEWEST or count < LEAST_SHARE * len(shown):
+        return None
+    if not _hides_numbers(next(line for line in shown if _text(line) == text)):
+        return None
+    rows = [",".join(slot.replace(",", ".") for slot in SLOT.findall(COLOURS.sub("", line)))
+            if _text(line) == text else f"# {line}" for line in lines]
+    first = next(i for i, row in enumerate(rows) if not row.startswith("# "))
+    above = next((line for line in reversed(lines[:first]) if line.strip()), "")
+    names = _names_of_header(text, above) or _names_of_text(text)
+    if names:
+        rows[max(first - 1, 0)] = ",".join(names)
+    return rows
+
+
+def _text(line: str) -> str:
+    """The line with marks in the place of its numbers, and one blank for many."""
+    return " ".join(SLOT.sub(MARK, COLOURS.sub("", line)).split())
+
+
+def _hides_numbers(line: str) -> bool:
+    """Whether the line is no plain table: a triad stands in cells that are no numbers."""
+    plain = COLOURS.sub("", line)
+    dialect = dialect_of(plain)
+    hidden = [cell for cell in dialect.cells(plain)
+              if not dialect.holds_number(cell) and not SLOT.fullmatch(cell)]
+    return sum(len(SLOT.findall(cell)) for cell in hidden) >= FEWEST
+
+
+def _names_of_header(text: str, above: str) -> list[str]:
+    """Names by the cells of the line above, with the units behind the numbers."""
+    sign = max(DELIMITERS, key=text.count)
+    whole = IN_BRACKETS.sub(lambda vector: vector[0].replace(sign, " "), text)
+    cells, names = whole.split(sign), [name.strip(' "') for name in above.split(sign)]
+    if len(cells) != len(names) or SLOT.search(above):
+        return []
+    named = []
+    for cell, name in zip(cells, names, strict=True):
+        count = cell.count(MARK)
+        unit = cell.rpartition(MARK)[2].strip(AROUND) if count else ""
+        title = f"{name} ({unit})" if spelled_unit(unit) else name
+        named += [title] if count == 1 else _spread(name, count)
+    return named
+
+
+def _names_of_text(text: str) -> list[str]:
+    """Names by the words before the numbers; a number without any goes on with the last name."""
+    labels: list[str] = []
+    for part in text.split(MARK)[:-1]:
+        words = re.split(r"[,;|]", part)[-1].replace(":", " ").strip(AROUND)
+        words = " ".join(words.split())
+        words = "" if spelled_unit(words) and labels else words
+        if words.lower() in AXES and labels and labels[-1][-1:].lower() in AXES:
+            words = f"{labels[-1][:-1]}{words}"
+        labels.append(words if any(map(str.isalpha, words)) else "")
+    groups: list[list[str]] = []
+    for is_named, run in groupby(labels, key=bool):
+        several = list(run)
+        if is_named or not groups:
+            groups += [[label] for label in several]
+        else:
+            groups[-1] += several
+    return [name for group in groups for name in
+            (group if len(group) == 1 else _spread(group[0], len(group)))]
+
+
+def _spread(name: str, count: int) -> list[str]:
+    """Names of several numbers under one: the axes of a triad, else their places."""
+    ends = AXES if count == len(AXES) else range(1, count + 1)
+    return [f"{name} {end}" for end in ends]
