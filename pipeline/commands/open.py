@@ -70,14 +70,14 @@ def _workbench(
 
 
 def _run(path: Path, allow_python: bool) -> Path:
-    """The configuration, which is run where it has no report yet."""
+    """The configuration, which is run where its results are not those of the files as they are."""
     from pipeline.commands.interaction.run_with_progress import run_shown
     from pipeline.report.outputs import outputs_of
-    from pipeline.results.names import REPORT_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
+    from pipeline.workbench.session_files import SessionFiles
 
     with working_on(path) as (config, folder):
-        if not (folder / REPORT_NAME).is_file():
+        if not SessionFiles(path, folder).is_run():
             require_own_files(folder)
             write_session(folder, outputs_of(
                 run_shown(config, folder, allow_python, bars=False), folder))

@@ -45,7 +45,7 @@ def exclude_lines(config: Config, triad: Triad) -> ExcludeLines:
 class PoseSection:
     """What a pose is called in ``exclude``, and the number of the section that it belongs to."""
 
-    name: str
+    name: PoseName
     number: int
 
     @property

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config
 from pipeline.errors import ConfigError
 from pipeline.stages.excluded_poses import ExcludedMean, PoseName, short_names
@@ -27,7 +26,7 @@ def recordings_without(
         No pose of a section remains.
     """
     by_setting = {}
-    for triad in TRIADS:
+    for triad in config.triads:
         for section, then in zip(config.runs_of(triad), more.runs_of(triad),
                                  strict=True):
             of_section = recordings.of(section)

@@ -9,7 +9,13 @@ from pathlib import Path
 from threading import Lock
 
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import (
+    HTMLResponse,
+    JSONResponse,
+    PlainTextResponse,
+    Response,
+    StreamingResponse,
+)
 from starlette.routing import BaseRoute, Route
 
 from calib.poses.imu_log import Triad
@@ -29,6 +35,7 @@ from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.own_effect import tried_expression
 from pipeline.workbench.session_clips import session_clips
+from pipeline.workbench.session_files import SessionFiles, Stamp
 from pipeline.workbench.state import changed_lines, read_state
 
 LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen
@@ -56,8 +63,9 @@ class Workbench:
     held_out: HeldOut | None = None
 
     def __post_init__(self) -> None:
+        self.files = SessionFiles(self.path, self.folder)
         self._session: OpenSession | None = None
-        self._stamp: Json = {}
+        self._stamp: Stamp = {}
         self._guesses: tuple[str, dict[str, list[str]]] = ("", {})
         self._lock = Lock()
 
@@ -75,28 +83,21 @@ class Workbench:
             raise ConfigError(f"{path}: is no file of this folder. Run the session again.")
         return path
 
-    def stamp(self) -> Json:
-        """What changes when a run or an editor writes: times and sizes of the files."""
-        stamps = {}
-        for name, path in (("config", self.path), ("report", self.folder / REPORT_NAME)):
-            try:
-                status = path.stat()
-                stamps[name] = f"{status.st_mtime_ns}-{status.st_size}-{status.st_ino}"
-            except OSError:  # between two writes of an editor
-                stamps[name] = ""
-        return stamps
-
     def session(self) -> OpenSession:
-        """The session as the files are now.
+        """The session as it was run.
 
         Raises
         ------
         PipelineError, CalibrationError, VisionError
-            As a run of it.
+            As a run of it; or its files were changed after the run that the page shows.
         """
         with self._lock:
-            stamp = self.stamp()
-            if self._session is None or stamp["config"] != self._stamp["config"]:
+            stamp = self.files.stamp()
+            if self._session is None or stamp != self._stamp:
+                if not self.files.is_run():
+                    raise ConfigError(
+                        f"{self.path}: the configuration or a log was changed after the last run. "
+                        f"Type `pipeline run`, and this page follows.")
                 self._session = OpenSession(self.path, self.cache, self.allow_python)
                 self._stamp = stamp
             self._session.held_out = self.held_out
@@ -104,7 +105,7 @@ class Workbench:
 
     def page(self) -> str:
         """The report with its script from this server and the tools of the workbench."""
-        stamps = " ".join(f'data-{name}="{value}"' for name, value in self.stamp().items())
+        stamps = " ".join(f'data-{name}="{value}"' for name, value in self.files.stamp().items())
         text = self.report.read_text(encoding="utf-8")
         tools = template("workbench/templates/workbench.html")
         scripts = ('<script src="drawing.js"></script>\n<script src="player.js"></script>\n'
@@ -115,7 +116,7 @@ class Workbench:
 
     def guesses(self, triad: Triad) -> list[str]:
         """Effects of the page that look like others and that no verdict names."""
-        stamp = self.stamp()["report"]
+        stamp = self.files.stamp()["report"]
         if stamp != self._guesses[0]:
             match = _DATA.search(self.report.read_text(encoding="utf-8"))
             of_page = json.loads(match[1]) if match else {"triads": []}
@@ -133,7 +134,7 @@ class Workbench:
             The run refuses it, or the file was changed meanwhile; nothing is written.
         """
         session = self.session()
-        text = session.text(read_state(question["state"]))
+        text = session.text(read_state(question.get("state")))
         with working_on(self.path, self.output) as (config, folder):
             if config.source.text != session.config.source.text:
                 raise ConfigError(f"{self.path}: was changed meanwhile. Load the page again.")
@@ -154,7 +155,10 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     """
 
     def page(_: Request) -> Response:
-        return HTMLResponse(workbench.page())
+        try:
+            return HTMLResponse(workbench.page())
+        except ConfigError as error:
+            return PlainTextResponse(str(error), 404)
 
     async def columns(request: Request) -> Response:
         triad = _triad(request.path_params["triad"])
@@ -220,10 +224,10 @@ def _tried(workbench: Workbench, question: Json) -> Json:
 async def _news(workbench: Workbench, request: Request) -> AsyncIterator[str]:
     """The stamps of the files, and again after every change once it is over: a run writes several.
     """
-    told: Json = {}
-    now = workbench.stamp()
+    told: Stamp = {}
+    now = workbench.files.stamp()
     while not await request.is_disconnected():
-        before, now = now, workbench.stamp()
+        before, now = now, workbench.files.stamp()
         if told != now == before:
             told = now
             yield f"event: files\ndata: {json.dumps(told)}\n\n"

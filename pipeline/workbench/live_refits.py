@@ -23,6 +23,7 @@ from pipeline.report.triad.judgement import changes_json
 from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
+from pipeline.stages.excluded_poses import short_names
 from pipeline.stages.fewer_poses import recordings_without
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import average_recordings
@@ -60,9 +61,20 @@ class OpenSession:
             (triad, setting.rate): logs.by_setting[setting] for triad in self.config.triads
             for setting in settings_of(self.config, triad) if setting.rate != STOPPED}
         self.recordings = average_recordings(self.config, logs, self.rates)
-        self.sections: dict[Triad, Sequence[PoseSection]] = {
-            triad: pose_sections(self.config, self.recordings, triad)
-            for triad in self.config.triads}
+        self.sections = {triad: self._sections_of(triad) for triad in self.config.triads}
+
+    def _sections_of(self, triad: Triad) -> dict[str, PoseSection]:
+        """Name and section of every pose of a triad's fit by its label, in its order."""
+        labels = [mean.label for section in self.config.runs_of(triad)
+                  for mean in self.recordings.of(section).means]
+        return dict(zip(labels, pose_sections(self.config, self.recordings, triad), strict=True))
+
+    def _excluded(self, triad: Triad) -> dict[str, PoseSection]:
+        """Every pose that the configuration excludes by its label, as it is named there."""
+        return {pose.label: PoseSection(name, number)
+                for number, section in enumerate(self.config.runs_of(triad))
+                for pose in self.recordings.of(section).excluded for name in section.exclude
+                if name in (pose.place + 1, *short_names(pose.label))}
 
     def turning_logs(self, triad: Triad, rate: str) -> Sequence[ImuLog]:
         """The logs of a triad's poses at a setting of the plate."""
@@ -70,11 +82,12 @@ class OpenSession:
 
     def text(self, state: Screen) -> str:
         """The configuration that the screen would write."""
-        return text_of(self.config, state, self.sections)
+        return text_of(self.config, state, self.sections,
+                       {triad: self._excluded(triad) for triad in self.sections})
 
     def added(self, triad: Triad) -> tuple[str, ...]:
         """The added effects of the file's model."""
-        return tuple(name for name in getattr(self.config, triad).model if name not in BASE)
+        return tuple(name for name in self.config.triads[triad].model if name not in BASE)
 
     def answer(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
         """The refit of one triad on the screen, with what each change of its model is worth.
@@ -127,17 +140,16 @@ class OpenSession:
         return answer | self._with_poses_out(answer, state, triad, out) if out else answer
 
     def _with_poses_out(
-        self, answer: Json, state: Screen, triad: Triad, out: Sequence[int]
+        self, answer: Json, state: Screen, triad: Triad, out: Sequence[str]
     ) -> Json:
         """Residuals of all poses of the page: those left out as the fit without them predicts."""
-        n, factor = len(self.sections[triad]), DISPLAY[triad][1]
-        labels = self._input(_taken_back(state, triad), triad).poses.label
+        labels, factor = self.sections[triad], DISPLAY[triad][1]
         predicted = self._predicted(state, triad)
-        kept = [k for k in range(n) if k not in out]
-        values = {key: dict(zip(kept, answer[key], strict=True))
+        kept = [label for label in labels if label not in out]
+        lost = {label: predicted.get(label, float("nan")) * factor for label in out}
+        values = {key: lost | dict(zip(kept, answer[key], strict=True))
                   for key in ("residual", "left_out")}
-        lost = {k: predicted.get(labels[k], float("nan")) * factor for k in out}
-        return {key: [each.get(k, lost.get(k)) for k in range(n)] for key, each in values.items()}
+        return {key: [each[label] for label in labels] for key, each in values.items()}
 
     def _predicted(self, state: Screen, triad: Triad) -> dict[str, float]:
         every = self._input(state, triad).recorded.excluded(self._refitted(state, triad).fit)
@@ -196,7 +208,7 @@ class OpenSession:
             plates = {name: rate.plate for name, rate in self.rates.items()}
             read_in = triad_input(triad, config, self.context, plates, recordings, beside)
             self._inputs[key] = read_in
-        return replace(self._inputs[key], section=getattr(config, triad))
+        return replace(self._inputs[key], section=config.triads[triad])
 
     def _accelerometer(self, state: Screen) -> TriadCalibration | None:
         if "accelerometer" not in state.triads:
@@ -228,10 +240,3 @@ def _key(state: Screen, triad: Triad, model: bool = True) -> tuple[Any, ...]:
     mine, other = state.triads[triad], state.triads.get("accelerometer")
     return (triad, mine.ticked if model else None, mine.out,
             other if triad == "gyroscope" else None)
-
-
-def _taken_back(state: Screen, triad: Triad) -> Screen:
-    """The state with all poses of one triad."""
-    return replace(state, triads={**state.triads, triad: replace(state.triads[triad], out=())})
-
-

@@ -14,21 +14,25 @@ from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.edit import add_item, remove_item, set_list
 from pipeline.config.load import Config
+from pipeline.config.schema import TriadFitSection
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
 from pipeline.console.exclude_text import PoseSection, yaml_name
 from pipeline.errors import ConfigError
 from pipeline.model_change import CONSTANT_RATE
-from pipeline.stages.excluded_poses import section_path
+from pipeline.stages.excluded_poses import PoseName
 
-MOST_NAMES = 200  #: effects or terms of a state; no model has as many. Derived: more is no question
+PosesByLabel = Mapping[str, PoseSection]
 
 
 @dataclass(frozen=True)
 class TriadScreen:
-    """One triad on the screen: added effects in their order; numbers of the poses left out."""
+    """One triad on the screen: added effects in their order; labels of the poses left out, and of
+    those taken back that the configuration excludes.
+    """
 
     ticked: tuple[str, ...]
-    out: tuple[int, ...] = ()
+    out: tuple[str, ...] = ()
+    back: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -49,23 +53,24 @@ def read_state(value: Any) -> Screen:
     """
     try:
         triads: dict[Triad, TriadScreen] = {
-            triad: TriadScreen(_names(value["triads"][triad]["ticked"]),
-                              tuple(sorted({int(k) for k in value["triads"][triad]["out"]})))
+            triad: TriadScreen(*(_texts(value["triads"][triad].get(key, ()))
+                                 for key in ("ticked", "out", "back")))
             for triad in TRIAD_KINDS if triad in value["triads"]}
-        terms = {str(name): _names(each) for name, each in value.get("terms", {}).items()}
+        terms = {str(name): _texts(each) for name, each in value.get("terms", {}).items()}
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(f"the page asked for no state of this session ({error}).") from error
     return Screen(triads, terms)
 
 
-def _names(value: Sequence[Any]) -> tuple[str, ...]:
-    if len(value) > MOST_NAMES or not all(isinstance(name, str) for name in value):
-        raise ValueError("effects are named by texts")
+def _texts(value: Sequence[Any]) -> tuple[str, ...]:
+    if isinstance(value, str) or not all(isinstance(name, str) for name in value):
+        raise ValueError("effects and poses are named by texts")
     return tuple(dict.fromkeys(value))
 
 
 def text_of(
-    config: Config, state: Screen, poses: Mapping[Triad, Sequence[PoseSection]]
+    config: Config, state: Screen, poses: Mapping[Triad, PosesByLabel],
+    excluded: Mapping[Triad, PosesByLabel],
 ) -> str:
     """The text of the configuration with what the screen shows; comments and order are kept.
 
@@ -74,8 +79,8 @@ def text_of(
     config : Config
         As it stands in the file.
     state : Screen
-    poses : mapping of triad to sequence of PoseSection
-        Name and section of every pose that the file's configuration uses.
+    poses, excluded : mapping of triad to mapping of label to PoseSection
+        Name and section of every pose that the file's configuration uses, and excludes.
 
     Raises
     ------
@@ -84,12 +89,18 @@ def text_of(
     """
     source = config.source
     for triad, of_triad in state.triads.items():
-        section = getattr(config, triad)
-        if section is None:
-            raise ConfigError(f"{source.path} has no section '{triad}'.")
+        section = _section(config, triad)
         model = model_of(section.model, of_triad.ticked)
         source = _with_model(source, (triad,), section.model, model, BASE)
-        source = _without_poses(source, config, triad, of_triad.out, poses[triad])
+        out = _by_section(triad, of_triad.out, poses[triad])
+        back = _by_section(triad, of_triad.back, excluded[triad])
+        places = [path for path, _ in config.placed_runs() if path[0] == triad]
+        for number in sorted({*out, *back}):
+            words = [yaml_name(name) for name in (*section.sections[number].exclude,
+                                                  *out.get(number, ()))
+                     if name not in back.get(number, ())]
+            source = parse_source(
+                source.path, set_list(source, places[number], "exclude", words))
     for setting, terms in state.terms.items():
         now = getattr(config.rate.get(setting), "model", None)
         if now is None:
@@ -124,32 +135,26 @@ def _with_model(
     return source
 
 
-def _without_poses(
-    source: YamlSource, config: Config, triad: Triad, out: Sequence[int],
-    poses: Sequence[PoseSection],
-) -> YamlSource:
-    sections = config.runs_of(triad)
-    for number, names in _left_out(triad, out, poses).items():
-        words = [*map(yaml_name, sections[number].exclude), *map(yaml_name, names)]
-        path = section_path(sections[number], config)
-        source = parse_source(source.path, set_list(source, path, "exclude", words))
-    return source
+def _section(config: Config, triad: Triad) -> TriadFitSection:
+    if triad not in config.triads:
+        raise ConfigError(f"{config.source.path} has no section '{triad}'.")
+    return config.triads[triad]
 
 
-def _left_out(
-    triad: Triad, out: Sequence[int], poses: Sequence[PoseSection]
-) -> dict[int, list[str]]:
-    """The names of the poses left out, by the number of their section."""
-    if any(not 0 <= k < len(poses) for k in out):
-        raise ConfigError(f"the {triad} has no such pose; load the page again.")
-    names: dict[int, list[str]] = {}
-    for k in out:
-        names.setdefault(poses[k].number, []).append(poses[k].name)
+def _by_section(
+    triad: Triad, labels: Sequence[str], poses: PosesByLabel
+) -> dict[int, list[PoseName]]:
+    """The names of poses, by the number of their section."""
+    names: dict[int, list[PoseName]] = {}
+    for label in labels:
+        if label not in poses:
+            raise ConfigError(f"the {triad} has no pose '{label}'; load the page again.")
+        names.setdefault(poses[label].number, []).append(poses[label].name)
     return names
 
 
 def config_of(
-    config: Config, state: Screen, poses: Mapping[Triad, Sequence[PoseSection]]
+    config: Config, state: Screen, poses: Mapping[Triad, PosesByLabel]
 ) -> Config:
     """The configuration of :func:`text_of`, whose text is not made, without the plate's terms.
 
@@ -160,13 +165,11 @@ def config_of(
     """
     changed: dict[str, Any] = {}
     for triad, of_triad in state.triads.items():
-        section = getattr(config, triad)
-        if section is None:
-            raise ConfigError(f"{config.source.path} has no section '{triad}'.")
-        names = _left_out(triad, of_triad.out, poses[triad])
+        section = _section(config, triad)
+        names = _by_section(triad, of_triad.out, poses[triad])
         then = [each.model_copy(update={"exclude": (*each.exclude, *names.get(i, ()))})
-                for i, each in enumerate(config.runs_of(triad))]
-        at_rest = len(then) - len(section.runs)
+                for i, each in enumerate(section.sections)]
+        at_rest = len(section.at_rest)
         update = {"model": model_of(section.model, of_triad.ticked),
                   "runs": tuple(then[at_rest:])}
         if at_rest:

@@ -11,7 +11,7 @@ let page = null, undone = [], done = [], now = "", restoring = false, writing = 
 
 const state = () => ({
   triads: Object.fromEntries(page.sections.map(({ triad, order, out }) => [triad.triad,
-    { ticked: order.map((effect) => effect.name), out: [...out].sort((a, b) => a - b) }])),
+    { ticked: order.map((effect) => effect.name), out: triad.labels.filter((_, k) => out.has(k)) }])),
   terms: Object.fromEntries(page.rateSections.flatMap(({ rate, boxes }) => {
     const ticked = rate.terms.filter((_, i) => boxes[i].checked);
     const changed = rate.terms.some((term, i) => term.in_model !== boxes[i].checked);
@@ -42,6 +42,8 @@ function offer() {
   button("undo").disabled = done.length === 0;
   button("redo").disabled = undone.length === 0;
   button("write").disabled = now === page.asRun;
+  if (now === page.asRun) drop("pending");
+  else keep("pending", now);
 }
 
 function restore(text) {
@@ -51,7 +53,7 @@ function restore(text) {
     const { ticked, out } = triads[section.triad.triad] ?? { ticked: [], out: [] };
     section.order = ticked.map((name) => section.effects.find((effect) => effect.name === name))
       .filter(Boolean);
-    section.out = new Set(out.filter((k) => k < section.triad.labels.length));
+    section.out = new Set(out.map((label) => section.triad.labels.indexOf(label)).filter((k) => k >= 0));
     for (const effect of section.effects) {
       section.boxes.get(effect.name).checked = section.order.includes(effect);
     }
@@ -72,31 +74,34 @@ function restore(text) {
 const actions = {
   undo() { undone.push(now); restore(done.pop()); },
   redo() { done.push(now); restore(undone.pop()); },
-  async write() {
-    button("write").disabled = writing = true;  // its own news are none
-    say("The session is run with it …");
-    try {
-      const { path, lines: changed } = await asked("write", { state: state() });
-      keep("written", { path, changed });
-      location.reload();
-    } catch (error) {
-      writing = false;
-      say(`Nothing was written. ${error.message}`);
-      offer();
-      heard();
-    }
-  },
+  write() { write(state()); },
 };
+
+async function write(screen) {
+  button("write").disabled = writing = true;  // its own news are none
+  say("The session is run with it …");
+  try {
+    keep("written", await asked("write", { state: screen }));
+    drop("pending");
+    location.reload();
+  } catch (error) {
+    writing = false;
+    say(`Nothing was written. ${error.message}`);
+    offer();
+    heard();
+  }
+}
 
 // --- what outlives a new page --------------------------------------------------------------------
 
-const mine = (name) => `${location.pathname} ${name}`;  // each session of a folder has its own
-const keep = (name, value) => sessionStorage.setItem(mine(name), JSON.stringify(value));
-const drop = (name) => sessionStorage.removeItem(mine(name));
-const kept = (name) => JSON.parse(sessionStorage.getItem(mine(name)) ?? "null");
-
 const shown = document.documentElement.dataset;  // the stamps of the files that the page shows
 let stamp = shown;  // and of those that are there
+const mine = (name) => `${shown.data} ${name}`;  // other data, other sitting
+const keep = (name, value) => {
+  try { sessionStorage.setItem(mine(name), JSON.stringify(value)); } catch { /* more than it holds */ }
+};
+const drop = (name) => sessionStorage.removeItem(mine(name));
+const kept = (name) => JSON.parse(sessionStorage.getItem(mine(name)) ?? "null");
 
 function listen() {
   const events = new EventSource("events");
@@ -108,20 +113,24 @@ function listen() {
 }
 
 function heard() {
-  if (stamp.report !== shown.report) {
-    if (now !== page.asRun) keep("pending", now);
-    location.reload();
-  } else if (stamp.config !== shown.config) {
-    say("The configuration was changed; `pipeline run` brings its results here.");
+  if (!stamp.report) say("The report is gone: `pipeline run` writes it again.");
+  else if (stamp.report !== shown.report) location.reload();
+  else if (stamp.config !== shown.config || stamp.data !== shown.data) {
+    say("The configuration or a log was changed; `pipeline run` brings the results here.");
   }
 }
 
 // --- one triad -----------------------------------------------------------------------------------
 
+const modelOf = ({ ticked }) => ticked.join(" + ") || "base";
+const posesOf = ({ without }) => without.map((label) => label.split("/").pop()).join(", ");
+const named = (each) => `${modelOf(each)}${each.without.length ? ` without ${posesOf(each)}` : ""}`;
+
 class Bench {
   constructor(section) {
     this.section = section;
-    this.tried = kept(`tried ${section.triad.triad}`) ?? [];
+    this.excluded = section.triad.poses.excluded.map((pose) => pose.label);
+    this.tried = this.before();
     this.root = document.getElementById("bench").content.firstElementChild.cloneNode(true);
     section.root.querySelector(".refit").after(this.root);
     for (const name of ["x", "y", "colour", "from", "to"]) {
@@ -130,6 +139,7 @@ class Bench {
     section.listeners.push(() => this.note());
     droppable(this.part("drop"), this.part("held"), (file) => this.hold(file));
     for (const name of ["expression", "per"]) this.part(name).addEventListener("input", () => this.typed());
+    this.takeBack();
     this.note();
     fetch(`columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
       this.columns = answer.columns;
@@ -178,47 +188,75 @@ class Bench {
     return this.columns[name];
   }
 
+  // What was tried before this page was loaded; the configuration may exclude other poses since.
+  before() {
+    const { labels, rows } = kept(`tried ${this.section.triad.triad}`) ?? { rows: [] };
+    const place = new Map(labels?.map((label, k) => [label, k]));
+    return rows.map((row) => ({ ...row,
+      left_out: this.section.triad.labels.map((label) => row.left_out[place.get(label)] ?? null) }));
+  }
+
+  // Buttons for the poses that the configuration excludes: each is one step of its own.
+  takeBack() {
+    const place = this.part("excluded");
+    place.hidden = this.excluded.length === 0;
+    for (const label of this.excluded) {
+      const back = document.createElement("button");
+      back.type = "button";
+      back.textContent = `take ${label} back in`;
+      back.addEventListener("click", () => {
+        const screen = state();
+        screen.triads[this.section.triad.triad].back = [label];
+        write(screen);
+      });
+      place.append(" ", back);
+    }
+  }
+
   // A fit is on the screen: one more row, unless it was tried before.
   note() {
-    const { triad, order, out, refitted } = this.section, mine = state().triads[triad.triad];
-    const key = JSON.stringify(mine);
-    this.key = key;
+    const { triad, order, out, refitted } = this.section, ticked = order.map((effect) => effect.name);
+    const without = [...this.excluded, ...triad.labels.filter((_, k) => out.has(k))].sort();
+    const key = this.key = JSON.stringify([ticked, without]);
     const held = refitted.held_out?.rms ?? null, known = this.tried.find((each) => each.key === key);
     if (known && held !== null) known.held = held;
     if (!known && !refitted.failed && this.section.settled) {
-      this.tried.push({ key, model: order.map((effect) => effect.name).join(" + ") || "base",
-        out: [...out].map((k) => triad.labels[k].split("/").pop()).join(", "),
-        rms: refitted.rms, loo: refitted.loo, held, chi2: refitted.chi2 / refitted.dof,
-        explained: refitted.explained,
-        left_out: (refitted.left_out ?? triad.left_out).map((v, k) => v / triad.sd[k]) });
-      keep(`tried ${triad.triad}`, this.tried.slice(-40));
+      this.tried.push({ key, ticked, without, rms: refitted.rms, loo: refitted.loo, held,
+        chi2: refitted.chi2 / refitted.dof, explained: refitted.explained,
+        left_out: (refitted.left_out ?? triad.left_out).map((v, k) => Number((v / triad.sd[k]).toPrecision(4))) });
+      keep(`tried ${triad.triad}`, { labels: triad.labels, rows: this.tried.slice(-40) });
     }
-    const name = ({ model, out: without }) => `${model}${without ? ` without ${without}` : ""}`;
-    this.part("tried").replaceChildren(...this.tried.map((each) => {
-      const row = document.createElement("tr"), back = document.createElement("button");
-      row.className = each.key === key ? "now" : "";
-      [each.model, each.out, page.short(each.rms), page.short(each.loo), each.held == null ? "–" : page.short(each.held), page.short(each.chi2),
-        each.explained ? "yes" : "no"].forEach((text) => row.insertCell().textContent = text);
-      back.type = "button";
-      back.textContent = "show";
-      back.setAttribute("aria-label", `show ${name(each)}`);
-      back.addEventListener("click", () => {
-        const whole = state();
-        whole.triads[triad.triad] = JSON.parse(each.key);
-        done.push(now);
-        undone = [];
-        restore(JSON.stringify(whole));
-      });
-      row.insertCell().append(back);
-      return row;
-    }));
+    this.part("tried").replaceChildren(...this.tried.map((each) => this.row(each)));
     for (const [part, at] of [["from", 0], ["to", this.tried.length - 1]]) {
       const select = this.part(part), before = select.selectedIndex;
       const chosen = part === "from" && before >= 0 ? before : at;
-      select.replaceChildren(...this.tried.map((each, i) => new Option(name(each), i)));
+      select.replaceChildren(...this.tried.map((each, i) => new Option(named(each), i)));
       select.selectedIndex = chosen;
     }
     if (this.columns) this.draw();
+  }
+
+  // A model that was tried, with the way back to it; from a pose that is excluded there is none.
+  row(each) {
+    const row = document.createElement("tr"), back = document.createElement("button"), { short } = page;
+    row.className = each.key === this.key ? "now" : "";
+    [modelOf(each), posesOf(each), short(each.rms), short(each.loo), each.held == null ? "–" : short(each.held),
+      short(each.chi2), each.explained ? "yes" : "no"].forEach((text) => { row.insertCell().textContent = text; });
+    const lost = this.excluded.filter((label) => !each.without.includes(label));
+    back.type = "button";
+    back.textContent = "show";
+    back.disabled = lost.length > 0;
+    back.title = lost.length ? `The configuration excludes ${lost.join(", ")} by now.` : "";
+    back.setAttribute("aria-label", `show ${named(each)}`);
+    back.addEventListener("click", () => {
+      const whole = state();
+      whole.triads[this.section.triad.triad] = { ticked: each.ticked, out: each.without };
+      done.push(now);
+      undone = [];
+      restore(JSON.stringify(whole));
+    });
+    row.insertCell().append(back);
+    return row;
   }
 
   draw() {
@@ -339,9 +377,10 @@ class Bench {
   gain() {
     const [from, to] = ["from", "to"].map((name) => this.tried[Number(this.part(name).value)]);
     if (!from || !to) return;
-    const gains = from.left_out.map((value, k) => value ** 2 - to.left_out[k] ** 2);
+    const both = from.left_out.map((value, k) => value !== null && to.left_out[k] !== null);
+    const gains = from.left_out.map((value, k) => (both[k] ? value ** 2 - to.left_out[k] ** 2 : 0));
     const { svg, x, y } = plot([0, gains.length], span([0, ...gains]), "pose", "fall of chi² by pose",
-      `Which poses ${to.model} predicts better than ${from.model}.`);
+      `Which poses ${named(to)} predicts better than ${named(from)}.`);
     const wide = Math.max((x(1) - x(0)) * 0.75, 1);
     gains.forEach((value, k) => {
       const bar = node("rect", { class: value < 0 ? "gain loss" : "gain", "data-i": k, x: x(k + 0.12), width: wide,
@@ -351,8 +390,8 @@ class Bench {
     });
     this.part("gain").replaceChildren(svg);
     const better = gains.filter((value) => value > 0).length;
-    this.part("gain-words").textContent = `${better} of ${gains.length} poses are predicted better by `
-      + `${to.model}${from === to ? " (choose two models)" : ` than by ${from.model}`}.`;
+    this.part("gain-words").textContent = `${better} of ${both.filter(Boolean).length} poses are predicted better by `
+      + `${named(to)}${from === to ? " (choose two models)" : ` than by ${named(from)}`}.`;
   }
 }
 
@@ -390,9 +429,8 @@ window.workbench = {
       if (!button(name).disabled) { event.preventDefault(); actions[name](); }
     });
     const written = kept("written"), pending = kept("pending");
-    if (written) say(written.changed.length ? `${written.path} was changed:` : "Nothing to write.", written.changed);
+    if (written) say(written.lines.length ? `${written.path} was changed:` : "Nothing to write.", written.lines);
     drop("written");
-    drop("pending");
     if (pending) restore(pending);
     offer();
     listen();

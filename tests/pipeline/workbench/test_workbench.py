@@ -7,16 +7,19 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
 from pipeline.text.formatting import DISPLAY
+from pipeline.workbench.chart_columns import chart_columns
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.state import Screen, TriadScreen, changed_lines
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import PHONE, Browser, Tab
 from tests.pipeline.workbench.conftest import opened_workbench, written_session
-from tests.sessions import pipeline, results_in
+from tests.sessions import magnetometer_session, pipeline, results_in
+from tests.world.magnetometer import Magnetometer
 
 pytestmark = needs_browser
 
@@ -83,6 +86,17 @@ def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
     assert found["loo_rms"] * SHOWN == float(without)  # to the last digit
     history = (config.with_suffix(".run") / "history.jsonl").read_text("utf-8").splitlines()
     assert len(history) == 3  # opened, written, run: writing is one step
+
+    # What was tried stays; a model with the pose is out of reach until that is taken back.
+    tab.wait("document.querySelector('.tried tr.now') && true")
+    assert len(tried(tab)) == 3
+    show = f"[...{GYRO}.querySelectorAll('.tried button')].map((b) => b.disabled)"
+    assert tab.wait(show) == [True, True, False]
+    tab.click("#gyroscope [data-bench-excluded] button")
+    tab.wait("/was changed/.test(document.querySelector('[data-bench-status]').textContent)"
+             f" && {figure('loo')} === '{fallen}'")
+    assert "exclude: []" in config.read_text(encoding="utf-8")
+    assert tab.wait(show) == [False, False, False]
 
 
 def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
@@ -162,12 +176,18 @@ def test_the_figures_on_the_screen_are_those_of_a_run_with_the_same_effects(
     config: Path
 ) -> None:
     session = OpenSession(config, config.with_suffix(".run") / "cache", False)
+    labels = [*session.sections["gyroscope"]]
+    out = (labels[2], labels[30], labels[89])  # the last one rests: of the accelerometer too
     state = Screen({"accelerometer": TriadScreen(("temperature_bias",)),
-                   "gyroscope": TriadScreen(("g_sensitivity", "scale_drift"), (2, 30))}, {})
+                   "gyroscope": TriadScreen(("g_sensitivity", "scale_drift"), out)}, {})
     shown = session.answer(state, "gyroscope", ())
     text = session.text(state)
-    assert {change["line"] for change in changed_lines(
-        load_config(config).source.text, text)} <= {*range(20, 60)}
+    changed = [change["after"].strip() for change in changed_lines(
+        load_config(config).source.text, text)]
+    assert changed[0] == "model: [bias, scale, misalignment, temperature_bias]"
+    assert "17rpm, exclude: [pose_03]}" in changed[1]
+    assert "stopped, exclude: [pose_18]}" in changed[2]
+    assert len(changed) == 3
     config.write_text(text, encoding="utf-8")
     assert pipeline("run", config) == 0
     found = results_in(config.with_suffix(".run"))["gyroscope"]
@@ -175,3 +195,17 @@ def test_the_figures_on_the_screen_are_those_of_a_run_with_the_same_effects(
     assert shown["loo"] == found["loo_rms"] * SHOWN
     assert len(shown["residual"]) == 90  # those left out are predicted
     json.dumps(shown, allow_nan=False)
+
+
+def test_a_third_triad_is_ticked_and_without_its_poses(tmp_path: Path) -> None:
+    config = magnetometer_session(
+        tmp_path, 4, Magnetometer(per_kelvin=np.array([0.12, -0.08, 0.10])))
+    assert pipeline("run", config) == 0
+    session = OpenSession(config, config.with_suffix(".run") / "cache", False)
+    base = {triad: TriadScreen(()) for triad in session.sections}
+    ticked = TriadScreen(("temperature_bias",), ("accelerometer/pose_02.csv",))
+    before, after = (session.answer(Screen(base | {"magnetometer": each}, {}), "magnetometer", ())
+                     for each in (TriadScreen(()), ticked))
+    assert after["loo"] < 0.5 * before["loo"]
+    assert len(after["residual"]) == 18
+    assert {"specific force x [m/s²]"} <= chart_columns(session, "magnetometer")["columns"].keys()
