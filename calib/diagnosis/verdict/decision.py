@@ -229,14 +229,19 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     lead, something = posterior.lead, 1 - posterior.nothing
     least = CONSTANTS.sure * something
     members = [posterior.hypotheses[j] for j in lead.members]
+    drawn = [each for each in posterior.classes
+             if each.kind == "drawn" and each.probability >= CONSTANTS.name]
+    if drawn:
+        details = tuple(h.detail for h in members if h.name == drawn[0].name)
+        return _noise(posterior, drawn[0].members, details)
     noises = posterior.noise + sum(
         posterior.mass(e) for e in posterior.entries
         if e.members and all(posterior.hypotheses[j].kind == "drawn" for j in e.members))
     if noises >= least:
         first = next((h for h in members if h.kind == "drawn"), None)
-        name = None if first is None else first.name
-        details = tuple(h.detail for h in members if h.name == name)
-        return _noise(posterior, name, details)
+        if first is None:
+            return _noise(posterior, kinds_of_noise(posterior.base), ())
+        return _noise(posterior, (first.name,), (first.detail,))
     unnamed = [h for h in members if h.kind != "listed" or h.is_placed]
     if not unnamed:
         return None
@@ -256,23 +261,23 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if mass < least:
         return None
     if first.kind == "drawn":
-        return _noise(posterior, first.name, details)
+        return _noise(posterior, (first.name,), details)
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
     if first.kind == "unknown" and not _predicts(posterior):
-        return _noise(posterior, None, ())
+        return _noise(posterior, kinds_of_noise(posterior.base), ())
     return Verdict(
         Code.UNKNOWN, first.subject, details=details,
         beside=_beside(posterior, posterior.classes), share=share, explains=explains,
     )
 
 
-def _noise(posterior: Posterior, name: str | None, details: tuple[str, ...]) -> Verdict:
-    """The verdict on noise, of which kind it is; ``group`` are those that look the same."""
-    group = kinds_of_noise(posterior.base) if name is None else (name,)
-    name = group[0] if group else None
-    return Verdict(Code.NOISE, name, group=group, details=details, beside=_open(posterior))
+def _noise(posterior: Posterior, group: tuple[str, ...], details: tuple[str, ...]) -> Verdict:
+    """The verdict on noise: ``group`` are the kinds of it that look the same, the first its name.
+    """
+    return Verdict(Code.NOISE, next(iter(group), None), group=group, details=details,
+                   beside=_open(posterior))
 
 
 def _best_step(posterior: Posterior) -> tuple[str, ...]:

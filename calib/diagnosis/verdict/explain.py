@@ -84,10 +84,9 @@ def _effect(case: Case) -> Explanation:
         text += f"{which} is {size} {unit}. "
     if verdict.details:
         text += f"The bias steps {enumeration([f'at {time}' for time in verdict.details], 'and')}. "
-    others = enumeration([f"'{name}'" for name in verdict.group[1:]], "or")
     short = f"its model lacks {enumeration(verdict.names, 'and')}"
-    if others:
-        text += f"In these poses it looks the same as {others}: they cannot determine which it is. "
+    if len(verdict.group) > 1:
+        text += _alike(case)
         short += f" or {enumeration(verdict.group[1:], 'or')}, which look the same here"
     if best.size.size and "scale" not in case.fit.model.names:
         text += "That is by the gain of the data sheet, which these poses do not measure. "
@@ -98,6 +97,13 @@ def _effect(case: Case) -> Explanation:
             "Add it; everything is refitted together and the error shown before and after",
         )
     return Explanation("act", short, text.rstrip() + _record(case), *_settle(case))
+
+
+def _alike(case: Case) -> str:
+    """What looks the same as what is named; empty where nothing does."""
+    others = enumeration([f"'{name}'" for name in case.verdict.group[1:]], "or")
+    return others and (
+        f"In these poses it looks the same as {others}: they cannot determine which it is. ")
 
 
 def _with_odds(case: Case, each: Inclusion) -> str:
@@ -197,25 +203,22 @@ def _bad_pose(case: Case) -> Explanation:
 def _noise(case: Case) -> Explanation:
     chi2 = float(case.fit.weight @ case.fit.rows.residual**2)
     factor = np.sqrt(chi2 / max(case.fit.dof, 1))
-    widened = "The sds of the parameters are widened by that factor."
-    instead = _instead_of_noise(case)
+    instead = f"The sds of the parameters contain it. {_instead_of_noise(case)}"
     name = case.verdict.name
     add = "Add it: the sds then contain it, and its size is printed; no correction takes it away"
     if name == "bias_wander":
-        how = case.verdict.details[0] if case.verdict.details else ""
         text = (
-            f"The bias wanders during the session, {how} ({case.misfit}): standard in low-cost "
-            f"sensors, and no calibration takes it away. The residual is {factor:.2g} times the "
-            f"poses' own noise. {widened} {instead}A faster session, or poses repeated throughout "
-            f"it, leaves less of it."
+            f"The bias wanders during the session, {case.verdict.details[0]} ({case.misfit}): "
+            f"standard in low-cost sensors, and no calibration takes it away. The residual is "
+            f"{factor:.2g} times the poses' own noise. {_alike(case)}{instead}A faster session, or "
+            f"poses repeated throughout it, leaves less of it."
         )
         return Explanation("open", "its bias wanders during the session", text, "add", add)
     if name == "rate_scatter":
-        if case.verdict.details[0] == FROM_RUN_TO_RUN:
-            widened = "The sds of the parameters contain that scatter."
         text = (
-            f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). {widened} "
-            f"{instead}Film the plate with each pose, so that each has a rate of its own."
+            f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). "
+            f"{_alike(case)}{instead}Film the plate with each pose, so that each has a rate of its "
+            f"own."
         )
         if case.advice is None and case.verdict.details[0] != FROM_RUN_TO_RUN:
             return Explanation("open", "the rate of the plate scatters", text, "add", add)
@@ -223,7 +226,7 @@ def _noise(case: Case) -> Explanation:
                            f"Film the plate with each pose ({CLIPS.minutes:.0f} min)")
     text = (
         f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
-        f"that any effect has ({case.misfit}). {widened} {instead}"
+        f"that any effect has ({case.misfit}). {instead}"
         f"{kind_of_noise(case.verdict.group)}{remedy_of_noise(factor)}"
     )
     short = "the residual is larger than the noise, without any shape"

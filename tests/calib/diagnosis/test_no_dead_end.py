@@ -118,7 +118,8 @@ ENDS: Mapping[Code, Sequence[tuple[Verdict, Step]]] = {
     Code.BAD_POSE: [(Verdict(Code.BAD_POSE, "pose 3", details=("pose 3", "pose 9")), "record")],
     Code.NOISE: [
         (Verdict(Code.NOISE, "extra_noise", group=("extra_noise",)), "add"),
-        (Verdict(Code.NOISE, "bias_wander", group=("bias_wander",)), "add"),
+        (Verdict(Code.NOISE, "bias_wander", group=("bias_wander", "bias_drift"),
+                 details=("correlated over about 300 s",)), "add"),
         (Verdict(Code.NOISE, "rate_scatter", details=(FROM_RUN_TO_RUN,)), "record"),
         (Verdict(Code.NOISE), "record"),
     ],
