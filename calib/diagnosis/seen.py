@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.diagnose import Diagnosis
-from calib.diagnosis.next_measurement.advice import Rival, best_block, sufficient_blocks
-from calib.diagnosis.unseen import typical_size
+from calib.diagnosis.next_measurement.advice import showing_blocks
+from calib.diagnosis.unseen import HARDLY_SEEN, typical_size
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.wording import (
@@ -59,19 +59,21 @@ def among_what_is_seen(
     if said.standing != "good" or not prediction.is_mostly_unseen:
         return replace(diagnosis, explanation=replace(said, text=text))
     name = largest_first[0]
-    rivals = [Rival(EFFECTS[name], None)]
-    advice = best_block(fit, rivals, full_scale)
+    size = typical_size(EFFECTS[name], part, fit.poses.triad)
+    assert size is not None  # it would not have been listed
+    whole, more = showing_blocks(fit, EFFECTS[name], size, 1 / HARDLY_SEEN - 1, full_scale)
+    advice = next(iter(whole or more), None)
     if advice is None:
         following = f"What shows {name}: {what_separates(name, fit.poses.triad)} "
         following += f"({minutes_of(len(fit.poses))} for as many poses as now)"
         text += f" {following}."
     else:
         following = f"Record {advice.timed}; name the new logs in the configuration"
-        others = [each.timed
-                  for each in sufficient_blocks(fit, rivals, full_scale)
-                  if each.block != advice.block][:ALSO_NAMED]
-        text += f" Record next: {advice.timed}"
-        text += f". As good: {enumeration(others, 'or')}." if others else "."
+        text += f" Record next: {advice.timed}."
+        for words, others in (("As good", whole[1:]), ("In part", more if whole else more[1:])):
+            if others:
+                timed = [each.timed for each in others[:ALSO_NAMED]]
+                text += f" {words}: {enumeration(timed, 'or')}."
     short = f"its poses are blind to {enumeration(largest_first, 'and')}"
     return replace(diagnosis, advice=advice,
                    explanation=Explanation("open", short, text, "record", following))

@@ -112,7 +112,7 @@ def _determined(
         rivals = [group for group in prospect.aliases if effect.name in group]
         if effect.name in prospect.absent:
             continue
-        if effect.name not in prospect.blind and not rivals:
+        if not rivals and effect.name not in (*prospect.blind, *prospect.partly):
             yield f"  {effect.name}: these poses determine it and separate it from all others"
             continue
         named = {effect.name: effect for effect in effects}

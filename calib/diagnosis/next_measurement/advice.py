@@ -80,11 +80,20 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
         signal = full @ rival.size
         remainder = signal - basis @ (basis.T @ signal)
         return float(remainder @ remainder)
-    # No size to go by: the mean over random directions of BLIND_SIGNAL_SD root mean square.
+    # No size to go by: the direction that shows least, of BLIND_SIGNAL_SD root mean square.
     norm = np.maximum(np.sqrt((full**2).sum(axis=0)), NO_LENGTH)
-    unit = full / norm * np.sqrt(d) * BLIND_SIGNAL_SD
-    left_unit = unit - basis @ (basis.T @ unit)
-    return float((left_unit**2).sum() / full.shape[1])
+    return float(_least_first(full / norm * np.sqrt(d) * BLIND_SIGNAL_SD, basis)[0])
+
+
+def _least_first(columns: FloatArray, basis: FloatArray) -> FloatArray:
+    """Squares (k,) of what a ``basis`` leaves of columns (r, k), by direction, ascending.
+
+    NaN where the columns are not known.
+    """
+    if not np.isfinite(columns).all():
+        return np.full(columns.shape[1], np.nan)
+    remainder = columns - basis @ (basis.T @ columns)
+    return np.asarray(np.linalg.eigvalsh(remainder.T @ remainder))
 
 
 def _columns(fit: Fit, rival: Rival) -> FloatArray:
@@ -123,16 +132,6 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
     Advice or None
         None where no block of the menu reaches ``ENOUGH_LAMBDA``.
     """
-    options = sufficient_blocks(fit, rivals, full_scale)
-    # More power than enough buys nothing: the cheaper block wins among the sufficient.
-    return max(options, default=None, key=lambda advice: (
-        min(advice.power, 10 * ENOUGH_LAMBDA) / advice.minutes))
-
-
-def sufficient_blocks(
-    fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf
-) -> list[Advice]:
-    """Every block of the menu that reaches ``ENOUGH_LAMBDA``; the parameters of `best_block`."""
     options = []
     for block, then in hypothetical(fit, full_scale):
         powers = []
@@ -144,7 +143,50 @@ def sufficient_blocks(
         power = min(powers)
         if np.isfinite(power) and power >= ENOUGH_LAMBDA:
             options.append(Advice(block.code, block.instruction, power, block.minutes))
-    return options
+    # More power than enough buys nothing: the cheaper block wins among the sufficient.
+    return max(options, default=None, key=lambda advice: (
+        min(advice.power, 10 * ENOUGH_LAMBDA) / advice.minutes))
+
+
+def showing_blocks(
+    fit: Fit, effect: Effect, size: float, enough: float, full_scale: float = np.inf
+) -> tuple[list[Advice], list[Advice]]:
+    """Blocks of the menu that show an effect of typical size, and those that show more than now.
+
+    Parameters
+    ----------
+    fit : Fit
+        The fit of the poses recorded so far, which are blind to a direction of its parameters.
+    effect : Effect
+    size : float
+        Typical of each of its parameters, SI.
+    enough : float
+        Chi-square of that size from which on a direction is seen.
+    full_scale : float
+        Of the triad, SI.
+
+    Returns
+    -------
+    whole, more : list of Advice
+        With which all directions are seen, and more directions than now; cheapest first.
+    """
+    def shown(then: Fit) -> FloatArray:
+        columns = np.zeros((len(then.rows.residual), len(effect.parameters)))
+        columns[: then.equations.data_count] = size * _columns(then, Rival(effect, None))
+        return _least_first(columns, orthonormal_columns(then.rows.jacobian))
+
+    now = int((shown(fit) >= enough).sum())
+    whole, more = [], []
+    for block, then in hypothetical(fit, full_scale):
+        of_block = shown(then)
+        advice = Advice(block.code, block.instruction, float(of_block[0]), block.minutes)
+        if advice.power >= enough:
+            whole.append(advice)
+        elif (of_block >= enough).sum() > now:
+            more.append(advice)
+    for advices in (whole, more):
+        advices.sort(key=lambda advice: advice.minutes)
+    return whole, more
 
 
 def film_each_pose(fit: Fit, drop: float) -> Advice | None:

@@ -82,10 +82,10 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
     """The blocks worth considering for the poses of ``fit``, cheapest first.
 
     In a thermal chamber that is another course of the temperature, and no other attitude; of a
-    session at one speed another speed, rest, direction or tilt of the plate, since more attitudes
-    leave unseen what one speed does not show. A plate whose rate several poses share can be filmed
-    with each pose. No speed of the plate is among them that would saturate a gyro of
-    ``full_scale`` (rad/s).
+    session at one speed another speed, rest, direction or tilt of the plate (where it leans by less
+    than half as much), since more attitudes leave unseen what one speed does not show. A plate
+    whose rate several poses share can be filmed with each pose. No speed of the plate is among them
+    that would saturate a gyro of ``full_scale`` (rad/s).
     """
     poses = fit.poses
     has_temperature = TEMPERATURE in poses.columns
@@ -124,7 +124,8 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         if (spins >= 0).all() or (spins <= 0).all():
             instruction = "the same poses with the plate turning the other way"
             blocks.append(Block("direction", instruction, one, ((-1.0, 0.0, 0.0),)))
-        if poses.ring is None and np.isfinite(poses.force).all():
+        lean = 0.0 if poses.ring is None else poses.ring.tilt_rad.max()
+        if lean < TILTED.tilt_rad / 2 and np.isfinite(poses.force).all():
             blocks.append(TILTED)
         blocks += [CLIPS] if shares_a_rate(poses) else []
     if not at_one_speed(poses):

@@ -1,9 +1,11 @@
-"""Waves that fit neither gravity nor a field in the room, and the sds of what rests on them.
+"""Waves that fit neither gravity nor the Earth's rate, and the sds of what rests on them.
 
 A cable that tugs, or a plate that nods, turns the sensor in step with the plate; a gyroscope feels
 that, and an accelerometer feels gravity turned. What gravity does to either by a known effect, and
 what stays in the room, make waves of few shapes over the poses of a run; the rest of the poses'
-waves is noise, or it is this.
+waves is noise, or it is this. A motor's field stays in the room: it may be larger than the Earth's
+rate, and where a gyroscope feels it by a matrix, that along the lean makes the waves of a
+g-sensitivity and that across it the same a quarter of a turn later.
 """
 
 from collections.abc import Iterable
@@ -20,6 +22,7 @@ from calib.fit.rows.wave_rows import WaveRows
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.runs.ring import room_names
 
 UNEXPLAINED_P_VALUE = 1e-4
 """Derived: one sound run in ten thousand."""
@@ -39,10 +42,11 @@ def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
     Returns
     -------
     PoseSet or None
-        None where some effect of gravity, with what is fixed in the room, explains the waves of
-        every run. Else with a note for each run where none does.
+        None where some effect of gravity, with the Earth's rate, explains the waves of every run.
+        Else with a note for each run where none does.
 
-        Gyroscope: the sds of its waves are multiplied by the root of chi²/dof that a g-sensitivity
+        Gyroscope: where a larger rate that stays in the room explains them, that is the sd of it.
+        Else the sds of its waves are multiplied by the root of chi²/dof that a g-sensitivity
         and the effects of gravity in the model leave beside the fit. Waves that then show a
         g-sensitivity no better than its typical size are left out, as those of a level plate are,
         unless nothing else checks the fit. Accelerometer: what comes twice per turn is left out,
@@ -56,28 +60,44 @@ def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
     row_run = np.array(poses.run)[waves.row_pose]
     run = np.array(poses.run)[poses.ring.place]
     factor, notes = np.ones((len(run), 2, 1)), []
+    room, common = np.ones(len(run)), poses.reference.common.copy()
     for name in dict.fromkeys(run.tolist()):
         misfit = misfit_of(fit, waves, np.flatnonzero(row_run == name))
         if misfit is not None:
             factor[run == name, :, 0] = misfit.factors
+            room[run == name] = misfit.of_room
+            common[:, _of_the_room(poses, name)] *= misfit.of_room
             notes.append(f"{name}: {misfit.text}")
     if not notes:
         return None
-    ring = replace(poses.ring, sd=poses.ring.sd * factor)
+    ring = replace(poses.ring, sd=poses.ring.sd * factor, room_rad_s=poses.ring.room_rad_s * room)
     return replace(poses, ring=ring.only(np.flatnonzero(np.isfinite(factor[:, 0, 0]))),
+                   reference=replace(poses.reference, common=common),
                    notes=(*poses.notes, *notes))
 
 
 @dataclass(frozen=True)
 class _Misfit:
-    """Factors of the sds of waves once and twice per turn, NaN if left out, and what is said."""
+    """Factors of the sds of waves once and twice per turn, NaN if left out, and what is said.
+
+    ``of_room`` is the factor of the sd of a rate that stays in the room.
+    """
 
     factors: tuple[float, float]
     text: str
+    of_room: float = 1.0
 
 
 TUGS = "a cable tugs, or the plate nods."
 AGAIN = "Lay the cable loose, set the player firmly and record these poses again."
+FIELD = "as a field does, of a motor's magnet for one"
+AWAY = "Lay the sensor higher above the motor and record these poses again."
+
+
+def _of_the_room(poses: PoseSet, run: str) -> list[int]:
+    """The columns of the common errors that stay in the room, of one run of a gyroscope."""
+    names = poses.reference.common_names
+    return [i for i, name in enumerate(names) if name in room_names(run)]
 
 
 def _residual(fit: Fit, waves: WaveRows) -> FloatArray:
@@ -108,6 +128,7 @@ def _of_accelerometer(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | No
 def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     """The misfit of the wave rows of a run; None where an effect of gravity explains it."""
     residual = _residual(fit, waves)[rows]
+    room = _of_the_room(fit.poses, fit.poses.run[waves.row_pose[rows[0]]])
 
     def columns(effects: Iterable[Effect]) -> FloatArray:
         return np.column_stack([
@@ -117,10 +138,16 @@ def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     g_sensitivity, in_square = map(find_effect, ("g_sensitivity", "g_squared_sensitivity"))
     sensed = columns([g_sensitivity])
     by_model = columns([g_sensitivity, *(e for e in fit.model.effects if "force" in e.needs)])
-    any_shape = np.column_stack([by_model, columns([in_square]), waves.common[rows]])
+    any_shape = np.column_stack([waves.common[rows], by_model, columns([in_square])])
     squares, dof = _left(residual, any_shape)
-    if dof < 1 or chi2.sf(squares, dof) >= UNEXPLAINED_P_VALUE:
+    if dof < 1:
         return None
+    if chi2.sf(squares, dof) >= UNEXPLAINED_P_VALUE:
+        return _of_a_steady_rate(fit, residual, any_shape, room)
+    # Cosine and sine of two directions: a quarter of a turn later.
+    later = sensed.reshape(-1, 2, 2, sensed.shape[1])[:, ::-1] * np.array([1, -1])[:, None, None]
+    with_field = _left(residual, np.column_stack([any_shape, later.reshape(sensed.shape)]))
+    is_field = with_field[1] > 0 and chi2.sf(*with_field) >= UNEXPLAINED_P_VALUE
     squares, dof = _left(residual, by_model)
     shown = float(np.median(np.linalg.svd(sensed, compute_uv=False)))
     typical = g_sensitivity.page.typical["MPU-6050"].si_for("gyroscope")
@@ -130,9 +157,30 @@ def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     done = (f"The sds of these waves are {factor:.2g} times their noise, and what rests on them, "
             f"as a g-sensitivity, is known so much less." if is_used else
             "These waves are left out: they show no g-sensitivity of ordinary size.")
+    cause = (f"but stays in the room, {FIELD}." if is_field else f"or stays in the room: {TUGS}")
     return _Misfit((factor if is_used else np.nan, np.nan), (
-        f"what goes round once per turn fits neither gravity nor a field in the room (chi²/dof "
-        f"{squares / dof:.3g} with {dof} degrees of freedom): {TUGS} {done} {AGAIN}"))
+        f"what goes round once per turn does not follow gravity (chi²/dof {squares / dof:.3g} with "
+        f"{dof} degrees of freedom), {cause} {done} {AWAY if is_field else AGAIN}"))
+
+
+def _of_a_steady_rate(
+    fit: Fit, residual: FloatArray, any_shape: FloatArray, room: list[int]
+) -> _Misfit | None:
+    """A rate that stays in the room, columns ``room``, and is no Earth's; None where none is."""
+    others, beside = _basis(np.delete(any_shape, room, axis=1)), any_shape[:, room]
+    beside = beside - others @ (others.T @ beside)
+    shape, shown, turn = np.linalg.svd(beside, full_matrices=False)
+    is_shown = shown > 1.0  # known better than what it is beforehand
+    size = (turn @ fit.eta[room])[is_shown] + (shape.T @ residual)[is_shown] / shown[is_shown]
+    squares = float((size**2 / (1 + shown[is_shown] ** -2.0)).sum())
+    if chi2.sf(squares, len(room)) >= UNEXPLAINED_P_VALUE:
+        return None
+    in_sds = float(np.linalg.norm(size))  # two of which make up the Earth's
+    return _Misfit((1.0, np.nan), (
+        f"what goes round once per turn holds a rate that stays in the room, "
+        f"{in_sds / np.sqrt(2):.2g} times as large as the Earth's horizontal one, {FIELD}. A "
+        f"g-sensitivity that is alike on all axes looks the same, and is known so much less. "
+        f"{AWAY}"), in_sds)
 
 
 def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float, int]:
@@ -147,8 +195,13 @@ def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float,
 
 def _left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:
     """Sum of squares of rows (d,) beside columns (d, k), all in sds, and its degrees of freedom."""
-    unit = columns / np.maximum(np.linalg.norm(columns, axis=0), NO_LENGTH)
-    shape, size, _ = np.linalg.svd(unit, full_matrices=False)
-    shape = shape[:, size > SAME_WAVES * size[0]]
+    shape = _basis(columns)
     rest = residual - shape @ (shape.T @ residual)
     return float(rest @ rest), len(rest) - shape.shape[1]
+
+
+def _basis(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns (d, r) of the space of others (d, k)."""
+    unit = columns / np.maximum(np.linalg.norm(columns, axis=0), NO_LENGTH)
+    shape, size, _ = np.linalg.svd(unit, full_matrices=False)
+    return np.asarray(shape[:, size > SAME_WAVES * size[0]])

@@ -217,6 +217,29 @@ def test_two_speeds_may_lean_in_two_ways(tilt: tuple[float, float]) -> None:
     assert found.diagnosis.names == ()
 
 
+def test_a_field_across_the_lean_is_no_cable() -> None:
+    for hide in (False, True):
+        _, found = assessed(evening(magnet=(2e-3, 5e-4), magnetic=MAGNETIC), hide)
+        used = found.calibration.fit.poses
+        assert "does not follow gravity" in used.notes[-1]
+        assert "stays in the room, as a field does" in used.notes[-1]
+        assert found.diagnosis.names == ()
+
+
+@pytest.mark.parametrize("magnet", [(3e-4, 3e-4), (-1e-3, 2e-4)])
+def test_a_rate_that_stays_in_the_room_is_said_and_names_nothing(
+    magnet: tuple[float, float]
+) -> None:
+    _, found = assessed(evening(magnet=magnet))
+    used = found.calibration.fit.poses
+    assert "times as large as the Earth's horizontal one" in used.notes[-1]
+    assert found.diagnosis.verdict == "nothing_missing"
+    assert np.abs(deviations(used, hide=False)).max() < 3
+    _, found = assessed(evening(magnet=magnet), hide=True)
+    assert found.diagnosis.names == ("g_sensitivity",)
+    assert np.abs(deviations(found.calibration.fit.poses, hide=True)).max() < 3
+
+
 def test_a_field_of_the_motor_looks_like_gravity_until_the_player_leans_the_other_way() -> None:
     """A field of 0.03 °/s that lies along the lean."""
     motor = {"magnet": (0.0, 5e-4), "magnetic": MAGNETIC}
