@@ -17,6 +17,7 @@ from pipeline.text.tables import table_lines
 
 ROWS_SHOWN = 3  #: first rows of a table: enough to see a unit by; chosen
 LONGEST_NAMES = 44  #: characters of a triad's columns
+FURTHER = 4  #: columns that a line names; layout
 TABLES_SHOWN = 3  #: tables shown of files that are all the same; chosen
 
 
@@ -58,6 +59,10 @@ def guessed_table(table: TableGuess) -> list[str]:
         triad = getattr(table, name)
         if triad is not None:
             rows.append([f"  {name}", _names(triad.columns), triad.unit, triad.because])
+    if table.further:
+        more = f" and {len(table.further) - FURTHER} more" if table.further[FURTHER:] else ""
+        rows.append(["  further", ", ".join(table.further[:FURTHER]) + more, "",
+                     "columns that may be causes"])
     lines += table_lines(rows)
     readings = [name for name in table.theirs if name in (TIME, *ACCELEROMETER, *GYROSCOPE)
                 or name.startswith("time_") or name == TEMPERATURE]

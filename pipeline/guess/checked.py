@@ -27,6 +27,9 @@ MOST_TRIES = sum(map(len, MODELS.values())) + len(TRIADS) + 1
 LARGEST_MISFIT = 0.02
 """Residual over the reference, root mean square, of a model that can be right. A judgement: after
 bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
+LARGEST_WANDER = 100.0
+"""Scatter of a gyroscope's bias from pose to pose over the noise of a mean, at most. A judgement:
+a cheap one that warms up moves by 20 times it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +126,10 @@ def implausible(outcome: Outcome) -> str | None:
             return (f"the {triad}'s poses differ from {against} by {share:.1%} (root mean "
                     f"square), more than any sensor after its calibration. One of these is wrong: "
                     f"its columns, its unit, or files of two sensors or ranges together.")
+        misfit = result.calibration.fit.chi2 / max(result.calibration.fit.dof, 1)
+        if not size and misfit > LARGEST_WANDER**2:
+            return (f"the {triad}'s poses at rest scatter by {misfit**0.5:.0f} times their own "
+                    f"noise, which no bias does. Its columns are another sensor's, or it moved.")
         if off := next(gain_off_the_sheet(result.calibration.parameters, spec, triad), ""):
             return off
     return None

@@ -100,7 +100,8 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
 def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     """The unit of a column of times, why, and what is not sure."""
     steps = np.diff(ticks)
-    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    forward = steps[steps >= 0]  # of a clock in whole seconds most are 0
+    usual = float(np.median(forward) or forward.mean()) if forward.any() else 0.0
     if not usual > 0:
         return None, "", ""
     likely = likely_units(usual)

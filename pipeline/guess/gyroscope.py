@@ -3,20 +3,23 @@
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import AXES, FloatArray
 from pipeline.guess.magnitudes import (
     COUNTS_PER_DEG_S,
     LOOSEST,
     RATE_UNITS,
     decoded,
     nearest_rate_unit,
+    rate_scale,
     record_rpm,
     sample_noise_sd,
     typical_length,
 )
 from pipeline.guess.triads import (
     AXIS_COUNT,
+    SURE_AGREEMENT,
     UNIT_WORDS,
     Columns,
     TriadGuess,
@@ -25,9 +28,10 @@ from pipeline.guess.triads import (
     rate_triad,
     stacked,
     triples_by_name,
+    turning_triples,
     turns_beside,
 )
-from pipeline.logs.header_words import read_name
+from pipeline.logs.header_words import GYR, read_name
 
 FUSED_M_S2, BESIDE_FUSED = 0.01, (16.384, 16.0)
 """Fact: the BNO055 reads 100 counts per m/s² and 16 per °/s, which turns tell from 16.384 nowhere.
@@ -49,7 +53,8 @@ def guess_gyroscope(
 
     ``time_s`` (t,) shows its unit by how fast gravity turns; None where no clock is known.
     """
-    named = triples_by_name(list(columns), "gyr")
+    force = {*accelerometer.columns} if accelerometer else {}
+    named = [triple for triple in triples_by_name(list(columns), "gyr") if not {*triple} & {*force}]
     triple = named[0] if named else _neighbour_triple(columns, hint, accelerometer, time_s)
     if triple is None:
         return None
@@ -78,7 +83,27 @@ def guess_gyroscope(
         return rate_triad(triple, unit, per_deg, encoding, (
             f"{because}; between the rests gravity turns by what {measured[0]:.3g} rad/s per unit "
             f"make of the readings (correlation {measured[1]:.2f})"), doubt)
-    return _sized_gyroscope(triple, signed, encoding, because)
+    sized = _sized_gyroscope(triple, signed, encoding, because)
+    if accelerometer is None or time_s is None:
+        return sized
+    axes = _other_axes(columns, accelerometer, triple, time_s)
+    return replace(sized, doubt="; ".join(filter(None, [sized.doubt, axes])))
+
+
+def _other_axes(
+    columns: Columns, accelerometer: TriadGuess, triple: Triple, time_s: FloatArray
+) -> str:
+    """What the axes of a gyroscope are by the turns of gravity, where they are others by name."""
+    force, rate = stacked(columns, accelerometer.columns), stacked(columns, triple)
+    whole = np.isfinite(force).all(axis=1) & np.isfinite(rate).all(axis=1)
+    for turn in Rotation.create_group("O").as_matrix().round():
+        seen = rate_scale(decoded(rate[whole])[0] @ turn.T, decoded(force[whole])[0], time_s[whole])
+        if seen is not None and seen[1] > SURE_AGREEMENT:
+            named = ", ".join(f"{'-' if row.sum() < 0 else '+'}{AXES[int(np.abs(row).argmax())]}"
+                              for row in turn.T)
+            return (f"the gyroscope's x, y, z turn gravity as rates about the accelerometer's "
+                    f"{named} would: the two sensors are mounted differently")
+    return ""
 
 
 def _are_counts(accelerometer: TriadGuess, values: FloatArray) -> bool:
@@ -119,11 +144,11 @@ def _neighbour_triple(
         free = [name for name in names if not _is_else(name)]
         alone = hint == "gyr" or (hint != "acc" and len(free) == AXIS_COUNT)
         return next(neighbours(free), None) if alone else None
+    turned = {} if time_s is None else turning_triples(columns, names, accelerometer, time_s)
     beside = [triple for triple in neighbours(names) if not any(map(_is_else, triple))
               and not {*triple} & {*accelerometer.columns}]
-    turned = {} if time_s is None else {
-        triple: seen[1] for triple in beside
-        if (seen := turns_beside(columns, accelerometer, triple, time_s)) is not None}
+    turned = {triple: agreement for triple, agreement in turned.items()
+              if triple in beside or agreement > SURE_AGREEMENT}
     at = names.index(accelerometer.columns[0])
     next_to = [{*names[start : start + AXIS_COUNT]}
                for start in (at + AXIS_COUNT, at - AXIS_COUNT) if start >= 0]
@@ -134,4 +159,4 @@ def _neighbour_triple(
 def _is_else(name: str) -> bool:
     """Whether a name with letters stands for something that is not known."""
     stem, quantity = read_name(name).stem, read_name(name).quantity
-    return bool(stem) and not stem.isdecimal() and quantity != "gyr"
+    return bool(stem) and not stem.isdecimal() and quantity != "gyr" and stem not in GYR

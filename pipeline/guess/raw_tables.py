@@ -1,7 +1,7 @@
 """Files as tables of numbers under the names that stand in them; nothing is guessed yet."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from pathlib import Path
@@ -11,8 +11,10 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import bare
+from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import find_head
+from pipeline.logs.header_words import read_name
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 from pipeline.text.commands import word
@@ -79,6 +81,7 @@ def raw_tables(path: Path) -> list[RawTable]:
         lines = text_lines(path, read_bytes(path))
         text = raw_text(path, lines)
         if text is None:
+            _require_one_row_a_sample(path, lines)
             raise UnreadableInput(
                 f"{path}: no line holds three numbers. Is it a log? Readings are expected as a "
                 f"table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
@@ -112,6 +115,20 @@ def _require_one_sensor(text: LogText) -> None:
                 f"each, for example by `awk -F'{sign}' '{header}${i + 1} ~ /{re.escape(one)}/' "
                 f"{word(text.path.name)} > {word(re.sub(r'[^a-z0-9]+', '_', one.lower()))}.csv`, "
                 f"and import {'these files together' if readings else 'each by itself'}.")
+
+
+def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:
+    """Refuse rows of one value each, whose name stands beside it, as data bases export them."""
+    rows = [split_cells(line, delimiter_of(line)) for line in lines[-EVENTS:]]
+    rows = [row for row in rows if row and len(row) == len(rows[0])]
+    for i, cells in enumerate(zip(*rows, strict=True)):
+        kinds = sorted({*cells})
+        quantities = {read_name(kind).quantity for kind in kinds}
+        if len(kinds) <= MOST_KINDS and quantities & {"acc", "gyr"}:
+            raise UnreadableInput(
+                f"{path}: each row holds one value, whose name stands in column {i + 1} "
+                f"({', '.join(kinds)}). Write one row for each sample with a column for each name: "
+                f"`pivot()` does so in InfluxDB, pandas and SQL.")
 
 
 def _continued(values: FloatArray) -> FloatArray:

@@ -12,6 +12,7 @@ from pipeline.guess.gyroscope import guess_gyroscope
 from pipeline.guess.magnitudes import decoded, typical_length
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
+    AXIS_COUNT,
     UNIT_WORDS,
     TriadGuess,
     guess_accelerometer,
@@ -72,6 +73,15 @@ class TableGuess:
                 yield triad.doubt
         if self.clock.doubt and not self.are_means:
             yield self.clock.doubt
+        if self.accelerometer and not self.gyroscope and len(self.further) >= AXIS_COUNT:
+            yield (f"no columns turn gravity as a gyroscope's would, or are called so; left are "
+                   f"{', '.join(self.further[:SHOWN])}")
+
+    @property
+    def further(self) -> list[str]:
+        """Columns of numbers that are none of the readings: they may be causes."""
+        return [name for name in self.table.columns
+                if name not in self.theirs.values() and name != self.clock.column]
 
     @property
     def turning_rad_s(self) -> float:
@@ -119,7 +129,8 @@ class TableGuess:
         known = all(read.get(our_name(name)) == theirs for name, theirs in self.theirs.items())
         if known and not time_unused:
             return None
-        return self.theirs
+        ours = {theirs: name for name, theirs in self.theirs.items()}
+        return [ours.get(name, SKIP) for name in header] if time_unused else self.theirs
 
 
 def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:

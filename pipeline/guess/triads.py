@@ -29,6 +29,9 @@ UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mra
 LEAST_SCATTER = 0.03
 """Axes of one sensor scatter alike, by noise or by attitude; a magnetometer's beside it do not."""
 
+SURE_AGREEMENT = 0.8
+"""Correlation of turns by three columns and by gravity that makes them a gyroscope whatever they
+are called. A judgement: those of sound logs in ``tests`` are 0.9 or more."""
 NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
 UNIT_LENGTH = 2e-3
 """What the length of a computed attitude or direction errs by, relative: it is written with three
@@ -110,6 +113,9 @@ def guess_accelerometer(
         guesses = [_accelerometer(columns, triple, "their names", len(named) > 1)
                    for triple in named]
         return next(filter(None, guesses), None)
+    if time_s is not None and (miscalled := _called_rates(columns, time_s)):
+        return _accelerometer(columns, miscalled, (
+            "their readings are as long as gravity, and other columns turn them"), False)
     free = _free(columns)
     units = {triple: unit for triple in neighbours(free) if (unit := _unit(columns, triple))}
     sure = next((triple for triple, unit in units.items() if unit.is_sure), None)
@@ -123,6 +129,30 @@ def guess_accelerometer(
     if triple is None:
         return None
     return _accelerometer(columns, triple, "their readings are as long as gravity", False)
+
+
+def _called_rates(columns: Columns, time_s: FloatArray) -> Triple | None:
+    """Columns called like a gyroscope's (``Gx`` for g along x) that other columns turn."""
+    for triple in triples_by_name(list(columns), "gyr"):
+        unit = _unit(columns, triple)
+        if unit and unit.is_sure and unit.unit != "counts" and not read_name(triple[0]).unit:
+            force = TriadGuess(triple, (), "", "", 1.0)
+            turned = turning_triples(columns, list(columns), force, time_s)
+            if max(turned.values(), default=0.0) > SURE_AGREEMENT:
+                return triple
+    return None
+
+
+def turning_triples(
+    columns: Columns, names: Sequence[str], accelerometer: TriadGuess, time_s: FloatArray
+) -> dict[Triple, float]:
+    """Every three columns in a row of ``names`` that turn gravity as a gyroscope does.
+
+    With the correlation of their turns and those of the accelerometer.
+    """
+    return {triple: seen[1] for triple in neighbours(names)
+            if not {*triple} & {*accelerometer.columns}
+            and (seen := turns_beside(columns, accelerometer, triple, time_s)) is not None}
 
 
 def _turned(

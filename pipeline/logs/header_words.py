@@ -183,9 +183,8 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
             return "acc"
         if known & (GYR - {"g", "w"}) or stem in ("g", "w"):
             return "gyr"
-        if words[:1] == ["a"]:  # EuRoC's a_RS_S_x and w_RS_S_x
-            return "acc"
-        return "gyr" if words[:1] == ["w"] else ""
+        ends = {*words[:1], *words[-1:]}  # EuRoC's a_RS_S_x and w_RS_S_x, adxl_ax and itg_gx
+        return "acc" if "a" in ends else "gyr" if ends & {"g", "w"} else ""
     if known & TEMPERATURE:
         return "temperature"
     if stem in COUNTER:

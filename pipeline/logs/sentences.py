@@ -11,18 +11,18 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from calib.poses.imu_log import AXES
-from pipeline.logs.dialect import DELIMITERS, dialect_of
+from pipeline.logs.dialect import DELIMITERS, dialect_of, local_date_seconds, seconds_of
 from pipeline.logs.header_words import spelled_unit
 
 LEAST_SHARE = 0.9  #: share of the lines that are written in one manner
 FEWEST = 3  #: numbers of a row: a triad
 #: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
-DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:[.,]\d++)?"
+DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:\.\d++|,\d{3}(?![\d.,]))?"
 SLOT = re.compile(rf"(?<![\w.:])(?:{DAY}(?![\w:])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
-AROUND = " \t:=>()[]{}\"',;|"
+AROUND = " \t:=<>()[]{}/\"',;|"
 MARK = "\0"  #: stands for a number
 
 
@@ -57,7 +57,8 @@ def _hides_numbers(line: str) -> bool:
     plain = COLOURS.sub("", line)
     dialect = dialect_of(plain)
     hidden = [cell for cell in dialect.cells(plain)
-              if not dialect.holds_number(cell) and not SLOT.fullmatch(cell)]
+              if not dialect.holds_number(cell) and seconds_of(cell) is None
+              and local_date_seconds(cell) is None]
     return sum(len(SLOT.findall(cell)) for cell in hidden) >= FEWEST
 
 
@@ -66,7 +67,7 @@ def _names_of_header(text: str, above: str) -> list[str]:
     sign = max(DELIMITERS, key=text.count)
     whole = IN_BRACKETS.sub(lambda vector: vector[0].replace(sign, " "), text)
     cells, names = whole.split(sign), [name.strip(' "') for name in above.split(sign)]
-    if len(cells) != len(names) or SLOT.search(above):
+    if len(cells) != len(names) or len(cells) < 2 or SLOT.search(above):
         return []
     named = []
     for cell, name in zip(cells, names, strict=True):

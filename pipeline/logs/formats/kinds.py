@@ -41,6 +41,7 @@ ARCHIVE = Kind("archive", "archive")
 JSON = Kind("JSON file", "json_lines")
 KINDS: Mapping[bytes, Kind] = {
     b"PAR1": Kind("Parquet file", "parquet", "parquet"),
+    b"ARROW1": Kind("Arrow file", "parquet", "parquet"),
     b"\x89HDF\r\n\x1a\n": HDF5,
     b"MATLAB 5.0": Kind("MATLAB file", "matlab"),
     b"MATLAB 7.3": Kind("MATLAB file", "hdf5", "hdf5"),

@@ -1,18 +1,23 @@
-"""Parquet files."""
+"""Files of Apache Parquet and Arrow, as pandas and R write them."""
 
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.feather as feather
 import pyarrow.parquet as pq
 
 from pipeline.logs.formats.file_table import FileTable
+
+ARROW = b"ARROW1"  #: first bytes of a file of Arrow, or Feather
 
 
 def tables(path: Path) -> list[FileTable]:
     """The numeric columns and the time stamps, which become seconds since 1970."""
     columns = {}
-    table = pq.read_table(path)
+    with path.open("rb") as file:
+        is_arrow = file.read(len(ARROW)) == ARROW
+    table = feather.read_table(path) if is_arrow else pq.read_table(path)
     for name, column in zip(table.column_names, table.columns, strict=True):
         kind = column.type
         if pa.types.is_timestamp(kind):

@@ -7,6 +7,8 @@ from operator import xor
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+from pyarrow import feather
 
 from tests.pipeline.guess.foreign_files import DEG, Foreign, G
 from tests.pipeline.guess.hand_log import HandLog
@@ -104,6 +106,63 @@ def bno055(folder: Path, log: HandLog) -> Foreign:
                    100.0, 16 / DEG)
 
 
+def whole_seconds(folder: Path, log: HandLog) -> Foreign:
+    """A clock that shows the same second in fifty rows."""
+    rows = [f"04/03/2026 14:05:{int(float(t)):02d},{','.join(cells)}" for t, *cells in si_rows(log)]
+    return Foreign([write_lines(folder / "export.csv", ["Date/Time,Ax,Ay,Az,Gx,Gy,Gz", *rows])])
+
+
+def numbered_axes(folder: Path, log: HandLog) -> Foreign:
+    """A camera's telemetry: the name of the sensor stands over its first axis only."""
+    files = []
+    for name, values in (("Accelerometer [m/s2]", log.acc), ("Gyroscope [rad/s]", log.gyr)):
+        rows = [",".join([f"{t * 1000 + 12.3:.3f}", f"2026-03-04T14:05:{t:06.3f}Z",
+                          *(f"{v:.5f}" for v in row), "31.2"])
+                for t, row in zip(log.time_s, values, strict=True)]
+        files.append(write_lines(folder / f"GX01_{name.split()[0]}.csv",
+                                 [f"cts,date,{name},1,2,temperature [°C]", *rows]))
+    return Foreign(files)
+
+
+def g_force(folder: Path, log: HandLog) -> Foreign:
+    """Gx is the force in g along x, and Rx the rate about it."""
+    rows = [",".join(f"{v:.5f}" for v in (t, *a, *w))
+            for t, a, w in zip(log.time_s, log.acc / G, log.gyr / DEG, strict=True)]
+    return Foreign([write_lines(folder / "recorder.csv", ["Time,Gx,Gy,Gz,Rx,Ry,Rz", *rows])],
+                   1 / G, 1 / DEG)
+
+
+def arrow(folder: Path, log: HandLog) -> Foreign:
+    names = ("acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z")
+    columns = zip(names, np.hstack([log.acc, log.gyr]).T, strict=True)
+    stamps = np.datetime64("2026-03-04T14:05") + (log.time_s * 1e6).astype("timedelta64[us]")
+    feather.write_feather(pa.table({"timestamp": stamps, **dict(columns)}), folder / "log.feather")
+    return Foreign([folder / "log.feather"])
+
+
+def xml(folder: Path, log: HandLog) -> Foreign:
+    rows = [f'  <sample t="{t}"><acc x="{a}" y="{b}" z="{c}"/><gyr x="{p}" y="{q}" z="{r}"/>'
+            for t, a, b, c, p, q, r in si_rows(log)]
+    return Foreign([write_lines(folder / "session.xml", ["<recording>", *rows, "</recording>"])])
+
+
+def two_chips(folder: Path, log: HandLog) -> Foreign:
+    """A board whose gyroscope is mounted a quarter turn from its accelerometer."""
+    rate = np.column_stack([-log.gyr[:, 1], log.gyr[:, 0], log.gyr[:, 2]])
+    rows = [",".join(f"{v:.5f}" for v in (t * 1000, *a, *w))
+            for t, a, w in zip(log.time_s, log.acc, rate, strict=True)]
+    head = "ms,adxl_ax,adxl_ay,adxl_az,itg_gx,itg_gy,itg_gz"
+    return Foreign([write_lines(folder / "gy85.csv", [head, *rows])])
+
+
+def one_value_a_row(folder: Path, log: HandLog) -> Foreign:
+    """A table of InfluxDB that was not pivoted."""
+    rows = [f",,0,2026-03-04T14:05:{float(t):06.3f}Z,{value},{name}" for t, *cells in si_rows(log)
+            for name, value in zip(("ax", "ay", "az", "gx", "gy", "gz"), cells, strict=True)]
+    return Foreign([write_lines(folder / "query.csv", [",result,table,_time,_value,_field",
+                                                       *rows])])
+
+
 def two_boards(folder: Path, log: HandLog) -> Foreign:
     rows = [",".join([*row, node]) for row in si_rows(log) for node in ("A4:CF:12", "B0:B2:1C")]
     return Foreign([write_lines(folder / "nodes.csv", ["t,ax,ay,az,gx,gy,gz,node", *rows])])
@@ -118,9 +177,11 @@ def thousands(folder: Path, log: HandLog) -> Foreign:
 SENTENCES: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         idf_monitor, vectors, units_in_cells, nmea, witmotion_chinese, browser, aerospace,
-        slow_gyroscope, ros2_csv, parts, bno055)
+        slow_gyroscope, ros2_csv, parts, bno055, whole_seconds, numbered_axes, g_force, arrow, xml,
+        two_chips)
 }
 SENTENCES_REFUSED = {
     "two_boards": (two_boards, "column 8 names the sensor .*each by itself"),
+    "one_value_a_row": (one_value_a_row, "whose name stands in column 6 .ax, ay, az, .*pivot"),
     "thousands": (thousands, "points separate the thousands"),
 }

@@ -90,6 +90,13 @@ def test_files_without_readings_are_refused_with_what_to_record(
         raise AssertionError(capsys.readouterr().err)
 
 
+def test_sensors_that_are_mounted_differently_are_told_by_their_axes(
+    tmp_path: Path, log: HandLog
+) -> None:
+    assert "accelerometer's -y, +x, +z" in imported(SENTENCES["two_chips"](tmp_path, log),
+                                                    tmp_path).text
+
+
 def test_columns_that_count_rows_are_no_causes(tmp_path: Path, log: HandLog) -> None:
     checked = imported(STRANGE["german_excel_mg"](tmp_path, log), tmp_path)
     assert "covariates: [temperature_c]" in checked.text
