@@ -15,22 +15,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.drawing import UNUSED, draw_plate, mark_of
 from vision.errors import VisionError
-from vision.geometry import FloatArray, PlateView
+from vision.geometry import FloatArray
 from vision.numbers import RPM
-from vision.phase_track import USUAL_MARK_RADIUS, PhaseTrack, PlateLayout
+from vision.phase_track import PhaseTrack
 from vision.rate.measure import RateMeasurement
 from vision.rate.unwrap import frame_time
 from vision.video.reader import ClipReader, Frame
 
 Image = NDArray[np.uint8]
 
-RIM, CENTRE, HAND, UNUSED, TEXT = (  # BGR
-    (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150), (255, 255, 255))
+TEXT = (255, 255, 255)  # blue, green, red
 LINE_PX = 22  #: height of text, in a frame of the width below
 TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
 FONT = cv2.FONT_HERSHEY_SIMPLEX
-STANDING = np.eye(3)  #: motion of a camera that stands; definition
 SAME_S = 1e-4  #: stamps of one frame
 BORDER_PX = 6  #: border of a frame that the rate does not use; layout
 JPEG_QUALITY = 80  #: quality of pictures to look at; chosen
@@ -183,53 +182,6 @@ class _Drawing:
             at = (round(8 * larger), round((LINE_PX * line - 4) * larger))
             cv2.putText(canvas, text, at, FONT, 0.55 * larger, TEXT, strong, cv2.LINE_AA)
         return canvas
-
-
-def mark_of(plate: PlateLayout) -> tuple[float, float]:
-    """Radius, and azimuth at plate angle zero, of the mark; of any place where there is none."""
-    if np.isnan(plate.mark_radius):
-        return USUAL_MARK_RADIUS, 0.0
-    return plate.mark_radius, plate.mark_azimuth_rad
-
-
-def draw_plate(
-    canvas: Image, plate: PlateLayout, angle_rad: float, scale: float,
-    motion: FloatArray = STANDING, used: bool = True,
-) -> None:
-    """Draw rim, spindle and a hand through the mark on a frame.
-
-    Parameters
-    ----------
-    canvas : array of uint8, shape (h, w, 3)
-        Blue-green-red; it is drawn on.
-    plate : PlateLayout
-    angle_rad : float
-        Of the plate; NaN draws the rim alone.
-    scale : float
-        Size of the frame over that of the frames that the plate was found in.
-    motion : array, shape (3, 3)
-        Pixels of the plate's view to those of the frame it was found in.
-    used : bool
-        The hand is grey where it is not.
-    """
-    view = PlateView(plate.view)
-
-    def seen(radius: FloatArray, azimuth_rad: FloatArray) -> NDArray[np.int32]:
-        x, y, n = motion @ np.stack([*view.pixels(radius, azimuth_rad), np.ones_like(radius)])
-        places = np.stack([x / n, y / n], axis=1) * scale + (scale - 1) / 2
-        return np.round(places).astype(np.int32)
-
-    cv2.polylines(canvas, [seen(np.ones(181), np.linspace(0, 2 * np.pi, 181))], True, RIM, 2,
-                  cv2.LINE_AA)
-    if not np.isfinite(angle_rad):
-        return
-    radius, azimuth_rad = mark_of(plate)
-    centre, tip = (tuple(map(int, each)) for each in seen(
-        np.array([0.0, radius]), np.full(2, azimuth_rad + angle_rad)))
-    colour = HAND if used else UNUSED
-    cv2.line(canvas, centre, tip, colour, 1, cv2.LINE_AA)
-    cv2.circle(canvas, tip, 9, colour, 2, cv2.LINE_AA)
-    cv2.drawMarker(canvas, centre, CENTRE, cv2.MARKER_CROSS, 15, 2, cv2.LINE_AA)
 
 
 def _turning(track: PhaseTrack, rate_rad_s: float) -> FloatArray:

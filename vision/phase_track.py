@@ -20,7 +20,7 @@ LUMA = "luma"  #: the usual channel
 
 @dataclass(frozen=True, eq=False)
 class PlateLayout:
-    """Where the plate lies in the frames of a clip, and what was recognised on it and beside it.
+    """Where the plate lies in the frames of a clip, and what was recognised on it.
 
     Attributes
     ----------
@@ -38,8 +38,6 @@ class PlateLayout:
         Share of the variation on the plate that its turning explains, at most 1.
     mark_azimuth_rad, mark_radius : float
         The mark at plate angle zero, the radius in plate radii; NaN without a mark.
-    fixed_mark_azimuth_rad, fixed_mark_radius : float
-        The fixed mark beside the plate, in the same coordinates; NaN where there is none.
     """
 
     view: FloatArray
@@ -50,8 +48,6 @@ class PlateLayout:
     explained: float
     mark_azimuth_rad: float
     mark_radius: float
-    fixed_mark_azimuth_rad: float
-    fixed_mark_radius: float
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
         """How far below the spindle the mark stands at plate angles of shape (f,).
@@ -97,9 +93,6 @@ class PhaseTrack:
         the shutter is open the smear grows. NaN where the plate was not seen.
     brightness : array, shape (f,)
         Mean luma of those pixels.
-    roll_rad : array, shape (f,)
-        Roll of the camera as what lies around the plate shows it, counter-clockwise as filmed; NaN
-        in the frames, most of them, in which it is not measured.
     motion : array, shape (f, 3, 3)
         Pixels of the plate's view to those of each frame, homogeneous; the identity where the
         camera stood still.
@@ -119,7 +112,6 @@ class PhaseTrack:
     thumbnail: NDArray[np.uint8]
     smear_rad2: FloatArray
     brightness: FloatArray
-    roll_rad: FloatArray
     motion: FloatArray
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]

@@ -25,7 +25,6 @@ import vision.plate.fields
 import vision.plate.inertia
 import vision.plate.parts
 import vision.plate.template
-import vision.tracking.camera_motion
 import vision.tracking.registration
 import vision.tracking.tracker
 from tests.bench.clip_study import file_of
@@ -43,7 +42,6 @@ RECORDS = (
     (vision.tracking.registration.THRESHOLDS, None),
     (vision.plate.fields.THRESHOLDS, None),
     (vision.plate.background.CHANGE, None),
-    (vision.tracking.camera_motion.THRESHOLDS, "moved_px"),
     (vision.plate.detect.THRESHOLDS, "smallest_moving"),
     (vision.plate.choice.THRESHOLDS, "same_rim"),
     (vision.plate.inertia.THRESHOLDS, None),

@@ -210,19 +210,6 @@ def label(rng: np.random.Generator) -> Case:
     return Case("label", track, rate)
 
 
-def rolling(rng: np.random.Generator) -> Case:
-    """A camera that rolls slowly, seen in a few dozen frames, or one that stands still."""
-    time, angle, rate, _ = _even(rng)
-    seen = np.linspace(0, len(time) - 1, 30).astype(int)
-    moves = rng.random() < 0.5
-    roll = np.full(len(time), np.nan)
-    slope = np.radians(rng.uniform(0.8, 3)) / time[-1] if moves else 0.0
-    noise = np.radians(rng.uniform(0.005, 0.03))
-    roll[seen] = slope * time[seen] + noise * rng.standard_normal(len(seen))
-    track = phase_track(time, angle + slope * time, noise_rad=_noise(rng), roll_rad=roll)
-    return Case("rolling", track, rate, warning="rolled" if moves else "")
-
-
 def disagreeing(rng: np.random.Generator) -> Case:
     """What lies around the plate turns at another rate."""
     time, angle, rate, _ = _even(rng)
@@ -248,7 +235,7 @@ def aliased(rng: np.random.Generator) -> Case:
 
 KINDS: tuple[Callable[[np.random.Generator], Case], ...] = (
     plain, wobble, drift, stop, shutter, dropped, mismeasured, noisy, wandering, late, repeated,
-    hidden, label, rolling, disagreeing, aliased, motor,
+    hidden, label, disagreeing, aliased, motor,
 )
 
 

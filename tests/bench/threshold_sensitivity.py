@@ -238,7 +238,6 @@ def outcome(name: str, track: Callable[[], PhaseTrack]) -> Outcome:
     error_ppm = (signed / true - 1) * 1e6 if true else np.inf
     plate = plate_track.plate
     stated = (f"{plate.symmetry} {plate.mark_radius:.2f} {plate.mark_azimuth_rad:.2f} "
-              f"{plate.fixed_mark_radius:.2f} {plate.fixed_mark_azimuth_rad:.2f} "
               f"{sorted(text[:40] for text in rate.warnings)}")
     sd_ppm = rate.uncertainty.image_rad_s / rate.rate_rad_s * 1e6
     return Outcome(name, error_ppm, sd_ppm, measurable, stated)

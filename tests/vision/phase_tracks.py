@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.drawing import png
 from vision.geometry import view_of_ellipse
 from vision.phase_track import LUMA, PhaseTrack, PlateLayout
 from vision.rate.timebase import Timebase
-from vision.tracking.frame_measurement import png
 
 FloatArray = NDArray[np.float64]
 
@@ -24,8 +24,6 @@ LAYOUT: dict[str, Any] = {
     "explained": 0.99,
     "mark_azimuth_rad": 0.0,
     "mark_radius": 0.9,
-    "fixed_mark_azimuth_rad": -1.0,
-    "fixed_mark_radius": 1.1,
 }
 
 
@@ -61,7 +59,6 @@ def phase_track(
         "thumbnail": np.rint(pattern).astype(np.uint8),
         "smear_rad2": np.zeros(n),
         "brightness": np.full(n, 128.0),
-        "roll_rad": np.full(n, np.nan),
         "motion": np.tile(np.eye(3), (n, 1, 1)),
         "annotated": png(np.zeros((4, 4, 3), np.uint8)),
         "notes": (),

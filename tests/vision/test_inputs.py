@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
+from vision.drawing import png
 from vision.errors import RateRefused, UnreadableVideo
 from vision.geometry import PlateOverride
 from vision.rate.measure import RateMeasurement, measure_rate
-from vision.tracking.frame_measurement import png
 from vision.tracking.track import track_phase
 
 av = pytest.importorskip("av", reason="rendering clips needs PyAV")

@@ -1,24 +1,17 @@
-"""The mark on the plate, the fixed mark beside it, and the symmetry of the plate."""
+"""The mark on the plate, and its symmetry."""
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from vision.geometry import FloatArray, PlateView
-from vision.numbers import SD_PER_MAD
-from vision.plate.polar import polar_grid, ring_spectra
+from vision.geometry import FloatArray
+from vision.plate.polar import ring_spectra
 from vision.plate.template import Template
-from vision.video.reader import Luma
 
 APART = 0.5  # correlation, where a mark does not overlap itself
 MOST_FOLD = 12  # turns into itself, with more a plate has no mark
 NARROWEST = 3  # samples of azimuth, of a mark
-
-FIXED_MARK_RINGS = (1.01, 1.35)  # plate radii in which a fixed mark is looked for
-FIXED_MARK_AZIMUTHS = 720  #: half a degree each
-FIXED_MARK_SPACING_PX = 1.5  #: between rings
-FIXED_MARK_NEIGHBOURHOOD = 61  # azimuths, against whose mean the contrast is
 
 
 @dataclass(frozen=True)
@@ -31,15 +24,12 @@ class MarkThresholds:
         Of the highest contrast: what belongs to the mark.
     widest_rad : float
         Width of a mark in rad, at most.
-    fixed_contrast : float
-        Times the scatter around it, that a fixed mark stands out.
     alike : float
         Correlation of the template with itself turned by a part of a turn, for it to be symmetric.
     """
 
     edge: float = 0.5
     widest_rad: float = 0.7
-    fixed_contrast: float = 6.0
     alike: float = 0.9
 
 
@@ -78,48 +68,6 @@ def find_mark(template: Template) -> PlateMark | None:
             ring = (inside.sum(axis=1) * radius[top : top + height]).sum() / inside.sum()
             best = (strength, PlateMark(float(np.angle(np.exp(1j * azimuth))), float(ring)))
     return None if best is None else best[1]
-
-
-def find_fixed_mark(background: Luma, view: PlateView) -> tuple[float, float] | None:
-    """The most conspicuous compact spot just outside the rim.
-
-    Parameters
-    ----------
-    background : array of uint8, shape (h, w)
-    view : PlateView
-        At rest.
-
-    Returns
-    -------
-    (radius, azimuth) or None
-        In plate radii and rad.
-    """
-    spacing = FIXED_MARK_SPACING_PX / view.radius_px
-    radius = np.arange(FIXED_MARK_RINGS[0], FIXED_MARK_RINGS[1], spacing)
-    grid = polar_grid(view, radius, FIXED_MARK_AZIMUTHS, background.shape)
-    strip = cv2.GaussianBlur(grid.strip(background).astype(np.float32), (5, 3), 0)
-    seen = grid.seen > 0
-    if not seen.any():
-        return None
-    surroundings = np.median(strip[seen])
-    # Against the neighbourhood, so that shading across the frame does not count.
-    filled = np.where(seen, strip, surroundings).astype(np.float32)
-    wide = cv2.blur(filled, (FIXED_MARK_NEIGHBOURHOOD, 1))
-    contrast = np.where(seen, np.abs(strip - wide), 0)
-    scatter = SD_PER_MAD * np.median(contrast[seen])
-    _, peak, _, (column, row) = cv2.minMaxLoc(contrast)
-    if peak < THRESHOLDS.fixed_contrast * max(scatter, 1.0):
-        return None
-    spots = (np.hstack([contrast, contrast]) > THRESHOLDS.edge * peak).astype(np.uint8)
-    _, labels, stats, centres = cv2.connectedComponentsWithStats(spots)
-    # Of the two images of the spot side by side, one that the ends of the strip do not cut.
-    whole = column if column >= FIXED_MARK_NEIGHBOURHOOD else column + FIXED_MARK_AZIMUTHS
-    label = int(labels[row, whole])
-    if stats[label][2] * 2 * np.pi / FIXED_MARK_AZIMUTHS > THRESHOLDS.widest_rad:
-        return None
-    azimuth = centres[label][0] * 2 * np.pi / FIXED_MARK_AZIMUTHS
-    ring = float(np.interp(centres[label][1], np.arange(len(radius)), radius))
-    return ring, float(np.angle(np.exp(1j * azimuth)))
 
 
 def symmetry(template: Template) -> int:

@@ -1,6 +1,6 @@
 """A phase track to a rate with its uncertainty. NumPy only; no OpenCV.
 
     timebase, unwrap ─ slow_camera ─ aliases ─ dropped_frames ─┐
-    camera_roll, cross_checks ──────────────────────────────── checks ─┐
+    cross_checks ───────────────────────────────────────────── checks ─┐
     least_squares ─ terms, steady_part ─ diagnosis, exposure ────── measure ─ aes6_flutter
 """

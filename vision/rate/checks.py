@@ -15,7 +15,6 @@ from vision.geometry import FloatArray
 from vision.numbers import RPM
 from vision.phase_track import RateHistory
 from vision.rate.aliases import Aliases
-from vision.rate.camera_roll import CameraRoll
 from vision.rate.cross_checks import CrossChecks
 from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.steady_part import noise_of_turns, steady_advice
@@ -76,8 +75,6 @@ class Seen:
         Noise of the rate's fit, rad; NaN before the fit.
     rate_rad_s : float
         Of the fit, signed; NaN before it.
-    roll : CameraRoll or None
-        Of a camera that rolled.
     others : CrossChecks or None
         The rate by other ways; None before the fit.
     """
@@ -88,7 +85,6 @@ class Seen:
     aliases: Aliases
     scatter_rad: float = np.nan
     rate_rad_s: float = np.nan
-    roll: CameraRoll | None = None
     others: CrossChecks | None = None
 
     @cached_property
@@ -245,14 +241,6 @@ def _says_scattered(seen: Seen) -> str:
     )
 
 
-def _says_rolled(seen: Seen) -> str:
-    roll = seen.roll or CameraRoll(0.0, 0.0)
-    ppm = abs(roll.rate_rad_s / seen.rate_rad_s) * 1e6
-    return (f"the camera rolled by {np.degrees(roll.range_rad):.1f}° while it filmed, as what lies "
-            f"around the plate shows. Up to {ppm:.0f} ppm of the rate may come from the camera; "
-            f"the sd includes them. Fix the camera to a stand and film again.")
-
-
 def _says_returns(seen: Seen) -> str:
     others = seen.others
     assert others is not None
@@ -293,7 +281,6 @@ WARNINGS = (  # in the order in which they are printed
     Check(lambda seen: seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad)
           * (seen.dropped.count == 0), _says_hidden_drop),
     Check(lambda seen: seen.scatter_rad / THRESHOLDS.scattered_rad, _says_scattered),
-    Check(lambda seen: seen.roll is not None, _says_rolled),
     Check(lambda seen: seen.others is not None and seen.others.apart_rad_s > 0, _says_returns),
     Check(lambda seen: seen.others is not None and seen.others.second is not None,
           _says_two_rates),

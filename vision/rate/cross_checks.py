@@ -144,39 +144,30 @@ def cross_check(
         chance = THRESHOLDS.apart * float(np.hypot(lag.sd_rad_s, sd_rad_s))
         away = abs(lag.rate_rad_s - by_stamps)
         apart = away if away > max(chance, THRESHOLDS.matters * by_stamps) else 0.0
-    count = count_frames(angle, track.plate.mark_azimuth_rad, track.plate.fixed_mark_azimuth_rad)
+    count = count_frames(angle)
     return CrossChecks(by_stamps, count, lag, second, apart)
 
 
-def count_frames(
-    angle: PlateAngle, mark_rad: float, fixed_mark_rad: float
-) -> FrameCount | None:
-    """The rate by counting frames between alignments of the plate's mark with the fixed mark.
+def count_frames(angle: PlateAngle) -> FrameCount | None:
+    """The rate by counting frames from turn to turn.
 
-    As in Angrisano et al.: M turns between the first alignment and the last took n frames, so the
-    rate is 2πM/(n frame times). Each end is a whole frame, so n is uncertain by up to one frame
-    whatever the scatter of the single counts: at 15 frames per second three of the four record
-    speeds give a whole number of frames per turn, all counts agree and their scatter is zero. The
-    term stays.
+    As in Angrisano et al., with plate angle zero as the fixed place: M turns
+    between the first alignment and the last took n frames, so the rate is 2πM/(n frame times). Each
+    end is a whole frame, so n is uncertain by up to one frame whatever the scatter of the single
+    counts: at 15 frames per second three of the four record speeds give a whole number of frames
+    per turn, all counts agree and their scatter is zero. The term stays.
 
     Parameters
     ----------
     angle : PlateAngle
-    mark_rad : float
-        Azimuth of the plate's mark at plate angle zero; NaN takes the plate's own zero.
-    fixed_mark_rad : float
-        Azimuth of the fixed mark; NaN takes the place where the plate's mark was first.
 
     Returns
     -------
     FrameCount or None
         None with fewer than two alignments.
     """
-    mark = angle.angle_rad + (0.0 if np.isnan(mark_rad) else mark_rad)
-    fixed = mark[0] if np.isnan(fixed_mark_rad) else fixed_mark_rad
-    turns = (mark - fixed) / (2 * np.pi)
-    sign = 1.0 if turns[-1] >= turns[0] else -1.0
-    progress = np.maximum.accumulate(sign * turns)
+    turns = angle.angle_rad / (2 * np.pi)
+    progress = np.maximum.accumulate(turns if turns[-1] >= turns[0] else -turns)
     whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
     after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
     # Nobody sees an alignment that falls where frames are missing.

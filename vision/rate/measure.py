@@ -19,7 +19,6 @@ from vision.errors import RateRefused
 from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
-from vision.rate.camera_roll import camera_roll
 from vision.rate.checks import Seen, refuse, warnings
 from vision.rate.cross_checks import CrossChecks, cross_check
 from vision.rate.diagnosis import PhaseDiagnosis, diagnose
@@ -55,8 +54,8 @@ class RateUncertainty:
     Attributes
     ----------
     image_rad_s : float
-        From the frames: angles, dropped frames that may be none, roll of the camera, a shutter that
-        changed, the frame time of a camera slower than its clip, another rate that they show.
+        From the frames: angles, dropped frames that may be none, a shutter that changed, the frame
+        time of a camera slower than its clip, another rate that they show.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -215,18 +214,15 @@ def _measured(
             fit, x, angle.angle_rad, base.time_s, base.line_rad, ends
         )
     angle = without_lag(angle, fit, base, always)
-    roll = camera_roll(track, stamps)
     exposure = exposure_drift(track, angle, rate)
-    # How much of a roll the angle of the plate contains is not known; the sd holds all of it.
     parts = (
         sd,
-        roll.rate_rad_s if roll else 0.0,
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,
         frames.relative_sd * rate,
     )
     checks = cross_check(track, stamps, angle, rate, float(np.linalg.norm(parts)))
-    seen = replace(seen, rate_rad_s=rate, roll=roll, others=checks)
+    seen = replace(seen, rate_rad_s=rate, others=checks)
     uncertainty = RateUncertainty(
         image_rad_s=float(np.linalg.norm((*parts, checks.apart_rad_s))),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,

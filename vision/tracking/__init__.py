@@ -1,10 +1,8 @@
 """Frames and a learned plate to the plate's angle in every frame.
 
-    frames ─ stretch ─ registration ─ tracker ───────┬─ frame_measurement ─ track ─ PhaseTrack
-                                      camera_motion ─┘
+    frames ─ stretch ─ registration ─ tracker ─ frame_measurement ─ track ─ PhaseTrack
 
-``stretch``: the frames to learn from. ``registration``: frames of a camera that moves, brought
-back. ``tracker``: plate angle against the template. ``camera_motion``: roll of the camera.
-``frame_measurement``: what is measured in a frame, and the annotated frame. ``track``: the clip in
-one pass.
+``stretch``: the frames to learn from. ``registration``: whether the camera moves, and its frames
+brought back. ``tracker``: plate angle against the template. ``frame_measurement``: what is measured
+in a frame. ``track``: the clip in one pass.
 """

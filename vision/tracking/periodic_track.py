@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.drawing import annotated
 from vision.errors import NothingRepeats, RateRefused, Return
 from vision.geometry import FloatArray, PlateView
 from vision.image_return import ImageReturn, image_return, much_varies
@@ -18,7 +19,7 @@ from vision.phase_track import LUMA, PhaseTrack, PlateLayout
 from vision.plate.background import repeated
 from vision.plate.periodic import REACH, PeriodicPixels, informative, periodic_pixels
 from vision.plate.pixel_motion import Turning, turning
-from vision.tracking.frame_measurement import THUMBNAIL, annotate
+from vision.tracking.frame_measurement import THUMBNAIL
 from vision.video.reader import ClipReader, Frame, Luma
 from vision.video.reduction import reduced
 
@@ -211,8 +212,6 @@ def _track(
         explained=float(np.median(pixels.match)) ** 2,
         mark_azimuth_rad=np.nan,
         mark_radius=np.nan,
-        fixed_mark_azimuth_rad=np.nan,
-        fixed_mark_radius=np.nan,
     )
     return PhaseTrack(
         source=clip.path.name,
@@ -225,9 +224,8 @@ def _track(
         thumbnail=values[:, :: max(1, values.shape[1] // THUMBNAIL**2)],
         smear_rad2=pixels.smear_rad2,
         brightness=values.mean(axis=1),
-        roll_rad=np.full(len(angle), np.nan),
         motion=np.stack(small.motion),
-        annotated=annotate(shown.bgr, view, (0.0, 1.0), None, None),
+        annotated=annotated(shown.bgr, layout, np.nan),
         notes=(*notes, _how(clip.path.name)),
     )
 

@@ -31,6 +31,7 @@ ENOUGH = 24  # for a homography; fewer give shift, roll and scale
 #: Iterations and pixels at which a corner counts as followed.
 ENDS = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 12, 0.01)
 TRIALS = 300  # of a common motion
+LASTING = 3  # frames that are looked at: a hand or a flash is gone by then
 FEWEST_QUARTERS, PER_QUARTER = 3, 3  # of the frame, in which so many corners must stand
 
 
@@ -71,18 +72,44 @@ class Registration:
     def __init__(self, reference: Luma, corners: NDArray[np.float32]) -> None:
         self._reference, self.corners = reference, corners
         self._motion = np.eye(3)
+        self._away_px: list[float] = []
         self.largest_px = self.largest_roll_rad = 0.0
 
-    def motion(self, luma: Luma) -> FloatArray | None:
-        """Homography from the reference to a frame, px to px, (3, 3); None where it is not seen."""
+    def motion(self, luma: Luma, *, fewest: float = 0.0) -> FloatArray | None:
+        """Homography from the reference to a frame, px to px, (3, 3); None where it is not seen.
+
+        Parameters
+        ----------
+        luma : array of uint8, shape (h, w)
+        fewest : float
+            Share of the corners that go with it, at least.
+        """
         onto, seen = _followed(self._reference, luma, self.corners, self._motion)
         if seen.sum() < FEWEST:
             return None
         motion, agree = _common_motion(self.corners[seen], onto[seen])
-        if motion is None or agree.sum() < FEWEST:
+        if motion is None or agree.sum() < max(FEWEST, fewest * len(agree)):
             return None
         self._motion = motion
         return motion
+
+    def look(self, luma: Luma) -> None:
+        """See in a frame how far the surroundings are from where they were."""
+        motion = self.motion(luma, fewest=THRESHOLDS.stands)
+        if motion is not None:
+            away = _moved(self.corners, motion) - self.corners
+            # By shift and roll alone: of few corners in a dark film the rest is noise.
+            (x, y), (u, v) = (self.corners - self.corners.mean(axis=0)).T, away.T
+            by_roll = float((x * v - y * u).sum()) / float(np.sqrt((x**2 + y**2).sum() * len(x)))
+            self._away_px.append(float(np.hypot(np.hypot(*away.mean(axis=0)), by_roll)))
+
+    @property
+    def moved(self) -> bool:
+        """They went elsewhere in the frames looked at, and not only in a frame or two."""
+        if len(self._away_px) < LASTING:
+            return False
+        lasting = np.lib.stride_tricks.sliding_window_view(self._away_px, LASTING).min(axis=1)
+        return bool(lasting.max() > 2 * THRESHOLDS.moved_px)  # a peak, not a root mean square
 
     def note(self, source: str) -> str:
         """What was taken out, for the user."""

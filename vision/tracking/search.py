@@ -85,7 +85,7 @@ def learned_plate(
         seen = channels(stretch.frames, brightness=not way.colours or stretch.skipped > 0)
         try:
             plate = learn(task.path.name, stretch.frames, seen, rim, on_step,
-                          camera_stands=stretch.camera_stands)
+                          camera_stands=stretch.around is not None)
             return plate, stretch
         except RateRefused as error:
             refusal = more_telling(refusal, error)

@@ -40,7 +40,7 @@ class Stretch:
 
     Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip; their
     fields where they are interlaced, brought back onto one of them where a camera moves;
-    ``camera_stands`` where what surrounds the plate is seen and does not move.
+    ``around`` what surrounds the plate, where it is seen and does not move.
     """
 
     frames: list[Frame]
@@ -49,7 +49,7 @@ class Stretch:
     skipped: int
     interlacing: "Interlacing | None" = None
     camera: "Registration | None" = None
-    camera_stands: bool = False
+    around: "Registration | None" = None
 
     def with_fields(self) -> "Stretch":
         """Interlaced frames split into their fields."""
@@ -66,7 +66,7 @@ class Stretch:
 
         camera, moved_px = registration(self.frames)
         if camera is None or not (camera_moves or moved_px > REGISTRATION.moved_px):
-            return replace(self, camera_stands=camera is not None)
+            return replace(self, around=camera)
         return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
 
     def prepared(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:

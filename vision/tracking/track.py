@@ -223,7 +223,7 @@ def _tracked(task: ClipTask, way: ClipPass) -> "PhaseTrack":
         plate, stretch = learned_plate(task, way, clip, batches, on_frames)
         shown = len(stretch.frames) // 2
         measurements = FrameMeasurements(
-            plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride)
+            plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride, stretch.around)
         later_by_luma = way.colours and plate.by_brightness
         from_the_first = stretch.stride == 1 and stretch.skipped == 0
         if from_the_first and not later_by_luma:

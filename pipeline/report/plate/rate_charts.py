@@ -67,8 +67,8 @@ def rate_view(
         verdict=verdict,
         frame=f"data:image/png;base64,{frame}" if frame else "",
         frame_caption=(
-            f"One frame{of}. The overlay shows the rim of the plate, the ring in which the angle "
-            f"is measured, the spindle (cross) and the marks (circles)."
+            f"One frame{of}. The overlay shows the rim of the plate, the spindle (cross) and a "
+            f"hand at the measured angle, through the mark (circle) where there is one."
         ),
         figures=tuple(_figures(rate, worst)),
         terms=rate_terms_json(rate, worst),

@@ -17,8 +17,8 @@ from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import Browser
 from tests.pipeline.workbench.asked import Asked
 from tests.pipeline.workbench.conftest import Opened
+from vision.drawing import HAND
 from vision.live_plate import LivePlate
-from vision.overlay import HAND
 from vision.video.reader import ClipReader
 
 CLIP = session_folder() / "video/33rpm.mp4"
