@@ -22,11 +22,11 @@ SENTENCES = {
                    r"a turn|s by its time stamps, less than one turn|count time in different units",
     "copied": r"digit by digit|hold the same \w+ samples|samples are used twice|to the last digit",
     "dead axis": r": \w+ [xyz] is dead: ",
+    "two triads": r"are not readings of one pose",
     "axes": r"exchanged in|exchanged\. Name|undone: .*(opposite sign|are exchanged|is logged as)|"
             r"its axes are exchanged or mirrored|no rotation joins their directions|"
             r"triads point along its axis, but here only if|unlike in the other runs\. Name|"
             r"It fits if .*(opposite sign|are exchanged|is logged as)",
-    "two triads": r"are not readings of one pose",
     "range": r"undone: the readings are|It fits if the readings are",
     "gains of runs": r"but their gains differ by",
     "another sensor": r"are of another sensor, range, unit|those of another unit, another range or",

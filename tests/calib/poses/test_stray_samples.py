@@ -98,3 +98,11 @@ def test_samples_that_do_not_move_the_mean_stay() -> None:
     counts = noise(6000, 5.0, 0.3, NEAR_ZERO, seed=6)
     counts[[100, 3000], 0] += [60, -60]
     assert not stray_samples(counts).any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("at", [-1.0, -0.5, 0.0, 0.5])
+def test_what_a_limit_leaves_of_the_noise_is_no_failed_reading(at: float, seed: int) -> None:
+    counts = noise(240, 8.0, 0.3, ON_ONE_G, seed)
+    counts[:, 0] = np.minimum(counts[:, 0], ON_ONE_G[0] + np.rint(at * 8.0))
+    assert not stray_samples(counts).any()
