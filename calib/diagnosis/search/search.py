@@ -8,6 +8,7 @@ turn, until none that could be the best is without a refit. Sets of four and mor
 
 from collections.abc import Sequence
 from functools import cached_property
+from math import comb
 
 import numpy as np
 
@@ -28,6 +29,9 @@ from calib.diagnosis.search.table_at import table_at
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
+
+MOST_SETS_OF_POSES = 1000
+"""Sets of bad poses of one size; of more poses they grow from the best. A limit of time."""
 
 ROUNDS = 6
 """Solutions at which sets are weighed again, at most. A limit of time."""
@@ -101,6 +105,8 @@ class _Search:
         """Weigh the larger sets of effects, and everything else beside the best of each size."""
         for count in range(3, LARGEST_LISTED + 1):
             self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, count)])
+        for count in range(2, LARGEST_LISTED + 1):
+            self._weigh(self.table, self._of_poses(count))
         best: dict[int, list[Members]] = {}
         listed = {*self._listed}
         for entry in sorted(self.entries.values(), key=lambda e: -e.log_posterior):
@@ -110,6 +116,17 @@ class _Search:
             larger for of_size in best.values() for members in of_size[:BEST_OF_EACH_SIZE]
             for larger in self.candidates.one_more(self.table, members, self.seen)
         }))
+
+    def _of_poses(self, count: int) -> Sequence[Members]:
+        """Sets of ``count`` bad poses: all where they are few, as one hides behind the next."""
+        poses = self.candidates.bad_poses(self.table)
+        if comb(len(poses), count) <= MOST_SETS_OF_POSES:
+            return [*self.candidates.of_effects(self.table, poses, count)]
+        fewer = [e for e in self.entries.values()
+                 if len(e.members) == count - 1 and {*poses}.issuperset(e.members)]
+        fewer.sort(key=lambda e: -e.log_posterior)
+        return sorted({larger for e in fewer[:GROWN]
+                       for larger in self.candidates.one_more(self.table, e.members, poses)})
 
     @cached_property
     def _listed(self) -> list[int]:

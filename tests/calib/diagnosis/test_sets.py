@@ -160,14 +160,16 @@ def test_noise_of_another_kind_is_given_no_name(disturbance: str) -> None:
         assert found.verdict != "effect", found.text
 
 
-def test_two_bad_poses_are_named_together() -> None:
+@pytest.mark.parametrize(("bad", "gain"), [
+    ((5, 70), 1.01), ((2, 4, 19), 1.03), ((59, 62, 68), 0.95)])
+def test_bad_poses_are_named_together(bad: tuple[int, ...], gain: float) -> None:
     poses = noisy(rich_poses("gyroscope"), 4)
     reading = poses.reading.copy()
-    for k in (5, 70):
-        reading[k] += 40 * poses.sd[k]
+    for k in bad:
+        reading[k] *= gain
     found = diagnose(fit(replace(poses, reading=reading), Model.of(BASE)))
     assert found.verdict == "bad_pose"
-    assert set(found.group) == {poses.label[5], poses.label[70]}
+    assert set(found.group) == {poses.label[k] for k in bad}
 
 
 # --- candidates -----------------------------------------------------------------------------------
