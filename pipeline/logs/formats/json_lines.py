@@ -32,8 +32,21 @@ def _samples(path: Path, text: str) -> Iterator[Any]:
             if line.strip():
                 yield json.loads(line)
         except json.JSONDecodeError as error:
+            if _is_whole(text):
+                raise UnreadableInput(
+                    f"{path}: is one JSON object over several lines, as results and settings are, "
+                    f"and no log. Expected one object per line, or a list of them."
+                ) from error
             raise UnreadableInput(f"{path}:{number}: is no JSON ({error.msg}). One object per "
                                   "line is expected; delete the damaged line.") from error
+
+
+def _is_whole(text: str) -> bool:
+    try:
+        json.loads(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:

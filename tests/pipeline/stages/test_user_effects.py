@@ -83,7 +83,7 @@ def test_a_name_that_is_not_there_is_said_before_any_fit(
      "The logs have: humidity_pct. "),
     ('expression: "exp(-time_s / tua)", shapes: {tau: [s, 30, 7200]}',
      "the shape parameter 'tau' is not used in 'exp(-time_s / tua)' (did you mean 'tua'?)"),
-    ('expression: "exxp(humidity_pct)"', "run('NAME') (did you mean 'exp'?)"),
+    ('expression: "exxp(humidity_pct)"', "(did you mean 'exp'?)"),
 ])
 def test_a_misspelt_name_is_said_of_a_table_of_means_too(
     tmp_path: Path, own: str, says: str, capsys: pytest.CaptureFixture[str]
