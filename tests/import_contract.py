@@ -56,7 +56,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
     ],
     "calib.poses.runs": [
-        ("ring",), ("pose_run", "ideal_ring"), ("reference_runs", "known_attitudes"),
+        ("ring", "ring_errors"), ("pose_run", "ideal_ring"), ("reference_runs", "known_attitudes"),
         ("tilted_run",),
     ],
     "calib.fit": [

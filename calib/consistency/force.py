@@ -26,6 +26,7 @@ from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
+from calib.poses.samples.in_step import FEWEST_TURNS
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
 FEWEST_POSES = 3  #: poses of a run at least; derived: the median of fewer is that of one pose
@@ -107,15 +108,36 @@ def _check_run(
     likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
     if likely is None and not impossible:
         return
-    size = np.median(np.linalg.norm(correct(poses.accelerometer_conditions(nominal)), axis=1))
+    sizes = np.linalg.norm(correct(poses.accelerometer_conditions(nominal)), axis=1)
     kind = "on the turning plate" if poses.spin_rad_s.any() else "with the plate stopped"
+    leans = _as_on_a_plate_that_leans(poses, sizes, gravity)
     raise Contradiction(
-        f"{run}: in its poses {kind} the calibrated accelerometer reads {size:.4g} m/s² (median) "
-        f"where gravity is {gravity:.4g} m/s², off by "
+        f"{run}: in its poses {kind} the calibrated accelerometer reads "
+        f"{np.median(sizes):.4g} m/s² (median) where gravity is {gravity:.4g} m/s², off by "
         f"{np.sqrt(np.mean(as_logged**2)) / gravity:.2g} of it (root mean square). "
-        + (likely or "Its logs and those of the accelerometer's own poses are of another sensor, "
-           "range, unit or order of columns. Compare the files of both.")
+        + (likely or f"{leans}{'Else its' if leans else 'Its'} logs and those of the "
+           f"accelerometer's own poses are of another sensor, range, unit or order of columns. "
+           f"Compare the files of both.")
     )
+
+
+def _as_on_a_plate_that_leans(poses: PoseSet, size: FloatArray, gravity: float) -> str:
+    """What to do if the ``size`` (n,) of the force is small in a run because the plate leans.
+
+    "" where none looks so: gravity that was seen to go round is known already.
+    """
+    runs, sentences = np.array(poses.run), []
+    for name in dict.fromkeys(poses.run if poses.ring is None else ()):
+        of_run = size[runs == name] / gravity
+        least, varies = float(np.median(of_run)), float(np.std(of_run))
+        turned = poses.spin_rad_s[runs == name].all()
+        if turned and least < 1 - WITHIN_A_SESSION and varies < WITHIN_A_SESSION:
+            sentences.append(
+                f"All poses of {name} read so, as on a plate that leans by "
+                f"{np.degrees(np.arccos(least)):.0f}°: if it does, log each for at least "
+                f"{FEWEST_TURNS} whole turns, which show that gravity goes round, and let no cable "
+                f"turn the case. ")
+    return "".join(sentences)
 
 
 def other_than_at_rest(
@@ -152,11 +174,12 @@ def other_than_at_rest(
     share = float(np.sqrt(np.mean(off**2))) / gravity_m_s2
     if share <= WITHIN_A_SESSION:
         return ()
+    leans = _as_on_a_plate_that_leans(member, size, gravity_m_s2)
     return (
         f"in the poses of the gyroscope the calibrated accelerometer reads {np.median(size):.5g} "
         f"m/s² (median) where gravity is {gravity_m_s2:.5g} m/s², off by {100 * share:.2g} % (root "
-        f"mean square), more than a sensor drifts within a session. Are the poses at rest those of "
-        f"another unit, another range or another day? Record both with the same sensor.",
+        f"mean square), more than a sensor drifts within a session. {leans}Are the poses at rest "
+        f"those of another unit, another range or another day? Record both with the same sensor.",
     )
 
 

@@ -273,8 +273,8 @@ def pose_set(
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses
     at = poses.accelerometer_conditions(poses.force)
-    return replace(poses, force=correct_force(at), ring=poses.ring and replace(
-        poses.ring, force=poses.ring.evaluated(at, correct_force)))
+    return replace(poses, force=correct_force(at),
+                   ring=poses.ring and poses.ring.evaluated(at, correct_force, poses.run))
 
 
 def _notes(runs: Sequence[PoseRun], triad: Triad) -> tuple[str, ...]:

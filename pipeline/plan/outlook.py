@@ -34,7 +34,8 @@ from calib.poses.runs.reference_runs import (
     stopped_run,
     turning_run,
 )
-from calib.poses.runs.ring import FRAME_NAMES, TILT_SD_RAD, room_names, tilt_name
+from calib.poses.runs.ring import TILT_SD_RAD
+from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
 from calib.poses.runs.tilted_run import tilted_run
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec

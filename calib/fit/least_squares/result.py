@@ -16,7 +16,7 @@ from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring import is_free
+from calib.poses.runs.ring_errors import is_free
 
 HUBER_VARIANCE = 0.7785
 """Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5.

@@ -21,7 +21,7 @@ from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring import FRAME_NAMES, accelerometer_names
+from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
 
 FRAME_SD_RAD = 0.03
 """Sd of each angle between the frames beyond the estimate by nominal directions. Derived: gains and

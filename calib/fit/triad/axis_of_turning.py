@@ -17,7 +17,8 @@ from calib.fit.model import stack_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring import FRAME_NAMES, TO_WAVE, accelerometer_names
+from calib.poses.runs.ring import TO_WAVE
+from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
 
 
 def with_axes(poses: PoseSet, accelerometer: Fit) -> PoseSet:

@@ -22,7 +22,7 @@ from calib.fit.rows.wave_rows import WaveRows
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring import room_names
+from calib.poses.runs.ring_errors import room_names
 
 UNEXPLAINED_P_VALUE = 1e-4
 """Derived: one sound run in ten thousand."""

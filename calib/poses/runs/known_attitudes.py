@@ -9,7 +9,7 @@ from calib.errors import Undetermined
 from calib.poses.attitudes import direction_name, nearest_faces
 from calib.poses.imu_log import FloatArray
 from calib.poses.runs.pose_run import PoseRun
-from calib.poses.runs.ring import FRAME_NAMES
+from calib.poses.runs.ring_errors import FRAME_NAMES
 
 FARTHEST_RAD = float(np.radians(12.0))
 """Between a pose by the data sheet alone and its face or edge. Derived: gains and biases of a few

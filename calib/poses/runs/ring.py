@@ -14,7 +14,7 @@ import numpy as np
 from calib.numbers import NO_LENGTH
 from calib.poses.averaging.pose_mean import PoseMean, TriadMean
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import AXES, FloatArray, IntArray, Triad
+from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.reference import RowIndex
 from calib.poses.samples.in_step import HARMONICS, Waves
 
@@ -119,9 +119,9 @@ class Ring:
         return Ring(place, **rest)
 
     def evaluated(
-        self, at: Conditions, correct: Callable[[Conditions], FloatArray]
-    ) -> FloatArray:
-        """The nominal specific force of the rings corrected, m/s², (w, k, 3).
+        self, at: Conditions, correct: Callable[[Conditions], FloatArray], run: Sequence[str]
+    ) -> "Ring":
+        """The same with the nominal specific force corrected, and the tilt of each run by it.
 
         Parameters
         ----------
@@ -129,10 +129,15 @@ class Ring:
             Of the accelerometer in the poses of the set.
         correct : callable
             The calibration of the accelerometer.
+        run : sequence of str
+            Of the poses of the set.
         """
         points = at.take(np.repeat(self.place, ANGLES))
-        corrected = correct(points.with_vector(self.force.reshape(-1, 3)))
-        return corrected.reshape(self.force.shape)
+        force = correct(points.with_vector(self.force.reshape(-1, 3))).reshape(self.force.shape)
+        tilt, _ = leans_of(force)
+        runs = np.array(run)[self.place]
+        tilt = np.array([tilt[runs == name].mean() for name in runs])
+        return replace(self, force=force, tilt_rad=tilt)
 
     def behind(self, count: int) -> "Ring":
         """The same where ``count`` poses stand before those of the set."""
@@ -154,6 +159,28 @@ def rings_of(parts: Sequence[tuple[Ring | None, int]]) -> Ring | None:
         whole = joined_rings(whole, ring and ring.behind(before))
         before += poses
     return whole
+
+
+def leans_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How far the axis leans about which gravity goes round, and the mean force across it.
+
+    Parameters
+    ----------
+    points : array, shape (w, k, 3)
+        Calibrated specific force at the angles ``ROUND``, m/s².
+
+    Returns
+    -------
+    tilt, across : array, shape (w,)
+        rad, m/s².
+    """
+    mean = points.mean(axis=1)
+    wave = np.tensordot(points, TO_WAVE, axes=(1, 1)).transpose(0, 2, 1)  # (w, 2, 3)
+    axis = np.cross(wave[:, 0], wave[:, 1])
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    along = (mean * axis).sum(axis=1, keepdims=True)
+    across = np.linalg.norm(mean - along * axis, axis=1)
+    return np.arctan2(np.sqrt((wave**2).sum(axis=(1, 2)) / 2), np.abs(along[:, 0])), across
 
 
 def tilt_of_run(means: Sequence[PoseMean]) -> float | None:
@@ -258,27 +285,3 @@ def _points(mean: FloatArray, waves: Waves | None) -> FloatArray:
     """Readings (k, 3) at the angles ``ROUND``."""
     assert waves is not None
     return np.asarray(mean + TO_WAVES.T @ waves.amplitude.reshape(-1, 3) * ANGLES / 2)
-
-
-def room_names(run: str) -> tuple[str, str]:
-    """The common errors of a run by the Earth's horizontal rate, along and across the lean."""
-    return f"Earth's rate along the tilt of {run}", f"Earth's rate across the tilt of {run}"
-
-
-def tilt_name(run: str) -> str:
-    """The common error of a run by the tilt of its plate."""
-    return f"tilt of {run}"
-
-
-FRAME_NAMES = tuple(f"frame angle {axis}" for axis in AXES)
-"""The common errors by the rotation between both triads. Definition."""
-
-
-def accelerometer_names(count: int) -> tuple[str, ...]:
-    """The common errors by what the accelerometer's calibration leaves open."""
-    return tuple(f"accelerometer {i + 1}" for i in range(count))
-
-
-def is_free(name: str) -> bool:
-    """Whether a common error is an unknown that the rows alone decide."""
-    return name.startswith("tilt of ") or name in FRAME_NAMES

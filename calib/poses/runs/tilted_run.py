@@ -11,7 +11,8 @@ from calib.poses.reference import Reference
 from calib.poses.runs.ideal_ring import ADVISED_TILT
 from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import GRAVITY, gravity_run
-from calib.poses.runs.ring import TILT_SD_RAD, ring_of_run, tilt_name, tilt_of_run
+from calib.poses.runs.ring import TILT_SD_RAD, ring_of_run, tilt_of_run
+from calib.poses.runs.ring_errors import tilt_name
 from calib.poses.samples.in_step import FEWEST_TURNS
 
 

@@ -63,13 +63,17 @@ def test_poses_at_rest_of_another_unit_are_told(
     poses = on_the_plate(gain * np.eye(3))
     told = other_than_at_rest(poses, accelerometer, GRAVITY)
     assert ["another unit" in each for each in told] == [True] * is_told
+    assert ["as on a plate that leans" in each for each in told] == [gain < 1] * is_told
     assert other_than_at_rest(poses.take([20, 21]), accelerometer, GRAVITY) == ()  # too few to say
 
 
 @pytest.mark.parametrize(("matrix", "words"), [
     (0.5 * np.eye(3), "run 1: .*It fits if the readings are halved"),
     (np.eye(3) / STANDARD_GRAVITY_M_S2, "run 1: .*It fits if the readings are in g instead"),
-    (1.37 * np.eye(3), "run 1: .*of another sensor, range, unit"),
+    (1.37 * np.eye(3), r"run 1: .*square\)\. Its logs .*of another sensor, range, unit"),
+    (np.cos(np.radians(20)) * np.eye(3), "run 1: .*on a plate that leans by 20°: if it does, log "
+     "each for at least 3 whole turns.*Else its logs .*of another sensor"),
+    (np.diag([0.97, 0.9, 0.95]), r"run 1: .*square\)\. Its logs .*of another sensor"),
 ])
 def test_another_range_or_unit_is_named(
     accelerometer: TriadCalibration, matrix: FloatArray, words: str

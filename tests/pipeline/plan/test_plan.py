@@ -19,7 +19,8 @@ from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
 from calib.poses.reference import CommonError
-from calib.poses.runs.ring import TILT_SD_RAD, tilt_name
+from calib.poses.runs.ring import TILT_SD_RAD
+from calib.poses.runs.ring_errors import tilt_name
 from pipeline.stages.planned_poses import first_directions
 from tests.fitting import Calibrated, averaged, calibrated, spec_of, tilted_pose_sets
 from tests.paths import ROOT
