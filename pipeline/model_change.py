@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.next_measurement.advice import Rival, best_block
+from calib.diagnosis.next_measurement.advice import best_block
+from calib.diagnosis.next_measurement.chance import Rival
 from calib.effects.catalogue import BASE, EFFECTS, find_effect
 from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined

@@ -17,11 +17,12 @@ from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.columns import set_aside
 from calib.diagnosis.next_measurement.advice import (
     Advice,
-    Rival,
     best_block,
     film_each_pose,
     lay_missing,
+    likeliest_block,
 )
+from calib.diagnosis.next_measurement.chance import Rival
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.stand_ins import stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
@@ -194,7 +195,7 @@ def diagnose(
         inclusion=posterior.inclusion,
         sets=tuple(each for each in posterior.sets if each[1] >= CONSTANTS.least_listed),
         explanation=explain(fit, verdict, ranking, posterior.p_value, advice, prediction),
-        advice=advice,
+        advice=advice if advice is not None and advice.is_worth_it else None,
         ranking=ranking,
         blind=(*finding.blind, *absurd),
         unavailable=finding.unavailable,
@@ -227,4 +228,10 @@ def _advise(
         for name in verdict.group
         if name in effect and name in size
     ]
-    return best_block(posterior.base, rivals[:RIVALS_COMPARED], full_scale) if rivals else None
+    if not rivals:
+        return None
+    compared = rivals[:RIVALS_COMPARED]
+    best = best_block(posterior.base, compared, full_scale)
+    if best is None or best.chance is None or best.chance < CONSTANTS.name:
+        return likeliest_block(posterior.base, compared, full_scale)
+    return best

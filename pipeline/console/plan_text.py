@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 from typing import Any
 
-from calib.diagnosis.next_measurement.advice import Rival, best_block
+from calib.diagnosis.next_measurement.advice import best_block
+from calib.diagnosis.next_measurement.chance import Rival
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
 from calib.numbers import RPM

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.signature import whole_columns
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.next_measurement.chance import BLIND_SIGNAL_SD, Rival, chance_of_a_name
 from calib.diagnosis.next_measurement.kind import shares_a_rate
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical, minutes_for
 from calib.effects.effect import Effect
@@ -23,55 +24,43 @@ from calib.poses.imu_log import FloatArray
 
 ENOUGH_LAMBDA = 12.0  #: non-centrality; derived: power 0.93 at 5 % with one degree of freedom
 LABELS_LISTED = 3  #: it chooses words only
-BLIND_SIGNAL_SD = 5.0
-"""Strength at which an effect that left no trace yet is judged, noise units over the rows.
-Derived: from there on an effect is seen in nearly every session."""
 
 
 @dataclass(frozen=True)
 class Advice:
     """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda.
 
-    ``minutes`` is what it takes, ``timed`` the instruction with it.
+    ``minutes`` is what it takes, ``timed`` the instruction with it; ``chance`` the share of
+    simulated sessions in which what is there then gets a name, None where no name is asked for.
     """
 
     block: str
     instruction: str
     power: float
     minutes: float
+    chance: float | None = None
 
     @property
     def timed(self) -> str:
-        """The instruction, and how long it takes."""
-        return f"{self.instruction} ({self.minutes:.0f} min)"
+        """The instruction, how long it takes and how often it settles what is open."""
+        then = "" if self.chance is None else (
+            f", after which {100 * self.chance:.0f} % of simulated sessions name it")
+        return f"{self.instruction} ({self.minutes:.0f} min{then})"
 
-
-@dataclass(frozen=True, eq=False)
-class Rival:
-    """An effect with the size it is believed to have.
-
-    Attributes
-    ----------
-    effect : Effect
-    size : array, shape (k,), or None
-        Its parameters, SI; None where these poses are blind to it.
-    shape : float or None
-        Its shape parameter, where it has one.
-    """
-
-    effect: Effect
-    size: FloatArray | None
-    shape: float | None = None
+    @property
+    def is_worth_it(self) -> bool:
+        """Whether it may settle anything."""
+        return self.chance is None or self.chance >= CONSTANTS.least_offered
 
 
 def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
     """lambda of ``rival`` when ``others`` and the model are fitted in its place."""
     d = fit.equations.data_count
-    columns = _columns(fit, rival)
+    columns = rival.columns(fit)
     fitted = [fit.rows.jacobian[:, : fit.model.size], fit.rows.jacobian[:, fit.model.size :]]
     for other in others:
         more = np.zeros((len(fit.rows.residual), len(other.effect.parameters)))
-        more[:d] = _columns(fit, other)
+        more[:d] = other.columns(fit)
         fitted.append(more)
     basis = orthonormal_columns(np.hstack(fitted))
     full = np.zeros((len(fit.rows.residual), columns.shape[1]))
@@ -96,23 +85,6 @@ def _least_first(columns: FloatArray, basis: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.eigvalsh(remainder.T @ remainder))
 
 
-def _columns(fit: Fit, rival: Rival) -> FloatArray:
-    """Columns (d, k) of a rival; a pose that is filmed has the rate that the plate has."""
-    columns = whole_columns(fit, rival.effect, rival.shape)
-    if rival.effect.acts_on == "reference":
-        run = np.array(fit.poses.run)[fit.equations.row_pose]
-        columns = np.where(run[:, None] == CLIPS.code, 0.0, columns)
-    return columns
-
-
-def _in_all_shapes(rival: Rival) -> list[Rival]:
-    """``rival`` with every shape it could take in another's place: a slow warm-up is a drift."""
-    shape = rival.effect.shape
-    if shape is None:
-        return [rival]
-    return [replace(rival, shape=value) for value in (*shape.starts, shape.bounds[1])]
-
-
 def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
     """The block that tells ``rivals`` apart (or makes a single one visible), per minute of work.
 
@@ -134,18 +106,29 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
     """
     options = []
     for block, then in hypothetical(fit, full_scale):
-        powers = []
-        for i, rival in enumerate(rivals):
-            others = [
-                [each] for j, other in enumerate(rivals) if j != i for each in _in_all_shapes(other)
-            ] or [[]]
-            powers += [_signal(then, rival, other) for other in others]
-        power = min(powers)
+        power = _power(then, rivals)
         if np.isfinite(power) and power >= ENOUGH_LAMBDA:
-            options.append(Advice(block.code, block.instruction, power, block.minutes))
+            options.append((Advice(block.code, block.instruction, power, block.minutes), then))
+    if not options:
+        return None
     # More power than enough buys nothing: the cheaper block wins among the sufficient.
-    return max(options, default=None, key=lambda advice: (
-        min(advice.power, 10 * ENOUGH_LAMBDA) / advice.minutes))
+    advice, then = max(options, key=lambda option: (
+        min(option[0].power, 10 * ENOUGH_LAMBDA) / option[0].minutes))
+    return replace(advice, chance=chance_of_a_name(then, rivals))
+
+
+def likeliest_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) -> Advice | None:
+    """The block after which one of ``rivals`` has a name most often, whatever its chance.
+
+    The parameters are those of :func:`best_block`; None where no block can be judged.
+    """
+    options = []
+    for block, then in hypothetical(fit, full_scale):
+        power = _power(then, rivals)
+        if np.isfinite(power):
+            options.append(Advice(block.code, block.instruction, power, block.minutes,
+                                  chance_of_a_name(then, rivals)))
+    return max(options, default=None, key=lambda advice: (advice.chance, -advice.minutes))
 
 
 def showing_blocks(
@@ -172,7 +155,7 @@ def showing_blocks(
     """
     def shown(then: Fit) -> FloatArray:
         columns = np.zeros((len(then.rows.residual), len(effect.parameters)))
-        columns[: then.equations.data_count] = size * _columns(then, Rival(effect, None))
+        columns[: then.equations.data_count] = size * Rival(effect, None).columns(then)
         return _least_first(columns, orthonormal_columns(then.rows.jacobian))
 
     now = int((shown(fit) >= enough).sum())
@@ -187,6 +170,17 @@ def showing_blocks(
     for advices in (whole, more):
         advices.sort(key=lambda advice: advice.minutes)
     return whole, more
+
+
+def _power(then: Fit, rivals: Sequence[Rival]) -> float:
+    """The least lambda of any of ``rivals`` with any other in its place."""
+    powers = []
+    for i, rival in enumerate(rivals):
+        others = [
+            [each] for j, other in enumerate(rivals) if j != i for each in other.in_all_shapes
+        ] or [[]]
+        powers += [_signal(then, rival, other) for other in others]
+    return min(powers)
 
 
 def film_each_pose(fit: Fit, drop: float) -> Advice | None:

@@ -165,11 +165,27 @@ def _course(
     return start_s + POSE_S * np.arange(n, dtype=float), columns
 
 
+def attitudes_again(fit: Fit) -> FloatArray:
+    """Which way was up in the poses of the first run, (n, 3): up to 18 of them, in their order.
+
+    Faces and edges of a box where no pose has a length.
+    """
+    poses = fit.poses
+    known = np.flatnonzero(~poses.reference.is_null)
+    if not known.size:
+        return natural_directions()[:NATURAL_POSES]
+    known = known[[poses.run[i] == poses.run[known[0]] for i in known]]
+    most = min(len(known), NATURAL_POSES)
+    known = known[np.linspace(0, len(known) - 1, most).round().astype(int)]
+    vector = fit.rows.vector[known]
+    sign = np.sign(poses.spin_rad_s[known])[:, None] if poses.triad == "gyroscope" else 1.0
+    return np.asarray(sign * vector / np.linalg.norm(vector, axis=1, keepdims=True))
+
+
 def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) -> PoseSet:
     """One pass through the poses of ``block`` as a pose set at the fitted model."""
     poses, turning = fit.poses, ~fit.poses.reference.is_null
-    natural = natural_directions()
-    axis = natural[CORNERS] if block.corners else natural[:NATURAL_POSES]
+    axis = natural_directions()[CORNERS] if block.corners else attitudes_again(fit)
     n = len(axis)
     size = abs(factor) * _least(poses.reference.magnitude[turning])
     direction = _direction(poses, factor)

@@ -53,7 +53,7 @@ class Noise:
     is_known: bool = True
 
     def log_density(
-        self, q: FloatArray, log_det: FloatArray, chi2: float
+        self, q: FloatArray, log_det: FloatArray, chi2: float | FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Log densities (B,) with the stated noise and with larger noise, by Q and log det K."""
         q = np.maximum(q, 0.0)
@@ -97,7 +97,7 @@ def over_sizes(gain: FloatArray) -> FloatArray:
 
 
 def block_log_densities(
-    strength: FloatArray, amplitude: FloatArray, chi2: float, noise: Noise
+    strength: FloatArray, amplitude: FloatArray, chi2: float | FloatArray, noise: Noise
 ) -> FloatArray:
     """Log density of the residual under each of m single blocks of orthogonal columns, (m,).
 
@@ -106,8 +106,8 @@ def block_log_densities(
     strength, amplitude : array, shape (m, v)
         Signal along each visible direction for unit tau, and the residual along it; both zero
         where a block has fewer directions.
-    chi2 : float
-        Of the whole projected residual.
+    chi2 : float or array, shape (m,)
+        Of the whole projected residual, or of that of each block.
     noise : Noise
     """
     signal = (TAUS[:, None, None] * strength) ** 2

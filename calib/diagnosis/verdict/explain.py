@@ -250,8 +250,14 @@ def _instead_of_noise(case: Case) -> str:
 
 def _settle(case: Case) -> tuple[Step, str]:
     """The next step where something is open, for programs and in words."""
-    if case.advice is not None:
+    if case.advice is not None and case.advice.is_worth_it:
         return "record", f"Record {case.advice.timed}; name the new logs in the configuration"
+    if case.advice is not None and case.verdict.code == Code.EFFECT:
+        return "add", ("Add it for all that look the same: the correction is valid under the "
+                       "conditions of this session")
+    if case.advice is not None:
+        return "apply", ("Correct a log, or hand the calibration to another program: the error to "
+                         "expect contains what is open")
     if case.verdict.code == Code.EFFECT:
         return "record", _what_separates(case)
     return "record", _once_more(case)
@@ -265,8 +271,13 @@ def _what_separates(case: Case) -> str:
 
 def _record(case: Case) -> str:
     """The end of a verdict that leaves something open: what to record next."""
-    if case.advice is not None:
+    if case.advice is not None and case.advice.is_worth_it:
         return f" Record next: {case.advice.timed}."
+    if case.advice is not None:
+        open_still = ("" if case.verdict.code == Code.EFFECT
+                      else " The error to expect contains what is open.")
+        return (f" Nothing more can be known of it from this sensor on this bench: the best of its "
+                f"blocks of poses is {case.advice.timed}.{open_still}")
     if case.verdict.code == Code.EFFECT:
         return f" {_what_separates(case)}."
     return (f" No block of poses that this bench allows settles it at one go. Record next: "

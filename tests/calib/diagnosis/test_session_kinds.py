@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.next_measurement.advice import Rival, best_block, film_each_pose
+from calib.diagnosis.next_measurement.advice import best_block, film_each_pose
+from calib.diagnosis.next_measurement.chance import Rival
 from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber, once_more
 from calib.diagnosis.next_measurement.pose_blocks import menu
 from calib.effects.catalogue import BASE, find_effect

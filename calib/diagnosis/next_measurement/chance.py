@@ -1,0 +1,133 @@
+"""How likely a block of poses gives a name to what is open: simulated.
+
+Each rival in turn is what there is, of the size that it is believed to have. Noise of unit sd is
+drawn over all rows, those recorded and those to come, and nothing and the rivals, as likely as
+each other beforehand, are weighed by the evidence of the search
+(:mod:`calib.diagnosis.search.evidence`). Named is what then has the probability of a name while no
+rival is left in its class: none is probable, and what looks the same is refuted.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.signature import (
+    Projector,
+    Signature,
+    are_aliases,
+    whole_columns,
+)
+from calib.diagnosis.next_measurement.pose_blocks import CLIPS
+from calib.diagnosis.search.evidence import Noise, block_log_densities
+from calib.diagnosis.search.table_at import noise_of
+from calib.effects.effect import Effect
+from calib.fit.least_squares.result import Fit
+from calib.numbers import NO_LENGTH
+from calib.poses.imu_log import FloatArray
+
+DRAWS = 200  #: simulated sessions of each rival; numerical: a chance is known to 4 %
+BLIND_SIGNAL_SD = 5.0
+"""Strength at which an effect that left no trace yet is judged, noise units over the rows.
+Derived: from there on an effect is seen in nearly every session."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """An effect with the size it is believed to have.
+
+    Attributes
+    ----------
+    effect : Effect
+    size : array, shape (k,), or None
+        Its parameters, SI; None where these poses are blind to it.
+    shape : float or None
+        Its shape parameter, where it has one.
+    """
+
+    effect: Effect
+    size: FloatArray | None
+    shape: float | None = None
+
+    def columns(self, fit: Fit) -> FloatArray:
+        """Whitened columns (d, k); a pose that is filmed has the rate that the plate has."""
+        columns = whole_columns(fit, self.effect, self.shape)
+        if self.effect.acts_on == "reference":
+            run = np.array(fit.poses.run)[fit.equations.row_pose]
+            columns = np.where(run[:, None] == CLIPS.code, 0.0, columns)
+        return columns
+
+    @property
+    def in_all_shapes(self) -> "list[Rival]":
+        """It with every shape it could take in another's place: a slow warm-up is a drift."""
+        shape = self.effect.shape
+        if shape is None:
+            return [self]
+        return [replace(self, shape=value) for value in (*shape.starts, shape.bounds[1])]
+
+
+def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
+    """Share of simulated sessions in which the rival that is there gets a name.
+
+    Parameters
+    ----------
+    then : Fit
+        The fit as it would stand with the block recorded.
+    rivals : sequence of Rival
+        At least one, each as likely to be what there is.
+    """
+    projector = Projector(then)
+    random = np.random.default_rng(0)
+    noise = noise_of(then, projector.dof)
+    shapes = [[projector.signature(each.effect.name, each.columns(then))
+               for each in rival.in_all_shapes] for rival in rivals]
+    named = []
+    for i, rival in enumerate(rivals):
+        rows = random.normal(size=(DRAWS, len(projector.residual)))
+        rows[:, : then.equations.data_count] += _signals(rival, then, random)
+        rows -= (rows @ projector.model) @ projector.model.T
+        chi2 = (rows**2).sum(axis=1)
+        nothing = np.logaddexp(*noise.log_density(chi2, np.zeros(DRAWS), chi2))
+        density = [nothing, *(
+            logsumexp([_density(each, rows, chi2, noise) for each in signatures], axis=0)
+            - np.log(len(signatures)) for signatures in shapes)]
+        total = logsumexp(density, axis=0)
+        is_named = density[i + 1] - total >= np.log(CONSTANTS.name)
+        for j, signatures in enumerate(shapes):
+            if j != i:
+                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_listed)
+                if any(are_aliases(a, b) for a in shapes[i] for b in signatures):
+                    is_named &= density[j + 1] < density[i + 1] - CONSTANTS.refuted
+        named.append(float(np.mean(is_named)))
+    return float(np.mean(named))
+
+
+def random_signals(columns: FloatArray, count: int, random: np.random.Generator) -> FloatArray:
+    """``count`` signals (count, d) of an effect of unknown size, of ``BLIND_SIGNAL_SD`` rms.
+
+    ``columns`` (d, k) are its own, each parameter as strong as the next.
+    """
+    norm = np.maximum(np.sqrt((columns**2).sum(axis=0)), NO_LENGTH)
+    way = random.normal(size=(count, columns.shape[1])) / np.sqrt(columns.shape[1])
+    unit: FloatArray = columns / norm * np.sqrt(len(columns)) * BLIND_SIGNAL_SD
+    return np.asarray(way @ unit.T)
+
+
+def _signals(rival: Rival, then: Fit, random: np.random.Generator) -> FloatArray:
+    """What a rival leaves in the data rows of every simulated session, (draws, d)."""
+    columns = rival.columns(then)
+    if rival.size is None:
+        return random_signals(columns, DRAWS, random)
+    return np.tile(columns @ rival.size, (DRAWS, 1))
+
+
+def _density(
+    signature: Signature, rows: FloatArray, chi2: FloatArray, noise: Noise
+) -> FloatArray:
+    """Log densities (draws,) of residuals ``rows`` (draws, r) under an effect."""
+    if signature.is_blind:
+        return np.full(len(rows), -np.inf)
+    strength = np.tile(signature.strength, (len(rows), 1))
+    return block_log_densities(strength, rows @ signature.basis, chi2, noise)
