@@ -105,7 +105,7 @@ def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
 
 
 def random_signals(columns: FloatArray, count: int, random: np.random.Generator) -> FloatArray:
-    """``count`` signals (count, d) of an effect of unknown size, of ``BLIND_SIGNAL_SD`` rms.
+    """Signals (count, d), in sds, of an effect of unknown size, of ``BLIND_SIGNAL_SD`` rms.
 
     ``columns`` (d, k) are its own, each parameter as strong as the next.
     """

@@ -166,7 +166,7 @@ def _course(
 
 
 def attitudes_again(fit: Fit) -> FloatArray:
-    """Which way was up in the poses of the first run, (n, 3): up to 18 of them, in their order.
+    """Unit vectors (n, 3), no unit, up in the poses of the first run: 18 at most, in their order.
 
     Faces and edges of a box where no pose has a length.
     """
