@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from calib.fit.least_squares.result import Fit
 from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import TEMPERATURE, FloatArray
 from calib.poses.pose_set import PoseSet
@@ -59,6 +60,23 @@ def shares_a_rate(poses: PoseSet) -> bool:
 def once_more(poses: PoseSet) -> str:
     """What to repeat where no block of poses would settle what is open."""
     return THROUGH_TEMPERATURES if in_a_chamber(poses) else POSES_AGAIN
+
+
+def attitudes_again(fit: Fit) -> FloatArray:
+    """Unit vectors (n, 3), no unit, up in the poses of the first run: 18 at most, in their order.
+
+    Faces and edges of a box where no pose has a length.
+    """
+    poses, wedge = fit.poses, natural_directions(corners=False)
+    known = np.flatnonzero(~poses.reference.is_null)
+    if not known.size:
+        return wedge
+    known = known[[poses.run[i] == poses.run[known[0]] for i in known]]
+    most = min(len(known), len(wedge))
+    known = known[np.linspace(0, len(known) - 1, most).round().astype(int)]
+    vector = fit.rows.vector[known]
+    sign = np.sign(poses.spin_rad_s[known])[:, None] if poses.triad == "gyroscope" else 1.0
+    return np.asarray(sign * vector / np.linalg.norm(vector, axis=1, keepdims=True))
 
 
 def _up(poses: PoseSet) -> FloatArray | None:

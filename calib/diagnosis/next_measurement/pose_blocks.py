@@ -1,7 +1,7 @@
 """Poses that could be recorded next, as hypothetical rows beside the real ones.
 
-Each block is the 18 wedge poses (or the corners) under another condition. What it would show of an
-effect is computed, not looked up: its rows are built at the fitted model and joined to the fit.
+Each block is poses of the session (or the corners) under another condition. What it would show of
+an effect is computed, not looked up: its rows are built at the fitted model and joined to the fit.
 """
 
 from collections.abc import Iterator
@@ -13,6 +13,7 @@ from calib.diagnosis.next_measurement.kind import (
     SAME_SPEED,
     THROUGH_TEMPERATURES,
     at_one_speed,
+    attitudes_again,
     in_a_chamber,
     shares_a_rate,
 )
@@ -163,23 +164,6 @@ def _course(
     known = poses.time_s[np.isfinite(poses.time_s)]
     start_s = (float(known.max()) if known.size else 0.0) + delay_s
     return start_s + POSE_S * np.arange(n, dtype=float), columns
-
-
-def attitudes_again(fit: Fit) -> FloatArray:
-    """Unit vectors (n, 3), no unit, up in the poses of the first run: 18 at most, in their order.
-
-    Faces and edges of a box where no pose has a length.
-    """
-    poses = fit.poses
-    known = np.flatnonzero(~poses.reference.is_null)
-    if not known.size:
-        return natural_directions()[:NATURAL_POSES]
-    known = known[[poses.run[i] == poses.run[known[0]] for i in known]]
-    most = min(len(known), NATURAL_POSES)
-    known = known[np.linspace(0, len(known) - 1, most).round().astype(int)]
-    vector = fit.rows.vector[known]
-    sign = np.sign(poses.spin_rad_s[known])[:, None] if poses.triad == "gyroscope" else 1.0
-    return np.asarray(sign * vector / np.linalg.norm(vector, axis=1, keepdims=True))
 
 
 def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) -> PoseSet:
