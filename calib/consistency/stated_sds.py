@@ -1,4 +1,8 @@
-"""Sds of poses that are plainly larger than what the poses scatter."""
+"""Sds of a table of means that are plainly larger than what the poses scatter.
+
+What samples show of a pose may well be more than its mean scatters by, by chance or because the
+converter's steps and slow noise are in it at their largest: there is nothing to mend.
+"""
 
 from collections.abc import Iterator
 from math import sqrt
@@ -26,7 +30,6 @@ def sds_too_large(fit: Fit) -> Iterator[str]:
         f"the sds of the {fit.poses.triad}'s poses are about {1 / sqrt(ratio):.2g} times too "
         f"large: chi²/dof is {ratio:.2g} with {fit.dof} degrees of freedom, and right sds give so "
         f"little in fewer than one session of {ONE_SESSION_OF}. The stated sds of the "
-        f"parameters are too large with them, and an error of that size goes unseen. Was it less "
-        f"still within the poses than between them, are the sds of a table those of single "
-        f"samples, or are the converter's steps coarser than the noise?"
+        f"parameters are too large with them, and an error of that size goes unseen. Are "
+        f"they those of single samples? Those of the means belong here."
     )

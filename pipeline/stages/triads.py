@@ -243,17 +243,19 @@ def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,
                       senses=triad.senses, part=part_of(config))
+    fitted = assessed.calibration.fit
     return TriadResult(
         **vars(assessed),
         unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
         gravity=triad.gravity,
-        warnings=(*notes, *doubts_of(assessed.calibration)),
-        excluded=triad.recorded.excluded(assessed.calibration.fit),
+        warnings=(*notes, *doubts_of(assessed.calibration),
+                  *(sds_too_large(fitted) if triad.recorded.has_stated_sds else ())),
+        excluded=triad.recorded.excluded(fitted),
     )
 
 
 def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:
     """What is doubtful of a calibration by its own poses and its data sheet."""
     poses = calibration.fit.poses
-    return (*poses.notes, *turning_while_still(poses), *sds_too_large(calibration.fit),
+    return (*poses.notes, *turning_while_still(poses),
             *gain_off_the_sheet(calibration.parameters, calibration.spec, poses.triad))

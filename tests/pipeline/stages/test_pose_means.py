@@ -55,6 +55,14 @@ def test_stated_sds_are_the_sds_of_the_poses(tmp_path: Path) -> None:
     assert outcome.triad("accelerometer").diagnosis.verdict == "nothing_missing"
 
 
+@pytest.mark.parametrize("times", [1.0, 10.0])
+def test_sds_of_single_samples_in_a_table_are_told(times: float, tmp_path: Path) -> None:
+    rows = means(2)
+    outcome = run(tmp_path, WITH_SD, np.hstack([rows, np.full_like(rows, times * SD)]))
+    said = [one for one in outcome.warnings if "those of single samples" in one]
+    assert len(said) == (times > 1)
+
+
 @pytest.mark.parametrize("decimals", [1, 2])
 def test_the_digits_of_a_table_belong_to_its_sds(decimals: int, tmp_path: Path) -> None:
     noise = np.random.default_rng(4).normal(0, SD, (28, 3))
