@@ -28,7 +28,7 @@ T = TypeVar("T")
 def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
     """The guarded application; what is refused is answered with a sentence."""
     handlers: Any = {
-        TooLarge: lambda *_: Response("larger than any question", 413),
+        TooLarge: lambda *_: Response("too large for this server", 413),
         **dict.fromkeys(REFUSED, lambda _, error: JSONResponse({"error": str(error)}, 422)),
     }
     return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)

@@ -74,7 +74,7 @@ class Guard:
                               samesite="strict", path="/")
             await answer(scope, receive, guarded)
         elif int_of(request.headers.get("content-length", "0")) > largest(request.url.path):
-            await PlainTextResponse("larger than any question", 413)(scope, receive, guarded)
+            await PlainTextResponse("too large for this server", 413)(scope, receive, guarded)
         else:
             await self.app(scope, _bounded(receive, largest(request.url.path)), guarded)
 

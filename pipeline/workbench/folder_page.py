@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import BaseRoute, Mount, Route, Router
 
-from calib.poses.imu_log import TRIADS
+from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.config.load import load_config
 from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
@@ -19,10 +21,12 @@ from pipeline.served.answers import answered, script, template
 from pipeline.workbench.application import Workbench, routes_of
 from pipeline.workbench.brought import Brought
 from pipeline.workbench.clip_player import ClipPlayer
+from pipeline.workbench.session_files import stamp_of
 
 PATTERNS = ("*.yaml", "*.yml", "*/*.yaml", "*/*.yml")
 """Where configurations of a folder stand: in it, or in a folder of their own."""
 _SESSION = re.compile(r"^(?:accelerometer|gyroscope|sensor)\s*:", re.MULTILINE)
+MOST_LISTED = 10_000  #: sessions whose lines are kept; a line is some hundred bytes. Chosen
 LARGEST_CONFIG = 1 << 20  #: bytes; a longer file is no configuration. Chosen
 
 OpenWorkbench = Callable[[Path], Workbench]
@@ -81,16 +85,13 @@ class FolderPage:
     def _row(self, number: int, path: Path) -> Json:
         """What a line of the list shows; the verdicts are those of the last run."""
         inside = path.relative_to(self.folder)
-        row: Json = {"number": number, "path": str(inside), "was_run": False,
-                     "title": str(inside.parent if inside.parent.name else inside.stem)}
-        results = path.with_suffix(".run") / RESULTS_NAME
+        row = {"number": number, "path": str(inside), "was_run": False, "verdicts": {},
+               "problem": "", "title": str(inside.parent if inside.parent.name else inside.stem)}
         try:
-            contents: Any = json.loads(results.read_text(encoding="utf-8"))
-            verdicts = {str(triad): contents[triad]["diagnosis"]["short"] if contents[triad]
-                        else "–" for triad in TRIADS}
-            return row | {"title": contents["title"] or row["title"], "was_run": True} | verdicts
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
-            return row | {str(triad): "not run yet" for triad in TRIADS}
+            results = _output_folder(path, stamp_of(path)) / RESULTS_NAME
+        except ConfigError as error:
+            return row | {"problem": str(error).replace(f"{path}:", "line ", 1)}
+        return row | _of_results(results, stamp_of(results))
 
     def open(self, question: Json) -> Json:
         """The address of the workbench of a session, which is run where it was not.
@@ -125,6 +126,24 @@ class FolderPage:
 
     def _forget(self, _: Json) -> Json:
         self.brought.forget()
+        return {}
+
+
+@lru_cache(MOST_LISTED)
+def _output_folder(config: Path, _stamp: str) -> Path:
+    return load_config(config).output_folder
+
+
+@lru_cache(MOST_LISTED)
+def _of_results(results: Path, _stamp: str) -> Json:
+    """Title and verdicts of a run; nothing where there was none."""
+    try:
+        contents: Any = json.loads(results.read_text(encoding="utf-8"))
+        verdicts = {triad: contents[triad]["diagnosis"]["short"] for triad in TRIAD_KINDS
+                    if contents.get(triad)}
+        titled = {"title": contents["title"]} if contents["title"] else {}
+        return {"was_run": True, "verdicts": verdicts} | titled
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
 
 

@@ -30,7 +30,7 @@ class SessionFiles:
             ``config`` and ``report`` of the two files; ``data`` of the logs and clips and of all
             that the configuration says beside models and excluded poses.
         """
-        config = _stamp_of(self.path)
+        config = stamp_of(self.path)
         if config != self._of_config[0]:
             try:
                 stated = load_config(self.path)
@@ -38,8 +38,8 @@ class SessionFiles:
             except ConfigError:  # between two writes of an editor
                 self._of_config = config, *self._of_config[1:]
         _, text, paths = self._of_config
-        data = hashlib.sha256("\n".join([text, *map(_stamp_of, paths)]).encode())
-        return {"config": config, "report": _stamp_of(self.folder / REPORT_NAME),
+        data = hashlib.sha256("\n".join([text, *map(stamp_of, paths)]).encode())
+        return {"config": config, "report": stamp_of(self.folder / REPORT_NAME),
                 "data": data.hexdigest()}
 
     def is_run(self) -> bool:
@@ -56,7 +56,8 @@ class SessionFiles:
         return bool(there and of_run == hashlib.sha256(config.source.text.encode()).hexdigest())
 
 
-def _stamp_of(path: Path) -> str:
+def stamp_of(path: Path) -> str:
+    """What changes when a file is written; empty where there is none."""
     try:
         status = path.stat()
     except OSError:

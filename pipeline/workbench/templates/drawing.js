@@ -50,22 +50,21 @@ function plot([left, right], [low, high], across, upward, words, marks = null) {
   return { svg, x, y };
 }
 
-// The answer to a question in JSON.
-async function asked(where, question = {}) {
-  const response = await fetch(where, { method: "POST",
-    headers: { "content-type": "application/json" }, body: JSON.stringify(question) });
-  const answer = await response.json().catch(() => ({ error: `no answer (${response.status})` }));
+// The answer of the server in JSON; what it refuses is an error with its words.
+async function answered(request) {
+  const response = await request.catch(() => { throw new Error("The server has ended: type `pipeline open` again."); });
+  const text = await response.text();
+  if (!response.headers.get("content-type")?.includes("json")) throw new Error(text || `no answer (${response.status})`);
+  const answer = JSON.parse(text);
   if (!response.ok) throw new Error(answer.error);
   return answer;
 }
 
+const asked = (where, question = {}) => answered(fetch(where, { method: "POST",
+  headers: { "content-type": "application/json" }, body: JSON.stringify(question) }));
+
 // A file to the server, as it is.
-async function sent(where, file) {
-  const response = await fetch(where, { method: "POST", body: file });
-  const answer = await response.json().catch(() => ({ error: `${file.name} is too large (${response.status})` }));
-  if (!response.ok) throw new Error(answer.error);
-  return answer;
-}
+const sent = (where, file) => answered(fetch(where, { method: "POST", body: file }));
 
 // Files that are dropped on ``area`` or chosen in ``input`` go to ``take``.
 function droppable(area, input, take) {
@@ -80,6 +79,6 @@ function droppable(area, input, take) {
 }
 
 const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
-const drawing = { node, span, plot, logTicks, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
+const drawing = { node, span, plot, logTicks, answered, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
 return drawing;
 })();

@@ -10,17 +10,19 @@ const cell = (row, text) => { row.insertCell().textContent = text; };
 
 // The list is what the files are now; it is drawn anew where they have changed.
 async function list() {
-  const answer = await fetch("sessions").then((each) => each.text());
-  if (answer === listed) return;
-  listed = answer;
-  const { sessions } = JSON.parse(answer);
+  const { sessions } = await drawing.answered(fetch("sessions"));
+  if (JSON.stringify(sessions) === listed) return;
+  listed = JSON.stringify(sessions);
   part("sessions").replaceChildren(...sessions.map((session) => {
     const row = document.createElement("tr"), open = document.createElement("button");
-    [session.title, session.path, session.accelerometer, session.gyroscope].forEach((text) => cell(row, text));
-    open.textContent = session.was_run ? "open" : "run and open";
-    open.setAttribute("aria-label", `${open.textContent} ${session.path}`);
+    const verdicts = Object.entries(session.verdicts).map(([triad, text]) => `${triad}: ${text}`);
+    open.className = "link";
+    open.textContent = session.title;
+    open.setAttribute("aria-label", `${session.was_run ? "open" : "run and open"} ${session.title}, ${session.path}`);
     open.addEventListener("click", () => show(session.number, part("sessions-words")));
     row.insertCell().append(open);
+    cell(row, session.path);
+    cell(row, session.problem || verdicts.join("; ") || "not run yet");
     return row;
   }));
   part("sessions-words").textContent = sessions.length ? "" : "There is none yet: bring a log, or type `pipeline demo`.";

@@ -2,7 +2,7 @@
 // tried, and writes what the screen shows into the configuration.
 (() => {
 "use strict";
-const { node, span, plot, asked, sent, droppable, WIDTH, HEIGHT, FOOT } = drawing;
+const { node, span, plot, answered, asked, sent, droppable, WIDTH, HEIGHT, FOOT } = drawing;
 const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
@@ -86,9 +86,9 @@ async function write(screen) {
     location.reload();
   } catch (error) {
     writing = false;
+    heard();
     say(`Nothing was written. ${error.message}`);
     offer();
-    heard();
   }
 }
 
@@ -141,19 +141,19 @@ class Bench {
     for (const name of ["expression", "per"]) this.part(name).addEventListener("input", () => this.typed());
     this.takeBack();
     this.note();
-    fetch(`columns/${section.triad.triad}`).then((answer) => answer.json()).then((answer) => {
+    answered(fetch(`columns/${section.triad.triad}`)).then((answer) => {
       this.columns = answer.columns;
       this.phase = answer.phase;
       this.quantiles = answer.quantiles;
       this.choices();
       this.note();
-    });
-    this.holdOut();
+    }).catch((error) => say(error.message));
+    this.holdOut().catch((error) => say(error.message));
   }
 
   // The session that is held out, by the model of the file: what every tick is compared with.
   async holdOut() {
-    const answer = await fetch(`held-out/${this.section.triad.triad}`).then((each) => each.json());
+    const answer = await answered(fetch(`held-out/${this.section.triad.triad}`));
     this.heldAsRun = answer.held_out ?? null;
     if (this.heldAsRun) this.section.update();
   }
@@ -233,18 +233,20 @@ class Bench {
       select.replaceChildren(...this.tried.map((each, i) => new Option(named(each), i)));
       select.selectedIndex = chosen;
     }
-    if (this.columns) this.draw();
+    this.draw();
   }
 
   // A model that was tried, with the way back to it; from a pose that is excluded there is none.
   row(each) {
     const row = document.createElement("tr"), back = document.createElement("button"), { short } = page;
     row.className = each.key === this.key ? "now" : "";
-    [modelOf(each), posesOf(each), short(each.rms), short(each.loo), each.held == null ? "–" : short(each.held),
+    row.insertCell().append(back);
+    [posesOf(each), short(each.rms), short(each.loo), each.held == null ? "–" : short(each.held),
       short(each.chi2), each.explained ? "yes" : "no"].forEach((text) => { row.insertCell().textContent = text; });
     const lost = this.excluded.filter((label) => !each.without.includes(label));
     back.type = "button";
-    back.textContent = "show";
+    back.className = "link";
+    back.textContent = modelOf(each);
     back.disabled = lost.length > 0;
     back.title = lost.length ? `The configuration excludes ${lost.join(", ")} by now.` : "";
     back.setAttribute("aria-label", `show ${named(each)}`);
@@ -255,11 +257,11 @@ class Bench {
       undone = [];
       restore(JSON.stringify(whole));
     });
-    row.insertCell().append(back);
     return row;
   }
 
   draw() {
+    if (!this.columns) return;  // on their way
     this.scatter();
     this.normal();
     this.gain();
@@ -376,7 +378,11 @@ class Bench {
   // By how much the squared prediction of every pose that takes no part falls, in sds.
   gain() {
     const [from, to] = ["from", "to"].map((name) => this.tried[Number(this.part(name).value)]);
-    if (!from || !to) return;
+    this.part("gain").hidden = from === to;
+    if (from === to) {
+      this.part("gain-words").textContent = "Tick an effect or leave a pose out: the poses that gain stand here.";
+      return;
+    }
     const both = from.left_out.map((value, k) => value !== null && to.left_out[k] !== null);
     const gains = from.left_out.map((value, k) => (both[k] ? value ** 2 - to.left_out[k] ** 2 : 0));
     const { svg, x, y } = plot([0, gains.length], span([0, ...gains]), "pose", "fall of chi² by pose",
@@ -391,7 +397,7 @@ class Bench {
     this.part("gain").replaceChildren(svg);
     const better = gains.filter((value) => value > 0).length;
     this.part("gain-words").textContent = `${better} of ${both.filter(Boolean).length} poses are predicted better by `
-      + `${named(to)}${from === to ? " (choose two models)" : ` than by ${named(from)}`}.`;
+      + `${named(to)} than by ${named(from)}.`;
   }
 }
 

@@ -48,7 +48,7 @@ def config(tmp_path: Path) -> Path:
 def tab(config: Path, browser: Browser) -> Iterator[Tab]:
     with opened_workbench(config) as opened, browser.tab() as tab:
         tab.visit(opened.address)
-        tab.wait("document.querySelectorAll('[data-bench-scatter] circle').length > 0")
+        tab.wait("document.querySelectorAll('#gyroscope [data-bench-scatter] circle').length > 0")
         yield tab
         assert tab.errors == []
 
