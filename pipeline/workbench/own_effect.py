@@ -71,5 +71,5 @@ def _place(text: str, error: BadExpression) -> int:
     """The character, from 0, at which an expression cannot be read."""
     if isinstance(error.__cause__, SyntaxError):
         lead = len(text) - len(text.lstrip())
-        return lead + max((error.__cause__.offset or 1) - 1, 0)
+        return lead + (error.__cause__.offset or len(text.strip()) + 1) - 1  # 0: its end
     return max(text.find(error.wrong), 0) if error.wrong else 0

@@ -35,6 +35,8 @@ function remember() {
   done.push(now);
   undone = [];
   now = next;
+  say("");
+  heard();
   offer();
 }
 
@@ -288,7 +290,8 @@ class Bench {
     this.part("fingerprint").replaceChildren();
     lines.hidden = Boolean(answer.problem);
     if (answer.problem) {
-      const pointer = answer.at >= 0 ? ` At character ${answer.at + 1}: ${text.slice(0, answer.at)}▸${text.slice(answer.at)}` : "";
+      const { at } = answer, shortened = [text.slice(Math.max(at - 30, 0), at), text.slice(at, at + 30)];
+      const pointer = at >= 0 ? ` At character ${at + 1}: ${shortened.join("▸")}` : "";
       words.textContent = answer.problem + pointer;
       return;
     }
@@ -401,16 +404,27 @@ class Bench {
   }
 }
 
+// One question of a triad at a time: of those that wait meanwhile the newest alone is asked.
+const running = {}, newest = {};
+async function ask(where, question) {
+  const { triad } = question, mine = newest[triad] = {};
+  await running[triad];
+  if (newest[triad] !== mine) return new Promise(() => {});
+  const answer = asked(where, { ...question, state: state() });
+  running[triad] = answer.catch(() => {});
+  return answer;
+}
+
 window.workbench = {
-  ask: (where, question) => asked(where, { ...question, state: state() }),
+  ask,
   begin(parts) {
     page = parts;
     drawing.short = page.short;
     page.asRun = now = JSON.stringify(state());
     for (const section of page.sections) {
       const update = section.update.bind(section), show = section.show.bind(section);
-      section.update = () => { section.settled = false; remember(); update(); };
-      section.show = (refitted) => { section.settled = true; show(refitted); };
+      section.update = () => { section.root.setAttribute("aria-busy", "true"); section.settled = false; remember(); update(); };
+      section.show = (refitted) => { section.root.removeAttribute("aria-busy"); section.settled = true; show(refitted); };
       section.settled = true;
       benches.push(new Bench(section));
       section.root.querySelector("details.sound")?.setAttribute("open", "");
