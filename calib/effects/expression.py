@@ -151,7 +151,8 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise BadExpression(f"'{text}' is not an expression ({getattr(error, 'msg', error)})") from error
+        problem = getattr(error, "msg", error)
+        raise BadExpression(f"'{text}' is not an expression ({problem})") from error
     names: dict[str, None] = {}
     runs: dict[str, None] = {}
     lags: dict[Lag, None] = {}

@@ -21,6 +21,7 @@ from starlette.routing import BaseRoute, Route
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config, parse_config
+from pipeline.config.yaml_text import parse_source
 from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.outputs import outputs_of
@@ -33,7 +34,7 @@ from pipeline.workbench.chart_columns import chart_columns
 from pipeline.workbench.clip_player import ClipPlayer
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
-from pipeline.workbench.own_effect import tried_expression
+from pipeline.workbench.own_effect import tried_expression, with_own_effect
 from pipeline.workbench.session_clips import session_clips
 from pipeline.workbench.session_files import SessionFiles, Stamp
 from pipeline.workbench.state import changed_lines, read_state
@@ -135,14 +136,17 @@ class Workbench:
         """
         session = self.session()
         text = session.text(read_state(question.get("state")))
+        if effect := question.get("own"):
+            text = with_own_effect(
+                parse_source(self.path, text), effect, _triad(effect.get("triad")))
         with working_on(self.path, self.output) as (config, folder):
             if config.source.text != session.config.source.text:
                 raise ConfigError(f"{self.path}: was changed meanwhile. Load the page again.")
-            if text == config.source.text:
-                return {"lines": [], "path": str(self.path)}
-            outcome = self.run(parse_config(self.path, text), folder)
-            write_session(folder, outputs_of(outcome, folder), config, text)
-        return {"lines": changed_lines(config.source.text, text), "path": str(self.path)}
+            if text != config.source.text:
+                outcome = self.run(parse_config(self.path, text), folder)
+                write_session(folder, outputs_of(outcome, folder), config, text)
+        return {"lines": changed_lines(config.source.text, text), "path": str(self.path),
+                "data": self.files.stamp()["data"]}
 
 
 def routes_of(workbench: Workbench) -> list[BaseRoute]:

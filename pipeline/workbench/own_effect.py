@@ -2,11 +2,14 @@
 
 from dataclasses import replace
 
+from calib.effects.catalogue import BASE
 from calib.effects.expression import BadExpression, read_expression
 from calib.effects.expression_units import coefficient_unit
 from calib.effects.user_defined import PARAMETERS, Per, user_effect
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
+from pipeline.config.edit import add_effect, add_item
+from pipeline.config.yaml_text import YamlSource, parse_source
 from pipeline.config.yaml_words import yaml_word
 from pipeline.errors import ConfigError
 from pipeline.report.triad.judgement import judged_effect
@@ -62,9 +65,33 @@ def tried_expression(
         "with": refitted_json(with_it), "without": refitted_json(without),
         "words": "" if judged is None else judged.text(False, True),
         "helps": judged is not None and judged.helps,
-        "lines": f"effects:\n  {NAME}: {{expression: {yaml_word(text)}, per: {kind}, "
-                 f"unit: {yaml_word(unit)}, triad: {triad}}}",
+        "lines": f"effects:\n  {NAME}: {_definition(text, kind, triad)}",
     }
+
+
+def with_own_effect(source: YamlSource, effect: Json, triad: Triad) -> str:
+    """The configuration's text with an effect that was tried, in ``effects`` and in the model.
+
+    Raises
+    ------
+    ConfigError
+        It has an effect of this name, or the expression is none.
+    """
+    name, text = (str(effect.get(key, "")) for key in ("name", "expression"))
+    if ("effects", name) in source.spans:
+        raise ConfigError(source.problem(("effects", name), "is there already. Name it otherwise"))
+    try:
+        defined = _definition(text, str(effect.get("per")), triad)
+    except BadExpression as error:
+        raise ConfigError(f"{error}.") from error
+    there = parse_source(source.path, add_effect(source, name, defined))
+    return add_item(there, (triad,), name, BASE)
+
+
+def _definition(text: str, per: str, triad: Triad) -> str:
+    unit = coefficient_unit(read_expression(text), triad)
+    return (f"{{expression: {yaml_word(text)}, per: {yaml_word(per)}, unit: {yaml_word(unit)}, "
+            f"triad: {triad}}}")
 
 
 def _place(text: str, error: BadExpression) -> int:

@@ -79,12 +79,15 @@ const actions = {
   write() { write(state()); },
 };
 
-async function write(screen) {
+async function write(screen, own = null) {
   button("write").disabled = writing = true;  // its own news are none
   say("The session is run with it …");
   try {
-    keep("written", await asked("write", { state: screen }));
+    const answer = await asked("write", { state: screen, own });
     drop("pending");
+    shown.data = answer.data;  // an effect more is other data, and what was tried holds for it
+    keep("written", answer);
+    benches.forEach((each) => each.keepTried());
     location.reload();
   } catch (error) {
     writing = false;
@@ -141,6 +144,11 @@ class Bench {
     section.listeners.push(() => this.note());
     droppable(this.part("drop"), this.part("held"), (file) => this.hold(file));
     for (const name of ["expression", "per"]) this.part(name).addEventListener("input", () => this.typed());
+    this.part("own").addEventListener("submit", (event) => {
+      event.preventDefault();
+      write(state(), { triad: section.triad.triad, name: this.part("own-name").value,
+        expression: this.part("expression").value, per: this.part("per").value });
+    });
     this.takeBack();
     this.note();
     answered(fetch(`columns/${section.triad.triad}`)).then((answer) => {
@@ -198,6 +206,11 @@ class Bench {
       left_out: this.section.triad.labels.map((label) => row.left_out[place.get(label)] ?? null) }));
   }
 
+  keepTried() {
+    const { triad, labels } = this.section.triad;
+    keep(`tried ${triad}`, { labels, rows: this.tried.slice(-40) });
+  }
+
   // Buttons for the poses that the configuration excludes: each is one step of its own.
   takeBack() {
     const place = this.part("excluded");
@@ -226,7 +239,7 @@ class Bench {
       this.tried.push({ key, ticked, without, rms: refitted.rms, loo: refitted.loo, held,
         chi2: refitted.chi2 / refitted.dof, explained: refitted.explained,
         left_out: (refitted.left_out ?? triad.left_out).map((v, k) => Number((v / triad.sd[k]).toPrecision(4))) });
-      keep(`tried ${triad.triad}`, { labels: triad.labels, rows: this.tried.slice(-40) });
+      this.keepTried();
     }
     this.part("tried").replaceChildren(...this.tried.map((each) => this.row(each)));
     for (const [part, at] of [["from", 0], ["to", this.tried.length - 1]]) {
@@ -277,7 +290,7 @@ class Bench {
   }
 
   async tryExpression(text) {
-    const words = this.part("expression-words"), lines = this.part("expression-lines");
+    const words = this.part("expression-words");
     if (!text.trim()) return;
     let answer;
     try {
@@ -288,7 +301,7 @@ class Bench {
     }
     if (text !== this.part("expression").value) return;  // typed on meanwhile
     this.part("fingerprint").replaceChildren();
-    lines.hidden = Boolean(answer.problem);
+    this.part("own").hidden = Boolean(answer.problem);
     if (answer.problem) {
       const { at } = answer, shortened = [text.slice(Math.max(at - 30, 0), at), text.slice(at, at + 30)];
       const pointer = at >= 0 ? ` At character ${at + 1}: ${shortened.join("▸")}` : "";
@@ -297,14 +310,13 @@ class Bench {
     }
     const { with: after, without: before } = answer, fall = (name) => `${page.short(before[name])} → ${page.short(after[name])}`;
     words.textContent = `chi² ${fall("chi2")}; leave-one-out ${fall("loo")} ${this.section.triad.unit}. ${answer.words}`;
-    lines.textContent = answer.lines;
+    this.part("expression-lines").textContent = answer.lines;
     const pattern = before.residual.map((value, k) => value - after.residual[k]);
     const { svg, x, y } = plot([0, pattern.length], span([0, ...before.residual, ...pattern]), "pose",
-      `residual, and what the expression explains [${this.section.triad.unit}]`, `Fingerprint of ${text} over the residuals.`);
-    pattern.forEach((value, k) => {
-      svg.append(node("path", { class: "effect", d: `M${x(k + 0.2)} ${y(value)}H${x(k + 0.8)}` }),
-        this.dot(k, x(k + 0.5), y(before.residual[k]), page.short(before.residual[k])));
-    });
+      `residual (dots) and what the expression explains (line) [${this.section.triad.unit}]`, `Fingerprint of ${text} over the residuals.`);
+    svg.append(node("path", { class: "effect", d: pattern.map((value, k) =>
+      `${k ? "V" : `M${x(0)} `}${y(value).toFixed(1)}H${x(k + 1).toFixed(1)}`).join("") }));
+    before.residual.forEach((value, k) => svg.append(this.dot(k, x(k + 0.5), y(value), page.short(value))));
     this.part("fingerprint").replaceChildren(svg);
   }
 

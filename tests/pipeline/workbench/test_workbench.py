@@ -140,7 +140,7 @@ def test_axes_are_chosen_and_a_dot_picks_its_pose(tab: Tab) -> None:
 
 
 def test_an_expression_is_tried_while_it_is_typed_and_errors_point_at_the_character(
-    tab: Tab
+    tab: Tab, config: Path
 ) -> None:
     def type_in(text: str) -> None:
         tab.evaluate(
@@ -156,6 +156,11 @@ def test_an_expression_is_tried_while_it_is_typed_and_errors_point_at_the_charac
     assert tab.evaluate(f"{GYRO}.querySelectorAll('[data-bench-fingerprint] circle').length") == 90
     assert 'expression: "f * 1", per: axis' in tab.evaluate(
         f"{GYRO}.querySelector('[data-bench-expression-lines]').textContent")
+    tab.click("#gyroscope [data-bench-own] button")
+    tab.wait("/was changed/.test(document.querySelector('[data-bench-status]').textContent)")
+    assert "misalignment, own_effect]" in config.read_text(encoding="utf-8")
+    assert results_in(config.with_suffix(".run"))["gyroscope"]["chi2"] == pytest.approx(
+        after, rel=5e-3)  # three digits are shown
     type_in("f + temperatur_c")
     assert "did you mean 'temperature_c'" in tab.wait(
         f"/At character 5: f \\+ ▸temperatur_c/.test({words}) && {words}")
