@@ -13,7 +13,7 @@ from pipeline.commands.interaction.arguments import (
     ask_latitude,
 )
 
-DRAWING, BENCH = "poses.svg", "bench.svg"  #: beside the configuration
+DRAWING, BENCH, LEANING = "poses.svg", "bench.svg", "leaning.svg"  #: beside the configuration
 
 
 @click.command(epilog=examples(
@@ -41,6 +41,7 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
         write_template,
     )
     from pipeline.drawings.bench import bench_svg
+    from pipeline.drawings.leaning_player import leaning_svg
     from pipeline.drawings.sheet import poses_svg
     from pipeline.files import write_whole
     from pipeline.text.commands import command as proposed
@@ -51,12 +52,13 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
     if latitude is not None:
         text = located_template(text, latitude, height)
     path = write_template(folder, text)
-    drawing, bench = path.parent / DRAWING, path.parent / BENCH
-    for sheet, draw in ((drawing, poses_svg), (bench, bench_svg)):
-        if not sheet.exists():
+    drawing, bench, leaning = (path.parent / name for name in (DRAWING, BENCH, LEANING))
+    for sheet, draw in ((drawing, poses_svg), (bench, bench_svg), (leaning, leaning_svg)):
+        if not sheet.exists() and (tilted or sheet != leaning):
             write_whole(sheet, draw())
     click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
                f"logs in place: {proposed('check', path)}")
+    under = f", {leaning} what to put under the player" if tilted else ""
     click.echo(f"{drawing} shows the 18 poses, {bench} the plate with its marks, the camera and a "
-               "wedge; print them for the bench.")
+               f"wedge{under}; print them for the bench.")
 

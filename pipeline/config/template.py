@@ -42,6 +42,8 @@ def located_template(text: str, latitude_deg: float, height_m: float) -> str:
 def tilted_template(text: str) -> str:
     """The template with both triads from the turning plate, which leans."""
     run = "    - {poses: gyroscope/tilted/pose_*.csv, rate: slow}\n"
+    text = text.replace("a sensor in 18 poses, a turning plate,",
+                        "a sensor in nine poses on a turning plate that leans,", 1)
     head, accelerometer, rest = text.partition("# Poses at rest, one file for each")
     below = (accelerometer + rest).partition("accelerometer:\n")[2]
     below = below.replace("  poses: accelerometer/pose_*.csv\n", f"  runs:\n{run}", 1)

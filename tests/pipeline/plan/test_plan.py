@@ -246,6 +246,9 @@ def test_before_the_first_pose_the_plan_goes_by_the_data_sheet(tmp_path: Path) -
 
 def test_both_triads_from_the_plate_are_planned_on_a_plate_that_leans(tmp_path: Path) -> None:
     assert pipeline("init", tmp_path, "--tilted") == 0
+    assert "5 cm under one side" in (tmp_path / "leaning.svg").read_text()
+    first = (tmp_path / "config.yaml").read_text().splitlines()[0]
+    assert "a sensor in nine poses on a turning plate that leans" in first
     text = plan(tmp_path / "config.yaml")
     assert text.count("0 poses recorded, 9 missing") == 2
     assert text.count("0 recorded, 9 missing, 20 s each") == 2
