@@ -113,10 +113,12 @@ def _holds(folder: Path) -> str:
     """One sentence on what is in ``folder``, or how far the path to it exists."""
     if not folder.is_dir():
         there = next(parent for parent in folder.parents if parent.is_dir())
-        return f"There is no folder '{folder.relative_to(there)}' in {there}. {_holds(there)}"
+        where = "here" if there == Path() else f"in {there}"
+        return f"There is no folder '{folder.relative_to(there)}' {where}. {_holds(there)}"
     names = _names(folder)
+    called = "This folder" if folder == Path() else f"The folder {folder}"
     if not names:
-        return f"The folder {folder} is empty."
+        return f"{called} is empty."
     shown = ", ".join(names[:NAMES_SHOWN])
     more = len(names) - NAMES_SHOWN
-    return f"The folder {folder} holds {shown}{f' and {more} more' if more > 0 else ''}."
+    return f"{called} holds {shown}{f' and {more} more' if more > 0 else ''}."
