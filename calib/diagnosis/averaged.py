@@ -74,8 +74,7 @@ def _held(posterior: Posterior, entry: Entry) -> tuple[float, FloatArray, FloatA
     fit, table = posterior.base, posterior.table
     hypotheses = [_about_mean(posterior.hypotheses[j]) for j in entry.members]
     columns, owner = unit_columns_of(fit, hypotheses, table.projector)  # (c, r), (c,)
-    sizes = tuple(int(table.seen[j]) for j in entry.members)
-    tau = table.sets([entry.members], sizes).likeliest_sizes()[0][owner]
+    tau = table.sets([entry.members]).likeliest_sizes()[0][owner]
     visible = columns - (columns @ table.projector.model) @ table.projector.model.T
     inverse = np.linalg.inv(visible @ visible.T + np.diag(tau**-2.0))
     score = visible @ table.residual

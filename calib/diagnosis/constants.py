@@ -42,10 +42,6 @@ class Constants:
 
     # What these poses can see.
     alias_correlation: float = _constant(0.99, "tuned: least canonical correlation of one class")
-    refuted: float = _constant(
-        10.0, "tuned: log odds by which an alias falls short, at its own refit, to be no "
-        "longer believed; half and twice of it change none of 2000 evenings of that seed"
-    )
 
     # The search.
     fewest_dof: int = _constant(
@@ -62,11 +58,7 @@ class Constants:
     largest_set: int = _constant(6, "derived: as many as 126 rows carry with nine of the base")
 
     # The verdict.
-    name: float = _constant(
-        0.7, "tuned: least probability of a class that is named; in the paper's design what was "
-        "stated with 0.7 to 0.8 came true in 93 to 98 of 100"
-    )
-    sure: float = _constant(0.8, "derived: odds of 4 to 1")
+    sure: float = _constant(0.8, "derived: odds of 4 to 1, from which something is named")
     credible: float = _constant(0.95, "derived: nothing else is believed above it")
     least_offered: float = _constant(0.05, "derived: an open verdict lists what holds so much")
     least_listed: float = _constant(

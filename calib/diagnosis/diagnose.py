@@ -232,6 +232,6 @@ def _advise(
         return None
     compared = rivals[:RIVALS_COMPARED]
     best = best_block(posterior.base, compared, full_scale)
-    if best is None or best.chance is None or best.chance < CONSTANTS.name:
+    if best is None or best.chance is None or best.chance < CONSTANTS.sure:
         return likeliest_block(posterior.base, compared, full_scale)
     return best

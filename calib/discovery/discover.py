@@ -116,7 +116,7 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     density, _ = table.singles()
     odds = density[:n] + priors - np.logaddexp(*table.noise.nothing(table.chi2))
     likely = [int(j) for j in np.argsort(-odds) if odds[j] > max(0.0, odds[np.nanargmax(odds)]
-                                                                 - CONSTANTS.refuted)]
+                                                                 - CONSTANTS.negligible)]
     tried: list[_Tried] = []
     while likely and len(tried) < REFITTED:
         j = likely.pop(0)

@@ -155,11 +155,6 @@ def with_waves(
     return columns
 
 
-def effect_vectors(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
-    """Errors (n, 3, k) of an effect on the reading or the sensor, per unit of its parameters."""
-    return _whole_vectors(fit, about_mean(effect, fit.model.names), shape)
-
-
 def _whole_vectors(fit: Fit | FittedSets, effect: Effect, shape: float | None) -> FloatArray:
     equations, lead = fit.equations, fit.rows.residual.shape[:-1]
     shapes = {} if shape is None else {effect.name: np.full(lead, shape)}

@@ -16,6 +16,7 @@ from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import TEMPERATURE, FloatArray
+from calib.poses.lagged import behind
 
 SMOOTH = 0.3
 """Share of a covariate's range over which a function of it keeps half of its correlation. A
@@ -56,22 +57,6 @@ def line_and_square(covariate: FloatArray) -> FloatArray:
     """
     half = 0.5 * np.ptp(covariate)
     return legvander((covariate - covariate.min()) / half - 1, 2)[:, 1:]
-
-
-def lagging(time_s: FloatArray, values: FloatArray, lags_s: Sequence[float]) -> FloatArray:
-    """``values`` (n,) with first-order lags, settled at the first pose, (n, lags), any unit."""
-    order = np.argsort(time_s, kind="stable")
-    t, v, lag = time_s[order], values[order], np.array(lags_s)
-    step = np.maximum(np.diff(t), 1e-9)
-    slope = np.diff(v) / step
-    keep, behind = np.exp(-step[:, None] / lag), slope[:, None] * lag
-    out = np.empty((len(v), len(lag)))
-    out[order[0]] = off = v[0]
-    for i in range(1, len(v)):
-        # ``off`` is what it was at the pose before.
-        off = v[i] - behind[i - 1] + keep[i - 1] * (off - v[i - 1] + behind[i - 1])
-        out[order[i]] = off
-    return out
 
 
 def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
@@ -119,11 +104,10 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
 
 def _with_a_lag(time_s: FloatArray, warmth: FloatArray) -> Form:
     """A bias that follows ``warmth`` (n,) late."""
-    late = lagging(time_s, warmth, LAGS_S)
+    late = {lag_s: behind(warmth, time_s, lag_s) for lag_s in LAGS_S}
     return [
-        (f"with a lag of about {lag_s:.0f} s",
-         Course.of_bias((each - each.mean())[:, None]))
-        for lag_s, each in zip(LAGS_S, late.T, strict=True) if np.ptp(each) > 0
+        (f"with a lag of about {lag_s:.0f} s", Course.of_bias((each - each.mean())[:, None]))
+        for lag_s, each in late.items() if np.ptp(each) > 0
     ]
 
 

@@ -94,12 +94,12 @@ def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
             logsumexp([_density(each, rows, chi2, noise) for each in signatures], axis=0)
             - np.log(len(signatures)) for signatures in shapes)]
         total = logsumexp(density, axis=0)
-        is_named = density[i + 1] - total >= np.log(CONSTANTS.name)
+        is_named = density[i + 1] - total >= np.log(CONSTANTS.sure)
         for j, signatures in enumerate(shapes):
             if j != i:
-                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_listed)
+                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_offered)
                 if any(are_aliases(a, b) for a in shapes[i] for b in signatures):
-                    is_named &= density[j + 1] < density[i + 1] - CONSTANTS.refuted
+                    is_named &= density[j + 1] < density[i + 1] - CONSTANTS.negligible
         named.append(float(np.mean(is_named)))
     return float(np.mean(named))
 

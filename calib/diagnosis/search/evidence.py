@@ -17,7 +17,6 @@ that buy nothing cost, and nothing ties where p-values underflow. The prior of t
 distribution (Gelman, Bayesian Analysis 1, 2006), whose tail is heavy enough for any signal.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,34 +118,60 @@ def block_log_densities(
 
 @dataclass(frozen=True, eq=False)
 class Sets:
-    """B sets of blocks of equal ``sizes``, their numbers of columns, about one residual.
+    """B sets of k blocks about one residual, the columns of the last block orthogonal.
+
+    Its part of every matrix is diagonal, so that it costs next to nothing however wide it is.
 
     Parameters
     ----------
-    gram, product : array, shapes (B, p, p) and (B, p)
-        G and h of the blocks' columns side by side.
+    gram : array, shape (B, a, a + w)
+        Products of the columns of all blocks but the last with all columns; zero where a block is
+        filled up to its width.
+    squared : array, shape (B, w)
+        Squared lengths of the columns of the last block.
+    product : array, shape (B, a + w)
+        h.
     chi2 : float
         rᵀr.
     noise : Noise
-    sizes : tuple of int
+    widths : tuple of int, length k
+        Columns of each block, the same in all sets; the last is w.
+    seen : array of int, shape (B, k)
+        How many of them are its own.
     """
 
     gram: FloatArray
+    squared: FloatArray
     product: FloatArray
     chi2: float
     noise: Noise
-    sizes: tuple[int, ...]
+    widths: tuple[int, ...]
+    seen: IntArray
+
+    @property
+    def _inside(self) -> FloatArray:
+        return self.gram[:, :, : self.gram.shape[1]]
+
+    @property
+    def _across(self) -> FloatArray:
+        return self.gram[:, :, self.gram.shape[1] :]
 
     def likeliest_sizes(self) -> FloatArray:
         """The tau of every block (B, blocks) near which the density is highest; no unit."""
-        p = self.product.shape[1]
-        matrix = self.gram + RIDGE * np.eye(p)
-        solution = np.linalg.solve(matrix, self.product[:, :, None])[:, :, 0]
-        rest = self.chi2 - (self.product * solution).sum(axis=1)
+        a = self.gram.shape[1]
+        length = self.squared + RIDGE
+        share = self._across / length[:, None, :]
+        matrix = self._inside + RIDGE * np.eye(a) - share @ self._across.swapaxes(1, 2)
+        rest = self.product[:, :a] - (share @ self.product[:, a:, None])[:, :, 0]
+        first = np.linalg.solve(matrix, rest[:, :, None])
+        last = (self.product[:, a:] - (self._across.swapaxes(1, 2) @ first)[:, :, 0]) / length
+        solution = np.concatenate([first[:, :, 0], last], axis=1)
+        unexplained = self.chi2 - (self.product * solution).sum(axis=1)
         least = 1.0 if self.noise.is_known else np.finfo(float).tiny
-        variance = np.maximum(rest / max(self.noise.dof - p, 1), least)
-        first = np.cumsum((0, *self.sizes[:-1]))
-        mean = np.add.reduceat(solution**2, first, axis=1) / np.array(self.sizes)
+        variance = np.maximum(
+            unexplained / np.maximum(self.noise.dof - self.seen.sum(axis=1), 1), least)
+        begin = np.cumsum((0, *self.widths[:-1]))
+        mean = np.add.reduceat(solution**2, begin, axis=1) / self.seen
         return np.asarray(np.clip(np.sqrt(mean / variance[:, None]), TAUS[0], TAUS[-1]))
 
     @property
@@ -156,25 +181,33 @@ class Sets:
         What is less is the error of a formula. More columns than rows are never apart, and no
         member is known by one of them alone.
         """
-        p = self.product.shape[1]
-        if len(self.sizes) == 1 or p > self.noise.dof:
+        if len(self.widths) == 1:
             return np.ones(len(self.gram), dtype=bool)
-        length = np.sqrt(np.einsum("bpp->bp", self.gram))
-        cosine = self.gram / (length[:, :, None] * length[:, None, :])
-        return np.asarray(np.linalg.eigvalsh(cosine)[:, 0] > VISIBLE_SHARE**2)
+        length = np.sqrt(np.einsum("baa->ba", self._inside))
+        length[length == 0] = 1.0
+        inside = self._inside / (length[:, :, None] * length[:, None, :])
+        np.einsum("baa->ba", inside)[:] = 1.0 - VISIBLE_SHARE**2
+        last = np.where(self.squared > 0, self.squared, 1.0)
+        across = self._across / (
+            length[:, :, None] * np.sqrt(last * (1 - VISIBLE_SHARE**2))[:, None])
+        least = np.linalg.eigvalsh(inside - across @ across.swapaxes(1, 2))[:, 0]
+        return np.asarray((least > 0) | (self.seen.sum(axis=1) > self.noise.dof))
 
     def density_at(self, taus: FloatArray) -> FloatArray:
         """Log density (B,) with these sizes (B, blocks), V averaged."""
-        p = self.product.shape[1]
-        d = np.repeat(taus, self.sizes, axis=1)
-        matrix = np.empty((len(d), p + 1, p + 1))
-        matrix[:, :p, :p] = self.gram * d[:, :, None] * d[:, None, :]
-        matrix[:, range(p), range(p)] += 1.0
-        matrix[:, p, :p] = matrix[:, :p, p] = self.product * d
-        matrix[:, p, p] = self.chi2 * (1 + 1e-12) + 1.0
-        pivots = np.einsum("bpp->bp", np.linalg.cholesky(matrix))
-        log_det = 2 * np.log(pivots[:, :p]).sum(axis=1)
-        stated, larger = self.noise.log_density(pivots[:, p] ** 2 - 1.0, log_det, self.chi2)
+        a = self.gram.shape[1]
+        d = np.repeat(taus, self.widths, axis=1)
+        signal = d[:, a:] ** 2 * self.squared
+        beside = np.concatenate(
+            [self._across * d[:, :a, None], self.product[:, None, a:]], axis=1)
+        matrix = -(beside * (d[:, a:] ** 2 / (1 + signal))[:, None, :]) @ beside.swapaxes(1, 2)
+        matrix[:, :a, :a] += self._inside * d[:, :a, None] * d[:, None, :a]
+        matrix[:, a, :a] += self.product[:, :a] * d[:, :a]
+        matrix[:, range(a), range(a)] += 1.0
+        matrix[:, a, a] += self.chi2 * (1 + 1e-12) + 1.0
+        pivots = np.einsum("baa->ba", np.linalg.cholesky(matrix))  # by the lower triangle
+        log_det = 2 * np.log(pivots[:, :a]).sum(axis=1) + np.log1p(signal).sum(axis=1)
+        stated, larger = self.noise.log_density(pivots[:, a] ** 2 - 1.0, log_det, self.chi2)
         return np.logaddexp(stated, larger)
 
     def screened(self) -> FloatArray:
@@ -183,15 +216,15 @@ class Sets:
         A size of v columns is known to 1/√(2v) of itself (the Fisher information of a variance).
         """
         taus = self.likeliest_sizes()
-        width = np.log(np.minimum(np.sqrt(np.pi / np.array(self.sizes)) / np.log(2), len(TAUS)))
+        width = np.minimum(np.sqrt(np.pi / self.seen) / np.log(2), len(TAUS))
         prior = taus / (1.0 + (taus / CONSTANTS.typical_size) ** 2) / HALF_CAUCHY.sum()
-        return np.asarray(self.density_at(taus) + np.log(prior).sum(axis=1) + width.sum())
+        return np.asarray(self.density_at(taus) + np.log(prior * width).sum(axis=1))
 
     def averaged(self) -> FloatArray:
         """Log density (B,), every size averaged with the others at their likeliest."""
         taus = self.likeliest_sizes()
         density, average = np.zeros(len(taus)), np.zeros(len(taus))
-        for k in range(len(self.sizes)):
+        for k in range(len(self.widths)):
             grid = np.repeat(taus[None], len(TAUS), axis=0)
             grid[:, :, k] = TAUS[:, None]
             gain = self._on(grid)
@@ -204,16 +237,17 @@ class Sets:
     def _on(self, grid: FloatArray) -> FloatArray:
         """:meth:`density_at` for many sizes of each set (taus, B, blocks), (taus, B)."""
         n = len(grid)
-        many = Sets(np.tile(self.gram, (n, 1, 1)), np.tile(self.product, (n, 1)), self.chi2,
-                    self.noise, self.sizes)
+        many = Sets(np.tile(self.gram, (n, 1, 1)), np.tile(self.squared, (n, 1)),
+                    np.tile(self.product, (n, 1)), self.chi2, self.noise, self.widths,
+                    np.tile(self.seen, (n, 1)))
         return many.density_at(grid.reshape(-1, grid.shape[2])).reshape(n, -1)
 
 
-def by_sizes(seen: IntArray, sets: Sequence[tuple[int, ...]]) -> dict[tuple[int, ...], list[int]]:
-    """Which of ``sets`` have members of equal numbers of visible columns ``seen`` (m,), in order.
+def width_for(seen: int) -> int:
+    """The width to which a block of so many columns is filled up: at most a third is empty.
+
+    >>> [width_for(seen) for seen in (1, 3, 5, 7, 33)]
+    [1, 3, 6, 8, 48]
     """
-    groups: dict[tuple[int, ...], list[int]] = {}
-    count = seen.tolist()
-    for i, members in enumerate(sets):
-        groups.setdefault(tuple(count[j] for j in members), []).append(i)
-    return groups
+    power = 1 << (seen - 1).bit_length()
+    return 3 * power // 4 if power >= 4 and 4 * seen <= 3 * power else power

@@ -174,16 +174,15 @@ class Posterior:
     def classes(self) -> tuple[Inclusion, ...]:
         """One class for each member of the leading set, in its order."""
         lead, first = self.names(self.lead), self.first
-        rivals: dict[str, set[str]] = {name: set() for name in lead}
-        for entry in self.ordered:
-            if self.mass(entry) < CONSTANTS.least_listed:
-                break
-            names = self.names(entry)
+        weight: dict[tuple[str, str], float] = {}
+        for names, mass in self._masses:
             lost, more = lead - names, names - lead
             if len(lost) == len(more) == 1:
                 (mine,), (theirs,) = lost, more
-                if _are_rivals(first[mine], first[theirs]):
-                    rivals[mine].add(theirs)
+                if first[mine].in_catalogue and first[theirs].in_catalogue:
+                    weight[mine, theirs] = weight.get((mine, theirs), 0.0) + mass
+        rivals = {name: {theirs for (mine, theirs), mass in weight.items()
+                         if mine == name and mass >= CONSTANTS.least_offered} for name in lead}
         classes = []
         for j in self.lead.members:
             name = self.hypotheses[j].name
@@ -197,10 +196,11 @@ class Posterior:
         lead, name = self.names(self.lead), self.hypotheses[j].name
         if self.hypotheses[j].kind != "listed":
             return set()
-        listed = [k for k, h in enumerate(self.hypotheses)
-                  if h.kind == "listed" and h.name not in lead]
-        same = {self.hypotheses[k].name for k in self._at_lead.aliases(j, listed)}
-        least = self.lead.log_posterior - CONSTANTS.refuted
+        table, which = self._at_lead
+        listed = [i for i, k in enumerate(which) if self.hypotheses[k].kind == "listed"
+                  and self.hypotheses[k].name not in lead]
+        same = {self.hypotheses[which[i]].name for i in table.aliases(which.index(j), listed)}
+        least = self.lead.log_posterior - CONSTANTS.negligible
         believed = [self.names(e) for e in self.entries if e.log_posterior > least]
         return {other for other in same if (lead - {name}) | {other} in believed}
 
@@ -233,11 +233,16 @@ class Posterior:
         return tuple(sorted(masses.items(), key=lambda item: -item[1]))
 
     @cached_property
-    def _at_lead(self) -> Table:
-        """The table at the leading set's refit: signatures at the base are bent by what it lacks.
+    def _at_lead(self) -> tuple[Table, list[int]]:
+        """The table of the listed hypotheses at the leading set's refit, and which they are.
+
+        Signatures at the base are bent by what it lacks.
         """
         joint = self.lead.refit
-        return self.table if joint is None else table_at(joint.fit, self.hypotheses, joint.names)
+        if joint is None:
+            return self.table, [*range(len(self.hypotheses))]
+        which = [k for k, h in enumerate(self.hypotheses) if h.kind == "listed"]
+        return table_at(joint.fit, [self.hypotheses[k] for k in which], joint.names), which
 
     @cached_property
     def first(self) -> dict[str, Hypothesis]:
@@ -259,12 +264,3 @@ class Posterior:
             if told:
                 return told
         return ()
-
-
-def _are_rivals(a: Hypothesis, b: Hypothesis) -> bool:
-    """Whether two that replace each other are one class: of the catalogue, and not happened once.
-
-    What happened once is no rival but of what is drawn: a course of chance holds any step.
-    """
-    return a.in_catalogue and b.in_catalogue and (
-        "drawn" in (a.kind, b.kind) or not (a.is_placed or b.is_placed))

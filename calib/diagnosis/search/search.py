@@ -98,7 +98,8 @@ class _Search:
     def screen_small(self) -> None:
         """Weigh every hypothesis alone and every pair of effects."""
         alone = [(j,) for j in self.seen]
-        self._note(alone, self.singles[self.seen] + self.candidates.log_prior(alone))
+        self._note(alone, [self.candidates.bits[j] for j in self.seen],
+                   self.singles[self.seen] + self.candidates.log_prior(alone), -np.inf)
         self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, 2)])
 
     def screen_larger(self) -> None:
@@ -150,22 +151,32 @@ class _Search:
 
     def _weigh(self, table: Table, sets: Sequence[Members]) -> None:
         """Note the log posterior of ``sets`` at ``table``."""
-        fresh = [members for members in sets if self._is_open(self.candidates.key(members))]
+        keys = [self.candidates.key(members) for members in sets]
+        fresh = [i for i, key in enumerate(keys) if self._is_open(key)]
         if fresh:
-            values = table.weighed(fresh, exactly=False)
-            self._note(fresh, values + self.candidates.log_prior(fresh))
+            sets, keys = [sets[i] for i in fresh], [keys[i] for i in fresh]
+            values = table.weighed(sets, exactly=False) + self.candidates.log_prior(sets)
+            best = float(values.max())
+            gain = max(best - self.entries[0].log_posterior, 0.0)
+            self._note(sets, keys, values,
+                       best - 2 * CONSTANTS.negligible - CONSTANTS.behind_share * gain)
 
-    def _note(self, sets: Sequence[Members], values: FloatArray) -> None:
-        """Keep what ``sets`` weigh, those of the same names together."""
-        by_key: dict[Key, tuple[float, float, Members]] = {}
-        for members, value in zip(sets, values.tolist(), strict=True):
-            if np.isfinite(value):
-                key = self.candidates.key(members)
-                total, best, chosen = by_key.get(key, (-np.inf, -np.inf, members))
-                by_key[key] = (float(np.logaddexp(total, value)), max(best, value),
-                               members if value > best else chosen)
-        for key, (total, _, members) in by_key.items():
-            self.entries[key] = Entry(members, total)
+    def _note(
+        self, sets: Sequence[Members], keys: Sequence[Key], values: FloatArray, least: float
+    ) -> None:
+        """Keep what ``sets`` weigh, those of the same ``keys`` together.
+
+        What weighs less than ``least`` and is not known yet is not kept.
+        """
+        of_key: dict[Key, list[tuple[float, Members]]] = {}
+        for members, key, value in zip(sets, keys, values.tolist(), strict=True):
+            if value > least or (key in self.entries and value > -np.inf):
+                of_key.setdefault(key, []).append((value, members))
+        for key, weighed in of_key.items():
+            value, members = max(weighed)
+            if len(weighed) > 1:
+                value = float(np.logaddexp.reduce([each for each, _ in weighed]))
+            self.entries[key] = Entry(members, value)
 
     def _is_open(self, key: Key) -> bool:
         """Whether a set is neither refused nor weighed at its own refit."""

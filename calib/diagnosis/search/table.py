@@ -14,7 +14,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.signature import Projector
-from calib.diagnosis.search.evidence import Noise, Sets, block_log_densities, by_sizes
+from calib.diagnosis.search.evidence import Noise, Sets, block_log_densities, width_for
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray, IntArray
 
@@ -32,6 +32,22 @@ class Spectrum:
     squared: FloatArray
     along: FloatArray
     unit: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Products of columns of a table; the last column of each kind is nothing.
+
+    ``gram`` (u, v) of those of some hypotheses with those of all, ``squared`` (v,) of each with
+    itself and ``product`` (v,) with the residual; ``row`` and ``first`` (m,) are where those of
+    each hypothesis begin.
+    """
+
+    gram: FloatArray
+    squared: FloatArray
+    product: FloatArray
+    row: IntArray
+    first: IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,16 +89,6 @@ class Table:
         """Data rows less what the model fits."""
         return self.projector.dof
 
-    @cached_property
-    def gram(self) -> FloatArray:
-        """Products of all visible columns with each other, (v, v), no unit."""
-        return self.rows @ self.rows.T
-
-    @cached_property
-    def product(self) -> FloatArray:
-        """Products of the visible columns with the residual, (v,), no unit."""
-        return self.rows @ self.residual
-
     def is_blind(self, j: int) -> bool:
         """Whether the base swallows all of hypothesis ``j``."""
         return bool(self.seen[j] == 0)
@@ -107,7 +113,7 @@ class Table:
         length = np.sqrt((self.rows**2).sum(axis=1))
         index = (self.first[:, None] + np.arange(max(widest, 1)))[inside]
         strength[inside] = length[index]
-        amplitude[inside] = self.product[index] / length[index]
+        amplitude[inside] = (self.rows @ self.residual / length)[index]
         density = np.full(len(self.seen), -np.inf)
         for width in np.unique(self.seen[self.seen > 0]):
             some = self.seen == width
@@ -115,13 +121,44 @@ class Table:
                 strength[some, :width], amplitude[some, :width], self.chi2, self.noise)
         return density, (amplitude**2).sum(axis=1)
 
-    def sets(self, members: Sequence[tuple[int, ...]], sizes: tuple[int, ...]) -> Sets:
-        """Sets of hypotheses of ``sizes`` visible columns."""
-        first = self.first[np.array(members)]  # (B, k)
-        index = np.concatenate(
-            [first[:, k, None] + np.arange(size) for k, size in enumerate(sizes)], axis=1)
-        return Sets(self.gram[index[:, :, None], index[:, None, :]], self.product[index],
-                    self.chi2, self.noise, sizes)
+    @cached_property
+    def _widths(self) -> list[int]:
+        return [width_for(seen) if seen else 0 for seen in self.seen.tolist()]
+
+    def products(self, sets: Sequence[tuple[int, ...]]) -> Products:
+        """The products that ``sets`` are made of."""
+        some = sorted({j for members in sets for j in members[:-1]})
+        every = sorted({j for members in sets for j in members})
+        (few, row), (rows, first) = self._columns(some), self._columns(every)
+        return Products(few @ rows.T, (rows**2).sum(axis=1), rows @ self.residual, row, first)
+
+    def _columns(self, which: Sequence[int]) -> tuple[FloatArray, IntArray]:
+        """The visible columns of the hypotheses ``which``, and nothing; where each begins, (m,)."""
+        seen, first = self.seen[which], np.zeros(len(self.seen), int)
+        first[which] = np.cumsum(seen) - seen
+        nothing = np.zeros((1, len(self.residual)))
+        return np.concatenate([*(self.rows[self.where(j)] for j in which), nothing]), first
+
+    def sets(self, members: Sequence[tuple[int, ...]], of: Products | None = None) -> Sets:
+        """Sets of hypotheses whose blocks have the same widths, one after another.
+
+        ``of`` has the products that they are made of, where these are known.
+        """
+        of = self.products(members) if of is None else of
+        which = np.array(members)  # (B, k)
+        seen, widths = self.seen[which], tuple(self._widths[j] for j in members[0])
+
+        def index(first: IntArray, nothing: int, k: int) -> IntArray:
+            place = np.arange(widths[k])
+            return np.where(place < seen[:, k, None], first[which[:, k], None] + place, nothing)
+
+        blocks = range(len(widths))
+        columns = [index(of.first, len(of.product) - 1, k) for k in blocks]
+        across = np.concatenate(columns, axis=1)
+        rows = np.concatenate([np.zeros((len(which), 0), int),
+                               *(index(of.row, len(of.gram) - 1, k) for k in blocks[:-1])], axis=1)
+        return Sets(of.gram[rows[:, :, None], across[:, None, :]], of.squared[columns[-1]],
+                    of.product[across], self.chi2, self.noise, widths, seen)
 
     def weighed(self, sets: Sequence[tuple[int, ...]], exactly: bool) -> FloatArray:
         """Log density of the residual under every set, (B,); ``exactly`` with sizes averaged.
@@ -130,29 +167,40 @@ class Table:
         others leave next to nothing of.
         """
         values = np.full(len(sets), -np.inf)
-        groups = by_sizes(self.seen, sets)
-        for sizes, places in groups.items():
-            if not sizes:
-                values[places] = np.logaddexp(*self.noise.nothing(self.chi2))
-            elif 0 not in sizes and sum(sizes) < self.dof + len(sizes):
-                group = self.sets([sets[i] for i in places], sizes)
+        groups = self._of_equal_widths(sets)
+        of = self.products(sets)
+        for places in groups:
+            members = [sets[i] for i in places]
+            if members[0]:
+                group = self.sets(members, of)
                 values[places] = group.averaged() if exactly else group.screened()
-        self._leave_apart(sets, groups, values)
+            else:
+                values[places] = np.logaddexp(*self.noise.nothing(self.chi2))
+        self._leave_apart(sets, groups, of, values)
         return values
 
+    def _of_equal_widths(self, sets: Sequence[tuple[int, ...]]) -> list[IntArray]:
+        """Which of ``sets`` have blocks of equal widths and leave rows to check them with."""
+        groups: dict[tuple[int, ...], list[int]] = {}
+        widths, seen = self._widths, self.seen.tolist()
+        for i, members in enumerate(sets):
+            columns = [seen[j] for j in members]
+            if 0 not in columns and sum(columns) < self.dof + len(columns):
+                groups.setdefault(tuple([widths[j] for j in members]), []).append(i)
+        return [np.array(places) for places in groups.values()]
+
     def _leave_apart(
-        self, sets: Sequence[tuple[int, ...]], groups: Mapping[tuple[int, ...], list[int]],
+        self, sets: Sequence[tuple[int, ...]], groups: Sequence[IntArray], of: Products,
         values: FloatArray,
     ) -> None:
         """Give -inf in ``values`` (B,) to sets whose members are not apart, if they could count."""
         judged, best = np.zeros(len(sets), bool), np.inf
         while (top := float(values.max(initial=-np.inf))) < best:  # it falls with its best set
             best = top
-            for sizes, places in groups.items():
-                at = np.array(places)
+            for at in groups:
                 some = at[(values[at] > best - 2 * CONSTANTS.negligible) & ~judged[at]]
-                if len(some) and len(sizes) > 1:
-                    group = self.sets([sets[i] for i in some], sizes)
+                if len(some) and len(sets[some[0]]) > 1:
+                    group = self.sets([sets[i] for i in some], of)
                     values[some[~group.are_apart]] = -np.inf
                 judged[some] = True
 
@@ -167,10 +215,8 @@ class Table:
         if not seen:
             return left_out_residual(self.residual, base, pose)
         x = np.concatenate([self.rows[self.where(j)] for j in seen]).T
-        sizes = tuple(int(self.seen[j]) for j in seen)
-        one = self.sets([seen], sizes)
-        root = 1 / np.repeat(one.likeliest_sizes()[0], sizes)
-        solution = np.linalg.solve(one.gram[0] + np.diag(root**2), one.product[0])
+        root = 1 / np.repeat(self.sets([seen]).likeliest_sizes()[0], self.seen[list(seen)])
+        solution = np.linalg.solve(x.T @ x + np.diag(root**2), x.T @ self.residual)
         residual = np.concatenate([self.residual - x @ solution, -root * solution])
         nothing = np.zeros((len(root), base.shape[1]))
         return left_out_residual(
@@ -186,15 +232,13 @@ class Table:
         if self.is_blind(j):
             return []
         mine = self.unit_block(j)
+        count = mine.shape[1]
         same = []
         for other in others:
-            if self.is_blind(other):
+            seen = int(self.seen[other])
+            if seen != count and (count > 1 or seen < count):
                 continue
-            theirs = self.unit_block(other)
-            count = mine.shape[1]
-            if theirs.shape[1] != count and (count > 1 or theirs.shape[1] < count):
-                continue
-            overlap = mine.T @ theirs
+            overlap = self._unit_rows[self.where(other)] @ mine
             if (overlap**2).sum() < count * CONSTANTS.alias_correlation**2:
                 continue
             singular = np.linalg.svd(overlap, compute_uv=False)[:count]

@@ -139,7 +139,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     them, or a size is none that nature has, the least likely goes.
     """
     sure = [each for each in posterior.classes
-            if each.kind == "listed" and each.probability >= CONSTANTS.name]
+            if each.kind == "listed" and each.probability >= CONSTANTS.sure]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
@@ -230,7 +230,7 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     least = CONSTANTS.sure * something
     members = [posterior.hypotheses[j] for j in lead.members]
     drawn = [each for each in posterior.classes
-             if each.kind == "drawn" and each.probability >= CONSTANTS.name]
+             if each.kind == "drawn" and each.probability >= CONSTANTS.sure]
     if drawn:
         details = tuple(h.detail for h in members if h.name == drawn[0].name)
         return _noise(posterior, drawn[0].members, details)

@@ -276,4 +276,4 @@ def test_what_follows_a_column_as_no_effect_does_gets_no_name(name: str, follows
     found = find(fit(hide({**SEEN, **UNSEEN}[name], sound, true, 10.0, 51000), Model.of(BASE)))
     assert (found.verdict.code, found.verdict.name) == ("unknown", follows)
     assert max((each.probability for each in found.posterior.inclusion
-                if each.kind == "listed"), default=0.0) < CONSTANTS.name
+                if each.kind == "listed"), default=0.0) < CONSTANTS.sure

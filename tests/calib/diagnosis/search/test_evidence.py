@@ -78,8 +78,12 @@ def nothing(chi2: float, dof: int) -> float:
 
 def one_set(x: np.ndarray, r: np.ndarray, sizes: tuple[int, ...]) -> Sets:
     """The set of blocks ``x`` (n, p) about a residual of n rows."""
+    last = sum(sizes[:-1])
+    x = x.copy()
+    x[:, last:] = x[:, last:] @ np.linalg.svd(x[:, last:])[2].T  # orthogonal, its span as it was
     gram, product = x.T @ x, x.T @ r
-    return Sets(gram[None], product[None], float(r @ r), known(len(r)), sizes)
+    return Sets(gram[None, :last], np.diag(gram)[None, last:], product[None], float(r @ r),
+                known(len(r)), sizes, np.array([sizes]))
 
 
 @pytest.mark.parametrize("seed", range(3))
