@@ -2,7 +2,8 @@
 
 import math
 import shutil
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -22,6 +23,7 @@ from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.session import SessionGuess, guess_session
 from pipeline.guess.table_guess import TableGuess
 from pipeline.results.json_values import Json
+from pipeline.served.answers import REFUSED
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate
 from pipeline.stages.run import run_stages
@@ -106,6 +108,18 @@ class Brought:
         PipelineError, CalibrationError, VisionError
             A file cannot be read, or none is a log.
         """
+        with self._by_their_names():
+            return self._shown(range_deg_s)
+
+    @contextmanager
+    def _by_their_names(self) -> Iterator[None]:
+        """Refusals that name the files as they were dropped."""
+        try:
+            yield
+        except REFUSED as error:
+            raise ConfigError(str(error).replace(f"{self._root}/", "")) from error
+
+    def _shown(self, range_deg_s: float | None) -> Json:
         logs = [path for path in self.files if not is_clip(path)]
         clips = self._measured()
         seen = [f"{each.path.name}: the plate turns at {each.rate_rad_s / RPM:+.4f} rpm in it."
@@ -172,7 +186,7 @@ class Brought:
         if config.exists():
             raise UnwritableOutput(f"{CONFIG_NAME} is the name of one of the logs. Rename it.")
         site = None if latitude is None else site_text(latitude, height_m)
-        with TemporaryDirectory() as cache:
+        with TemporaryDirectory() as cache, self._by_their_names():
             context = RunContext(Path(cache))
             checked = checked_config(guess, config, Choices(site),
                                      lambda each: run_stages(each, context))

@@ -106,7 +106,7 @@ part("forget").addEventListener("click", async () => {
   await asked("forget");
   names = new Set();
   form.hidden = true;
-  brought.textContent = "Forgotten.";
+  brought.textContent = "Forgotten: nothing is kept here.";
 });
 drawing.droppable(part("drop"), part("files"), take);
 drawing.droppable(part("drop"), part("folder"), take);

@@ -83,9 +83,15 @@ def test_a_file_is_bounded_and_kept_whole_or_not_at_all(started: Opened) -> None
     assert brought(asked, "a.csv", b"1,2,3\n") == 200
     assert brought(asked, "a.csv", b"4,5,6\n") == 422  # is there already
     assert asked.ask("/bring/b.csv", "POST", b"1", Cookie=asked.cookie)[0] == 403  # no origin
+    assert brought(asked, "clip.mp4", b"no clip") == 200
     status, answer = asked.post("/guess", {})
     assert status == 422
-    assert len(str(answer["error"])) > 20
+    assert str(answer["error"]).startswith("clip.mp4: no video stream")
+    assert asked.post("/forget", {})[0] == 200
+    assert brought(asked, "a.csv", b"1,2,3\n") == 200
+    status, answer = asked.post("/guess", {})
+    assert status == 422
+    assert str(answer["error"]).startswith("a.csv: ")
     for name in ("../up", "/tmp/up", ".up", "", "a/b"):
         assert asked.post("/use", {"name": name})[0] == 422
 

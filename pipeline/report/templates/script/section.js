@@ -63,7 +63,7 @@ class Section {
     }
     showTile(this.root, "chi2", failed ? NaN : refitted.chi2 / refitted.dof, was.chi2 / was.dof, other);
     this.root.classList.toggle("ticked", other);
-    this.root.querySelector("[data-result]").hidden = changed.length === 0;
+    this.root.querySelector("[data-result]").hidden = !other;
     this.judge(failed ? { judgements: [], commands: [] } : refitted);
     this.say(refitted, failed);
     this.tie(refitted);
