@@ -185,7 +185,7 @@ def _standing(result: TriadResult, effect: Effect) -> Standing:
 
 def _status(result: TriadResult, effect: Effect, standing: Standing) -> str:
     if effect.name == FRAME and result.frame is not None and standing == "unseen":
-        return "a parameter: the rotation to the accelerometer"
+        return "a parameter already"
     words = STANDINGS[standing]
     inclusion = next((one for one in result.diagnosis.inclusion
                       if effect.name in one.members), None)
