@@ -190,6 +190,11 @@ def _rename(staged: Path, target: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError) -> UnwritableOutput:
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return UnwritableOutput(
+            f"{path}: cannot be written: a folder on the way there is a file. Nothing was changed; "
+            f"choose another folder with --output."
+        )
     return UnwritableOutput(
         f"{path}: cannot be written ({error.strerror}); what was there before is unchanged. "
         f"Free the space, allow writing to the folder, or choose another with --output."

@@ -217,6 +217,11 @@ def _likely(
     same = [name for name, other in others.items() if abs(other / rate - 1) < LARGEST_CLOCK_ERROR]
     gyro_agrees = (gyro_rate is not None
                    and 1 / LARGEST_GAIN < gyro_rate / plate < LARGEST_GAIN)
+    if abs(rate / (plate * RPM) - 1) < LARGEST_CLOCK_ERROR:
+        return (
+            f"As rpm the number would be right: {plate:.4g} rpm are {plate * RPM:.4g} rad/s. State "
+            f"the rate in rad/s."
+        )
     if gyro_agrees:
         return (
             f"The gyroscope agrees with that rate, so the stamps do not count seconds: they run "

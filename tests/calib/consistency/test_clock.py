@@ -53,6 +53,11 @@ def test_a_level_plate_and_a_pose_of_one_turn_say_nothing() -> None:
     assert gravity_wave(logs(STATED, seconds=2.0), np.full(3, STATED), SPEC) is None
 
 
+def test_rpm_stated_as_rad_s_are_told() -> None:
+    with pytest.raises(Contradiction, match=r"33\.33 rpm are 3\.491 rad/s\. State the rate"):
+        require_whole_turns("33rpm", logs(STATED), np.full(3, STATED / RPM), BOTH, {})
+
+
 def test_stamps_that_are_not_seconds_are_told_by_the_gyroscope() -> None:
     with pytest.raises(Contradiction, match=r"do not count seconds: they run 1\.99 times too fast"):
         require_whole_turns("17rpm", logs(STATED, stretch=2.0), np.full(3, STATED),
