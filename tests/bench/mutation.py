@@ -23,11 +23,17 @@ import numpy as np
 from tests.paths import ROOT
 
 TESTED = {
+    "calib.consistency.certificate": "tests/calib/consistency/test_certificate.py",
     "calib.consistency.clipping": "tests/calib/consistency/test_clipping.py",
+    "calib.consistency.clock": "tests/calib/consistency/test_clock.py",
+    "calib.consistency.clock_ratio": "tests/calib/consistency/test_clock_ratio.py",
+    "calib.consistency.common_mistakes": "tests/calib/consistency/test_mistakes.py",
     "calib.consistency.data_sheet": "tests/calib/consistency/test_data_sheet.py",
     "calib.consistency.frozen_logs": "tests/calib/consistency/test_frozen_logs.py",
     "calib.consistency.force": "tests/calib/consistency/test_force.py",
+    "calib.consistency.mistakes": "tests/calib/consistency/test_mistakes.py",
     "calib.consistency.odd_poses": "tests/calib/consistency/test_odd_poses.py",
+    "calib.consistency.one_sensor": "tests/calib/consistency/test_mistakes.py",
     "calib.consistency.plate_axes": "tests/calib/consistency/test_plate_axes.py",
     "calib.consistency.quadric": "tests/calib/consistency/test_odd_poses.py",
     "calib.consistency.repeated_means": "tests/calib/consistency/test_repeated_means.py",

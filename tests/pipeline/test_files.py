@@ -1,5 +1,6 @@
 """Results are whole or not there."""
 
+import json
 import os
 import stat
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 
 from pipeline import files
 from pipeline.errors import UnwritableOutput
-from pipeline.files import write_whole
+from pipeline.files import finish_interrupted, may_never_end, remove_parts, write_whole
 
 
 def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:
@@ -52,3 +53,47 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "out").touch()
     with pytest.raises(UnwritableOutput, match="cannot be written"):
         write_whole(tmp_path / "out" / "results.json", "x")
+
+
+@pytest.mark.parametrize(("name", "part", "is_moved"), [
+    ("results.json", ".results.json.x1.part", True),
+    ("config.yaml", ".results.json.x1.part", False),  # belongs to another file
+    ("log.csv", ".log.csv.x1.part", False),  # this command does not write that file
+    ("results.json", "log.csv", False),
+    ("results.json", ".results.json.x1", False),
+    ("results.json", "../.results.json.x1.part", False),
+    ("results.json", 7, False),
+])
+def test_a_journal_moves_parts_of_expected_files_alone(
+    name: str, part: object, is_moved: bool, tmp_path: Path
+) -> None:
+    folder = tmp_path / "run"
+    folder.mkdir()
+    names = ("results.json", "config.yaml", "log.csv")
+    for one in names:
+        (folder / one).write_text("old")
+    if isinstance(part, str) and part not in names:
+        (folder / part).write_text("new")
+    journal = folder / ".unfinished.json"
+    journal.write_text(json.dumps({name: part}))
+    expected = [folder / "results.json", folder / "config.yaml"]
+    assert finish_interrupted(journal, expected)
+    assert not journal.exists()
+    assert [one for one in names if (folder / one).read_text() != "old"] == [name] * is_moved
+    assert not finish_interrupted(journal, expected)
+
+
+def test_parts_of_other_files_stay(tmp_path: Path) -> None:
+    ours, theirs = tmp_path / ".results.json.x1.part", tmp_path / ".results.json.part.csv"
+    others = tmp_path / ".thesis.x1.part"
+    for one in (ours, theirs, others):
+        one.touch()
+    remove_parts([tmp_path / "results.json"])
+    assert [one.exists() for one in (ours, theirs, others)] == [False, True, True]
+
+
+def test_a_pipe_and_a_device_may_never_end(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    os.mkfifo(tmp_path / "pipe")
+    assert [may_never_end(one) for one in (tmp_path, tmp_path / "file", tmp_path / "pipe",
+                                           Path("/dev/null"))] == [False, False, True, True]
