@@ -95,8 +95,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("case",), ("explain",),
     ],
     "vision": [
-        ("geometry", "numbers", "thumbnail"), ("phase_track",),
-        ("errors", "image_return", "drawing"),
+        ("geometry", "numbers"), ("phase_track",),
+        ("image_return", "drawing"), ("errors",),
         ("video", "camera"),
         ("plate", "rate"), ("tracking", "overlay"), ("clip_rate", "live_plate"),
     ],

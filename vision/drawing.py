@@ -12,6 +12,8 @@ Image = NDArray[np.uint8]
 RIM, CENTRE, HAND, UNUSED = (  # blue, green, red
     (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150))
 STANDING = np.eye(3)  #: motion of a camera that stands; definition
+JPEG_QUALITY = 80  #: quality of pictures to look at; chosen
+THUMBNAIL = 240  #: px; layout
 WIDEST = 640  #: pixels of the annotated frame; layout
 KEPT_BITS = 5  #: bits of its channels that are kept; layout
 #: Level of its PNG: a third of the time of the library's own choice, for 4 per cent more space.
@@ -87,6 +89,22 @@ def annotated(image: Image, plate: PlateLayout, angle_rad: float) -> Image:
     canvas = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
     draw_plate(canvas, plate, angle_rad, scale)
     return png(canvas)
+
+
+def jpeg_of(image: Image, width_px: int) -> bytes:
+    """A picture, blue-green-red, as JPEG, no wider than ``width_px``."""
+    h, w = image.shape[:2]
+    if w > width_px:
+        image = np.asarray(cv2.resize(image, (width_px, round(h * width_px / w)),
+                                      interpolation=cv2.INTER_AREA), np.uint8)
+    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
+
+
+def thumbnail(png: Image) -> bytes:
+    """The picture in a PNG (b,) of ``annotated`` as a small JPEG, for pages that show many."""
+    image = cv2.imdecode(png, cv2.IMREAD_COLOR)
+    assert image is not None  # it was written by this program
+    return jpeg_of(np.asarray(image, np.uint8), THUMBNAIL)
 
 
 def png(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -3,10 +3,10 @@
 Every message is one paragraph: where, what was found, what was expected, what to do next.
 """
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from vision.image_return import ImageReturn
     from vision.phase_track import RateHistory
 
 
@@ -18,14 +18,6 @@ class UnreadableVideo(VisionError):
     """The file is not a video that can be decoded, or has too few frames."""
 
 
-@dataclass(frozen=True)
-class Return:
-    """The time after which a picture is itself again, and its sd, s."""
-
-    period_s: float
-    sd_s: float
-
-
 class RateRefused(VisionError):
     """The clip is readable, but no honest constant rate can be given from it.
 
@@ -33,12 +25,13 @@ class RateRefused(VisionError):
     ----------
     history : RateHistory or None
         Rate against time, where the plate was followed but does not turn steadily.
-    returns : Return or None
+    returns : ImageReturn or None
         What the picture repeats after, where it does.
     """
 
     def __init__(
-        self, message: str, history: "RateHistory | None" = None, returns: Return | None = None
+        self, message: str, history: "RateHistory | None" = None,
+        returns: "ImageReturn | None" = None,
     ) -> None:
         super().__init__(message)
         self.history, self.returns = history, returns

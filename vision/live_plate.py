@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.camera import SUFFIX, ClipWriter
-from vision.drawing import draw_plate
+from vision.drawing import draw_plate, jpeg_of
 from vision.errors import VisionError
 from vision.numbers import RPM
-from vision.overlay import jpeg_of
 from vision.phase_track import PlateLayout
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.drawing import UNUSED, draw_plate, mark_of
+from vision.drawing import UNUSED, draw_plate, jpeg_of, mark_of
 from vision.errors import VisionError
 from vision.geometry import FloatArray
 from vision.numbers import RPM
@@ -32,7 +32,6 @@ TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 SAME_S = 1e-4  #: stamps of one frame
 BORDER_PX = 6  #: border of a frame that the rate does not use; layout
-JPEG_QUALITY = 80  #: quality of pictures to look at; chosen
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
 
@@ -114,15 +113,6 @@ def still_frames(
     with ClipReader(clip, colours=True, full_size=True) as reader:
         return [StillFrame(time_s, jpeg_of(image, width_px))
                 for time_s, image in _drawn(reader, track, rate, every)]
-
-
-def jpeg_of(image: Image, width_px: int) -> bytes:
-    """A picture, blue-green-red, as JPEG, no wider than ``width_px``."""
-    h, w = image.shape[:2]
-    if w > width_px:
-        image = np.asarray(cv2.resize(image, (width_px, round(h * width_px / w)),
-                                      interpolation=cv2.INTER_AREA), np.uint8)
-    return cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])[1].tobytes()
 
 
 def _drawn(

@@ -18,7 +18,7 @@ import numpy as np
 
 from vision.phase_track import LUMA
 from vision.plate.background import spread_choice
-from vision.video.reader import NO_CHROMA, Frame, Luma
+from vision.video.reader import Frame, Luma
 
 GREY = 128  # Cr and Cb of what has no colour
 MOMENTS_OF = 60  # frames
@@ -58,11 +58,8 @@ class ChromaAxis:
 Channel = Brightness | ChromaAxis
 
 
-def channels(frames: Sequence[Frame], *, brightness: bool) -> list[Channel]:
-    """What can be measured: the brightness, the axes of colour; the strongest of these first."""
-    first: list[Channel] = [Brightness()] if brightness else []
-    if frames[0].chroma is NO_CHROMA:
-        return first
+def axes_of_colour(frames: Sequence[Frame]) -> list[Channel]:
+    """The axes of colour along which something moves, the strongest first."""
     chosen = spread_choice(len(frames), MOMENTS_OF)
     mean = np.zeros((*frames[0].chroma.shape[:2], 2), np.float32)
     square = np.zeros((3, *mean.shape[:2]), np.float32)
@@ -76,7 +73,7 @@ def channels(frames: Sequence[Frame], *, brightness: bool) -> list[Channel]:
     of_cr, of_both, of_cb = (float((m - np.median(m)).sum(dtype=float)) for m in moments)
     moving = np.array([[of_cr, of_both], [of_both, of_cb]])
     strength, axes = np.linalg.eigh(moving)  # ascending
-    return first + [
+    return [
         ChromaAxis(*(float(a) for a in axis * np.sign(axis[np.abs(axis).argmax()])))
         for size, axis in zip(strength[::-1], axes.T[::-1], strict=True)
         if size > max(0.0, WEAKEST * strength[-1])

@@ -3,14 +3,12 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
-import cv2
 import numpy as np
 
 from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView
-from vision.plate.background import median_image, repeated, spread_choice, stands_still
+from vision.plate.background import median_image, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
 from vision.plate.choice import THRESHOLDS, Outline, chosen_plate, or_of_parts
 from vision.plate.detect import moving_areas, proposals
@@ -22,8 +20,6 @@ from vision.plate.template import Template
 from vision.video.reader import Frame, Luma
 
 CHANGE_OF = 60  # frames, for whether anything changes
-LONGEST_REPEAT_S = 0.2  #: fact: a camera that gives fewer than five frames per second is none
-COMPARED_EVERY = (8, 4)  # rows and columns apart, to see whether a frame is the one before again
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +48,6 @@ class PlateModel:
     rate_rad_s: float
     symmetry: int
     notes: tuple[str, ...]
-
-    @property
-    def by_brightness(self) -> bool:
-        """It is the luma that is measured."""
-        return isinstance(self.channel, Brightness)
 
 
 def learn(
@@ -133,7 +124,6 @@ def _learn(
 ) -> PlateModel:
     if stands_still([channel(frames[i]) for i in spread_choice(len(frames), CHANGE_OF)]):
         raise NothingMoves(f"{name}: {NOTHING_MOVES}")
-    frames = _without_repeated(frames, channel)
     images = [channel(frame) for frame in frames]
     background = median_image(images)
     on_step()
@@ -162,22 +152,6 @@ def _learn(
         raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
     why = why_nothing_turns(outlines, coherence, in_brightness, camera_stands=camera_stands)
     raise RateRefused(f"{name}: {why}")
-
-
-def _without_repeated(frames: list[Frame], channel: Channel) -> list[Frame]:
-    """The frames that are not the one before again: a camera slower than its clip repeats some.
-
-    With them the plate would seem to go by jerks. Where nothing changes for longer, the mark is out
-    of the frame, and what stands behind it is seen best.
-    """
-    rows, columns = COMPARED_EVERY
-    small = [np.ascontiguousarray(channel(frame)[::rows, ::columns]) for frame in frames]
-    change = np.array([cv2.norm(b, a, cv2.NORM_L1) for a, b in pairwise(small)])
-    again = np.concatenate([[False], repeated(change)])
-    time_s = np.array([frame.time_s for frame in frames])
-    since_fresh = time_s - np.maximum.accumulate(np.where(again, -np.inf, time_s))
-    fresh = ~again | (since_fresh > LONGEST_REPEAT_S)
-    return [frame for frame, new in zip(frames, fresh, strict=True) if new]
 
 
 def _others_turning(name: str, plate: PlateView, outlines: list[Outline]) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
 
-FEW_ROUNDS, ROUNDS = 4, 8  #: rounds of angles and coefficients; numerical
+FEW_ROUNDS, ROUNDS = 2, 4  #: rounds of angles and coefficients; numerical
 THINNED = 1000  # pixels, with which the period is made exact
 SHOWN = 0.05  # of the usual information on the angle: a frame with less shows none
 FEWEST_EVEN = 1.5  # turns, from which waves in a turn are told from the line

@@ -247,8 +247,8 @@ def _says_returns(seen: Seen) -> str:
     lag = others.lag
     assert lag is not None
     return (
-        f"the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} ± "
-        f"{lag.sd_rad_s / RPM:.4f} rpm, the regression gives {others.by_stamps_rad_s / RPM:.4f} "
+        f"the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} rpm ± "
+        f"{lag.sd_s / lag.period_s:.2%}, the regression gives {others.by_stamps_rad_s / RPM:.4f} "
         f"rpm. Something else in the frame may be turning, or turns were miscounted; the sd spans "
         f"both. Put one bold mark near the rim and film again."
     )
@@ -261,9 +261,9 @@ def _says_two_rates(seen: Seen) -> str:
     return (
         f"two things turn in the frame at two rates, {others.by_stamps_rad_s / RPM:.4g} rpm and "
         f"{others.second.rate_rad_s / RPM:.4g} rpm ± "
-        f"{others.second.sd_s / others.second.period_s:.1%}. The rate is that of the first, which "
-        f"shows more. If the sensor turns with the second, cover the first or state the rim of the "
-        f"second (--rim, or plate: centre_px, radii_px)."
+        f"{others.second.sd_s / others.second.period_s:.1%}. The rate is that of the first, "
+        f"which shows more. If the sensor turns with the second, cover the first or state the rim "
+        f"of the second (--rim, or plate: centre_px, radii_px)."
     )
 
 

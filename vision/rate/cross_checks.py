@@ -72,23 +72,6 @@ class FrameCount:
     alignments: NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class LagRate:
-    """Rate from the returns of the frames after whole turns.
-
-    Attributes
-    ----------
-    rate_rad_s, sd_rad_s : float
-        Positive, rad/s.
-    turns : int
-        Of the latest clear return.
-    """
-
-    rate_rad_s: float
-    sd_rad_s: float
-    turns: int
-
-
 @dataclass(frozen=True, eq=False)
 class CrossChecks:
     """The rate by other ways, on the time stamps as they are.
@@ -99,7 +82,7 @@ class CrossChecks:
         The measured rate on these stamps, positive.
     frame_count : FrameCount or None
         None with fewer than two alignments of the marks.
-    lag : LagRate or None
+    lag : ImageReturn or None
         None where the frames have no clear return or the stamps are not evenly spaced.
     second : ImageReturn or None
         Of something else that turns.
@@ -110,7 +93,7 @@ class CrossChecks:
 
     by_stamps_rad_s: float
     frame_count: FrameCount | None
-    lag: LagRate | None
+    lag: ImageReturn | None
     second: ImageReturn | None
     apart_rad_s: float
 
@@ -141,7 +124,8 @@ def cross_check(
         if track.plate.symmetry == 1:
             second = other_return(track.thumbnail, frame_s, 2 * np.pi / by_stamps)
     if lag is not None:
-        chance = THRESHOLDS.apart * float(np.hypot(lag.sd_rad_s, sd_rad_s))
+        lag_sd = lag.rate_rad_s * lag.sd_s / lag.period_s
+        chance = THRESHOLDS.apart * float(np.hypot(lag_sd, sd_rad_s))
         away = abs(lag.rate_rad_s - by_stamps)
         apart = away if away > max(chance, THRESHOLDS.matters * by_stamps) else 0.0
     count = count_frames(angle)
@@ -183,7 +167,7 @@ def count_frames(angle: PlateAngle) -> FrameCount | None:
     return FrameCount(rate, rate * END_SD * frame_s / time, angle.index[aligned])
 
 
-def lag_rate(track: PhaseTrack, frame_s: float, rate_rad_s: float) -> LagRate | None:
+def lag_rate(track: PhaseTrack, frame_s: float, rate_rad_s: float) -> ImageReturn | None:
     """The rate by autocorrelation: after how many frames does the image look the same again?
 
     No plate, no centre, no mark: the surroundings of the plate at a few hundred pixels are
@@ -200,7 +184,7 @@ def lag_rate(track: PhaseTrack, frame_s: float, rate_rad_s: float) -> LagRate | 
 
     Returns
     -------
-    LagRate or None
+    ImageReturn or None
         None without clear returns; none where the plate looks the same again in less than the turn
         that is looked through about a return.
     """
@@ -215,5 +199,5 @@ def lag_rate(track: PhaseTrack, frame_s: float, rate_rad_s: float) -> LagRate | 
     if clear.sum() < FEWEST_RETURNS:
         return None
     period, sd = fitted_period(lags[clear], count[clear])
-    rate = 2 * np.pi / (period * frame_s)
-    return LagRate(rate, rate * sd / period, int(count[clear].max()))
+    return ImageReturn(
+        period * frame_s, sd * frame_s, int(count[clear].max()), float(shown[clear].mean()))

@@ -28,13 +28,12 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
-from vision.phase_track import PhaseTrack, PlateAngle
+from vision.phase_track import PlateAngle
 from vision.rate.least_squares import least_squares
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
 SECTORS = 24  # of a turn, each with its own error of the angle
 FEWEST_FREE = 6  # frames more than parameters, for a share to be determined
-FEWEST_REGULAR = 3  # two jumps and two ends are never far from a straight line
 LOCAL_S = 1.0  # over which the usual rate is taken, at least
 LEVELS = 8  #: steps of the level in a frame time; numerical
 MOST_AT_ONCE = 6  #: frames dropped in one place, at most
@@ -126,19 +125,17 @@ class DroppedFrames:
         return float(np.sqrt(min(self.probability, 1 - self.probability))) * self.change
 
 
-def dropped_frames(track: PhaseTrack, angle: PlateAngle) -> DroppedFrames:
+def dropped_frames(angle: PlateAngle) -> DroppedFrames:
     """Find the frames that were dropped silently.
 
     Parameters
     ----------
-    track : PhaseTrack
-        Holds the frames that repeat the one before.
     angle : PlateAngle
         On the stamps as they are, without dropped frames.
     """
     count = frame_jumps(angle)
     jumps = int(count.sum())
-    if not jumps or _repeats_keep_time(track, angle, jumps):
+    if not jumps:
         return DroppedFrames(angle)
     repaired = replace(angle, dropped=count)
     share, sd = confirmed_share(repaired)
@@ -283,16 +280,3 @@ def _without_place(rows: FloatArray, place: NDArray[np.intp], within: FloatArray
     slopes = [np.bincount(place, aside * column, SECTORS) / square for column in columns]
     pairs = zip(columns, slopes, strict=True)
     return np.stack([column - slope[place] * aside for column, slope in pairs], axis=1)
-
-
-def _repeats_keep_time(track: PhaseTrack, angle: PlateAngle, candidates: int) -> bool:
-    """Whether the recorder fills its time with repeated frames, so that no time is missing.
-
-    A camera slower than its clip: the stamps are then never further from an even rotation than one
-    frame time. Frames dropped at random lead further away.
-    """
-    if not FEWEST_REGULAR <= candidates <= track.duplicate.sum():
-        return False
-    line = np.polynomial.Polynomial.fit(angle.angle_rad, angle.time_s, 1)
-    low, high = np.quantile(angle.time_s - line(angle.angle_rad), (0.01, 0.99))
-    return bool(high - low < angle.frame_s)

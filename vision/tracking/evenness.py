@@ -14,13 +14,9 @@ CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that runs up, sto
 def scatter_rad(track: "PhaseTrack") -> float:
     """Robust sd of the angles about an even rotation with a wave once and twice per turn, rad.
 
-    Of a plate that changes its speed, and is seen well, the noise of a frame.
+    Of a plate that changes its speed, and is seen well, the noise of a frame; infinite where too
+    few frames can be used.
     """
-    return evenness(track)[0]
-
-
-def evenness(track: "PhaseTrack") -> tuple[float, bool]:
-    """``scatter_rad``, and whether the plate keeps its speed."""
     from vision.rate.slow_camera import frame_times
     from vision.rate.unwrap import (
         continuous_angle,
@@ -31,12 +27,12 @@ def evenness(track: "PhaseTrack") -> tuple[float, bool]:
     )
 
     if usable(track).sum() < FEWEST_FRAMES:
-        return np.inf, False
+        return np.inf
     frames = frame_times(track, track.time_s)  # a camera slower than its clip is no uneven plate
     track = frames.track
     angle = continuous_angle(track, frames.time_s, rough_rate(track, frames.time_s))
     history = rate_history(angle)
     rate = history.rate_rad_s
     if np.ptp(rate) > CHANGES * abs(np.median(rate)):
-        return history.phase_noise_rad, False
-    return scatter_about_even(angle), True
+        return history.phase_noise_rad
+    return scatter_about_even(angle)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.drawing import annotated
-from vision.errors import NothingRepeats, RateRefused, Return
+from vision.errors import NothingRepeats, RateRefused
 from vision.geometry import FloatArray, PlateView
 from vision.image_return import ImageReturn, image_return, much_varies
 from vision.numbers import RPM
@@ -41,7 +41,6 @@ class _SmallClip:
     factor: int = 1
     frames: list[Luma] = field(default_factory=list)
     time_s: list[float] = field(default_factory=list)
-    coding: list[int] = field(default_factory=list)
     motion: list[FloatArray] = field(default_factory=list)
     values: list[NDArray[np.uint8]] = field(default_factory=list)
     shown: Frame | None = None
@@ -57,7 +56,6 @@ class _SmallClip:
             self.shown = frame
         small = reduced(frame.luma, self.factor)
         self.time_s.append(frame.time_s)
-        self.coding.append(frame.coding)
         self.motion.append(frame.motion)
         if self.mask is None:
             self.frames.append(small)
@@ -123,8 +121,7 @@ class PictureReturn:
         returns = self.returns
         turns = self.seen or _as_followed(roughly, returns, self.small.factor)
         if turns is None:
-            raise RateRefused(
-                _only_returns(returns), returns=Return(returns.period_s, returns.sd_s))
+            raise RateRefused(_only_returns(returns), returns=returns)
         return _track(self.clip, self.small, self.values, self.pixels, turns, self.notes)
 
 
@@ -220,7 +217,6 @@ def _track(
         phase_rad=np.asarray(np.angle(np.exp(1j * angle))),
         quality=pixels.match,
         duplicate=repeated(np.concatenate([[np.inf], change])),
-        coding=np.array(small.coding).astype(np.uint8),
         thumbnail=values[:, :: max(1, values.shape[1] // THUMBNAIL**2)],
         smear_rad2=pixels.smear_rad2,
         brightness=values.mean(axis=1),

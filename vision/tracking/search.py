@@ -36,18 +36,12 @@ class ClipPass:
     Attributes
     ----------
     colours : bool
-        With chroma, and with the luma reduced to its size.
-    skipped : int
-        Frames before the first stretch that is learned from.
-    attempts : int
-        Stretches in which a plate is looked for.
+        The colours are looked at, and not the brightness.
     camera_moves : bool
         The camera is known to.
     """
 
     colours: bool = False
-    skipped: int = 0
-    attempts: int = ATTEMPTS
     camera_moves: bool = False
 
 
@@ -59,14 +53,14 @@ def learned_plate(
     on_frames: Callable[[int], None],
 ) -> "tuple[PlateModel, Stretch]":
     """The plate, and the frames it was learned from."""
-    from vision.plate.channel import channels
+    from vision.plate.channel import Brightness, axes_of_colour
     from vision.plate.learn import learn
 
     rim = task.rim.view(clip.reduction) if task.rim else None
-    batches, skipped = _from(task.from_s, batches, way.skipped)
+    batches, skipped = _from(task.from_s, batches)
     refusal: RateRefused | None = None
     looked = 0
-    while looked < way.attempts:
+    while looked < ATTEMPTS:
         on_step = partial(on_frames, skipped)
         stretch = next_stretch(batches, skipped, on_step)
         if task.from_s > 0 and len(stretch.frames) < FEWEST and refusal is None:
@@ -81,8 +75,7 @@ def learned_plate(
                 f"rate needs a clip of the turning plate, at best a minute long."
             )
         stretch = stretch.with_fields().steadied(camera_moves=way.camera_moves)
-        # The brightness of the first stretch was looked at before the clip was read with colours.
-        seen = channels(stretch.frames, brightness=not way.colours or stretch.skipped > 0)
+        seen = axes_of_colour(stretch.frames) if way.colours else [Brightness()]
         try:
             plate = learn(task.path.name, stretch.frames, seen, rim, on_step,
                           camera_stands=stretch.around is not None)
@@ -90,7 +83,7 @@ def learned_plate(
         except RateRefused as error:
             refusal = more_telling(refusal, error)
             skipped += stretch.read
-            looked += way.attempts == 1 or not isinstance(error, NothingMoves)
+            looked += not isinstance(error, NothingMoves)
     raise refusal or UnreadableVideo(
         f"{task.path}: the file has a video stream, but not one frame could be decoded; copy it "
         f"from the camera again or convert it to H.264."
@@ -98,20 +91,13 @@ def learned_plate(
 
 
 def _from(
-    from_s: float, batches: Iterator[list[Frame]], skipped: int
+    from_s: float, batches: Iterator[list[Frame]]
 ) -> tuple[Iterator[list[Frame]], int]:
     """What follows a time of the clip, and how many frames come before."""
+    skipped = 0
     for batch in batches:
         later = [frame for frame in batch if frame.time_s >= from_s]
         skipped += len(batch) - len(later)
         if later:
             return chain([later], batches), skipped
     return batches, skipped
-
-
-def frames_after(skipped: int, clip: ClipReader) -> Iterator[list[Frame]]:
-    """The frames of a clip after the first ones."""
-    for batch in clip:
-        if skipped < len(batch):
-            yield batch[skipped:]
-        skipped = max(0, skipped - len(batch))

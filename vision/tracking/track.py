@@ -2,14 +2,12 @@
 
 The first frames are kept until the plate has been found and learned from them; they and all that
 follow are then measured as they come, so that memory does not grow with the clip. Where no plate is
-in the brightness of the first frames, the clip is read with its colours (unless glimpses of it show
-that nothing moves), and colours and brightness of one stretch after the other are looked at; a
-plate in a later brightness is then tracked from there. Where a camera is so fast that the frames of
-a turn are too many to keep, some of them are learned from and the clip is read again; and where the
-camera is seen to move after that, it is read again with its motion taken out.
+in the brightness of one stretch of frames after the other, the clip is read with its colours
+(unless glimpses of them show that nothing moves). Where a camera is so fast that the frames of a
+turn are too many to keep, some of them are learned from; then, where the plate was found late, and
+where the camera is seen to move after that, the clip is read again.
 """
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import reduce
@@ -28,7 +26,7 @@ from vision.errors import (
 from vision.geometry import PlateOverride
 from vision.tracking.evenness import scatter_rad
 from vision.tracking.glimpses import nothing_moves
-from vision.tracking.search import ClipPass, ClipTask, frames_after, learned_plate
+from vision.tracking.search import ClipPass, ClipTask, learned_plate
 from vision.tracking.stretch import Stretch, next_stretch
 from vision.video.reader import BATCH, ClipReader, Frame
 
@@ -100,7 +98,7 @@ def track_phase(
     """
     cv2.setNumThreads(1)  # the other cores decode
     task = ClipTask(Path(path), plate, from_s, on_progress)
-    by_luma = _track_or_refusal(task, ClipPass(attempts=1))
+    by_luma = _track_or_refusal(task, ClipPass())
     if _good(by_luma):
         return by_luma
     if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
@@ -143,7 +141,7 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
 def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
     """What to do where the picture returns, and no plate is seen."""
     assert refusal.returns is not None
-    rate = 2 * math.pi / refusal.returns.period_s
+    rate = refusal.returns.rate_rad_s
     sd = rate * refusal.returns.sd_s / refusal.returns.period_s
     return RateRefused(
         f"{name}: {refusal}. Film the whole plate from above, with one bold mark near its rim; "
@@ -219,20 +217,17 @@ def _tracked(task: ClipTask, way: ClipPass) -> "PhaseTrack":
 
         from vision.tracking.frame_measurement import FrameMeasurements  # while frames are decoded
 
-        batches = frames_after(way.skipped, clip)
+        batches = iter(clip)
         plate, stretch = learned_plate(task, way, clip, batches, on_frames)
         shown = len(stretch.frames) // 2
         measurements = FrameMeasurements(
             plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride, stretch.around)
-        later_by_luma = way.colours and plate.by_brightness
         from_the_first = stretch.stride == 1 and stretch.skipped == 0
-        if from_the_first and not later_by_luma:
+        if from_the_first:
             rest = _chain(stretch.frames, stretch.prepared(batches))
             track = _measured(measurements, clip, rest, stretch, on_frames)
         else:
             stretch.frames.clear()
-    if later_by_luma:
-        return _tracked(task, ClipPass(skipped=stretch.skipped, attempts=1))
     if not from_the_first:  # what was learned late is measured in all frames
         with ClipReader(task.path, colours=way.colours) as clip:
             track = _measured(measurements, clip, stretch.prepared(iter(clip)), stretch, on_frames)

@@ -27,7 +27,7 @@ def _of_run(outcome: Outcome, setting: str, places: IntArray) -> Iterator[Json |
         elif len(rate.annotated) == 1:
             yield {"rate": setting}
         else:
-            from vision.thumbnail import thumbnail  # OpenCV, which other pages do not need
+            from vision.drawing import thumbnail  # OpenCV, which other pages do not need
 
             picture = base64.b64encode(thumbnail(rate.annotated[place])).decode()
             yield {"rate": setting, "clip": rate.sources[place],

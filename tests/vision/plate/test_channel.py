@@ -10,7 +10,7 @@ import pytest
 from vision.errors import RateRefused
 from vision.geometry import PlateOverride, PlateView
 from vision.phase_track import PhaseTrack
-from vision.plate.channel import Brightness, ChromaAxis, channels
+from vision.plate.channel import ChromaAxis, axes_of_colour
 from vision.rate.measure import RateMeasurement, measure_rate
 from vision.tracking.track import track_phase
 from vision.video.reader import NO_CHROMA, ClipReader, Frame
@@ -123,8 +123,6 @@ def test_a_clip_gives_chroma_only_when_asked(clip: Path) -> None:
     assert plain.luma.shape == (240, 320)
     assert coloured.luma.shape == (120, 160)
     assert coloured.chroma.shape == (120, 160, 2)
-    assert channels([plain], brightness=True) == [Brightness()]
-    assert isinstance(channels([coloured], brightness=True)[0], Brightness)
 
 
 def frame(luma: Image, cr: Image, cb: Image) -> Frame:
@@ -141,7 +139,7 @@ def test_the_axes_of_colour_are_those_along_which_it_changes() -> None:
         cr[5:12, x : x + 8] += 30
         cb[5:12, x : x + 8] -= 40
         frames.append(frame(luma, cr.astype(np.uint8), cb.astype(np.uint8)))
-    first = channels(frames, brightness=False)[0]
+    first = axes_of_colour(frames)[0]
     assert isinstance(first, ChromaAxis)
     assert (first.cr, first.cb) == pytest.approx((-0.6, 0.8), abs=0.02)
     image = first(frames[7]).astype(float)
@@ -153,7 +151,7 @@ def test_the_axes_of_colour_are_those_along_which_it_changes() -> None:
 
 def test_what_has_no_colour_has_no_axis() -> None:
     grey = np.full((30, 40), 128, np.uint8)
-    assert channels([frame(grey, grey, grey)] * 20, brightness=False) == []
+    assert axes_of_colour([frame(grey, grey, grey)] * 20) == []
 
 
 def test_less_than_a_turn_in_the_brightness_does_not_hide_a_mark_of_colour(
