@@ -55,7 +55,7 @@ def as_the_verdict_says(base: Fit) -> tuple[str, Fit]:
         said = diagnose(now)
         effects = single_effects(now) | {
             name: EFFECTS[name] for name in said.addable if EFFECTS[name].acts_on == "noise"}
-        known = [name for name in said.addable if name in effects]
+        known = [name for name in (*said.addable, *said.names) if name in effects]
         if not known:
             break
         try:

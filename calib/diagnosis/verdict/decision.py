@@ -18,7 +18,7 @@ from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.verdict.credible import is_credible
-from calib.diagnosis.verdict.kinds_of_noise import kinds_of_noise
+from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
@@ -229,19 +229,15 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     lead, something = posterior.lead, 1 - posterior.nothing
     least = CONSTANTS.sure * something
     members = [posterior.hypotheses[j] for j in lead.members]
-    drawn = [each for each in posterior.classes
-             if each.kind == "drawn" and each.probability >= CONSTANTS.sure]
+    drawn = kinds_in_a_class(posterior)
     if drawn:
-        details = tuple(h.detail for h in members if h.name == drawn[0].name)
-        return _noise(posterior, drawn[0].members, details)
+        return _noise(posterior, drawn)
     noises = posterior.noise + sum(
         posterior.mass(e) for e in posterior.entries
         if e.members and all(posterior.hypotheses[j].kind == "drawn" for j in e.members))
     if noises >= least:
         first = next((h for h in members if h.kind == "drawn"), None)
-        if first is None:
-            return _noise(posterior, kinds_of_noise(posterior.base), ())
-        return _noise(posterior, (first.name,), (first.detail,))
+        return _noise(posterior, (first.name,) if first else kinds_of_noise(posterior.base))
     unnamed = [h for h in members if h.kind != "listed" or h.is_placed]
     if not unnamed:
         return None
@@ -258,25 +254,31 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
                 beside=tuple(each for each in _open(posterior) if each.name in courses),
                 share=share, explains=explains,
             )
-    if mass < least:
+    if mass < least or first.kind == "listed":  # a step without which poses are predicted better
         return None
     if first.kind == "drawn":
-        return _noise(posterior, (first.name,), details)
+        return _noise(posterior, (first.name,))
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
     if first.kind == "unknown" and not _predicts(posterior):
-        return _noise(posterior, kinds_of_noise(posterior.base), ())
+        return _noise(posterior, kinds_of_noise(posterior.base))
     return Verdict(
         Code.UNKNOWN, first.subject, details=details,
         beside=_beside(posterior, posterior.classes), share=share, explains=explains,
     )
 
 
-def _noise(posterior: Posterior, group: tuple[str, ...], details: tuple[str, ...]) -> Verdict:
+def _noise(posterior: Posterior, group: tuple[str, ...]) -> Verdict:
     """The verdict on noise: ``group`` are the kinds of it that look the same, the first its name.
+
+    A wander of few poses may be noise that is the same at all times.
     """
-    return Verdict(Code.NOISE, next(iter(group), None), group=group, details=details,
+    group = told_apart(posterior.base, group)
+    name = next(iter(group), None)
+    lead = [posterior.hypotheses[j] for j in posterior.lead.members]
+    known = [h.detail for h in (*lead, *posterior.first.values()) if h.name == name]
+    return Verdict(Code.NOISE, name, group=group, details=tuple(known[:1]),
                    beside=_open(posterior))
 
 

@@ -1,23 +1,29 @@
-"""Which kind of noise a residual without any shape is, by the likelihood of each at its size."""
+"""Which kind of noise a residual without any shape is, by the evidence of each."""
 
 import numpy as np
 
+from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.courses import WANDER_SPANS
+from calib.diagnosis.search.posterior import Posterior
 from calib.effects.catalogue import find_effect
-from calib.fit.least_squares.drawn_sizes import log_densities
+from calib.fit.least_squares.drawn_sizes import log_evidences
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import tests_the_model
+from calib.fit.least_squares.widened import times_apart
 
 SHAPELESS = ("extra_noise", "pose_scatter")
 """Effects that noise without any shape can be, the first where these poses tell none apart. Fact:
 the sds of the poses are too small by a factor, or by what differs between the poses."""
 
+WANDER = "bias_wander"  #: noise that poses near in time have in common
+
 TOLD_APART = 3.0
-"""Difference of log likelihoods from which one kind of noise is told from another. Derived: 20 to
+"""Difference of log evidences from which one kind of noise is told from another. Derived: 20 to
 1."""
 
 
 def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
-    """The likeliest of ``SHAPELESS`` and what looks the same in these poses; none in a model twice.
+    """The likeliest kind of noise and what looks the same in these poses; none in a model twice.
 
     Parameters
     ----------
@@ -28,11 +34,35 @@ def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     tuple of str
         Empty where the sds of the poses say nothing of the model, or all are in it.
     """
-    kinds = [find_effect(each) for each in SHAPELESS if each not in fit.model.names]
+    apart = times_apart(fit.poses)
+    in_time = (WANDER,) if apart[np.isfinite(apart)].any() else ()
+    kinds = [each for each in (*SHAPELESS, *in_time) if each not in fit.model.names]
     if not kinds or not tests_the_model(fit.poses):
         return ()
-    density = log_densities(fit, kinds)
-    alike = density > density.max() - TOLD_APART
-    first = 0 if alike[0] else int(np.argmax(density))
-    others = (each.name for each, same in zip(kinds, alike, strict=True) if same)
-    return tuple(dict.fromkeys((kinds[first].name, *others)))
+    evidence = dict(zip(kinds, log_evidences(
+        fit, [find_effect(each) for each in kinds], WANDER_SPANS), strict=True))
+    alike = [each for each in kinds if evidence[each] > max(evidence.values()) - TOLD_APART]
+    first = max(kinds, key=lambda each: evidence[each])
+    if first in SHAPELESS:  # between these two a small difference says nothing
+        first = next(each for each in alike if each in SHAPELESS)
+    return tuple(dict.fromkeys((first, *alike)))
+
+
+def kinds_in_a_class(posterior: Posterior) -> tuple[str, ...]:
+    """The members of a likely class that is drawn, or of a step that a wander replaces.
+
+    What is drawn comes first: the step could be named, if poses without it were predicted worse.
+    """
+    for each in posterior.classes:
+        first = posterior.first[each.name]
+        members = sorted(each.members, key=lambda name: posterior.first[name].kind != "drawn")
+        if (each.probability >= CONSTANTS.sure and (first.kind == "drawn" or first.is_placed)
+                and posterior.first[members[0]].kind == "drawn"):
+            return tuple(members)
+    return ()
+
+
+def told_apart(fit: Fit, group: tuple[str, ...]) -> tuple[str, ...]:
+    """The kinds of ``group``, behind the kind of noise that is likelier than a wander in it."""
+    kinds = kinds_of_noise(fit) if WANDER in group else ()
+    return group if not kinds or kinds[0] == WANDER else tuple(dict.fromkeys((*kinds, *group)))

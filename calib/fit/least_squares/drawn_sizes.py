@@ -33,6 +33,10 @@ Numerical: the variance of a row changes by 1e-4."""
 LARGEST_LOG = float(np.log(1e5))  #: logarithm of the largest, so counted; numerical limit
 FIRST_SHARE = 0.2  #: part of the session at which a correlation time begins; numerical
 DIFFERENCE = 0.05  #: step of a logarithm, for the curvature of the likelihood; numerical
+SIZES = 2.0 ** np.arange(8)
+"""Sizes over which an evidence is averaged, of that which makes one sd in a typical row.
+Numerical."""
+
 START_SHARES = (1.0, 0.1)  #: parts of the misfit at which every size begins; numerical
 
 
@@ -182,12 +186,24 @@ def _largest_of_one_sd(
     return float(np.exp(LARGEST_LOG))
 
 
-def log_densities(fit: Fit, effects: Sequence[Effect]) -> FloatArray:
-    """Log likelihoods (m,), no unit, of each of ``effects`` alone at its likeliest size.
+def log_evidences(
+    fit: Fit, effects: Sequence[Effect], spans: Sequence[float]
+) -> FloatArray:
+    """Log evidence (m,), no unit, of each of ``effects`` alone, averaged over its sizes.
+
+    What is drawn in time has the correlation times ``spans`` of the session, as likely as each
+    other: at its likeliest one a wander explains any noise, since the shortest is noise.
     """
-    return np.array([
-        likeliest(Likelihood.about(fit, (effect,)), (effect,), [_first_shape(effect, fit.poses)])[1]
-        for effect in effects])
+    length_s = _length_s(fit.poses)
+    values = []
+    for effect in effects:
+        likelihood = Likelihood.about(fit, (effect,))
+        shapes = [span * length_s for span in spans] if effect.drawn == "in_time" else [1.0]
+        unit = float(likelihood.units(shapes[:1])[0])
+        values.append(np.logaddexp.reduce([
+            likelihood.log_density([unit * size], [shape]) for shape in shapes for size in SIZES
+        ]) - np.log(len(shapes)))
+    return np.array(values)
 
 
 def fit_with_drawn(

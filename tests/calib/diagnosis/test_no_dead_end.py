@@ -24,7 +24,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.pose_set import PoseSet
-from tests.calib.made_poses import noisy, rich_poses, walk
+from tests.calib.made_poses import made_poses, noisy, rich_poses, walk
 
 
 def sound(seed: int) -> PoseSet:
@@ -87,6 +87,21 @@ def test_what_has_no_formula_has_a_name_that_can_be_added(
         settled += diagnose(after).verdict == "nothing_missing"
     assert right >= 3
     assert settled >= 3
+
+
+def test_noise_of_few_poses_is_told_from_a_wander_by_the_order_of_time() -> None:
+    """26 hand-laid poses: one of any correlation time is noise as well, the slow ones are not."""
+    said: dict[str, list[str | None]] = {"noise": [], "wander": []}
+    for seed in range(10):
+        random = np.random.default_rng([seed, 8])
+        poses = noisy(made_poses("accelerometer", (0.0,), corners=True, seed=seed), seed)
+        for kind, course in (("noise", random.normal(size=poses.sd.shape)),
+                             ("wander", walk(poses.time_s, random))):
+            spoilt_ones = replace(poses, reading=poses.reading + 5 * poses.sd * course)
+            said[kind].append(diagnose(fit(spoilt_ones, Model.of(BASE))).name)
+    assert said["noise"].count("extra_noise") >= 7
+    assert said["noise"].count("bias_wander") <= 2
+    assert said["wander"].count("extra_noise") <= 2
 
 
 def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
