@@ -144,9 +144,9 @@ def _renaming(names: Sequence[str], triad: Triad) -> str:
 
 def _numbers(name: str, values: Any) -> FloatArray:
     raw = np.asarray(values) if np.ndim(values) == 1 else np.zeros(())
-    if raw.ndim != 1 or raw.dtype.kind in "mM":
-        raise UnusableLog(f"table: column {name} is no list of numbers. Of dates and times make "
-                          f"seconds first; a value for each row is expected.")
+    if raw.ndim != 1 or raw.dtype.kind in "mMc":
+        raise UnusableLog(f"table: column {name} is no list of real numbers. Of dates and times "
+                          f"make seconds first; a value for each row is expected.")
     try:
         return np.asarray(raw, dtype=float)
     except (TypeError, ValueError) as error:
@@ -242,7 +242,9 @@ def _require_si(
 ) -> None:
     """Refuse readings whose typical length is the reference in another unit than SI's."""
     readings = np.column_stack([columns[name] for name in triad_columns(triad)])
-    typical = float(np.nanmedian(np.linalg.norm(readings, axis=1))) if len(readings) else np.nan
+    length = np.linalg.norm(readings, axis=1)
+    length = length[np.isfinite(length)]
+    typical = float(np.median(length)) if len(length) else np.nan
     ratio = typical / magnitude
     if not np.isfinite(ratio) or 1 / FAR < ratio < FAR:
         return

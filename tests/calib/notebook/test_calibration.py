@@ -195,7 +195,9 @@ def test_an_argument_of_a_wrong_kind_is_named(name: str, value: object) -> None:
 @pytest.mark.parametrize(("changed", "words"), [
     ({"samples": -1.0}, "column samples has -1"), ({"samples": 0.0}, "column samples has 0"),
     ({"sd_acc_x": np.nan}, "column sd_acc_x has nan"),
-    ({"time_s": pandas.Timestamp("2020-01-01")}, "column time_s is no list of numbers"),
+    ({"time_s": pandas.Timestamp("2020-01-01")}, "column time_s is no list of real numbers"),
+    ({"acc_x": 1j}, "column acc_x is no list of real numbers"),
+    ({"acc_x": np.nan}, "has no number in row 1"),
 ])
 def test_a_column_of_a_wrong_kind_is_named(changed: dict[str, object], words: str) -> None:
     with pytest.raises(UnusableLog, match=words):
