@@ -17,20 +17,19 @@ import numpy as np
 from calib.errors import CalibrationError
 from tests.calib.diagnosis.disturbed import WORLDS, deviations
 
-FRESH = 61_000  #: first seed
-
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=60)
+    parser.add_argument("--first", type=int, default=61_000, help="the first seed")
     parser.add_argument("--worlds", nargs="*", choices=WORLDS, default=WORLDS)
     asked = parser.parse_args()
     print("world        refused  z rms by the Birge ratio  averaged  within 1, 2, 3 sd")
     for world in asked.worlds:
         z, refused = [], 0
-        for seed in range(FRESH, FRESH + asked.seeds):
+        for seed in range(asked.first, asked.first + asked.seeds):
             try:
                 z.append(deviations(world, seed))
             except CalibrationError:

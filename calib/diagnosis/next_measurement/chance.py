@@ -97,7 +97,7 @@ def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
         is_named = density[i + 1] - total >= np.log(CONSTANTS.sure)
         for j, signatures in enumerate(shapes):
             if j != i:
-                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_offered)
+                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_listed)
                 if any(are_aliases(a, b) for a in shapes[i] for b in signatures):
                     is_named &= density[j + 1] < density[i + 1] - CONSTANTS.negligible
         named.append(float(np.mean(is_named)))

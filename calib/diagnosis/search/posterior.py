@@ -182,7 +182,8 @@ class Posterior:
                 if first[mine].in_catalogue and first[theirs].in_catalogue:
                     weight[mine, theirs] = weight.get((mine, theirs), 0.0) + mass
         rivals = {name: {theirs for (mine, theirs), mass in weight.items()
-                         if mine == name and mass >= CONSTANTS.least_offered} for name in lead}
+                         if mine == name and mass >= _least_of_rivals(first[mine], first[theirs])}
+                  for name in lead}
         classes = []
         for j in self.lead.members:
             name = self.hypotheses[j].name
@@ -264,3 +265,14 @@ class Posterior:
             if told:
                 return told
         return ()
+
+
+def _least_of_rivals(a: Hypothesis, b: Hypothesis) -> float:
+    """Probability from which one in the place of the other is of its class.
+
+    What happened once looks a little like anything at some time, but for what is drawn: a course
+    of chance holds any step.
+    """
+    if "drawn" not in (a.kind, b.kind) and (a.is_placed or b.is_placed):
+        return CONSTANTS.least_offered
+    return CONSTANTS.least_listed
