@@ -9,6 +9,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, TRIADS
 from pipeline.config.types import STOPPED
 from pipeline.guess.checked import CheckedConfig
+from pipeline.guess.clocks import EPOCH_S
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
@@ -74,8 +75,10 @@ def guessed_table(table: TableGuess) -> list[str]:
 
 
 def _cell(value: float) -> str:
-    """A number of a log; stamps in nanoseconds keep all their digits."""
-    return f"{value:.0f}" if float(value).is_integer() else f"{value:.10g}"
+    """A number of a log; stamps since 1970 keep their milliseconds."""
+    if float(value).is_integer():
+        return f"{value:.0f}"
+    return f"{value:.3f}" if abs(value) > EPOCH_S[0] else f"{value:.10g}"
 
 
 def _names(columns: Sequence[str]) -> str:

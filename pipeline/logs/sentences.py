@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from calib.poses.imu_log import AXES
+from pipeline.logs.columns import TIME
 from pipeline.logs.dialect import DELIMITERS, dialect_of, local_date_seconds, seconds_of
 from pipeline.logs.header_words import spelled_unit
 
@@ -19,7 +20,7 @@ FEWEST = 3  #: numbers of a row: a triad
 #: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
 DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:\.\d++|,\d{3}(?![\d.,]))?"
-SLOT = re.compile(rf"(?<![\w.:])(?:{DAY}(?![\w:])|{NUMBER})")
+SLOT = re.compile(rf"(?<![\w.:^])(?:{DAY}(?![\w:])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|"
@@ -40,8 +41,9 @@ def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | Non
     rows = [",".join(slot.replace(",", ".") for slot in SLOT.findall(COLOURS.sub("", line)))
             if _text(line) == text else f"# {line}" for line in lines]
     first = next(i for i, row in enumerate(rows) if not row.startswith("# "))
+    clock = TIME if ":" in rows[first].split(",")[0] else ""
     above = next((line for line in reversed(lines[:first]) if line.strip()), "")
-    names = _names_of_header(text, above) or _names_of_text(text)
+    names = _names_of_header(text, above) or _names_of_text(text, clock)
     if names:
         rows[max(first - 1, 0)] = ",".join(names)
     return rows
@@ -78,16 +80,23 @@ def _names_of_header(text: str, above: str) -> list[str]:
     return named
 
 
-def _names_of_text(text: str) -> list[str]:
-    """Names by the words before the numbers; a number without any goes on with the last name."""
+def _names_of_text(text: str, first: str) -> list[str]:
+    """Names by the words before the numbers; a number without any goes on with the last name.
+
+    ``first`` is the name of a first number without any.
+    """
     labels: list[str] = []
+    units: dict[int, str] = {}
     for part in text.split(MARK)[:-1]:
         words = re.split(r"[,;|]", part)[-1].replace(":", " ").strip(AROUND)
-        words = " ".join(words.split())
-        words = "" if spelled_unit(words) and labels else words
+        behind, _, others = " ".join(words.split()).partition(" ")
+        if labels and spelled_unit(behind.strip(AROUND)):
+            units[len(labels) - 1] = behind.strip(AROUND)
+            words = others
         if words.lower() in AXES and labels and labels[-1][-1:].lower() in AXES:
             words = f"{labels[-1][:-1]}{words}"
         labels.append(words if any(map(str.isalpha, words)) else "")
+    labels[0] = labels[0] or first
     groups: list[list[str]] = []
     for is_named, run in groupby(labels, key=bool):
         several = list(run)
@@ -95,8 +104,12 @@ def _names_of_text(text: str) -> list[str]:
             groups += [[label] for label in several]
         else:
             groups[-1] += several
-    return [name for group in groups for name in
-            (group if len(group) == 1 else _spread(group[0], len(group)))]
+    named: list[str] = []
+    for group in groups:
+        unit = units.get(len(named) + len(group) - 1)
+        names = group if len(group) == 1 else _spread(group[0], len(group))
+        named += [f"{name} ({unit})" if unit and name else name for name in names]
+    return named
 
 
 def _spread(name: str, count: int) -> list[str]:

@@ -16,6 +16,7 @@ from pipeline.logs.memory import largest_text, too_large
 
 REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
+UNIT_BEHIND = re.compile(r"[\[(].*")  #: in brackets, which any code page has
 CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
 """Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first."""
 GZIP_MAGIC = b"\x1f\x8b"
@@ -107,7 +108,7 @@ def _in_code_page(data: bytes) -> str:
 
     def known(page: str) -> int:
         names = head.decode(page, "ignore").splitlines()
-        return max((sum(read_name(cell).quantity != "" for cell in split_cells(
+        return max((sum(read_name(UNIT_BEHIND.sub("", cell)).quantity != "" for cell in split_cells(
             line, delimiter_of(line))) for line in names), default=0)
     return data.decode(max(CODE_PAGES, key=known), "replace")
 

@@ -1,12 +1,14 @@
-"""JSON lines, one object per sample, and a list of such objects."""
+"""JSON lines, one object per sample, a list of such objects, in an object or not, and columns."""
 
 import json
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from calib.poses.imu_log import AXES
 from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
@@ -24,8 +26,8 @@ def tables(path: Path) -> list[FileTable]:
 
 
 def _samples(path: Path, text: str) -> Iterator[Any]:
-    if text.lstrip().startswith("["):
-        yield from json.loads(text)
+    with suppress(json.JSONDecodeError):
+        yield from _rows(json.loads(text))
         return
     for number, line in enumerate(text.splitlines(), 1):
         try:
@@ -47,6 +49,21 @@ def _is_whole(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def _rows(value: Any) -> Iterator[Any]:
+    """The samples in a value: of a list, of the longest list in an object, or of its columns."""
+    lists = [inner for inner in value.values() if isinstance(inner, list)] if isinstance(
+        value, dict) else []
+    columns = [inner for inner in lists if inner and not isinstance(inner[0], dict | list)]
+    if len(columns) >= len(AXES) and len({*map(len, columns)}) == 1:
+        names = [name for name, inner in value.items() if any(inner is one for one in columns)]
+        yield from (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
+    elif isinstance(value, dict):
+        longest = max(lists, key=len, default=[])
+        yield from longest if longest and isinstance(longest[0], dict | list) else [value]
+    else:
+        yield from value
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:

@@ -24,6 +24,14 @@ def idf_monitor(folder: Path, log: HandLog) -> Foreign:
                    1 / G, 1 / DEG)
 
 
+def python_logging(folder: Path, log: HandLog) -> Foreign:
+    """A date with a decimal comma in front, and units behind the vectors."""
+    rows = [f"2026-03-04 14:05:{t:06.3f}".replace(".", ",") + " INFO imu: accel=({}, {}, {}) m/s^2 "
+            "gyro=({}, {}, {}) rad/s".format(*row)
+            for t, (_, *row) in zip(log.time_s, si_rows(log), strict=True)]
+    return Foreign([write_lines(folder / "run.log", ["INFO main: started", *rows])])
+
+
 def vectors(folder: Path, log: HandLog) -> Foreign:
     """Cells that hold the three axes, as pandas writes arrays."""
     rows = [f'{t:.3f},"[{a[0]:.5f}, {a[1]:.5f}, {a[2]:.5f}]","[{w[0]:.6f}, {w[1]:.6f}, {w[2]:.6f}]"'
@@ -65,6 +73,30 @@ def browser(folder: Path, log: HandLog) -> Foreign:
          "rotationRate": dict(zip(("alpha", "beta", "gamma"), w / DEG, strict=True))}
         for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]))
     return Foreign([path], 1.0, 1 / DEG)
+
+
+def wrapped_json(folder: Path, log: HandLog) -> Foreign:
+    """An object that holds the list of samples among other things."""
+    samples = [{"t": t, "a": list(a), "g": list(w)}
+               for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
+    path = folder / "export.json"
+    path.write_text(json.dumps({"device": "phone", "tags": [1, 2], "samples": samples}))
+    return Foreign([path])
+
+
+def columns_of_json(folder: Path, log: HandLog) -> Foreign:
+    names = ("time", "ax", "ay", "az", "gx", "gy", "gz")
+    columns = np.column_stack([log.time_s, log.acc, log.gyr]).T.tolist()
+    path = folder / "columns.json"
+    path.write_text(json.dumps(dict(zip(names, columns, strict=True)), indent=1))
+    return Foreign([path])
+
+
+def japanese(folder: Path, log: HandLog) -> Foreign:
+    head = "時刻[s],加速度X[G],加速度Y[G],加速度Z[G],角速度X,角速度Y,角速度Z"
+    rows = [",".join(f"{v:.5f}" for v in (t, *a, *w))
+            for t, a, w in zip(log.time_s, log.acc / G, log.gyr / DEG, strict=True)]
+    return Foreign([write_lines(folder / "sensor.csv", [head, *rows], "shift_jis")], 1 / G, 1 / DEG)
 
 
 def aerospace(folder: Path, log: HandLog) -> Foreign:
@@ -176,8 +208,9 @@ def thousands(folder: Path, log: HandLog) -> Foreign:
 
 SENTENCES: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
-        idf_monitor, vectors, units_in_cells, nmea, witmotion_chinese, browser, aerospace,
-        slow_gyroscope, ros2_csv, parts, bno055, whole_seconds, numbered_axes, g_force, arrow, xml,
+        idf_monitor, python_logging, wrapped_json, columns_of_json, japanese, vectors,
+        units_in_cells, nmea, witmotion_chinese, browser, aerospace, slow_gyroscope,
+        ros2_csv, parts, bno055, whole_seconds, numbered_axes, g_force, arrow, xml,
         two_chips)
 }
 SENTENCES_REFUSED = {
