@@ -20,15 +20,20 @@ LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common us
 
 
 def may_never_end(path: Path) -> bool:
-    """Whether ``path`` is a pipe, a socket or a device: reading it may wait for ever, or not end.
+    """Whether reading ``path`` may wait for ever, or not end: a pipe, a socket, a device.
+
+    What the kernel shows as a file of no length (``/proc/kmsg``) counts as a device.
 
     Raises
     ------
     OSError
         It is missing, or cannot be looked at.
     """
-    mode = path.stat().st_mode
-    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+    status = path.stat()
+    if stat.S_ISDIR(status.st_mode):
+        return False
+    of_kernel = status.st_size == 0 and path.resolve().is_relative_to("/proc")
+    return of_kernel or not stat.S_ISREG(status.st_mode)
 
 
 def encoded_text(content: str | bytes) -> bytes:
