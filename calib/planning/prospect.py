@@ -188,27 +188,19 @@ def _wedge_poses(fitted: Fit) -> PoseSet:
     first = poses.run[turning[0]] if turning.size else poses.run[0]
     like = np.array([run == first for run in poses.run])
     at = int(np.flatnonzero(like)[0])
-    take = np.full(len(WEDGE), at)
     sign = float(np.sign(poses.spin_rad_s[at]) or 1.0) if poses.triad == "gyroscope" else 1.0
-    reference = poses.reference
     matrix = fitted.equations.start.matrix  # from the data sheet's units to true ones
     typical_sd = np.sqrt(np.median(poses.sd[like] ** 2, axis=0) @ (matrix**2).T)
     return replace(
-        poses,
+        replace(poses, ring=None).take(np.full(len(WEDGE), at)),
         label=tuple(f"wedge {i + 1}" for i in range(len(WEDGE))),
-        run=(first,) * len(WEDGE),
-        reading=sign * reference.magnitude[at] * WEDGE,
+        reading=sign * poses.reference.magnitude[at] * WEDGE,
         sd=np.tile(typical_sd, (len(WEDGE), 1)),
         force=np.linalg.norm(poses.force[at]) * WEDGE,
-        vibration=poses.vibration[take],
-        spin_rad_s=poses.spin_rad_s[take],
         time_s=np.arange(len(WEDGE), dtype=float),
-        expected=poses.expected[take],
-        reference=reference.take(take),
-        columns={name: values[take] for name, values in poses.columns.items()},
         other_reading=None,
         run_time_s=None,
-        ring=None,
+        up=None, up_sd_rad=None,
     )
 
 

@@ -177,7 +177,7 @@ class PoseSet:
         previous = np.where(remembers[:, None], sensed[before], 0.0)
         return Conditions(
             vector=vector,
-            magnitude=self.reference.magnitude,
+            magnitude=(self.ring.whole if self.ring else np.asarray)(self.reference.magnitude),
             force=self.force,
             spin_rad_s=self.spin_rad_s,
             time_s=self.time_s,

@@ -178,11 +178,8 @@ def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
 def reference_columns(fit: Fit | FittedSets, effect: Effect) -> FloatArray:
     """Whitened columns (..., d, k) of an effect on the reference."""
     equations, lead = fit.equations, fit.rows.residual.shape[:-1]
-    errors = evaluate_for(lead, effect, equations.conditions(fit.rows.vector), {})
-    turning = errors[..., equations.magnitude, :] / equations.magnitude_sd[..., None]
-    columns = np.zeros((*lead, equations.data_count, turning.shape[-1]))
-    columns[..., : turning.shape[-2], :] = turning
-    return columns
+    return equations.of_reference(
+        evaluate_for(lead, effect, equations.conditions(fit.rows.vector), {}))
 
 
 def vector_columns(fit: Fit | FittedSets, vectors: FloatArray) -> FloatArray:
@@ -208,7 +205,7 @@ def is_rounding(fit: Fit | FittedSets, shown: FloatArray, whole: FloatArray) -> 
     whole : array, shape (..., k)
         Sum of the squares of the vectors' errors, SI.
     """
-    typical = fit.equations.typical_sd[..., None]
+    typical = np.median(fit.equations.row_sd, axis=-1)[..., None]
     return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / typical)
 
 

@@ -2,7 +2,7 @@
 
     initial_estimate (the ellipsoid) ─ whitening (order, sds): what the poses decide ─┐
     surroundings (what effects are evaluated on) ─ model_terms: what the model decides ┤
-    sensitive_axes ─ vector_derivatives ────────────────────── residuals (Equations) ─┤
+    sensitive_axes ─ vector_derivatives ─ wave_rows ─ reference_errors ─ residuals (Equations) ─┤
                                      whitened_rows (at one estimate) ─ shape_derivatives ─ problem
 
 One more kind of row is a residual and the directions in which it sees the vectors: it is joined to

@@ -27,6 +27,7 @@ from calib.fit.rows.axis_rows import AxisRows
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.rows.model_terms import ModelTerms
 from calib.fit.rows.readings import Readings
+from calib.fit.rows.reference_errors import whitened_references
 from calib.fit.rows.sensitive_axes import Shapes, axes_of, evaluate_for
 from calib.fit.rows.surroundings import Surroundings
 from calib.fit.rows.wave_rows import WaveRows
@@ -201,11 +202,6 @@ class Equations(Stacked):
         more = [each.row_sd for each in (self.axis, self.waves) if each]
         return np.concatenate([self.whitening.row_sd, *more], axis=-1)
 
-    @cached_property
-    def typical_sd(self) -> FloatArray:
-        """Median of :attr:`row_sd`, SI, (...,)."""
-        return np.asarray(np.median(self.row_sd, axis=-1))
-
     def conditions(self, vector: FloatArray) -> Conditions:
         """What effects are evaluated on at the corrected vectors (..., n, 3), SI."""
         return self.surroundings.conditions(vector)
@@ -234,12 +230,10 @@ class Equations(Stacked):
         of_rows = vectors[..., self.row_pose, :, :]
         return np.asarray(np.einsum("...di,...dik->...dk", directions, of_rows))
 
-    def reference_columns(self, shapes: Shapes) -> FloatArray:
-        """Whitened errors (..., k, p'') of the magnitude rows by the effects on the reference."""
-        lead = self.magnitude_sd.shape[:-1]
-        errors = [evaluate_for(lead, effect, self.at_reading, shapes)[..., self.magnitude, :]
-                  for effect in self.terms.on_reference]
-        return np.asarray(np.concatenate(errors, axis=-1) / self.magnitude_sd[..., None])
+    def of_reference(self, errors: FloatArray) -> FloatArray:
+        """What errors (..., n, k) of the references leave in the rows, whitened, (..., d, k)."""
+        return whitened_references(self.whitening, self.waves, self.data_count,
+                                   self.at_reading.magnitude, errors)
 
     def rows(self, theta: FloatArray, eta: FloatArray, shapes: Shapes) -> WhitenedRows:
         """Whitened residual and exact Jacobian.
@@ -293,8 +287,11 @@ class Equations(Stacked):
         jacobian[..., k:d, p:] -= self.row_common[..., k:, :] * residual[..., k:d, None]
         residual[..., k:d] *= share[..., k:]
         if terms.on_reference:
-            of_reference, where = self.reference_columns(shapes), terms.reference_index
-            residual[..., :k] -= times(of_reference, theta[..., where])
-            jacobian[..., :k, where] -= of_reference
+            of_reference = self.of_reference(np.concatenate([
+                evaluate_for(eta.shape[:-1], effect, self.at_reading, shapes)
+                for effect in terms.on_reference], axis=-1))
+            where = terms.reference_index
+            residual[..., :d] -= times(of_reference, theta[..., where])
+            jacobian[..., :d, where] -= of_reference
         return WhitenedRows(residual, jacobian, s, slope, theta[..., terms.reading_index], terms,
                             points)

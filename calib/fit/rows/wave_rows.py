@@ -92,6 +92,11 @@ class WaveRows(Stacked):
             replace(self.points.surroundings, previous=previous)))
 
     @property
+    def of_gravity(self) -> bool:
+        """Whether gravity goes round in the readings, as in an accelerometer."""
+        return bool(self.of_rings.across.shape[-3] == 0)
+
+    @property
     def row_sd(self) -> FloatArray:
         """The sds of the rows, SI, (..., d')."""
         return self.of_rings.row_sd
@@ -196,7 +201,7 @@ class WaveRows(Stacked):
         """
         wave, twice = waves[..., :2, :], waves[..., [*self.twice], 2:, :]
         *lead, w, _, _ = wave.shape
-        if self.of_rings.across.shape[-3]:
+        if not self.of_gravity:
             shown = np.zeros((*lead, w, 4, 2, 3))
             shown[..., :2, 0, :] = self.of_rings.across
             shown[..., 2:, 1, :] = self.of_rings.across

@@ -118,6 +118,13 @@ class Ring:
                 if name != "place"}
         return Ring(place, **rest)
 
+    def whole(self, magnitude: FloatArray) -> FloatArray:
+        """Reference magnitudes (n,) of the set, all of gravity where that goes round, SI."""
+        of_all = magnitude.copy()
+        goes_round = np.isfinite(self.gravity_m_s2)
+        of_all[self.place[goes_round]] = self.gravity_m_s2[goes_round]
+        return of_all
+
     def evaluated(
         self, at: Conditions, correct: Callable[[Conditions], FloatArray], run: Sequence[str]
     ) -> "Ring":

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from calib.assess import assess
 from calib.effects.catalogue import BASE
 from calib.errors import Undetermined
 from calib.fit.least_squares.solver import fit
@@ -16,7 +17,7 @@ from calib.fit.triad.leaning import leaning_of
 from calib.fit.validation.leave_one_out import compare, refitted_residual
 from calib.poses.runs.tilted_run import tilted_run
 from tests.fitting import averaged, spec_of, tilted_pose_sets
-from tests.world.designs import SLOW, tilted_design
+from tests.world.designs import FAST, SLOW, tilted_design, turning_run
 from tests.world.hidden import Hidden
 from tests.world.imu import MPU_SPREAD, another_unit, mpu6050
 from tests.world.make_data import G_SENSITIVITY_DEG_S_PER_G, WOW
@@ -76,6 +77,25 @@ def test_the_tilt_is_measured_and_a_clockwise_plate_is_as_good() -> None:
     z = np.array([deviations(accelerometer, evening(0, rate=-SLOW).accelerometer),
                   deviations(gyroscope, evening(0, rate=-SLOW).gyroscope)])
     assert np.sqrt(np.mean(z**2)) < 1.7
+
+
+def test_a_wrong_gravity_is_pure_scale_whatever_the_tilts() -> None:
+    """Two speeds with different tilt: the waves have their part of gravity as the means have."""
+    design = tilted_design(15.0)
+    first = design.runs[0]
+    second = turning_run("33rpm", PlateMotion(FAST), first.directions)
+    second = replace(second, tilt_rad=(0.09, 0.0))
+    session = simulate(replace(design, runs=(first, second), sample_rate_hz=50.0), 3)
+    poses, _, specs = tilted_pose_sets(session)
+    found = assess(poses, Model.of(BASE), specs[0])
+    assert found.diagnosis.verdict == "nothing_missing"
+    assert {"reference_scale", "reference_offset"} <= set(found.diagnosis.blind)
+    stated = poses.reference
+    assert poses.ring is not None
+    wrong = replace(poses, reference=replace(stated, magnitude=1.01 * stated.magnitude),
+                    ring=replace(poses.ring, gravity_m_s2=1.01 * poses.ring.gravity_m_s2))
+    sound, scaled = fit(poses, Model.of(BASE)), fit(wrong, Model.of(BASE))
+    assert scaled.chi2 == pytest.approx(sound.chi2, rel=0.03)
 
 
 def test_leaving_a_pose_out_takes_its_waves_too() -> None:
