@@ -83,6 +83,9 @@ class PhaseTrack:
         Correlation of the frame with the template, -1 to 1.
     duplicate : array of bool, shape (f,)
         The frame repeats the one before.
+    coding : array of uint8, shape (f,)
+        ASCII code of I, P or B: coded by itself, predicted from frames before it, or from both
+        sides; any other where that is not known.
     thumbnail : array of uint8, shape (f, m)
         The luma of a few hundred pixels on and around the plate, for the rate by autocorrelation.
     smear_rad2 : array, shape (f,)
@@ -105,6 +108,7 @@ class PhaseTrack:
     phase_rad: FloatArray
     quality: FloatArray
     duplicate: BoolArray
+    coding: NDArray[np.uint8]
     thumbnail: NDArray[np.uint8]
     smear_rad2: FloatArray
     brightness: FloatArray
@@ -134,6 +138,12 @@ class PhaseTrack:
             name: array[chosen] for name, array in arrays.items() if isinstance(array, np.ndarray)
         }
         return replace(self, **of_frames)
+
+    @property
+    def forward(self) -> BoolArray:
+        """Frames predicted from those before, no neighbour being from both sides; shape (f,)."""
+        both = np.pad(self.coding == ord("B"), 1)
+        return np.asarray((self.coding == ord("P")) & ~both[:-2] & ~both[2:])
 
 
 @dataclass(frozen=True, eq=False)

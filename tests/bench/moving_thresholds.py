@@ -20,7 +20,6 @@ import numpy as np
 
 import vision.plate.background
 import vision.plate.choice
-import vision.plate.detect
 import vision.plate.fields
 import vision.plate.inertia
 import vision.plate.parts
@@ -42,7 +41,6 @@ RECORDS = (
     (vision.tracking.registration.THRESHOLDS, None),
     (vision.plate.fields.THRESHOLDS, None),
     (vision.plate.background.CHANGE, None),
-    (vision.plate.detect.THRESHOLDS, "smallest_moving"),
     (vision.plate.choice.THRESHOLDS, "same_rim"),
     (vision.plate.inertia.THRESHOLDS, None),
     (vision.plate.template.THRESHOLDS, None),

@@ -55,6 +55,7 @@ def phase_track(
         "phase_rad": np.angle(np.exp(1j * phase)),
         "quality": np.full(n, 0.99),
         "duplicate": np.zeros(n, bool),
+        "coding": np.full(n, ord("B"), np.uint8),
         "thumbnail": np.rint(pattern).astype(np.uint8),
         "smear_rad2": np.zeros(n),
         "brightness": np.full(n, 128.0),

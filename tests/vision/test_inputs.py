@@ -146,6 +146,7 @@ def test_other_pixel_formats_give_the_same_rate(pixel_format: str, render: Rende
 
 def test_motion_jpeg_in_avi_gives_the_same_rate(clip: Path, tmp_path: Path) -> None:
     path = again(clip, tmp_path / "webcam.avi", pixel_format="yuvj420p", codec="mjpeg")
+    assert set(track_phase(path).coding) == {ord("I")}
     assert abs(rate_of(path).rate_rad_s / MOTION.rate_rad_s - 1) < 1e-4
 
 
@@ -208,7 +209,11 @@ def test_the_rim_given_by_hand_is_used(clip: Path) -> None:
         track_phase(clip, plate=PlateOverride(centre_px=(40.0, 40.0), radius_px=26.7))
 
 
-
+def test_how_each_frame_is_coded_is_read_from_the_file(clip: Path) -> None:
+    with av.open(str(clip)) as container:
+        coded = ["?IPB"[int(frame.pict_type)] for frame in container.decode(video=0)]
+    assert len(set(coded)) == 3
+    assert bytes(track_phase(clip).coding).decode() == "".join(coded)
 
 
 def test_progress_is_reported_to_the_last_frame(clip: Path) -> None:

@@ -1,7 +1,7 @@
-"""Where a plate may be: ellipses in the background, along which a mark moves, around what changes.
+"""Where a plate may be: ellipses in the background, and along which a mark moves.
 
 A plate that is small, as dark as what it stands on, or partly hidden may have no outline in the
-background, and of a plain one with a label only the label is seen to change.
+background.
 
 These are proposals. Which of them turns, and where exactly its axis is, the motion itself decides
 (``vision.plate.template``).
@@ -22,7 +22,6 @@ from vision.video.reader import Luma
 from vision.video.reduction import reduced
 
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
-MOTION_LEVELS = (0.08, 0.2, 0.5)  # of the largest change, above that of the noise
 MOST = 8  #: outlines that are tried; a limit of time
 LEVELS = 9  # brightness thresholds tried
 FEWEST_POINTS = 20  # of a contour: that many make an ellipse
@@ -81,38 +80,8 @@ def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
     """
     factor = -(-max(background.shape) // LARGEST_SIDE)
     small = reduced(background, factor)
-    return _views([*_edges(small), *_mark_tracks(small, _chosen(images, factor))], factor)
-
-
-def moving_areas(images: Sequence[Luma]) -> list[PlateView]:
-    """Views whose unit circle is about the outline of an area in which the frames change.
-
-    Parameters
-    ----------
-    images : sequence of arrays of uint8, shape (h, w)
-    """
-    factor = -(-max(images[0].shape) // LARGEST_SIDE)
-    spread = np.std(np.stack(_chosen(images, factor)), axis=0, dtype=np.float32)
-    spread = cv2.GaussianBlur(spread, (5, 5), 0)
-    noise, most = float(np.median(spread)), float(spread.max())
-    ellipses: list[Ellipse] = []
-    for level in noise + (most - noise) * np.array(MOTION_LEVELS):
-        changing = (spread > level).astype(np.uint8)
-        closed = cv2.morphologyEx(changing, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
-        contours, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for contour in contours:
-            points = _resampled(cv2.convexHull(np.asarray(contour))[:, 0].astype(np.float64))
-            if len(points) < FEWEST_POINTS:
-                continue
-            ellipse = _fitted(points)
-            if _sound(ellipse, spread.shape):
-                ellipses.append(ellipse)
-    return _views(ellipses, factor)
-
-
-def _chosen(images: Sequence[Luma], factor: int) -> list[Luma]:
-    """Some of the images, reduced."""
-    return [reduced(images[i], factor) for i in spread_choice(len(images), MOVING_FRAMES)]
+    chosen = [reduced(images[i], factor) for i in spread_choice(len(images), MOVING_FRAMES)]
+    return _views([*_edges(small), *_mark_tracks(small, chosen)], factor)
 
 
 def _views(ellipses: Sequence[Ellipse], factor: int) -> list[PlateView]:

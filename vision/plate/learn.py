@@ -11,7 +11,7 @@ from vision.geometry import PlateView
 from vision.plate.background import median_image, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
 from vision.plate.choice import THRESHOLDS, Outline, chosen_plate, or_of_parts
-from vision.plate.detect import moving_areas, proposals
+from vision.plate.detect import proposals
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
 from vision.plate.refusal import NOTHING_MOVES, why_it_jumps, why_nothing_turns
@@ -136,9 +136,6 @@ def _learn(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
     outlines = [seek_spindle(view, learning, THRESHOLDS.certain) for view in views]
-    if rim is None and not any(r.coherence > THRESHOLDS.certain for _, r in outlines):
-        outlines += [seek_spindle(view, learning, THRESHOLDS.certain)
-                     for view in moving_areas(images)]
     plate, jumping, coherence = chosen_plate(outlines, learning)
     plate = or_of_parts(plate, [view for view, _ in outlines], learning)
     fine = None if plate is None else learning.fine(plate.coarse, plate.parts)

@@ -1,8 +1,9 @@
 """From a phase track to the plate's rate and its uncertainty.
 
 The rate is the slope of the angle against time, fitted together with a once- and a
-twice-per-revolution wave (omitted, they bias the slope through the partial last turn), and with the
-time of dropped frames put back. That treatment is always on. The *stated* model is
+twice-per-revolution wave (omitted, they bias the slope through the partial last turn), with the
+lag of frames that the encoder predicted from earlier ones alone, and with the time of dropped
+frames put back. That treatment is always on. The *stated* model is
 ``constant_rate`` and the terms that the user added: residual, its size and the diagnosis refer to
 it, so that adding the right term shows, while the rate does not hang on it. Only ``rate_drift``
 enters the fit of the rate when it is added; it does not change the mean rate and takes the drift
@@ -39,6 +40,7 @@ from vision.rate.terms import (
     design,
     fit_rate,
     fit_stated,
+    without_lag,
 )
 from vision.rate.timebase import Timebase
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
@@ -212,6 +214,7 @@ def _measured(
         rate, sd = rate_beside_transients(
             fit, x, angle.angle_rad, base.time_s, base.line_rad, ends
         )
+    angle = without_lag(angle, fit, base, always)
     exposure = exposure_drift(track, angle, rate)
     parts = (
         sd,

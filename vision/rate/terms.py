@@ -4,10 +4,15 @@
 
 ``columns`` gives X for a term by name. The angle in the columns is that of the line, not the
 measured one, so that the noise of an angle does not enter its own regressor.
+
+``forward_prediction`` has nothing to do with the plate and is not offered to the user: an encoder
+that predicts frame after frame from the one before moves faint texture by coarse motion, and the
+angle lags by up to some mrad at strong compression. It does not beside frames predicted from both
+sides, and encoders change between the two within a clip.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +24,8 @@ from vision.rate.least_squares import LeastSquares, independent, least_squares
 ROUNDS, STAYS = 8, 1e-3  #: rounds at most; sds of the rate within which it stays; numerical
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
-ALWAYS = ("once_per_rev", "twice_per_rev")
+FORWARD_PREDICTION = "forward_prediction"
+ALWAYS = ("once_per_rev", "twice_per_rev", FORWARD_PREDICTION)
 UNITS = {
     "once_per_rev": "rad",
     "twice_per_rev": "rad",
@@ -52,6 +58,8 @@ class Regressors:
         Angle of the fitted line.
     steps_rad : array, shape (u,)
         Angle turned in the time of the frames dropped so far.
+    forward : array, shape (u,)
+        1 where the frame is one of a run predicted from the frames before, else 0.
     mark_row_px : array, shape (u,)
         How far below the spindle the mark stands, pixels of the clip.
     rate_rad_s : float
@@ -61,6 +69,7 @@ class Regressors:
     stamp_s: FloatArray
     line_rad: FloatArray
     steps_rad: FloatArray
+    forward: FloatArray
     mark_row_px: FloatArray
     rate_rad_s: float
 
@@ -71,6 +80,7 @@ class Regressors:
             self.stamp_s[used],
             self.line_rad[used],
             self.steps_rad[used],
+            self.forward[used],
             self.mark_row_px[used],
             self.rate_rad_s,
         )
@@ -85,6 +95,7 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
         stamp_s=angle.time_s - angle.time_s.mean(),
         line_rad=line,
         steps_rad=np.asarray(rate_rad_s * angle.frame_s * np.cumsum(angle.dropped), float),
+        forward=track.forward[angle.index].astype(float),
         mark_row_px=track.plate.mark_row_px(line) * track.plate.reduction,
         rate_rad_s=rate_rad_s,
     )
@@ -102,6 +113,8 @@ def columns(term: str, base: Regressors) -> FloatArray:
     if term == "frame_steps":
         # Against the times as stamped; one per unit is one for every frame counted as dropped.
         return base.steps_rad[:, None]
+    if term == FORWARD_PREDICTION:
+        return base.forward[:, None]
     if term == "rolling_shutter":
         # A row lower is read later, when the plate has turned on.
         return np.asarray(base.rate_rad_s * base.mark_row_px[:, None])
@@ -169,6 +182,17 @@ def _fit(
         if not always:
             raise
         return _fit(always[:-1], besides, base, angle)
+
+
+def without_lag(
+    angle: PlateAngle, fit: LeastSquares, base: Regressors, always: tuple[str, ...]
+) -> PlateAngle:
+    """The angle as if every frame were coded alike."""
+    if FORWARD_PREDICTION not in always:
+        return angle
+    before = design(always[: always.index(FORWARD_PREDICTION)], base, base.time_s)
+    lag = float(fit.beta[before.shape[1]])
+    return replace(angle, angle_rad=angle.angle_rad - lag * base.forward)
 
 
 @dataclass(frozen=True, eq=False)

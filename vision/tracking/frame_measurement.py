@@ -44,6 +44,7 @@ class FrameMeasurements:
         self._shown, self._shown_index = shown.bgr, shown_index
         self._image = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
+        self._coding: list[int] = []
         self._time_s: list[float] = []
         self._brightness: list[float] = []
         self._motion: list[FloatArray] = []
@@ -71,6 +72,7 @@ class FrameMeasurements:
             self._around.look(frames[0].luma)
             self._looked_s = time_s[0]
         self._time_s += time_s.tolist()
+        self._coding += [frame.coding for frame in frames]
         self._motion += [frame.motion for frame in frames]
         part = self._rows, self._columns
         around = np.stack([frame.luma[part] for frame in frames])
@@ -97,6 +99,7 @@ class FrameMeasurements:
             phase_rad=_wrapped(angles.angle_rad + turned_on),
             quality=angles.match,
             duplicate=repeated(angles.change) & np.isfinite(angles.angle_rad),
+            coding=np.array(self._coding).astype(np.uint8),
             thumbnail=np.stack(self._thumbnails),
             smear_rad2=angles.smear_rad2,
             brightness=np.array(self._brightness),

@@ -41,6 +41,7 @@ class _SmallClip:
     factor: int = 1
     frames: list[Luma] = field(default_factory=list)
     time_s: list[float] = field(default_factory=list)
+    coding: list[int] = field(default_factory=list)
     motion: list[FloatArray] = field(default_factory=list)
     values: list[NDArray[np.uint8]] = field(default_factory=list)
     shown: Frame | None = None
@@ -56,6 +57,7 @@ class _SmallClip:
             self.shown = frame
         small = reduced(frame.luma, self.factor)
         self.time_s.append(frame.time_s)
+        self.coding.append(frame.coding)
         self.motion.append(frame.motion)
         if self.mask is None:
             self.frames.append(small)
@@ -217,6 +219,7 @@ def _track(
         phase_rad=np.asarray(np.angle(np.exp(1j * angle))),
         quality=pixels.match,
         duplicate=repeated(np.concatenate([[np.inf], change])),
+        coding=np.array(small.coding).astype(np.uint8),
         thumbnail=values[:, :: max(1, values.shape[1] // THUMBNAIL**2)],
         smear_rad2=pixels.smear_rad2,
         brightness=values.mean(axis=1),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from vision.plate.learn import PlateModel
 
 FEWEST = 12  # frames from which anything can be said
-ATTEMPTS = 3  # stretches of the clip in which something moves and a plate is looked for
+ATTEMPTS = 2  # stretches of the clip in which something moves and a plate is looked for
 
 
 @dataclass(frozen=True)

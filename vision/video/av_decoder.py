@@ -30,7 +30,7 @@ class AvCapture:
         self._frames = self._container.decode(self._stream)
         self._luma = luma
         self._first_s: float | None = None
-        self._time_s = 0.0
+        self._time_s, self._coding = 0.0, 0
         self._frame: Any = None
 
     def grab(self) -> bool:
@@ -41,6 +41,7 @@ class AvCapture:
         if self._first_s is None:
             self._first_s = frame.time or 0.0
         self._time_s = (frame.time or 0.0) - self._first_s
+        self._coding = ord("?IPB"[int(frame.pict_type)]) if int(frame.pict_type) < 4 else 0
         return True
 
     def retrieve(self) -> tuple[bool, NDArray[Any]]:
@@ -53,9 +54,8 @@ class AvCapture:
         return True, rows[: frame.height, : frame.width]
 
     def get(self, what: int) -> float:
-        """The time of the latest frame in ms, which is all that is asked for."""
-        assert what == cv2.CAP_PROP_POS_MSEC
-        return 1e3 * self._time_s
+        """The time of the latest frame in ms, or how it is coded."""
+        return 1e3 * self._time_s if what == cv2.CAP_PROP_POS_MSEC else float(self._coding)
 
     def release(self) -> None:
         """Close the file."""

@@ -52,6 +52,8 @@ class Frame:
     luma : array of uint8, shape (h, w)
     chroma : array of uint8, shape (h, w, 2)
         Cr and Cb; ``NO_CHROMA`` where they are not read.
+    coding : int
+        ASCII code of I, P or B; any other where the decoder does not state it.
     motion : array, shape (3, 3)
         Pixels of these images to those of the frame as filmed; not the identity where the motion of
         the camera was taken out.
@@ -60,6 +62,7 @@ class Frame:
     time_s: float
     luma: Luma
     chroma: NDArray[np.uint8]
+    coding: int = 0
     motion: NDArray[np.float64] = field(default_factory=lambda: AS_FILMED)
 
     @property
@@ -178,7 +181,8 @@ class ClipReader:
                     batch, number = [], -1
                     continue
                 time_s = self._decoder.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-                batch.append(self._frame(time_s, np.asarray(image)))
+                coding = int(self._decoder.get(cv2.CAP_PROP_FRAME_TYPE))
+                batch.append(self._frame(time_s, coding, np.asarray(image)))
                 if not sized:
                     stored = 1.5 * batch[0].luma.size * self.reduction**2
                     batches = int((AHEAD_BYTES - HELD * stored) / (BATCH * batch[0].nbytes))
@@ -230,18 +234,18 @@ class ClipReader:
             ) from error
         return True
 
-    def _frame(self, time_s: float, image: NDArray[Any]) -> Frame:
+    def _frame(self, time_s: float, coding: int, image: NDArray[Any]) -> Frame:
         if self._colours:
             image = np.asarray(cv2.cvtColor(self._displayed(image), cv2.COLOR_BGR2YCrCb), np.uint8)
             chroma = np.empty((*image.shape[:2], 2), np.uint8)
             cv2.mixChannels([image], [chroma], [1, 0, 2, 1])
             luma = np.asarray(cv2.extractChannel(image, 0), np.uint8)
-            return Frame(time_s, luma, chroma)
+            return Frame(time_s, luma, chroma, coding)
         if image.ndim == 3 and image.shape[2] == 3:
             image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
         elif image.ndim == 3:
             image = image[:, :, 0]
-        return Frame(time_s, np.asarray(self._displayed(image), np.uint8), NO_CHROMA)
+        return Frame(time_s, np.asarray(self._displayed(image), np.uint8), NO_CHROMA, coding)
 
     def _displayed(self, image: NDArray[Any]) -> NDArray[Any]:
         """Turned as it is to be shown, and reduced."""

@@ -87,6 +87,35 @@ def test_a_wave_once_per_turn_does_not_bias_the_rate_of_a_partial_turn() -> None
     assert abs(plain / (16.667 * RPM) - 1) > 100e-6  # what the line alone would have said
 
 
+def test_a_film_whose_encoder_changes_its_prediction_keeps_its_rate() -> None:
+    """Runs of frames predicted from the one before lag; others do not."""
+    time, angle = steady(16.9)
+    coding = np.tile(np.frombuffer(b"BBBP", np.uint8), len(time) // 4)
+    coding[600:] = ord("P")
+    lagging = angle - 1.5e-3 * (np.arange(len(time)) > 600)
+    pulls = []
+    for seed in range(20):
+        track = phase_track(time, lagging, noise_rad=NOISE, seed=seed, coding=coding)
+        rate = measure_rate(track, timebase=CLOCK)
+        pulls.append((rate.rate_rad_s - 16.9 * RPM) / rate.sd_rad_s)
+        assert rate.diagnosis.verdict == "nothing_missing"
+    low, high = spread_bounds(len(pulls) - 1)
+    assert low < np.std(pulls, ddof=1) < high
+    assert abs(np.mean(pulls)) < 4 / np.sqrt(len(pulls))
+    untold = measure_rate(phase_track(time, lagging, noise_rad=NOISE), timebase=CLOCK)
+    assert abs(untold.rate_rad_s / (16.9 * RPM) - 1) > 10e-6
+
+
+def test_a_film_of_one_kind_of_prediction_has_no_lag_to_fit() -> None:
+    time, angle = steady(16.9)
+    for letters in (b"P", b"I", b"?"):
+        coding = np.full(len(time), letters[0], np.uint8)
+        one = measure_rate(phase_track(time, angle, noise_rad=NOISE, coding=coding), timebase=CLOCK)
+        both = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+        assert one.rate_rad_s == both.rate_rad_s
+        assert one.sd_rad_s == both.sd_rad_s
+
+
 def test_the_time_base_enters_the_sd_and_nothing_else() -> None:
     time, angle = steady()
     track = phase_track(time, angle, noise_rad=NOISE)
@@ -200,6 +229,17 @@ def test_stamps_that_come_late_by_milliseconds_are_named_with_what_else_scatters
     assert "late by 3 ms" in said
     in_time = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
     assert not any("scatters" in text for text in in_time.warnings)
+
+
+def test_a_kind_of_frame_that_is_mismeasured_throughout_has_no_lag_of_its_own() -> None:
+    time, angle = steady(33.3)
+    coding = np.full(len(time), ord("I"), np.uint8)
+    key = np.arange(60, len(time), 150)
+    coding[key] = ord("P")
+    angle[key] += np.tile([0.05, -0.05], len(key))[: len(key)]
+    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE, coding=coding), timebase=CLOCK)
+    assert not rate.fit.used[key].any()
+    assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
 
 
 @pytest.mark.parametrize("frame_times", [(1.0,), (-0.75,), (-1.0, -0.98), (2.0, 0.5, 0.2)])
