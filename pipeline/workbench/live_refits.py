@@ -142,11 +142,13 @@ class OpenSession:
     def _with_poses_out(
         self, answer: Json, state: Screen, triad: Triad, out: Sequence[str]
     ) -> Json:
-        """Residuals of all poses of the page: those left out as the fit without them predicts."""
+        """Residuals of all poses of the page: those left out as the fit without them predicts, None
+        where it is no pose of its run.
+        """
         labels, factor = self.sections[triad], DISPLAY[triad][1]
         predicted = self._predicted(state, triad)
         kept = [label for label in labels if label not in out]
-        lost = {label: predicted.get(label, float("nan")) * factor for label in out}
+        lost = {label: predicted[label] * factor if label in predicted else None for label in out}
         values = {key: lost | dict(zip(kept, answer[key], strict=True))
                   for key in ("residual", "left_out")}
         return {key: [each[label] for label in labels] for key, each in values.items()}

@@ -424,7 +424,9 @@ async function ask(where, question) {
   if (newest[triad] !== mine) return new Promise(() => {});
   const answer = asked(where, { ...question, state: state() });
   running[triad] = answer.catch(() => {});
-  return answer;
+  const refitted = await answer;
+  for (const name of ["residual", "left_out"]) refitted[name] = refitted[name].map((value) => value ?? NaN);
+  return refitted;
 }
 
 window.workbench = {

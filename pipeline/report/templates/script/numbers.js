@@ -6,7 +6,7 @@ const short = (value) => {
     ? text.toExponential() : String(text)).replace(/-/g, "−");
 };
 const withSd = (value, sd) => {
-  if (!(sd > 0)) return short(value);
+  if (!(sd > 0 && Number.isFinite(value))) return short(value);
   const power = Math.max(Math.abs(value), sd) < 1e-4
     ? Math.floor(Math.log10(Math.max(Math.abs(value), sd))) : 0;
   const v = value / 10 ** power, s = sd / 10 ** power;

@@ -74,7 +74,7 @@ class Poses {
     const { labels, is_null: atRest } = this.triad, { out } = this.section;
     this.now = this.values();
     const inSd = this.now.map((each) => each.inSd);
-    const limit = nice(Math.max(REACH_SD, ...inSd.map(Math.abs)));
+    const limit = nice(Math.max(REACH_SD, ...inSd.map((value) => Math.abs(value) || 0)));
     const kind = inSd.map((value, k) => (atRest[k] ? "rest"
       : Math.abs(value) <= 1 ? "noise" : value > 0 ? "above" : "below"));
     const text = labels.map((label, k) => `${label}: ${this.words(k)}${out.has(k) ? " (left out)" : ""}`);

@@ -23,7 +23,10 @@ class ResidualChart {
   draw(limit, value, sd, before) {
     const { labels, is_null: isNull, unit } = this.triad;
     const y = (v) => ((this.top + this.bottom) / 2 - v / limit * (this.bottom - this.top) / 2).toFixed(1);
-    const place = (node, v) => { node.style.transform = `translate(${node.dataset.x}px, ${y(v)}px)`; };
+    const place = (node, v) => {
+      node.style.transform = `translate(${node.dataset.x}px, ${y(v)}px)`;
+      node.style.visibility = Number.isFinite(v) ? "" : "hidden";  // a pose without a prediction
+    };
     this.svg.querySelectorAll("[data-fraction]").forEach((text) => {
       text.textContent = short(Number(text.dataset.fraction) * limit);
     });
@@ -49,6 +52,6 @@ class ResidualChart {
 function residualLimit(value, sd) {
   const typical = Float64Array.from(sd).sort()[Math.floor(sd.length / 2)];
   let limit = SHOWN_SD * typical;
-  value.forEach((v, k) => { limit = Math.max(limit, Math.abs(v) + sd[k]); });
+  value.forEach((v, k) => { limit = Math.max(limit, Math.abs(v) + sd[k] || 0); });
   return nice(limit);
 }

@@ -129,7 +129,7 @@ class Section {
 
   draw({ residual }) {
     const { labels, named, sd } = this.triad;
-    const inSd = residual.map((v, k) => Math.abs(v) / sd[k]);
+    const inSd = residual.map((v, k) => Math.abs(v) / sd[k] || 0);
     const within = inSd.filter((times) => times <= 1).length;
     const largest = inSd.indexOf(Math.max(...inSd));
     this.output("says").textContent = `Now ${within} of ${labels.length} residuals `
