@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import f
 
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import EFFECTS, Effect
@@ -23,6 +23,7 @@ from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring_errors import room_names
+from calib.poses.samples.in_step import NEIGHBOURS
 
 UNEXPLAINED_P_VALUE = 1e-4
 """Derived: one sound run in ten thousand."""
@@ -114,7 +115,7 @@ def _of_accelerometer(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | No
     with_them = fit.equations.extended(by_attitude)
     theta = np.pad(fit.theta, (0, with_them.model.size - fit.model.size))
     squares, dof = _beyond_means(fit, with_them.rows(theta, fit.eta, fit.shapes).jacobian, rows)
-    if dof < 1 or chi2.sf(squares, dof) >= UNEXPLAINED_P_VALUE:
+    if dof < 1 or _is_noise(squares, dof, waves, rows):
         return None
     of_once, dof_once = _beyond_means(fit, fit.rows.jacobian, rows[rows < waves.once_count])
     factor = float(np.sqrt(max(1.0, of_once / max(dof_once, 1))))
@@ -142,12 +143,12 @@ def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     squares, dof = _left(residual, any_shape)
     if dof < 1:
         return None
-    if chi2.sf(squares, dof) >= UNEXPLAINED_P_VALUE:
-        return _of_a_steady_rate(fit, residual, any_shape, room)
+    if _is_noise(squares, dof, waves, rows):
+        return _of_a_steady_rate(fit, waves, rows, any_shape, room)
     # Cosine and sine of two directions: a quarter of a turn later.
     later = sensed.reshape(-1, 2, 2, sensed.shape[1])[:, ::-1] * np.array([1, -1])[:, None, None]
     with_field = _left(residual, np.column_stack([any_shape, later.reshape(sensed.shape)]))
-    is_field = with_field[1] > 0 and chi2.sf(*with_field) >= UNEXPLAINED_P_VALUE
+    is_field = with_field[1] > 0 and _is_noise(*with_field, waves, rows)
     squares, dof = _left(residual, by_model)
     shown = float(np.median(np.linalg.svd(sensed, compute_uv=False)))
     typical = g_sensitivity.page.typical["MPU-6050"].si_for("gyroscope")
@@ -164,16 +165,17 @@ def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
 
 
 def _of_a_steady_rate(
-    fit: Fit, residual: FloatArray, any_shape: FloatArray, room: list[int]
+    fit: Fit, waves: WaveRows, rows: IntArray, any_shape: FloatArray, room: list[int]
 ) -> _Misfit | None:
     """A rate that stays in the room, columns ``room``, and is no Earth's; None where none is."""
+    residual = _residual(fit, waves)[rows]
     others, beside = _basis(np.delete(any_shape, room, axis=1)), any_shape[:, room]
     beside = beside - others @ (others.T @ beside)
     shape, shown, turn = np.linalg.svd(beside, full_matrices=False)
     is_shown = shown > 1.0  # known better than what it is beforehand
     size = (turn @ fit.eta[room])[is_shown] + (shape.T @ residual)[is_shown] / shown[is_shown]
     squares = float((size**2 / (1 + shown[is_shown] ** -2.0)).sum())
-    if chi2.sf(squares, len(room)) >= UNEXPLAINED_P_VALUE:
+    if not room or _is_noise(squares, len(room), waves, rows):
         return None
     in_sds = float(np.linalg.norm(size))  # two of which make up the Earth's
     return _Misfit((1.0, np.nan), (
@@ -181,6 +183,13 @@ def _of_a_steady_rate(
         f"{in_sds / np.sqrt(2):.2g} times as large as the Earth's horizontal one, {FIELD}. A "
         f"g-sensitivity that is alike on all axes looks the same, and is known so much less. "
         f"{AWAY}"), in_sds)
+
+
+def _is_noise(squares: float, dof: int, waves: WaveRows, rows: IntArray) -> bool:
+    """Whether rows of a run leave no more than noise, whose sds its waves show by themselves."""
+    rings = len(np.unique(waves.row_pose[rows]))
+    shown = 2 * len(NEIGHBOURS) * rings * 3 * (2 if waves.of_gravity else 1)
+    return bool(f.sf(squares / dof, dof, shown) >= UNEXPLAINED_P_VALUE)
 
 
 def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float, int]:
