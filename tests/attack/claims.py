@@ -22,6 +22,7 @@ SENTENCES = {
                    r"a turn|s by its time stamps, less than one turn|count time in different units",
     "copied": r"digit by digit|hold the same \w+ samples|samples are used twice|to the last digit",
     "dead axis": r": \w+ [xyz] is dead: ",
+    "other zero": r"do not read as at rest",
     "two triads": r"are not readings of one pose",
     "axes": r"exchanged in|exchanged\. Name|undone: .*(opposite sign|are exchanged|is logged as)|"
             r"its axes are exchanged or mirrored|no rotation joins their directions|"

@@ -157,8 +157,8 @@ FAILED = ("failed reading",)
 AXES = ("axes", "two triads", "bad pose")
 #: At rest a gyroscope reads its bias alone, and another gain is another bias.
 OTHER_GAIN = ("range", "bad pose", "another sensor", "rate", "rate_scatter", "gains of runs",
-              "bias_step")
-OFFSET = ("bad pose", "bias_step", "bias_wander", "clipped", "two triads")
+              "bias_step", "other zero")
+OFFSET = ("bad pose", "bias_step", "bias_wander", "clipped", "two triads", "other zero")
 
 MISTAKES: dict[str, Mistake] = {
     "zeros": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle), FAILED),

@@ -270,8 +270,9 @@ def _check_stopped(name: str, means: Sequence[PoseMean], readings: FloatArray) -
         return
     worst = int(turning[np.argmax(rest[turning])])
     raise Undetermined(
-        f"{name}: {turning.size} of {len(means)} poses were not taken at rest: in "
+        f"{name}: {turning.size} of {len(means)} poses do not read as at rest: in "
         f"{means[worst].label} the gyro differs by {rest[worst]:.3g} rad/s "
         f"({np.degrees(rest[worst]):.1f} °/s) from its typical reading. If they were recorded on "
-        f"the turning plate, name its rate instead of saying that it was stopped."
+        f"the turning plate, name its rate instead of saying that it was stopped; else their zero "
+        f"is another one: are they of another sensor or range, or had it just been switched on?"
     )

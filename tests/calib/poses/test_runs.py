@@ -162,7 +162,7 @@ def test_a_run_called_turning_that_does_not_turn_is_refused() -> None:
 
 
 def test_a_run_called_stopped_that_turns_is_refused_with_its_rate() -> None:
-    with pytest.raises(Undetermined, match=r"not taken at rest.*name its rate instead of saying"):
+    with pytest.raises(Undetermined, match=r"do not read as at rest.*name its rate instead"):
         stopped_run("rest", means(OMEGA), LATITUDE)
 
 
