@@ -198,7 +198,7 @@ def _unwritable(path: Path, error: OSError) -> UnwritableOutput:
     if isinstance(error, FileExistsError | NotADirectoryError):
         return UnwritableOutput(
             f"{path}: cannot be written: a folder on the way there is a file. Nothing was changed; "
-            f"choose another folder with --output."
+            f"choose another with --output."
         )
     return UnwritableOutput(
         f"{path}: cannot be written ({error.strerror}); what was there before is unchanged. "
