@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     "pipeline fleet 'sessions/*/config.yaml' --output lot --scheduler tcp://10.0.0.5:8786",
     "pipeline fleet lot.parquet --design design.yaml --output lot",
 ))
-@click.argument("pattern", metavar="GLOB")
+@click.argument("patterns", metavar="GLOB", nargs=-1, required=True)
 @click.option("--output", type=PathArgument(file_okay=False), required=True,
               help="Folder for the table, the report, and the results of each session.")
 @click.option("--design", type=PathArgument(exists=True, dir_okay=False), default=None,
@@ -35,12 +35,12 @@ if TYPE_CHECKING:
 @click.option("--quiet", is_flag=True, help="Print the path of the report only.")
 @python_option
 def command(
-    pattern: str, output: Path, design: Path | None, scheduler: str | None, workers: int | None,
-    reports: bool, as_json: bool, quiet: bool, allow_python: bool,
+    patterns: tuple[str, ...], output: Path, design: Path | None, scheduler: str | None,
+    workers: int | None, reports: bool, as_json: bool, quiet: bool, allow_python: bool,
 ) -> int:
     """Run many sessions, and write one table of all of them.
 
-    GLOB, in quotes, is a pattern of configurations. {sensor} in it matches any text, as * does, and
+    GLOB is a pattern of configurations; in quotes, {sensor} in it matches any text, as * does, and
     this text names the sensor: the command compares the sessions of a sensor with each other. A
     session that fails does not stop the others; the table states the reason. If you type the
     command again, it continues where it stopped and runs only sessions whose files have changed.
@@ -64,9 +64,11 @@ def command(
     where = output.resolve()
     require_own_lot(where)
     if design is None:
-        summary = _sessions(pattern, where, scheduler, workers, reports, quiet, allow_python)
+        summary = _sessions(patterns, where, scheduler, workers, reports, quiet, allow_python)
+    elif len(patterns) > 1:
+        raise click.UsageError(f"--design expects one table; {len(patterns)} files are named.")
     else:
-        summary = _table(Path(pattern), where, design, allow_python)
+        summary = _table(Path(patterns[0]), where, design, allow_python)
     if as_json:
         echo_whole((output / POPULATION_NAME).read_bytes())
     elif quiet:
@@ -78,20 +80,20 @@ def command(
 
 
 def _sessions(
-    pattern: str, output: Path, scheduler: str | None, workers: int | None, reports: bool,
-    quiet: bool, allow_python: bool,
+    patterns: tuple[str, ...], output: Path, scheduler: str | None, workers: int | None,
+    reports: bool, quiet: bool, allow_python: bool,
 ) -> "FleetSummary":
-    """Run the sessions of a pattern on Dask."""
+    """Run the sessions of a pattern, or of the files that a shell made of it, on Dask."""
     from pipeline.commands.interaction.progress import SessionProgress
     from pipeline.errors import DONE
     from pipeline.fleet.cluster import connected, run_fleet
     from pipeline.fleet.finish import finish_fleet
     from pipeline.fleet.record import SessionRecord
-    from pipeline.fleet.sessions import find_sessions
+    from pipeline.fleet.sessions import find_sessions, named_sessions
     from pipeline.fleet.worker import FleetTask
 
-    tasks = [FleetTask(session, output, allow_python, reports)
-             for session in find_sessions(pattern)]
+    sessions = find_sessions(*patterns) if len(patterns) == 1 else named_sessions(patterns)
+    tasks = [FleetTask(session, output, allow_python, reports) for session in sessions]
     records: list[SessionRecord] = []
     with (
         connected(scheduler, min(workers or os.cpu_count() or 1, len(tasks))) as client,

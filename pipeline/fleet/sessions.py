@@ -1,6 +1,8 @@
 """Which sessions a pattern stands for, what each is called, and which sensor it is of."""
 
+import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,6 +63,26 @@ def find_sessions(pattern: str) -> tuple[FleetSession, ...]:
     expression = re.compile(_expression(rest))
     sessions = [_session(path.absolute(), path.relative_to(root).as_posix(), expression)
                 for path in paths]
+    return _with_own_names(sorted(sessions, key=lambda session: natural_key(session.name)))
+
+
+def named_sessions(configs: Sequence[str]) -> tuple[FleetSession, ...]:
+    """The sessions of these configurations, as a shell lists them for a pattern without quotes.
+
+    Raises
+    ------
+    ConfigError
+        One is no file, or two sessions would have the same name.
+    """
+    for config in configs:
+        if not Path(config).is_file():
+            raise ConfigError(f"{config}: there is no such file. Expected a pattern of "
+                              f"configurations in quotes, as in 'sessions/*/config.yaml', or "
+                              f"existing configurations.")
+    root = Path(os.path.commonpath([Path(config).absolute().parent for config in configs]))
+    expression = re.compile("")
+    sessions = [_session(path, path.relative_to(root).as_posix(), expression)
+                for path in (Path(config).absolute() for config in configs)]
     return _with_own_names(sorted(sessions, key=lambda session: natural_key(session.name)))
 
 

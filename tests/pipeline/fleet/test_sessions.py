@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.errors import ConfigError
-from pipeline.fleet.sessions import find_sessions
+from pipeline.fleet.sessions import find_sessions, named_sessions
 
 
 def configs(folder: Path, *names: str) -> None:
@@ -41,6 +41,14 @@ def test_the_pattern_says_which_sensor_a_session_is_of(
 def test_configurations_beside_each_other_are_called_by_their_own_names(tmp_path: Path) -> None:
     configs(tmp_path, "one.yaml", "two.yaml")
     assert names_and_sensors(f"{tmp_path}/*.yaml") == [("one", "one"), ("two", "two")]
+
+
+def test_files_that_a_shell_made_of_a_pattern_are_the_sessions_of_it(tmp_path: Path) -> None:
+    configs(tmp_path, "lot/s10/config.yaml", "lot/s2/config.yaml")
+    files = [str(path) for path in tmp_path.glob("lot/*/config.yaml")]
+    assert named_sessions(files) == find_sessions(f"{tmp_path}/lot/*/config.yaml")
+    with pytest.raises(ConfigError, match="no such file"):
+        named_sessions([*files, "nothing.yaml"])
 
 
 def test_two_sessions_of_one_name_are_refused(tmp_path: Path) -> None:
