@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
-from starlette.routing import BaseRoute
+from starlette.routing import BaseRoute, Route
 
 from calib.errors import CalibrationError
 from pipeline.errors import ConfigError, PipelineError
@@ -37,6 +37,11 @@ def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
 def script(text: str) -> Callable[[Request], Response]:
     """What answers with a script."""
     return lambda _: Response(text, media_type="text/javascript")
+
+
+def scripts(folder: str, *names: str) -> list[BaseRoute]:
+    """What answers with the scripts of these names in a folder of this package."""
+    return [Route(f"/{name}.js", script(template(f"{folder}/{name}.js"))) for name in names]
 
 
 def template(path: str) -> str:

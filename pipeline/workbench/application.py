@@ -27,7 +27,7 @@ from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.outputs import outputs_of
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
-from pipeline.served.answers import answered, beside, script, template
+from pipeline.served.answers import answered, beside, script, scripts, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
@@ -40,6 +40,9 @@ from pipeline.workbench.session_files import SessionFiles, Stamp
 from pipeline.workbench.state import changed_lines, read_state
 
 LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen
+
+TEMPLATES = "workbench/templates"
+SCRIPTS = ("drawing", "player", "workbench")  #: in the order in which they build on each other
 
 RunConfig = Callable[[Config, Path], Outcome]
 _SCRIPT = re.compile(r"<script>\n.*</script>", re.DOTALL)
@@ -108,11 +111,9 @@ class Workbench:
         """The report with its script from this server and the tools of the workbench."""
         stamps = " ".join(f'data-{name}="{value}"' for name, value in self.files.stamp().items())
         text = self.report.read_text(encoding="utf-8")
-        tools = template("workbench/templates/workbench.html")
-        scripts = ('<script src="drawing.js"></script>\n<script src="player.js"></script>\n'
-                   '<script src="workbench.js"></script>\n'
-                   '<script src="report.js"></script>')
-        return _SCRIPT.sub(lambda _: f"{tools}\n{scripts}", text).replace(
+        tools = template(f"{TEMPLATES}/workbench.html")
+        elements = "\n".join(f'<script src="{name}.js"></script>' for name in (*SCRIPTS, "report"))
+        return _SCRIPT.sub(lambda _: f"{tools}\n{elements}", text).replace(
             "<html ", f'<html class="served" {stamps} ', 1)
 
     def guesses(self, triad: Triad) -> list[str]:
@@ -193,10 +194,8 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     player = ClipPlayer(lambda: session_clips(workbench.session(), workbench.folder))
     return [
         Route("/", page),
-        Route("/player.js", script(template("workbench/templates/player.js"))), *player.routes,
+        *scripts(TEMPLATES, *SCRIPTS), *player.routes,
         Route("/report.js", script(page_templates().get_template("report.js").render())),
-        Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
-        Route("/workbench.js", script(template("workbench/templates/workbench.js"))),
         Route("/held-out/{triad}", held_out), Route("/held-out", hold_out, methods=["POST"]),
         Route("/columns/{triad}", columns), Route("/events", events),
         Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),

@@ -17,7 +17,7 @@ from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import RESULTS_NAME
-from pipeline.served.answers import answered, script, template
+from pipeline.served.answers import answered, scripts, template
 from pipeline.workbench.application import Workbench, routes_of
 from pipeline.workbench.brought import Brought
 from pipeline.workbench.clip_player import ClipPlayer
@@ -51,9 +51,7 @@ class FolderPage:
         self.routes: list[BaseRoute] = [
             Route("/", lambda _: HTMLResponse(page_templates().from_string(
                 template("workbench/templates/start.html")).render(title=self.folder.name))),
-            Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
-            Route("/start.js", script(template("workbench/templates/start.js"))),
-            Route("/player.js", script(template("workbench/templates/player.js"))),
+            *scripts("workbench/templates", "drawing", "player", "start"),
             *ClipPlayer(self.brought.clips).routes,
             Route("/sessions", lambda _: JSONResponse({"sessions": self.sessions()})),
             Mount("/session", app=self._benches),

@@ -22,7 +22,7 @@ from pipeline.plan.so_far import Outlook, SoFar
 from pipeline.record.session import RecordingDisplay, RecordingView
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
-from pipeline.served.answers import script, template
+from pipeline.served.answers import scripts, template
 from pipeline.text.formatting import DISPLAY
 from vision.live_plate import LivePlate
 
@@ -93,8 +93,7 @@ class RecordingPage:
             template("workbench/templates/recording.html")).render(title="record")
         return [
             Route("/", lambda _: HTMLResponse(page)),
-            Route("/drawing.js", script(template("workbench/templates/drawing.js"))),
-            Route("/recording.js", script(template("workbench/templates/recording.js"))),
+            *scripts("workbench/templates", "drawing", "recording"),
             Route("/events", self._events), Route("/picture", self._picture),
         ]
 

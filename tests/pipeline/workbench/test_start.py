@@ -104,11 +104,13 @@ def test_links_that_leave_the_folder_are_no_sessions(started: Opened, tmp_path: 
     (folder / "far").symlink_to(tmp_path)
     (folder / "round.yaml").symlink_to(folder / "round.yaml")
     (folder / "notes.yaml").write_text("shopping: [bread]\n", encoding="utf-8")
+    (folder / "torn.yaml").write_text("sensor: {name: [\n", encoding="utf-8")
     shutil.copytree(DATA / "example", folder / "example")
     status, _, body = asked.ask("/sessions", Cookie=asked.cookie)
     assert status == 200
     assert b"secret" not in body
-    assert body.count(b'"number"') == 1
+    assert body.count(b'"number"') == 2
+    assert b"line 2: this is not YAML" in body  # what is wrong with the other one
     assert b"example/config.yaml" in body
     for number in (-1, 7, "0", None):
         assert asked.post("/open", {"number": number})[0] == 422
