@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from calib.diagnosis.verdict.decision import Code
+from calib.rounding import two_digits
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.run_text import triad_figures
 from pipeline.report.layout.glossary import TERMS
@@ -144,7 +145,7 @@ def _triad_view(
         "certified": certificate is not None,
         "budget": budget_rows(result),
         "unseen": tuple(result.unseen),
-        "widening": calibration.widening if calibration.is_widened else None,
+        "widening": two_digits(calibration.widening) if calibration.is_widened else None,
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],

@@ -31,7 +31,7 @@ from calib.diagnosis.verdict.wording import (
 from calib.effects.units import display_unit
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
-from calib.rounding import with_sd
+from calib.rounding import two_digits, with_sd
 
 LEAST_FALL_PERCENT = 5.0
 """Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
@@ -210,8 +210,8 @@ def _noise(case: Case) -> Explanation:
         text = (
             f"The bias wanders during the session, {case.verdict.details[0]} ({case.misfit}): "
             f"standard in low-cost sensors, and no calibration takes it away. The residual is "
-            f"{factor:.2g} times the poses' own noise. {_alike(case)}{instead}A faster session, or "
-            f"poses repeated throughout it, leaves less of it."
+            f"{two_digits(factor)} times the poses' own noise. {_alike(case)}{instead}A faster "
+            f"session, or poses repeated throughout it, leaves less of it."
         )
         return Explanation("open", "its bias wanders during the session", text, "add", add)
     if name == "rate_scatter":
@@ -225,8 +225,8 @@ def _noise(case: Case) -> Explanation:
         return Explanation("open", "the rate of the plate scatters", text, "record",
                            f"Film the plate with each pose ({CLIPS.minutes:.0f} min)")
     text = (
-        f"The residual is {factor:.2g} times what the poses' own noise explains, without a shape "
-        f"that any effect has ({case.misfit}). {instead}"
+        f"The residual is {two_digits(factor)} times what the poses' own noise explains, "
+        f"without a shape that any effect has ({case.misfit}). {instead}"
         f"{kind_of_noise(case.verdict.group)}{remedy_of_noise(factor)}"
     )
     short = "the residual is larger than the noise, without any shape"

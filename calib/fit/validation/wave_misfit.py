@@ -24,6 +24,7 @@ from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring_errors import room_names
 from calib.poses.samples.in_step import NEIGHBOURS
+from calib.rounding import two_digits
 
 UNEXPLAINED_P_VALUE = 1e-4
 """Derived: one sound run in ten thousand."""
@@ -122,8 +123,8 @@ def _of_accelerometer(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | No
     return _Misfit((factor, np.nan), (
         f"what goes round once and twice per turn fits neither gravity nor an effect of attitude "
         f"(chi²/dof {squares / dof:.3g} with {dof} degrees of freedom): {TUGS} What comes twice "
-        f"per turn is left out, and the sds of what comes once per turn are {factor:.2g} times "
-        f"their noise. {AGAIN}"))
+        f"per turn is left out, and the sds of what comes once per turn are {two_digits(factor)} "
+        f"times their noise. {AGAIN}"))
 
 
 def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
@@ -155,8 +156,8 @@ def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
     of_means = len(fit.equations.magnitude) + 3 * len(fit.equations.null)
     factor = float(np.sqrt(squares / dof))
     is_used = of_means <= fit.model.size or shown * (typical or 0.0) > factor
-    done = (f"The sds of these waves are {factor:.2g} times their noise, and what rests on them, "
-            f"as a g-sensitivity, is known so much less." if is_used else
+    done = (f"The sds of these waves are {two_digits(factor)} times their noise, and what rests "
+            f"on them, as a g-sensitivity, is known so much less." if is_used else
             "These waves are left out: they show no g-sensitivity of ordinary size.")
     cause = (f"but stays in the room, {FIELD}." if is_field else f"or stays in the room: {TUGS}")
     return _Misfit((factor if is_used else np.nan, np.nan), (
@@ -180,8 +181,8 @@ def _of_a_steady_rate(
     in_sds = float(np.linalg.norm(size))  # two of which make up the Earth's
     return _Misfit((1.0, np.nan), (
         f"what goes round once per turn holds a rate that stays in the room, "
-        f"{in_sds / np.sqrt(2):.2g} times as large as the Earth's horizontal one, {FIELD}. A "
-        f"g-sensitivity that is alike on all axes looks the same, and is known so much less. "
+        f"{two_digits(in_sds / np.sqrt(2))} times as large as the Earth's horizontal one, {FIELD}. "
+        f"A g-sensitivity that is alike on all axes looks the same, and is known so much less. "
         f"{AWAY}"), in_sds)
 
 
