@@ -47,6 +47,8 @@ class UnknownEffect(CalibrationError):
 def find_effect(name: str) -> Effect:
     """The effect called ``name``; ``column:NAME`` makes a bias that follows the logged column.
 
+    ``extra_noise:RUN``, ``pose_scatter:RUN`` and ``rate_scatter:RUN`` are those of one run.
+
     Parameters
     ----------
     name : str
@@ -71,4 +73,9 @@ def find_effect(name: str) -> Effect:
         return replace(EFFECTS[STEP], name=name, starts_in=elsewhere)
     if name.startswith(OF_COLUMN) and name != OF_COLUMN:
         return column_effect(name.removeprefix(OF_COLUMN))
+    kind, _, run = name.partition(":")
+    if run and kind in EFFECTS and EFFECTS[kind].drawn in ("as_noise", "per_pose"):
+        from calib.effects.drawn import in_one_run  # as above
+
+        return in_one_run(EFFECTS[kind], run)
     raise UnknownEffect(name)

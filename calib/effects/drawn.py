@@ -6,11 +6,13 @@ likeliest (:mod:`calib.fit.least_squares.drawn_sizes`). No reading of another lo
 drawn, so that nothing of it is corrected: it makes the sds of the parameters honest.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from calib.effects.effect import Page, Shape, ShapeValue, effect
+from calib.effects.effect import Effect, Page, Shape, ShapeValue, effect
 from calib.effects.typical import between, quoted, typical
-from calib.poses.conditions import Conditions
+from calib.poses.conditions import RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray
 
 
@@ -95,3 +97,14 @@ def rate_scatter(at: Conditions) -> FloatArray:
 def bias_wander(at: Conditions, tau_s: ShapeValue) -> FloatArray:
     """Bias that wanders at random, slowly enough that poses near in time share most of it."""
     return np.ones((len(at), 3, 1))
+
+
+def in_one_run(drawn: Effect, run: str) -> Effect:
+    """What is drawn anew with every pose, in those of one run only: ``NAME:RUN``."""
+
+    def columns(at: Conditions) -> FloatArray:
+        member = at.columns.get(RUN_COLUMN + run, np.zeros(len(at)))
+        return np.asarray(drawn.columns(at) * member[:, None, None])
+
+    physics = f"{drawn.physics.rstrip('.')}, in the run '{run}' alone."
+    return replace(drawn, name=f"{drawn.name}:{run}", columns=columns, physics=physics)

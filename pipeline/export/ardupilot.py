@@ -16,19 +16,15 @@ is a polynomial about another temperature, and the same about 35 °C.
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
-from calib.effects.curves import PER_ORDER_K
 from calib.effects.effect import REFERENCE_TEMPERATURE_C
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.export.firmware import gains, what_is_left
-from pipeline.export.parts import Export, no_effects, no_sds, origin, temperatures
+from pipeline.export.firmware import what_is_left
+from pipeline.export.parts import Export, gains, no_effects, no_sds, origin, temperatures
 from pipeline.export.programs.syntax import hash_comment
 from pipeline.export.robotics import nominal_offset
+from pipeline.export.temperature import HELD, ORDERS, courses_about, temperature_courses
 from pipeline.results.read import Stored, StoredTriad
-
-HELD = ("temperature_bias", "temperature_bias_curve")
-"""The effects that its polynomial holds."""
 
 POLYNOMIAL_FROM_C = 35.0  #: °C, TEMP_REFERENCE in AP_InertialSensor_tempcal; fact
 COEFFICIENT = 1e6  #: unit of the parameters INS_TCAL1_*, per SI unit and kelvin
@@ -37,7 +33,6 @@ NAMES: Mapping[str, tuple[str, str, str]] = {
     "accelerometer": ("INS_ACCOFFS", "INS_ACC1_CALTEMP", "INS_TCAL1_ACC"),
     "gyroscope": ("INS_GYROFFS", "INS_GYR1_CALTEMP", "INS_TCAL1_GYR"),
 }
-ORDERS = (1, 2, 3)  #: fact: INS_TCAL1_* are the coefficients of a cubic in temperature
 SCALE_RANGE = (0.8, 1.2)  #: range of INS_ACCSCAL by ArduPilot's documentation
 LARGEST_OFFSET = 3.5  #: m/s², of INS_ACCOFFS by ArduPilot's documentation
 
@@ -53,7 +48,7 @@ def to_ardupilot(stored: Stored) -> Export:
         name, temperature, _ = NAMES[triad.name]
         offset = nominal_offset(triad)
         if warmed and caltemp is not None:
-            offset = offset + [float(course(caltemp)) for course in _courses(triad)]
+            offset = offset + [float(course(caltemp)) for course in temperature_courses(triad)]
             values[temperature] = caltemp
         values |= {f"{name}_{axis.upper()}": v for axis, v in zip(AXES, offset, strict=True)}
         if triad.name == "accelerometer":
@@ -75,36 +70,6 @@ def to_ardupilot(stored: Stored) -> Export:
     return Export({"ardupilot.param": "\n".join(lines) + "\n"}, tuple(loses))
 
 
-def _courses(triad: StoredTriad) -> list[Polynomial]:
-    """Errors of the nominal reading of x, y and z, SI, by the temperature in °C."""
-    courses = [Polynomial([0.0]) for _ in AXES]
-    for name in HELD:
-        if name not in triad.effects:
-            continue
-        values = np.array(triad.effects[name]["values"], float)
-        if name == "temperature_bias":
-            orders, centre = values[:3, None], REFERENCE_TEMPERATURE_C
-        else:
-            count = len(AXES) * len(ORDERS)
-            orders = values[:count].reshape(len(AXES), -1)
-            centre = float(triad.correction.shapes[name])
-        warmth = Polynomial([-centre, 1.0])
-        for axis, gain in enumerate(gains(triad)):
-            for k, coefficient in enumerate(orders[axis], start=1):
-                courses[axis] += coefficient / gain * warmth**k / PER_ORDER_K ** (k - 1)
-    return courses
-
-
-def _coefficients(triad: StoredTriad) -> FloatArray:
-    """Coefficients of the polynomial about ``POLYNOMIAL_FROM_C``, SI, (orders, 3)."""
-    from_there = Polynomial([POLYNOMIAL_FROM_C, 1.0])
-    coefficients = np.zeros((len(ORDERS) + 1, len(AXES)))
-    for axis, course in enumerate(_courses(triad)):
-        shifted = course(from_there).coef
-        coefficients[: len(shifted), axis] = shifted
-    return coefficients[1:]
-
-
 def _temperature_calibration(
     stored: Stored, warmed: list[StoredTriad], span: list[float]
 ) -> dict[str, float]:
@@ -112,7 +77,7 @@ def _temperature_calibration(
     if not warmed or not span:
         return {"INS_TCAL1_ENABLE": 0.0}
     values = {"INS_TCAL1_ENABLE": 1.0, "INS_TCAL1_TMIN": min(span), "INS_TCAL1_TMAX": max(span)}
-    every = {one.name: _coefficients(one) for one in stored.triads}
+    every = {one.name: courses_about(one, POLYNOMIAL_FROM_C)[1:] for one in stored.triads}
     for triad, (_, _, prefix) in NAMES.items():
         coefficients = every.get(triad, np.zeros((len(ORDERS), len(AXES))))
         for order in ORDERS:

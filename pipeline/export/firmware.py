@@ -1,24 +1,29 @@
 """Formats of microcontrollers: C headers, and the parameters of two flight controllers."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.effects.effect import REFERENCE_TEMPERATURE_C
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.export.parts import (
     Export,
     error_text,
     example,
+    gains,
     matrix,
     no_effects,
     no_sds,
     origin,
     plain_row,
+    temperatures,
     triad_named,
 )
 from pipeline.export.programs.syntax import c_comment, c_row, hash_comment
 from pipeline.export.robotics import nominal_offset
+from pipeline.export.temperature import HELD, ORDERS, courses_about
 from pipeline.results.read import Stored, StoredTriad
 
 #: Ranges that INAV sets the sensors of this family to, counts over the 16-bit half range.
@@ -64,19 +69,26 @@ def _fusion_unit(triad: StoredTriad) -> tuple[str, float]:
 
 
 def to_px4(stored: Stored) -> Export:
-    """PX4 parameters: ``(reading - OFF) * SCALE`` for the accelerometer, ``reading - OFF`` else.
+    """PX4 parameters: ``(reading - p(T) - OFF) * SCALE``, the gyroscope without ``SCALE``.
 
     ``Accelerometer::Correct`` and ``Gyroscope::Correct`` of PX4 (``src/lib/sensor_calibration``)
-    rotate what comes out into the body.
+    rotate what comes out into the body. p is a cubic about ``TREF`` with T held within ``TMIN`` and
+    ``TMAX`` (``TC_A0_X1_0`` and on, ``src/modules/temperature_compensation``), zero there.
     """
     lines = [hash_comment(line) for line in origin(stored)]
-    lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID to the ids that your board shows; this file "
-                 "does not set them.")
-    loses = [*no_sds(stored)]
+    lines.append("# Set CAL_ACC0_ID and CAL_GYRO0_ID, and TC_A0_ID and TC_G0_ID where they are "
+                 "used, to the ids that your board shows; this file does not set them.")
+    loses, span = [*no_sds(stored)], temperatures(stored)
+    centre_c = float(np.clip(REFERENCE_TEMPERATURE_C, min(span), max(span))) if span else None
+    warmed = {one.name: HELD for one in stored.triads if span and {*HELD} & {*one.effects}}
     for triad in stored.triads:
         name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[triad.name]
-        values = [(f"{axis.upper()}OFF", v) for axis, v in zip(AXES, nominal_offset(triad),
-                                                               strict=True)]
+        offset = nominal_offset(triad)
+        if triad.name in warmed and centre_c is not None:
+            course = courses_about(triad, centre_c)
+            offset = offset + course[0]
+            lines += _px4_temperatures(triad.name, course, centre_c, span)
+        values = [(f"{axis.upper()}OFF", v) for axis, v in zip(AXES, offset, strict=True)]
         if triad.name == "accelerometer":
             values += [(f"{a.upper()}SCALE", v) for a, v in zip(AXES, gains(triad), strict=True)]
         # vehicle, component, name, value, type (9 is a float)
@@ -84,8 +96,21 @@ def to_px4(stored: Stored) -> Export:
         loses.append(what_is_left(stored, triad, "PX4", keeps_scale=triad.name == "accelerometer"))
     loses.append("The axes are those of the log, as the driver publishes them: PX4 rotates into "
                  "the body (CAL_ACC0_ROT, CAL_GYRO0_ROT, SENS_BOARD_ROT) after the correction.")
-    loses += no_effects(stored, "PX4")
+    loses += no_effects(stored, "PX4", warmed)
     return Export({"px4.params": "\n".join(lines) + "\n"}, tuple(loses))
+
+
+def _px4_temperatures(
+    triad: str, course: FloatArray, centre_c: float, span: list[float]
+) -> Iterator[str]:
+    """The lines of a polynomial ``course`` (orders + 1, 3) about ``centre_c``."""
+    letter = {"accelerometer": "A", "gyroscope": "G"}[triad]
+    yield f"1\t1\tTC_{letter}_ENABLE\t1\t6"  # 6 is a whole number
+    values = {"TREF": centre_c, "TMIN": min(span), "TMAX": max(span)}
+    values |= {f"X{order}_{axis}": float(course[order, axis] if order else 0.0)
+               for order in (0, *ORDERS) for axis in range(len(AXES))}
+    for key, value in values.items():
+        yield f"1\t1\tTC_{letter}0_{key}\t{value:.10g}\t9"
 
 
 def to_inav(stored: Stored) -> Export:
@@ -113,11 +138,6 @@ def to_inav(stored: Stored) -> Export:
         *no_effects(stored, "INAV"),
     ]
     return Export({"inav.txt": "\n".join(lines) + "\n"}, tuple(loses))
-
-
-def gains(triad: StoredTriad) -> FloatArray:
-    """Factors for nominal readings, about 1, no unit, shape (3,)."""
-    return np.asarray(triad.units_per_count / triad.correction.spec.nominal_scale)
 
 
 def what_is_left(

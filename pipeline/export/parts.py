@@ -157,3 +157,8 @@ def temperatures(stored: Stored) -> list[float]:
         for pose in stored.contents[triad.name]["poses"]
         if pose["columns"].get(TEMPERATURE) is not None
     ]
+
+
+def gains(triad: StoredTriad) -> FloatArray:
+    """Factors for nominal readings, about 1, no unit, shape (3,)."""
+    return np.asarray(triad.units_per_count / triad.correction.spec.nominal_scale)

@@ -73,9 +73,9 @@ def _nine(triad: StoredTriad) -> dict[str, list[float | None]]:
 
 def _labels(name: str, count: int) -> list[str]:
     """What the values of an effect are called: its parameters, then its shape parameter."""
-    if name not in EFFECTS:  # column:NAME has one value for each axis
+    effect = EFFECTS.get(name, EFFECTS.get(name.partition(":")[0]))  # extra_noise:RUN
+    if effect is None:  # column:NAME has one value for each axis
         return list(AXES)
-    effect = EFFECTS[name]
     shape = [] if effect.shape is None else [effect.shape.name]
     return [*effect.parameters, *shape][:count]
 

@@ -13,7 +13,7 @@ import numpy as np
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.hypotheses.listed import listed_hypotheses
 from calib.diagnosis.search.refit import refit
-from calib.effects.catalogue import STEP
+from calib.effects.catalogue import STEP, find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -54,7 +54,8 @@ def as_the_verdict_says(base: Fit) -> tuple[str, Fit]:
     for _ in range(MOST_ADDED):
         said = diagnose(now)
         effects = single_effects(now) | {
-            name: EFFECTS[name] for name in said.addable if EFFECTS[name].acts_on == "noise"}
+            name: find_effect(name) for name in said.addable
+            if find_effect(name).acts_on == "noise"}
         known = [name for name in (*said.addable, *said.names) if name in effects]
         if not known:
             break

@@ -25,6 +25,8 @@ TOLD_APART = 3.0
 def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     """The likeliest kind of noise and what looks the same in these poses; none in a model twice.
 
+    That of one run stands alone, where it is told from those of all.
+
     Parameters
     ----------
     fit : Fit
@@ -39,10 +41,16 @@ def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     kinds = [each for each in (*SHAPELESS, *in_time) if each not in fit.model.names]
     if not kinds or not tests_the_model(fit.poses):
         return ()
-    evidence = dict(zip(kinds, log_evidences(
-        fit, [find_effect(each) for each in kinds], WANDER_SPANS), strict=True))
-    alike = [each for each in kinds if evidence[each] > max(evidence.values()) - TOLD_APART]
+    runs = tuple(dict.fromkeys(fit.poses.run))
+    of_runs = [f"{SHAPELESS[0]}:{run}" for run in runs] if len(runs) > 1 else []
+    of_runs = [each for each in of_runs if each not in fit.model.names]
+    evidence = dict(zip((*kinds, *of_runs), log_evidences(
+        fit, [find_effect(each) for each in (*kinds, *of_runs)], WANDER_SPANS), strict=True))
+    likeliest = max(of_runs, key=lambda each: evidence[each], default=kinds[0])
     first = max(kinds, key=lambda each: evidence[each])
+    if evidence[likeliest] > evidence[first] + TOLD_APART:
+        return (likeliest,)
+    alike = [each for each in kinds if evidence[each] > evidence[first] - TOLD_APART]
     if first in SHAPELESS:  # between these two a small difference says nothing
         first = next(each for each in alike if each in SHAPELESS)
     return tuple(dict.fromkeys((first, *alike)))

@@ -236,6 +236,10 @@ def fit_with_drawn(
             why = LACKING["time"]
         if why is not None:
             raise Undetermined(f"{poses.triad}: '{effect.name}' cannot be evaluated: {why}.")
+        if not effect.evaluate(poses.conditions(poses.reading)).any():
+            runs = ", ".join(f"'{run}'" for run in dict.fromkeys(poses.run))
+            raise Undetermined(f"{poses.triad}: '{effect.name}' acts on none of these poses, which "
+                               f"are of {runs}. Name one of these runs, or remove it.")
     now: dict[str, Drawn] = {}
     fitted = fit_means(poses, model)
     for _ in range(ROUNDS):

@@ -19,6 +19,7 @@ from calib.diagnosis.verdict.explain import SPOKEN, explain
 from calib.diagnosis.verdict.explanation import Step
 from calib.diagnosis.verdict.ranking import rank
 from calib.effects.catalogue import BASE, find_effect
+from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -87,6 +88,24 @@ def test_what_has_no_formula_has_a_name_that_can_be_added(
         settled += diagnose(after).verdict == "nothing_missing"
     assert right >= 3
     assert settled >= 3
+
+
+def test_noise_of_one_run_is_named_with_it_and_its_size_is_fitted() -> None:
+    sizes = []
+    for seed in range(3):
+        poses, random = sound(seed), np.random.default_rng([seed, 9])
+        there = np.array([run == "run 4" for run in poses.run])[:, None]
+        noise = 2 * poses.sd * random.normal(size=poses.sd.shape) * there
+        base, said = fitted(replace(poses, reading=poses.reading + noise))
+        assert said.name == "extra_noise:run 4", said.text
+        assert "in the run 'run 4' alone" in said.text
+        after = fit(base.poses, Model.of((*BASE, "extra_noise:run 4")))
+        assert after.p_value > 1e-3
+        sizes.append(float(after.theta[after.model.slices()["extra_noise:run 4"]][0]))
+        assert diagnose(after).verdict == "nothing_missing"
+    assert 1.5 < np.mean(sizes) < 2.5
+    with pytest.raises(CalibrationError, match="which are of 'run 0', 'run 1'"):
+        fit(base.poses, Model.of((*BASE, "extra_noise:fast")))
 
 
 def test_noise_of_few_poses_is_told_from_a_wander_by_the_order_of_time() -> None:

@@ -128,6 +128,39 @@ def test_px4_reads_back_up_to_what_it_says_it_loses(finished: RunSession) -> Non
         assert 0 < (left / reading).max() < 1.05 * stated_share(made, triad)  # two digits stated
 
 
+@pytest.mark.parametrize(("triad", "letter", "cal"), [
+    ("accelerometer", "A", "CAL_ACC0"), ("gyroscope", "G", "CAL_GYRO0"),
+])
+def test_px4_has_a_curve_in_the_temperature_as_its_cubic(
+    finished: RunSession, tmp_path: Path, triad: str, letter: str, cal: str
+) -> None:
+    """What PX4 subtracts: a cubic in T - TREF, T held within TMIN and TMAX, and the offset.
+
+    Source: PX4/PX4-Autopilot, ``src/modules/temperature_compensation``,
+    ``calc_thermal_offsets_3D``.
+    """
+    curve = np.array([0.02, 0.01, -0.03, -0.03, 0.02, 0.01, 0.01, -0.02, 0.02])
+    stored = with_effects(finished, tmp_path, triad, {"temperature_bias_curve": list(curve)},
+                          shapes={"temperature_bias_curve": 27.0})
+    made = EXPORTERS["px4"](stored)
+    assert not any("temperature_bias_curve" in note for note in made.loses)
+    rows = [line.split("\t") for line in made.files["px4.params"].splitlines() if line[0] != "#"]
+    value = {row[2]: float(row[3]) for row in rows}
+    assert [f"TC_{letter}_ENABLE", "1", "6"] in [row[2:] for row in rows]
+    low, high, centre = (value[f"TC_{letter}0_{key}"] for key in ("TMIN", "TMAX", "TREF"))
+    warmth = np.linspace(low, high, 200)
+    off = np.array([value[f"{cal}_{axis}OFF"] for axis in "XYZ"])
+    thermal = sum(np.array([value[f"TC_{letter}0_X{k}_{axis}"] for axis in range(3)])
+                  * (warmth[:, None] - centre) ** k for k in range(4))
+    own_one = own(stored, triad)
+    gain = own_one.units_per_count / own_one.correction.spec.nominal_scale
+    zero = own_one.correction.spec.nominal(own_one.bias_counts)
+    d = (warmth - 27.0)[:, None]
+    first, second, third = curve.reshape(3, 3).T
+    error = d * first + d**2 / 10 * second + d**3 / 100 * third
+    assert thermal + off == pytest.approx(zero + error / gain, abs=1e-6)
+
+
 def test_inav_reads_back_up_to_its_whole_counts(finished: RunSession) -> None:
     stored, log = load_results(finished.folder), a_log()
     made = EXPORTERS["inav"](stored)
