@@ -10,6 +10,9 @@ all blocks, G = XᵀX and h = Xᵀr, one Cholesky factor of a small matrix gives
     [ I + D G D    D h  ]      log det K = log det (I + D G D)
     [ (D h)ᵀ      rᵀr+1 ]      Q = rᵀK⁻¹r = last pivot - 1
 
+The columns of one block are orthogonal, so that its part of this matrix is diagonal: that of the
+last, widest block is eliminated beforehand, and the factor is of the others alone.
+
 The stated variance is V = 1 as ν degrees of freedom know it, so that the density is Student's; V is
 larger where something else is left. Log densities are relative to those of unit rows without any
 constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is needed, parameters
