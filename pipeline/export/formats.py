@@ -11,7 +11,7 @@ FORMATS: dict[str, str] = {
     "python": "the same as a Python module without dependencies",
     "matlab": "the same as MATLAB and Octave functions",
     "fusion": "a C header for FusionModelInertial of x-io Fusion",
-    "px4": "CAL_ACC0 and CAL_GYRO0 parameters of PX4",
+    "px4": "CAL_ACC0 and CAL_GYRO0 parameters of PX4, with its thermal calibration",
     "inav": "CLI commands of INAV",
     "ardupilot": "INS parameters of ArduPilot, with its temperature calibration",
     "residuals": "a CSV row for each pose: residual, sd, leave-one-out, readings",
