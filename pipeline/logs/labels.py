@@ -20,9 +20,6 @@ LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
                    rf"\s*[:=]\s*({NUMBER})(?![\w:])")
 BRACKETS = re.compile(r"\s*+[(\[{](.*)[)\]}]\s*+[,;]?\s*+")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
-#: Groups of numbers with bars between them, each group's numbers between blanks.
-BARS = re.compile(rf"(?<![\d.]){NUMBER}\s++{NUMBER}\s*+\|\s*+{NUMBER}\s++{NUMBER}")
-WORD = re.compile(r"^\s*[A-Za-z]\w*\s+")  #: before the numbers of such a line
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
@@ -47,19 +44,11 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
     cycle = _cycle(shown)
     if sum(map(len, cycle)) >= FEWEST:
         return _table_rows(lines, cycle)
-    signs = [line for line in shown if BARS.search(line)]
-    if len(signs) >= LEAST_SHARE * max(len(shown), 1) and signs:
-        return [_barless_row(line) for line in lines]
     tags = Counter(match[1] for line in shown if (match := SENTENCE.fullmatch(line)))
     if tags and (tag := tags.most_common(1)[0])[1] >= len(shown) / 2:
         return [match[2] if (match := SENTENCE.fullmatch(line)) and match[1] == tag[0]
                 else f"# {line}" for line in lines]
     return rows_of_sentences(lines, shown) or lines
-
-
-def _barless_row(line: str) -> str:
-    """``IMU0 0.1 | 1 2 3 | 4 5 6`` as a row: bars between groups of numbers are blanks."""
-    return TAG.sub("", WORD.sub("", line).replace("|", " "))
 
 
 def labels_of(line: str) -> tuple[str, ...]:

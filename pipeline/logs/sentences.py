@@ -113,6 +113,7 @@ def _names_of_text(text: str, first: str) -> list[str]:
 
 
 def _spread(name: str, count: int) -> list[str]:
-    """Names of several numbers under one: the axes of a triad, else their places."""
-    ends = AXES if count == len(AXES) else range(1, count + 1)
-    return [f"{name} {end}" for end in ends]
+    """Names of several numbers under one: the axes of a triad, else their places alone."""
+    if count == len(AXES):
+        return [f"{name} {axis}" for axis in AXES]
+    return [str(place) for place in range(1, count + 1)]
