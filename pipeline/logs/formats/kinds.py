@@ -141,7 +141,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
         tables: list[FileTable] = module.tables(path)
     if not tables:
         raise UnreadableInput(f"{path}: this {kind.name} holds no readings of an accelerometer or "
-                              "a gyroscope.")
+                              "a gyroscope: no table in it has three axes beside each other.")
     return tables
 
 
