@@ -158,7 +158,7 @@ def is_catalogued(function: ast.FunctionDef) -> bool:
 
 
 def public_functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
-    """Those of a module and of its public classes."""
+    """Public functions of a module and of its public classes."""
     for node in body:
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
             yield from public_functions(node.body)

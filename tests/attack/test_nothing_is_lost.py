@@ -40,7 +40,7 @@ for line in sys.stdin:
     print("code", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
 WRITES = 5
-"""Of a model change: configuration, results, report, history and the journal of the four."""
+"""Files of a model change: configuration, results, report, history and the journal of the four."""
 
 
 def command(*arguments: object) -> list[str]:

@@ -55,7 +55,7 @@ def changed(module: object, name: str, factor: float) -> Iterator[None]:
 
 
 def missed(kinds: Sequence[str]) -> list[str]:
-    """Those of the mistakes that are silent, or claimed to be others."""
+    """Mistakes that are silent, or claimed to be others."""
     out = []
     for what, seed in product(kinds, range(FIRST, FIRST + DRAWN)):
         attack = drawn(seed, what)

@@ -204,7 +204,7 @@ def test_projections_need_the_opposite_sign_of_eq_15() -> None:
 
 
 def unit_of_the_last_digit(number: str) -> float:
-    """Of ``0.00029`` it is 1e-05, and of ``1.2e-04`` as well."""
+    """The last digit of ``0.00029`` is worth 1e-05, and that of ``1.2e-04`` as well."""
     digits, _, exponent = number.lower().partition("e")
     return 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
 

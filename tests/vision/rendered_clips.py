@@ -25,6 +25,6 @@ def small_scene(**what: Any) -> Scene:
 
 
 def error_ppm(rate: "RateMeasurement", motion: "PlateMotion") -> float:
-    """Of the signed rate, relative to that of the plate."""
+    """Error of the signed rate, relative to that of the plate."""
     signed = rate.rate_rad_s * (1 if rate.direction == "ccw" else -1)
     return (signed / motion.rate_rad_s - 1) * 1e6

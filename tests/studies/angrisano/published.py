@@ -25,7 +25,7 @@ NOMINAL_RPM = 50 / 3
 """The "16 rpm" of a record player are 16 2/3."""
 
 GRAVITY_M_S2 = 9.80267
-"""Of Naples, where the authors worked; the publication does not state what it used."""
+"""Gravity of Naples, where the authors worked; the publication does not state what it used."""
 
 
 @dataclass(frozen=True, eq=False)

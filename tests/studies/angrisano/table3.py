@@ -52,7 +52,7 @@ SLOW_BY = 0.005
 lasts 54.0 frames and all counts agree: their scatter would hide the error of up to a frame."""
 
 PHASE_SD_RAD = 2e-3
-"""Of the mark's angle in one frame, a fraction of a pixel."""
+"""Sd of the mark's angle in one frame, a fraction of a pixel."""
 
 LEAD_RAD = 0.5
 """A few frames, so that the first alignment is seen from both sides."""

@@ -20,7 +20,7 @@ Light = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
 
 
 def found(light: Light) -> EqualParts | None:
-    """Of frames in which a place at (radius, azimuth) on the true plate has a light by time."""
+    """Equal parts of frames in which a place (radius, azimuth) of the plate has a light by time."""
     rng = np.random.default_rng(1)
 
     def sample(view: PlateView, azimuths: int, frames: slice) -> tuple[Grid, Strips]:

@@ -47,7 +47,7 @@ def moved(image: NDArray[Any], x: float, y: float, roll_rad: float) -> NDArray[A
 
 
 def sway(i: int) -> tuple[float, float, float]:
-    """Of a hand: some pixels and a degree, in some seconds."""
+    """Motion of a hand: some pixels and a degree, in some seconds."""
     t = i / 15
     return 9 * np.sin(1.9 * t), 7 * np.sin(2.7 * t + 1), 0.015 * np.sin(1.1 * t + 2)
 
