@@ -18,7 +18,7 @@ from calib.poses.imu_log import BoolArray
 from calib.poses.pose_set import PoseSet
 
 MOST_ODD = 3  #: poses; derived: what a set of 18 can lose before a direction is missing
-MOST_SETS = 1000  #: a limit of time
+MOST_SETS = 1000  #: sets of poses left out; a limit of time
 
 
 def odd_poses(poses: PoseSet) -> BoolArray | None:
