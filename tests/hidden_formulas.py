@@ -85,19 +85,25 @@ def hide(formula: Formula, poses: PoseSet, true: FloatArray, sds: float, seed: i
     return replace(poses, reading=poses.reading + sds / size * errors)
 
 
-def poses_of(design: str, seed: int) -> tuple[PoseSet, FloatArray]:
-    """Poses with a draw of their noise, and their true vectors."""
+def poses_of(
+    design: str, seed: int, *, more: Callable[[PoseSet, int], PoseSet] | None = None
+) -> tuple[PoseSet, FloatArray]:
+    """Poses with a draw of their noise and ``more`` columns, and their true vectors."""
     if design == "rich":
         made = rich_poses("gyroscope", seed)
     else:
         made = made_poses("accelerometer", (0.0,), jitter_deg=10.0, seed=seed, corners=True)
     made = with_columns(made, seed)
+    made = more(made, seed) if more else made
     return noisy(made, seed), made.reading
 
 
-def recovered(formula: Formula, design: str, sds: float, seed: int) -> tuple[bool, str]:
+def recovered(
+    formula: Formula, design: str, sds: float, seed: int,
+    *, more: Callable[[PoseSet, int], PoseSet] | None = None,
+) -> tuple[bool, str]:
     """Whether the formula that was found is the hidden one, and its words."""
-    sound, true = poses_of(design, seed)
+    sound, true = poses_of(design, seed, more=more)
     spoilt = hide(formula, sound, true, sds, seed)
     base = fit(spoilt, Model.of(BASE))
     found = discover(base)

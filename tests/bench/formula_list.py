@@ -37,7 +37,7 @@ def _power(poses: PoseSet) -> FloatArray:
     return _about(poses, "tx_power_w", 0)
 
 
-def _behind(poses: PoseSet, drive: FloatArray, tau_s: float) -> FloatArray:
+def behind(poses: PoseSet, drive: FloatArray, tau_s: float) -> FloatArray:
     """What a body of one heat capacity does behind ``drive`` (n, 1), step by step, (n, 1).
 
     The drive is a straight line between poses; the body is in balance at the first.
@@ -77,13 +77,13 @@ def _others(true: FloatArray) -> FloatArray:
 
 
 EVERY: Mapping[str, Formula] = {
-    "bias ~ power, 200 s behind": lambda p, s: _behind(p, _power(p), 200),
+    "bias ~ power, 200 s behind": lambda p, s: behind(p, _power(p), 200),
     "bias ~ warmth · power": lambda p, s: _warmth(p) * _power(p),
     "bias ~ supply · humidity": lambda p, s: _supply(p) * _humidity(p),
     "cross gain ~ warmth": lambda p, s: _warmth(p) * np.roll(s, 1, axis=1),
     "s_i s_j ~ power": lambda p, s: _power(p) * _others(s),
     "gain ~ warmth · supply": lambda p, s: _warmth(p) * _supply(p) * s,
-    "gain ~ power, 150 s behind": lambda p, s: _behind(p, _power(p), 150) * s,
+    "gain ~ power, 150 s behind": lambda p, s: behind(p, _power(p), 150) * s,
     "bias ~ slope of the temperature": lambda p, s: _slope(p, _warmth(p)),
     "bias ~ 1 / (power + 0.2)": lambda p, s: 1 / (_power(p) + 0.2),
     "bias ~ ripple in the supply": lambda p, s: np.sin(2 * np.pi * _supply(p) / 0.4),
@@ -95,9 +95,9 @@ EVERY: Mapping[str, Formula] = {
     "bias ~ bump in humidity": lambda p, s: np.exp(-((_humidity(p) / 4) ** 2)),
     "gain ~ power over 1.2 W": lambda p, s: (_power(p) > 1.2) * s,
     "bias ~ square of the supply, 100 s behind": lambda p, s: (
-        _behind(p, (_supply(p) + 5) ** 2, 100)),
+        behind(p, (_supply(p) + 5) ** 2, 100)),
     "s³ ~ warmth": lambda p, s: _warmth(p) * s**3,
-    "bias ~ heat of power over 1.5 W": lambda p, s: _behind(p, 1.0 * (_power(p) > 1.5), 150),
+    "bias ~ heat of power over 1.5 W": lambda p, s: behind(p, 1.0 * (_power(p) > 1.5), 150),
 }
 
 _DRAWN = np.random.default_rng(SPLIT_SEED).permutation(len(EVERY))
