@@ -9,17 +9,16 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.angrisano import fit_paper
 from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
-from calib.fit.triad.axis_of_turning import with_axes
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
-from calib.fit.triad.leaning import leaning_of
+from calib.fit.triad.leaning import leaning_of, with_axes
 from calib.poses.averaging.drift_within import average_poses
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.data_sheet import Encoding, TriadSpec
 from calib.poses.imu_log import TRIADS, ImuLog
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import PlateRate
+from calib.poses.runs.ideal_ring import NOT_FITTED, tilted_run
 from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
-from calib.poses.runs.tilted_run import NOT_FITTED, tilted_run
 from tests.world.imu import Triad
 from tests.world.session import RunLog, Session, StatedRate
 

@@ -49,15 +49,14 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",), ("lagged",),
     ],
     "calib.poses.averaging": [
-        ("pose_mean",), ("sway", "tabled_poses"), ("average_pose",),
-        ("drift_within", "mean_noise", "session_clock"),
+        ("pose_mean",), ("sway",), ("average_pose",),
+        ("drift_within", "mean_noise"),
     ],
     "calib.poses.rests": [
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
     ],
     "calib.poses.runs": [
-        ("ring", "ring_errors"), ("pose_run", "ideal_ring"), ("reference_runs", "known_attitudes"),
-        ("tilted_run",),
+        ("ring", "ring_errors"), ("pose_run",), ("reference_runs",), ("ideal_ring",),
     ],
     "calib.fit": [
         ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),
@@ -65,19 +64,19 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.fit.least_squares": [
         ("identifiability", "square_start", "gauss_newton", "result"),
-        ("visible_basis", "shape_starts", "fitted_sets", "widened"),
+        ("visible_basis", "fitted_sets", "widened"),
         ("stack_fits", "drawn_sizes"), ("solver", "angrisano"),
         ("unknown_sd",),
     ],
     "calib.fit.triad": [
-        ("correction", "determined", "run_scatter"), ("calibration", "frame_alignment", "leaning"),
-        ("axis_of_turning", "evaluable"),
+        ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
+        ("evaluable",),
     ],
     "calib.fit.validation": [
-        ("leave_one_out", "wave_misfit"), ("predicted_pose", "prediction"), ("missing_effect",),
+        ("leave_one_out", "wave_misfit"), ("prediction",), ("predicted_pose",),
     ],
-    "calib.noise": [("stillness", "spectra"), ("allan",), ("coefficients",)],
-    "calib.notebook": [("tables", "display", "partial"), ("calibration",),
+    "calib.noise": [("stillness", "allan"), ("coefficients",)],
+    "calib.notebook": [("tables", "display"), ("calibration",),
                        ("comparison", "from_table")],
     "calib.discovery": [("grammar",), ("discover",)],
     "calib.diagnosis": [

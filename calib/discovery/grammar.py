@@ -17,7 +17,7 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.effects.expression import read_expression
-from calib.effects.expression_units import coefficient_unit
+from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import user_effect
 from calib.poses.imu_log import FloatArray
 from calib.poses.lagged import Lag

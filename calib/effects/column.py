@@ -3,7 +3,7 @@
 import numpy as np
 
 from calib.effects.effect import OF_COLUMN, Effect, Page, per_axis
-from calib.effects.expression_units import column_unit
+from calib.effects.units import column_unit
 from calib.poses.imu_log import AXES
 
 

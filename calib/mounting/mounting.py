@@ -25,14 +25,17 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.both_orders import LevelledReadings, OrderTrial, levelled_readings, try_orders
-from calib.mounting.floor_slope import HeadingForces, Slope, floor_slope, turned_short_covariance
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
+    HeadingForces,
     Order,
+    Slope,
+    floor_slope,
     mounting_rotation,
     roll_pitch,
     roll_pitch_jacobian,
     rotation_order,
+    turned_short_covariance,
 )
 from calib.mounting.still_reading import (
     StillReading,

@@ -1,6 +1,6 @@
 """Noise density, bias instability, random walk and rate ramp from an Allan variance.
 
-Generalised least squares of the Allan variances on the columns of :mod:`calib.noise.spectra`, no
+Generalised least squares of the Allan variances on the columns of :mod:`calib.noise.allan`, no
 square below zero, weighted by the covariance of the estimates under the fitted noise, which is
 iterated. A coefficient whose square is not above zero by its own scatter is reported as an upper
 limit.
@@ -21,8 +21,16 @@ import numpy as np
 from scipy.optimize import brentq, nnls
 from scipy.special import gammaincinv, ndtri
 
-from calib.noise.allan import LONGEST, AllanCurve, allan_variances, averaging_factors, curve
-from calib.noise.spectra import FLICKER, NAMES, VarianceModel
+from calib.noise.allan import (
+    FLICKER,
+    LONGEST,
+    NAMES,
+    AllanCurve,
+    VarianceModel,
+    allan_variances,
+    averaging_factors,
+    curve,
+)
 from calib.poses.imu_log import BoolArray, FloatArray
 
 ITERATIONS = 6  #: steps of the weights; twice as many change no digit, two are too few; numerical

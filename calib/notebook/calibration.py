@@ -17,9 +17,9 @@ from calib.effects.needs import unavailable
 from calib.errors import CalibrationError, Undetermined
 from calib.fit.model import Model
 from calib.notebook import display
-from calib.notebook.partial import partial_figure
+from calib.notebook.display import partial_figure
 from calib.notebook.tables import SI, columns_of
-from calib.poses.averaging.tabled_poses import TIME, triad_columns
+from calib.poses.averaging.pose_mean import TIME, triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet

@@ -17,7 +17,7 @@ from calib.lot import CalibratedBlock, SensorPoses, calibrate_blocks, pool_of_lo
 from calib.notebook import display
 from calib.notebook.calibration import Calibration, calibrated, named_model, require_effects
 from calib.notebook.tables import SI, finite, gravity_runs, parts_by, plate_runs
-from calib.poses.averaging.tabled_poses import triad_columns
+from calib.poses.averaging.pose_mean import triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set

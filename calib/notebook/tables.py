@@ -20,14 +20,7 @@ from calib.earth import (
 from calib.errors import UnusableLog
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.averaging.tabled_poses import (
-    SAMPLES,
-    SD,
-    TIME,
-    tabled_poses,
-    triad_columns,
-)
+from calib.poses.averaging.pose_mean import SAMPLES, SD, TIME, PoseMean, tabled_poses, triad_columns
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.reference import PlateRate

@@ -12,7 +12,7 @@ from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import CommonError, constant_reference, join_references
 from calib.poses.runs.ideal_ring import ideal_ring, up_round_axis
-from calib.poses.runs.known_attitudes import known_attitudes
+from calib.poses.runs.pose_run import known_attitudes
 from calib.poses.runs.ring import Ring, rings_of
 
 

@@ -12,13 +12,12 @@ from calib.poses.averaging.mean_noise import (
     sd_dof,
     too_short,
 )
-from calib.poses.averaging.session_clock import on_one_clock
+from calib.poses.averaging.pose_mean import on_one_clock
 from calib.poses.averaging.sway import shaken
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
 from calib.poses.reference import Reference, RowIndex, join_references
-from calib.poses.runs.known_attitudes import known_attitudes
-from calib.poses.runs.pose_run import PoseRun, check_alive
+from calib.poses.runs.pose_run import PoseRun, check_alive, known_attitudes
 from calib.poses.runs.ring import Ring, joined_rings, rings_of
 
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")

@@ -35,7 +35,6 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-
 class TriadSheet(Section):
     """Data sheet of a triad: what all kinds of triads have in it."""
 
@@ -97,7 +96,6 @@ def _preset(sensor: object) -> object:
 def sensor_or_preset(sensor: type[SensorSection]) -> Any:
     """The type of a key that names a preset or holds a data sheet."""
     return Annotated[sensor, BeforeValidator(_preset)]
-
 
 
 def sensor_specs(sensor: SensorSection) -> Specs:

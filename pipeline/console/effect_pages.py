@@ -20,6 +20,7 @@ PLACES = {
     "noise": "the sds: its coefficients are drawn, their size is estimated, nothing is corrected",
 }
 
+
 def catalogue_lines() -> Iterator[str]:
     """Every listed effect under the heading of its module, with its formula."""
     by_module: dict[str, list[Effect]] = {}

@@ -32,6 +32,7 @@ from pipeline.text.names import DISTRIBUTION, program_version
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
 
+
 @dataclass(frozen=True)
 class CertifiedRow:
     """One kind of parameter: its name with unit, and up to three values with their sds, as text."""

@@ -17,7 +17,7 @@ from calib.fit.least_squares.solver import fit_sets
 from calib.fit.model import Model
 from calib.fit.triad.correction import Correction
 from calib.lot import SensorPoses
-from calib.poses.averaging.tabled_poses import (
+from calib.poses.averaging.pose_mean import (
     SD,
     TIME,
     is_read,

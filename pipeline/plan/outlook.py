@@ -15,7 +15,7 @@ from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_hori
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
-from calib.fit.triad.axis_of_turning import with_axes
+from calib.fit.triad.leaning import with_axes
 from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
 from calib.planning.prospect import BestPose, Prospect, best_pose, prospect_of
 from calib.poses.averaging.pose_mean import PoseMean
@@ -24,8 +24,8 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
-from calib.poses.runs.known_attitudes import laid_down
-from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.ideal_ring import tilted_run
+from calib.poses.runs.pose_run import PoseRun, laid_down
 from calib.poses.runs.reference_runs import (
     GRAVITY,
     RATE_OF,
@@ -36,7 +36,6 @@ from calib.poses.runs.reference_runs import (
 )
 from calib.poses.runs.ring import TILT_SD_RAD
 from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
-from calib.poses.runs.tilted_run import tilted_run
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from calib.noise.allan import NAMES
 from calib.noise.coefficients import AxisNoise
-from calib.noise.spectra import NAMES
 from calib.poses.imu_log import AXES
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73")  #: Okabe and Ito's, for x, y, z

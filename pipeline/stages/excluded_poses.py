@@ -25,6 +25,7 @@ _PART_OF_FILE = re.compile(r"(?:row \d+|\d+\.\d-\d+\.\d s)$")
 
 PoseName = str | int
 
+
 @dataclass(frozen=True, eq=False)
 class Choice:
     """Places of the poses that are used and of those that are excluded, in the recorded order."""

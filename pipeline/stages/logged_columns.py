@@ -9,7 +9,7 @@ import numpy as np
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
-from calib.poses.averaging.tabled_poses import is_stated
+from calib.poses.averaging.pose_mean import is_stated
 from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.problems import ConfigProblem, config_error

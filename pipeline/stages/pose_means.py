@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.averaging.tabled_poses import is_stated, tabled_poses
+from calib.poses.averaging.pose_mean import PoseMean, is_stated, tabled_poses
 from calib.poses.data_sheet import Specs
 from pipeline.config.schema import PosesSection
 from pipeline.errors import UnreadableInput

@@ -13,23 +13,22 @@ from calib.effects.user_defined import fault_of_user_effect
 from calib.errors import CalibrationError, Remedy, Undetermined
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
-from calib.fit.triad.axis_of_turning import with_axes
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import correct_other_poses
+from calib.fit.triad.leaning import with_axes
 from calib.fit.validation.predicted_pose import PredictedPose, predict_pose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
-from calib.poses.runs.known_attitudes import laid_down
-from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.ideal_ring import NOT_FITTED, Leaning, tilted_run
+from calib.poses.runs.pose_run import PoseRun, laid_down
 from calib.poses.runs.reference_runs import (
     gravity_run,
     still_run,
     stopped_run,
     turning_run,
 )
-from calib.poses.runs.tilted_run import NOT_FITTED, Leaning, tilted_run
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config
 from pipeline.config.schema import RunSection

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from calib.effects.catalogue import BASE
 from calib.effects.expression import BadExpression, read_expression
-from calib.effects.expression_units import coefficient_unit
+from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import PARAMETERS, Per, user_effect
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad

@@ -37,7 +37,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
         "LEAST_BY_CHANCE", "LARGEST_TYPICAL", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE",
         "LARGEST_RATIO", "FIRST_ORDER_S", "UNCERTAIN_RATIO", "RATIO_SD", "SHORTEST_S"),
      ("calib/poses/test_averaging.py", "calib/poses/test_mean_sds.py")),
-    ("calib.poses.samples.creep", ("SEEN_CHI2",), ("calib/poses",)),
+    ("calib.poses.samples.batches", ("SEEN_CHI2",), ("calib/poses",)),
     ("calib.poses.averaging.drift_within", ("FEWEST_OTHERS",),
      ("calib/poses/test_drift_within.py",)),
     ("calib.poses.checks.frozen", ("FALSE_ALARM", "SHORTEST_BLOCK"),
@@ -45,7 +45,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.poses.reference", ("PLAUSIBLE_RATIO",), ("calib/poses/test_runs.py",)),
     ("calib.poses.runs.reference_runs", ("TURNING_RAD_S",),
      ("calib/poses/test_runs.py", "calib/mounting")),
-    ("calib.mounting.floor_slope", ("STEEPEST_FLOOR_RAD", "REVERSAL_SD_RAD"), ("calib/mounting",)),
+    ("calib.mounting.levelling", ("STEEPEST_FLOOR_RAD", "REVERSAL_SD_RAD"), ("calib/mounting",)),
     ("calib.mounting.heading", (
         "MEAN_S", "STRETCH_MEANS", "LARGEST_STUDENT", "SHORTEST_DRIVE_S", "WEAKEST_PUSH_M_S2",
         "LARGEST_ACROSS", "MARKED_SHARE"), ("calib/mounting/test_heading.py",)),

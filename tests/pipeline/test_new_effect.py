@@ -90,7 +90,6 @@ def test_a_registered_effect_is_usable_everywhere(
         np.tile(1e-2 * warmth[:, None] ** 2, 3), rel=0.05
     )
 
-
     assert pipeline("export", results, "--to", "arduino", "--output", tmp_path / "c") == 0
     header = (tmp_path / "c/imu_calibration.h").read_text(encoding="utf-8")
     assert "/* errors of heat_knee */" in header

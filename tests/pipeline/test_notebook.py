@@ -7,7 +7,7 @@ import pytest
 import calib
 import pipeline
 from calib.errors import CalibrationError, Undetermined
-from calib.notebook.partial import partial_residuals
+from calib.notebook.display import partial_residuals
 from tests.sessions import quick_session
 
 

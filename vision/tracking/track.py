@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from vision.tracking.periodic_track import PictureReturn
 
 
-
 @dataclass(frozen=True)
 class ClipThresholds:
     """How much of a clip is needed.

@@ -20,7 +20,7 @@ from calib.errors import Undetermined
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import WANDERS, Drawn, times_apart, widened
 from calib.fit.model import Model
-from calib.fit.rows.whitening import Whitening
+from calib.fit.rows.whitened_rows import Whitening
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 

@@ -29,13 +29,15 @@ from calib.fit.least_squares.drawn_sizes import fit_with_drawn
 from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.shape_starts import (
+from calib.fit.least_squares.square_start import square_start
+from calib.fit.least_squares.stack_fits import (
+    Fits,
+    fits_of_stack,
     from_best_shapes,
     most_promising,
     near_warm_start,
+    only_fit,
 )
-from calib.fit.least_squares.square_start import square_start
-from calib.fit.least_squares.stack_fits import Fits, fits_of_stack, only_fit
 from calib.fit.least_squares.visible_basis import visible_bases
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem, Solution

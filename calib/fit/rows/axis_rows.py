@@ -1,9 +1,12 @@
-"""Rows of a known direction: across it, along t1 and t2, the corrected vector s vanishes.
+"""Rows of the poses that show directions, and what errors of the references leave in rows.
+
+Where gravity goes round in an accelerometer, the mean and the waves have their parts of it; where a
+gyroscope turns, the waves have none of the rate.
 
     t·s - |s| t·(φ × n + dn)
 
 The direction n is the axis about which a gyroscope turns on a plate that leans, because gravity
-goes round about the same in the accelerometer (:mod:`calib.fit.triad.axis_of_turning`); or the
+goes round about the same in the accelerometer (:mod:`calib.fit.triad.leaning`); or the
 vertical in a case that was laid down in a known attitude, such as a cube on a level plate. There
 each pose has three rows, its magnitude and these two. φ is what the frames are turned against each
 other beyond a first estimate, of which nothing is known before, and dn what the calibration of the
@@ -17,11 +20,47 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from calib.fit.rows.initial_estimate import Start
+from calib.fit.rows.wave_rows import WaveRows
+from calib.fit.rows.whitened_rows import Whitening
 from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
+
+
+def whitened_references(
+    whitening: Whitening, waves: WaveRows | None, count: int, whole: FloatArray,
+    errors: FloatArray,
+) -> FloatArray:
+    """Whitened columns of errors of the references.
+
+    Parameters
+    ----------
+    whitening : Whitening
+    waves : WaveRows or None
+    count : int
+        Number d of data rows.
+    whole : array, shape (S n,)
+        The references, with all of gravity where it goes round, SI.
+    errors : array, shape (..., n, k)
+        Of the references, SI per unit of each parameter.
+
+    Returns
+    -------
+    array, shape (..., d, k)
+        In sds of the data rows.
+    """
+    magnitude, lead = whitening.order.magnitude, errors.shape[:-2]
+    relative = errors[..., magnitude, :] / whole.reshape(*lead, -1)[..., magnitude, None]
+    columns = np.zeros((*lead, count, errors.shape[-1]))
+    in_sds = whitening.stated / whitening.magnitude_sd
+    columns[..., : len(magnitude), :] = relative * in_sds[..., None]
+    if waves is not None and waves.of_gravity:
+        in_sds = waves.of_rings.stated / waves.row_sd
+        columns[..., -waves.count :, :] = relative[..., waves.row_pose, :] * in_sds[..., None]
+    return columns
+
 
 FRAME_SD_RAD = 0.03
 """Sd of each angle between the frames beyond the estimate by nominal directions. Derived: gains and

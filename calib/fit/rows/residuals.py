@@ -23,16 +23,13 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.model import Model
-from calib.fit.rows.axis_rows import AxisRows
+from calib.fit.rows.axis_rows import AxisRows, whitened_references
 from calib.fit.rows.initial_estimate import Start
-from calib.fit.rows.model_terms import ModelTerms
+from calib.fit.rows.model_terms import ModelTerms, Surroundings
 from calib.fit.rows.readings import Readings
-from calib.fit.rows.reference_errors import whitened_references
 from calib.fit.rows.sensitive_axes import Shapes, axes_of, evaluate_for
-from calib.fit.rows.surroundings import Surroundings
 from calib.fit.rows.wave_rows import WaveRows
-from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.fit.rows.whitening import Whitening, lengths
+from calib.fit.rows.whitened_rows import WhitenedRows, Whitening, lengths
 from calib.fit.small_systems import combined, times
 from calib.fit.stacked import Index, Stacked
 from calib.poses.conditions import Conditions
@@ -209,7 +206,7 @@ class Equations(Stacked):
     def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
         """What every data row shows of an error of its pose's vector, (..., d, 3), per SI unit.
 
-        See :meth:`calib.fit.rows.whitening.Whitening.directions`; a constant error makes no wave.
+        See :meth:`calib.fit.rows.whitened_rows.Whitening.directions`; a constant makes no wave.
         """
         shown = [self.whitening.directions(s, slope)]
         if self.axis:

@@ -75,6 +75,7 @@ def _of_gyroscope(poses: PoseSet, ring: Ring, start: Start) -> RingTerms:
     by_wow = np.zeros((len(ring.place), len(TO_WAVES), 3))
     return RingTerms(row_sd.ravel(), across, stated.ravel(), common, by_wow)
 
+
 def _of_accelerometer(poses: PoseSet, ring: Ring, start: Start) -> RingTerms:
     waves = waves_round(ring.reading.reshape(-1, 3) @ start.matrix.T, -2)
     by_wow = _by_wow(ring.wow, start.corrected(poses.reading[ring.place]), waves)
@@ -90,6 +91,7 @@ def _of_accelerometer(poses: PoseSet, ring: Ring, start: Start) -> RingTerms:
     common[: once.size] = _gravity_and_tilt(poses, ring, size) / once.reshape(-1, 1)
     return RingTerms(row_sd, np.zeros((0, 2, 3)), stated, common, by_wow)
 
+
 def _by_wow(wow: FloatArray, mean: FloatArray, waves: FloatArray) -> FloatArray:
     """What wow (w, 4) makes of the force by the distance from the spindle, (w, 4, 3), m/s².
 
@@ -104,6 +106,7 @@ def _by_wow(wow: FloatArray, mean: FloatArray, waves: FloatArray) -> FloatArray:
     cosine = 2 * p * force[:, None] - order * q * ahead[:, None]
     sine = 2 * q * force[:, None] + order * p * ahead[:, None]
     return np.stack([cosine, sine], axis=2).reshape(-1, len(TO_WAVES), 3)
+
 
 def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) -> FloatArray:
     """Along and across the way the plate leans where the wave begins, (w, 2, 3)."""

@@ -37,10 +37,10 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.fit.model import Model
 from calib.fit.rows.initial_estimate import Start
+from calib.fit.rows.model_terms import Surroundings
 from calib.fit.rows.readings import Readings
 from calib.fit.rows.ring_terms import RingTerms, waves_round
 from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
-from calib.fit.rows.surroundings import Surroundings
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked

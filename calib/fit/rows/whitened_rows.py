@@ -1,14 +1,19 @@
-"""The rows at one estimate."""
+"""The rows at one estimate, each divided by its sd, common errors included."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from calib.fit.rows.initial_estimate import Start, starts_of
 from calib.fit.rows.model_terms import ModelTerms
 from calib.fit.rows.sensitive_axes import Axes, axes_of
+from calib.fit.small_systems import solutions
 from calib.fit.stacked import Stacked
-from calib.poses.imu_log import BoolArray, FloatArray
+from calib.numbers import NO_LENGTH
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad
+from calib.poses.pose_set import PoseSet
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,3 +50,168 @@ class WhitenedRows(Stacked):
     def chi2(self) -> FloatArray:
         """Sum of the squared whitened residuals, (...,)."""
         return np.asarray((self.residual**2).sum(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class RowOrder:
+    """Which poses have which rows, in every set of a stack.
+
+    Parameters
+    ----------
+    is_null : array of bool, shape (n,)
+        Poses with three null rows; the others have a magnitude row.
+    """
+
+    is_null: BoolArray
+
+    @cached_property
+    def magnitude(self) -> IntArray:
+        """Indices of the poses with a magnitude row, (k,)."""
+        return np.flatnonzero(~self.is_null)
+
+    @cached_property
+    def null(self) -> IntArray:
+        """Indices of the poses with null rows, (m,)."""
+        return np.flatnonzero(self.is_null)
+
+    @cached_property
+    def row_pose(self) -> IntArray:
+        """Pose of every magnitude and null row, shape (d,)."""
+        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
+
+    @property
+    def data_count(self) -> int:
+        """Number d of these rows."""
+        return len(self.row_pose)
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening(Stacked):
+    """Readings, references and sds of the rows of S sets of n poses.
+
+    Parameters
+    ----------
+    order : RowOrder
+        k poses with a magnitude row, m with null rows.
+    start : Start
+        The ellipsoids of the poses.
+    reading, vector : array, shape (S, n, 3)
+        Nominal readings, and the corrected vectors at the start, SI.
+    stated : array, shape (S, k)
+        Reference magnitudes, SI.
+    expected : array, shape (S, n, 3)
+        What null poses should read, SI.
+    magnitude_sd, null_sd : array, shapes (S, k) and (S, m, 3)
+        Sds of the rows, SI, that of the reference included.
+    common_relative : array, shape (S, k, q)
+        The common errors relative to the reference.
+    on_vector : array, shape (S, n, 3, q), or None
+        What they add to the vectors, SI.
+    """
+
+    order: RowOrder
+    start: Start
+    reading: FloatArray
+    vector: FloatArray
+    stated: FloatArray
+    expected: FloatArray
+    magnitude_sd: FloatArray
+    null_sd: FloatArray
+    common_relative: FloatArray
+    on_vector: FloatArray | None = None
+
+    @classmethod
+    def of(cls, sets: Sequence[PoseSet], start: Start | None = None) -> "Whitening":
+        """The whitening of ``sets``; ``start`` are their ellipsoids where they are known already.
+
+        Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
+        takes them to true units. |s| has the sd of s along its own direction.
+        """
+        order = RowOrder(sets[0].reference.is_null)
+        turning, null = order.magnitude, order.null
+        reading = np.array([poses.reading for poses in sets])
+        sd = np.array([poses.sd for poses in sets])
+        stated = np.array([poses.reference.magnitude for poses in sets])[:, turning]
+        reference_sd = np.array([poses.reference.sd for poses in sets])
+        common = np.array([poses.reference.common for poses in sets])[:, turning]
+        start = start or starts_of(*_of_known_size(sets, turning))
+        vector = start.corrected(reading)
+        s = vector[:, turning]
+        direction = s / np.maximum(lengths(s)[..., None], NO_LENGTH)
+        along = (((direction @ start.matrix) * sd[:, turning]) ** 2).sum(axis=2)
+        across = sd[:, null] ** 2 @ (start.matrix**2).swapaxes(1, 2)
+        return cls(
+            order=order,
+            start=start,
+            reading=reading,
+            vector=vector,
+            stated=stated,
+            expected=np.array([poses.expected for poses in sets]),
+            magnitude_sd=np.sqrt(along + reference_sd[:, turning] ** 2),
+            null_sd=np.sqrt(across + reference_sd[:, null, None] ** 2),
+            common_relative=common / stated[..., None],
+            on_vector=None if sets[0].reference.on_vector is None else
+            np.array([poses.reference.on_vector for poses in sets]),
+        )
+
+    @property
+    def row_sd(self) -> FloatArray:
+        """Sd of every row in SI units, shape (..., d)."""
+        *lead, m, _ = self.null_sd.shape
+        return np.concatenate([self.magnitude_sd, self.null_sd.reshape(*lead, 3 * m)], axis=-1)
+
+    def common_of_rows(self, count: int, triad: Triad) -> FloatArray:
+        """The common errors over the gain that each data row rests on, no unit, (..., count, q).
+
+        What has no reference, the rows of a gyroscope at rest, across its axis and of its waves,
+        rests on the gain by all references: its noise is that of the counts.
+        """
+        *lead, k, q = self.common_relative.shape
+        rows = np.zeros((*lead, count, q))
+        rows[..., :k, :] = self.common_relative
+        if k and triad == "gyroscope":
+            rows[..., k:, :] = self.common_relative.mean(axis=-2, keepdims=True)
+        return rows
+
+    def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
+        """What every row shows of an error of its pose's vector, (..., d, 3), per SI unit.
+
+        Parameters
+        ----------
+        s : array, shape (..., n, 3)
+            The corrected vectors.
+        slope : array, shape (..., n, 3, 3), optional
+            ``I + C'``; with it the error is that ahead of the effects that follow the vector.
+        """
+        turning = s[..., self.order.magnitude, :]
+        along = turning / (np.maximum(lengths(turning), NO_LENGTH) * self.magnitude_sd)[..., None]
+        if slope is not None:
+            transposed = slope[..., self.order.magnitude, :, :].swapaxes(-1, -2)
+            along = solutions(transposed, along[..., None])[..., 0]
+        if not len(self.order.null):
+            return np.asarray(along)
+        at_rest = np.eye(3) / self.null_sd[..., None]
+        *lead, m, _, _ = at_rest.shape
+        return np.concatenate([along, at_rest.reshape(*lead, 3 * m, 3)], axis=-2)
+
+
+def _of_known_size(sets: Sequence[PoseSet], turning: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Readings (S, k, 3) and the magnitudes (S, k) that they show, SI.
+
+    All round its ring a pose of an accelerometer on a leaning plate shows the whole of gravity.
+    """
+    reading = [poses.reading[turning] for poses in sets]
+    size = [poses.reference.magnitude[turning] for poses in sets]
+    for i, poses in enumerate(sets):
+        if (ring := poses.ring) is not None and np.isfinite(ring.gravity_m_s2).all():
+            kept = ~np.isin(turning, ring.place)
+            points = ring.reading.reshape(-1, 3)
+            gravity = np.repeat(ring.gravity_m_s2, ring.reading.shape[1])
+            reading[i] = np.concatenate([reading[i][kept], points])
+            size[i] = np.concatenate([size[i][kept], gravity])
+    return np.array(reading), np.array(size)
+
+
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths (...,) of vectors (..., 3), in their unit."""
+    return np.asarray(np.sqrt((vectors**2).sum(axis=-1)))

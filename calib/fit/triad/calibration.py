@@ -16,8 +16,7 @@ from calib.errors import Undetermined
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.correction import Correction
-from calib.fit.triad.determined import LARGEST_SHARE, undetermined
-from calib.fit.triad.run_scatter import scatter_between_runs
+from calib.fit.triad.determined import LARGEST_SHARE, scatter_between_runs, undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec

@@ -1,12 +1,23 @@
-"""What a fit says of a pose that took no part in it."""
+"""What a fit says of a pose that took no part in it, and errs by where an effect is missing.
+
+With parameters t the magnitude of a true vector along n errs by ``n · C t + g · A t``: what the
+effect does to the reading there, and through the gradient g of the corrected magnitude what the
+parameters absorbed of it (A) where it was calibrated. The next log has gravity in any direction,
+whatever the rate; so the square is averaged over those.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
+from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
+from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import PoseResidual
+from calib.fit.validation.prediction import Prediction, imagined, typical_force
+from calib.poses.attitudes import spread_directions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -57,3 +68,57 @@ def predict_pose(fit: Fit, poses: PoseSet, place: int) -> PredictedPose:
     of_pose = poses.take([place])
     return PredictedPose(of_pose, rows.vector[place], PoseResidual(
         of_pose.label[0], of_pose.run[0], value, float(np.linalg.norm(sd)), value))
+
+
+FORCE_DIRECTIONS = 50
+"""Number of directions of gravity, 28° apart: the squares that are averaged are of fourth order in
+it at most. Numerical."""
+
+
+def error_by_missing(
+    calibration: TriadCalibration, prediction: Prediction, effect: Effect, absorbed: FloatArray,
+    root: FloatArray,
+) -> FloatArray:
+    """Mean square error of a corrected magnitude by an effect that the model lacks, SI.
+
+    Parameters
+    ----------
+    calibration : TriadCalibration
+        Of p parameters.
+    prediction : Prediction
+        Of that calibration.
+    effect : Effect
+        One of another owner than the sensor acts through the parameters alone: the next log is of
+        another session and another bench.
+    absorbed : array, shape (p, k)
+        What the parameters hold of it, per unit of each of its k parameters.
+    root : array, shape (k, j)
+        A square root of the mean of ``t tᵀ``, t its parameters.
+
+    Returns
+    -------
+    array, shape (m, d)
+    """
+    by_parameters = prediction.gradient @ absorbed @ root  # (m, d, j)
+    if effect.belongs_to != "sensor" or effect.acts_on == "reference":
+        return np.asarray((by_parameters**2).sum(axis=2))
+    force = spread_directions(FORCE_DIRECTIONS if "force" in effect.needs else 1)
+    return np.array([
+        ((_at_once(calibration, size * prediction.directions, force, effect) @ root
+          + each) ** 2).sum(axis=2).mean(axis=0)
+        for size, each in zip(prediction.magnitude, by_parameters, strict=True)
+    ])
+
+
+def _at_once(
+    calibration: TriadCalibration, true: FloatArray, force: FloatArray, effect: Effect
+) -> FloatArray:
+    """What an effect does to the size of true vectors (d, 3) under forces (f, 3), (f, d, k)."""
+    poses = imagined(calibration.fit.poses, true)
+    at = poses.conditions(true)
+    size = typical_force(calibration.fit.poses)
+    axes = axes_of(calibration.correction.linear_form()[0])
+    along = true / np.linalg.norm(true, axis=1, keepdims=True)
+    errors = [sensor_columns((effect,), replace(at, force=np.tile(size * up, (len(true), 1))),
+                             {}, axes) for up in force]
+    return np.asarray(np.einsum("di,fdik->fdk", along, np.array(errors)))

@@ -34,10 +34,10 @@ from calib.poses.samples.batches import (
     SHORTEST_SAMPLES,
     batch_means,
     batch_variance,
+    creep_rate,
+    envelope,
 )
 from calib.poses.samples.converter_steps import least_steps, value_steps
-from calib.poses.samples.creep import creep_rate
-from calib.poses.samples.envelope import envelope
 from calib.poses.samples.in_step import HARMONICS, plate_angle, rate_in_step, waves_of
 from calib.poses.triad_kind import TRIAD_KINDS
 

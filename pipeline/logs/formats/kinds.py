@@ -17,6 +17,7 @@ BAG_SUFFIX = ".db3"  #: end of the name of a database that is a ROS 2 bag
 HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
 JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
 
+
 @dataclass(frozen=True)
 class Kind:
     """A format: its name, the module that reads it, and the extra that installs its library.

@@ -51,6 +51,7 @@ def exposure_drift(seed: int, rng: np.random.Generator) -> Shot:
         return float(np.clip((t / seconds - 0.4) / 0.2, 0, 1)) if step else t / seconds
 
     keeps = rng.uniform(0.7, 1.0)  # of the brightness
+
     def exposure(t: float) -> float:
         return float(first * (last / first) ** share(t))
 

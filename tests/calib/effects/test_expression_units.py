@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from calib.effects.expression import read_expression
-from calib.effects.expression_units import coefficient_unit, column_unit
-from calib.effects.units import display_unit
+from calib.effects.units import coefficient_unit, column_unit, display_unit
 from tests.calib.made_poses import rich_poses
 
 FINER = 7.0

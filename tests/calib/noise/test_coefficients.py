@@ -4,9 +4,8 @@ import allantools
 import numpy as np
 import pytest
 
-from calib.noise.allan import NOISE_TYPES, averaging_factors
+from calib.noise.allan import NAMES, NOISE_TYPES, VarianceModel, averaging_factors
 from calib.noise.coefficients import axis_noise
-from calib.noise.spectra import NAMES, VarianceModel
 from tests.calib.noise.simulated import noise
 
 STEP_S = 0.1

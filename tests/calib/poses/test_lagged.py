@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from calib.effects.expression import BadExpression, read_expression
-from calib.effects.expression_units import coefficient_unit
+from calib.effects.units import coefficient_unit
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.lagged import behind, lag_name, lagged_columns

@@ -140,6 +140,7 @@ def low_resolution(folder: Path, log: HandLog) -> Foreign:
     head = "sec,accX,accY,accZ,gyroX,gyroY,gyroZ"
     return Foreign([write_lines(folder / "toy.csv", [head, *rows])], 1 / G, 1 / DEG)
 
+
 MIXED: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         two_sensors, wide, missing_values, time_resets, duplicate_headers, two_line_header,

@@ -224,6 +224,7 @@ def witmotion(folder: Path, log: HandLog) -> Foreign:
             for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
     return Foreign([write_lines(folder / "20240311.txt", [head, names, *rows])], 1 / G, 1 / DEG)
 
+
 ODD: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         phyphox_german, phyphox_absolute, sensor_logger_uncalibrated, betaflight_header_block,

@@ -219,7 +219,6 @@ def test_a_flipped_byte_is_refused_or_read_and_never_a_bug(
             assert len(log.time_s) > 0
 
 
-
 def test_a_missing_library_names_the_command_that_installs_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

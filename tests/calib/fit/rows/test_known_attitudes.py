@@ -11,8 +11,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.poses.pose_set import pose_set
-from calib.poses.runs.known_attitudes import laid_down
-from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.pose_run import PoseRun, laid_down
 from calib.poses.runs.reference_runs import gravity_run, turning_run
 from tests.fitting import averaged, plate_rate, spec_of
 from tests.world.cube import SD_DEG, evening

@@ -15,7 +15,7 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.triad.leaning import leaning_of
 from calib.fit.validation.leave_one_out import compare, refitted_residual
-from calib.poses.runs.tilted_run import tilted_run
+from calib.poses.runs.ideal_ring import tilted_run
 from tests.fitting import averaged, spec_of, tilted_pose_sets
 from tests.world.designs import FAST, SLOW, tilted_design, turning_run
 from tests.world.hidden import Hidden
