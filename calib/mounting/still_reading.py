@@ -16,13 +16,13 @@ import numpy as np
 from calib.errors import Remedy, Undetermined
 from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.averaging.mean_noise import known_step, variance_of_mean
+from calib.poses.averaging.mean_noise import variance_of_mean
+from calib.poses.averaging.step_noise import variance_by_steps
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.runs.reference_runs import TURNING_RAD_S
-from calib.poses.samples.converter_steps import step_variance
 
 LARGEST_OFFSET_RAD_S = 0.35
 """20 °/s. Fact: the largest zero-rate output of the MPU-6050's product specification."""
@@ -172,7 +172,7 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
     columns = {name: np.array([value]) for name, value in mean.columns.items()}
     row = replace(at.take([0]), vector=reading, force=reading, columns=columns)
     averaged = mean.accelerometer
-    variance = variance_of_mean(nominal) + step_variance(known_step([averaged]), averaged.scatter)
+    variance = variance_of_mean(nominal) + variance_by_steps([averaged])
     return StillReading(log.label, row, variance, len(nominal), mean.duration_s)
 
 

@@ -14,11 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.numbers import NO_LENGTH
-from calib.poses.averaging.pose_mean import PoseMean, TriadMean
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.averaging.step_noise import known_step, variance_by_steps
 from calib.poses.averaging.sway import shortfall
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.samples.batches import BATCHES, COARSE_BATCHES
-from calib.poses.samples.converter_steps import same_place, step_variance
+from calib.poses.samples.converter_steps import same_place
 
 BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
 MEDIAN_OF_CHI2_5 = 4.3515  #: median of chi-square with BATCH_DOF; definition
@@ -271,16 +272,8 @@ def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray
     for means in runs:
         motion = (np.array([mean.creep_rad_s for mean in means]) if triad == "gyroscope"
                   else shortfall(means))
-        step = known_step([mean.of(triad) for mean in means])
-        scatter = np.median([mean.of(triad).scatter for mean in means], axis=0)
         values = np.array([mean.of(triad).mean for mean in means])
-        steps = step_variance(step, scatter) * same_place(values, step)
+        places = same_place(values, known_step([mean.of(triad) for mean in means]))
+        steps = variance_by_steps([mean.of(triad) for mean in means]) * places
         other.append(steps + np.square(motion)[:, None])
     return np.asarray(np.sqrt(noise_sd(runs, triad) ** 2 + np.concatenate(other)))
-
-
-def known_step(means: Sequence[TriadMean]) -> FloatArray:
-    """The step of a converter, SI, shape (3,): the least a pose shows, else the least it can be."""
-    step = np.min([mean.step for mean in means], axis=0)
-    unit = np.min([mean.unit for mean in means], axis=0)
-    return np.asarray(np.where(np.isfinite(step), step, unit))

@@ -1,5 +1,7 @@
 """The steps of a converter, as the values of a log show them, and what they do to a mean."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from calib.numbers import NO_LENGTH
@@ -13,6 +15,12 @@ PRINTED_TOLERANCE = 1e-6
 STEP_TERMS = 100
 """The series is within 0.6 % of Δ²/12 without noise, and exact with any. Numerical."""
 
+LEAST_NOISE, MOST_NOISE, NOISES = 0.001, 0.9, 100
+"""Noises of a sample in steps, each as likely as the next, 7 % apart: from none to where steps do
+nothing. Numerical."""
+BY_CHANCE = 0.1
+"""Samples of a pose a step off whatever the noise: one in ten poses has one. A judgement."""
+PLACES = 100  #: within half a step; the scatter is tabulated there; numerical
 
 SAME_PLACE = 0.25
 """Share of a step. Derived: the error of a mean returns with every step, and its parts a quarter
@@ -63,7 +71,7 @@ def printed_unit(values: FloatArray) -> FloatArray:
     return np.where(is_whole.any(axis=1), 10.0 ** -np.argmax(is_whole, axis=1).astype(float), 0.0)
 
 
-def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
+def step_variance(step: FloatArray, noise: FloatArray) -> FloatArray:
     """Variance of a mean by the converter's steps, over where between two steps the truth lies.
 
     The mean of rounded samples with noise of sd σ misses the truth x by a periodic function of x
@@ -78,19 +86,71 @@ def step_variance(step: FloatArray, scatter: FloatArray) -> FloatArray:
     ----------
     step : array, shape (3,)
         Δ; 0 where there is none.
-    scatter : array, shape (3,)
-        Variance of the logged samples, rounding included: σ² + Δ²/12.
+    noise : array, shape (..., 3)
+        Variance of the samples before they were rounded, σ².
+
+    Returns
+    -------
+    array, shape (..., 3)
+        In the square of their unit.
+    """
+    square = np.maximum(step**2, NO_LENGTH)[:, None]
+    k = np.arange(1, STEP_TERMS + 1)
+    terms = np.exp(-4 * np.pi**2 * k**2 * noise[..., None] / square) / (2 * np.pi**2 * k**2)
+    return np.asarray(step**2 * terms.sum(axis=-1))
+
+
+def step_variance_seen(
+    step: FloatArray, scatter: FloatArray, above: FloatArray, samples: FloatArray
+) -> FloatArray:
+    """Variance of the means of a run by the converter's steps, averaged over the noise it may have.
+
+    How much the samples of a pose scatter depends on where between two steps its mean lies: in the
+    middle between two they show nothing of a noise below a third of a step, near one of them all of
+    it. What they show of the noise is one likelihood over all poses of the run.
+
+    Parameters
+    ----------
+    step : array, shape (3,)
+        Δ; 0 where there is none.
+    scatter : array, shape (n, 3)
+        Variance of the logged samples of each pose, in the square of its unit.
+    above : array, shape (n, 3)
+        The means of the poses, less any value that was logged.
+    samples : array, shape (3,)
+        Number of independent samples that a scatter rests on.
 
     Returns
     -------
     array, shape (3,)
         In the square of their unit.
     """
-    square = np.maximum(step**2, NO_LENGTH)[:, None]
-    dither = np.maximum(scatter - step**2 / 12, 0.0)[:, None]
-    k = np.arange(1, STEP_TERMS + 1)
-    terms = np.exp(-4 * np.pi**2 * k**2 * dither / square) / (2 * np.pi**2 * k**2)
-    return np.asarray(step**2 * terms.sum(axis=1))
+    unit = np.where(step > 0, step, 1.0)
+    noises, table = _scatters()
+    off = np.abs(above / unit - np.rint(above / unit))
+    expected = table[:, np.rint(2 * PLACES * off).astype(int)]  # (noises, n, 3)
+    expected = expected + BY_CHANCE / samples
+    misfit = 2 * samples * (expected - scatter / unit**2 * np.log(expected)).sum(axis=1)
+    likelihood = np.exp((misfit.min(axis=0) - misfit) / 2)
+    stated = step_variance(np.ones(3), np.tile(noises[:, None] ** 2, 3))
+    return np.asarray(step**2 * (likelihood * stated).sum(axis=0) / likelihood.sum(axis=0))
+
+
+@lru_cache(maxsize=1)
+def _scatters() -> tuple[FloatArray, FloatArray]:
+    """Noises (s,) in steps, and the scatter (s, PLACES + 1) of samples by where their mean lies."""
+    from scipy.special import ndtr  # measuring a clip loads this module and needs no SciPy
+
+    noises = np.geomspace(LEAST_NOISE, MOST_NOISE, NOISES)
+    truth = np.linspace(0, 0.5, 20 * PLACES + 1)[:, None]
+    value = np.arange(-5, 7)
+    places = np.linspace(0, 0.5, PLACES + 1)
+    table = []
+    for noise in noises:
+        share = ndtr((value + 0.5 - truth) / noise) - ndtr((value - 0.5 - truth) / noise)
+        mean = share @ value
+        table.append(np.interp(places, mean, share @ value**2 - mean**2))
+    return noises, np.array(table)
 
 
 def same_place(values: FloatArray, step: FloatArray) -> FloatArray:

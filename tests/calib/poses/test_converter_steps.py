@@ -13,7 +13,12 @@ from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.mean_noise import pose_mean_sd
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-from calib.poses.samples.converter_steps import least_steps, step_variance, value_steps
+from calib.poses.samples.converter_steps import (
+    least_steps,
+    step_variance,
+    step_variance_seen,
+    value_steps,
+)
 from tests.fitting import pose_sets
 from tests.world.designs import paper_design
 from tests.world.imu import Triad, mpu6050
@@ -29,14 +34,28 @@ def test_the_variance_is_that_of_rounded_means(noise: float) -> None:
     truth = rng.uniform(-0.5, 0.5, 400)
     means = np.array([np.rint(x + noise * rng.standard_normal(4000)).mean() for x in truth])
     by_noise = (noise**2 + 1 / 12) / 4000
-    scatter = np.full(3, noise**2 + 1 / 12)
-    stated = step_variance(np.ones(3), scatter)[0]
+    stated = step_variance(np.ones(3), np.full(3, noise**2))[0]
     assert np.mean((means - truth) ** 2) == pytest.approx(stated, rel=0.12, abs=2 * by_noise)
 
 
 def test_no_step_and_much_noise_add_nothing() -> None:
     assert not step_variance(np.zeros(3), np.ones(3)).any()
     assert step_variance(np.ones(3), np.full(3, 1.0)) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4])
+def test_a_run_shows_the_noise_on_which_its_steps_depend(noise: float) -> None:
+    """By 18 poses; never much too sure, and in no run by chance far from what is so."""
+    rng = np.random.default_rng(6)
+    by_noise, ratio = (noise**2 + 1 / 12) / 500, []
+    for _ in range(60):
+        truth = rng.uniform(-50, 50, (18, 3))
+        values = np.rint(truth[:, None] + noise * rng.standard_normal((18, 500, 3)))
+        means, scatter = values.mean(axis=1), values.var(axis=1, ddof=1)
+        stated = step_variance_seen(np.ones(3), scatter, means - values[:, 0], np.full(3, 500.0))
+        ratio.append(((means - truth) ** 2).mean(axis=0) / (stated + by_noise))
+    assert 0.35 < np.mean(ratio) < 1.25
+    assert np.quantile(ratio, 0.95) < 2
 
 
 def test_the_step_is_found_where_the_log_is_coarser_than_the_data_sheet() -> None:
@@ -106,7 +125,7 @@ def test_a_log_rounded_to_a_tenth_is_known_to_what_that_leaves() -> None:
         errors.append(mean.accelerometer.mean - truth)
         stated.append(sd)
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(0.1 / np.sqrt(12), rel=0.15)
-    assert np.median(stated) == pytest.approx(0.1 / np.sqrt(12), rel=0.05)
+    assert np.median(stated) == pytest.approx(0.1 / np.sqrt(12), rel=0.15)
 
 
 def test_the_steps_are_common_to_poses_that_read_alike() -> None:
@@ -120,7 +139,7 @@ def test_the_steps_are_common_to_poses_that_read_alike() -> None:
         sd = pose_mean_sd([means], "accelerometer")
         wrong.append(np.mean([mean.accelerometer.mean for mean in means], axis=0) - truth)
         stated.append(1 / np.sqrt((1 / sd**2).sum(axis=0)))
-    assert np.sqrt(np.mean(np.square(wrong))) == pytest.approx(np.median(stated), rel=0.15)
+    assert np.sqrt(np.mean(np.square(wrong))) == pytest.approx(np.median(stated), rel=0.25)
 
 
 def log_of(values: FloatArray) -> ImuLog:
