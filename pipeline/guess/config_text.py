@@ -16,7 +16,7 @@ from pipeline.config.types import STOPPED
 from pipeline.config.yaml_words import yaml_word
 from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
-from pipeline.guess.triads import TriadGuess
+from pipeline.guess.units import TriadGuess
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.header_words import read_name
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from pipeline.errors import UnreadableInput
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.raw_tables import raw_tables
-from pipeline.guess.table_guess import TableGuess, guess_table, why_no_log
+from pipeline.guess.table_guess import TableGuess, guess_tables, why_no_log
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measure_setting
 
@@ -30,15 +30,11 @@ def guess_files(
     UnreadableInput
         A file cannot be read, or no table of any file holds a triad.
     """
-    guesses: list[TableGuess] = []
-    passed_over: list[str] = []
-    for path in files:
-        for table in raw_tables(path):
-            guess = guess_table(table, rate_hz)
-            if guess is None:
-                passed_over.append(f"{table.path}: {why_no_log(table)}; not used.")
-            else:
-                guesses.append(guess)
+    tables = [table for path in files for table in raw_tables(path)]
+    every = guess_tables(tables, rate_hz)
+    guesses = [guess for guess in every if guess is not None]
+    passed_over = [f"{table.path}: {why_no_log(table)}; not used."
+                   for table, guess in zip(tables, every, strict=True) if guess is None]
     if not guesses:
         raise UnreadableInput(
             f"{passed_over[0]} An accelerometer's readings are as long as gravity in every "

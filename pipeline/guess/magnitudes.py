@@ -1,8 +1,8 @@
-"""Units and encodings from the numbers: gravity has one length, and so has the rate of a plate.
+"""Units and encodings from the numbers: gravity has one length, and a gyroscope turns it.
 
-Where a sensor rests, its accelerometer reads gravity: the length of its reading is the unit. A
-gyroscope's unit shows where the sensor is turned between its rests: the direction u of gravity
-then moves as ``du/dt = -ω × u``, whatever the axes were before.
+Where a sensor rests, its accelerometer reads gravity: the radius of the sphere on which its rests
+lie is the unit, whatever the bias. A gyroscope's unit shows where the sensor is turned between its
+rests: the direction u of gravity then moves as ``du/dt = -ω × u``, whatever the axes were before.
 """
 
 import math
@@ -13,15 +13,22 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import MEDIAN_OF_NORMAL
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.config.sensor import ForceUnit, RateUnit
 from pipeline.config.units import UNITS
+from pipeline.guess.pool import Sphere, block_rows, sphere_through, still_means
 
+CODES = 65536.0  #: fact: of a converter of 16 bits
+OFFSET_BINARY = "offset-binary"
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 980.665, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 100 counts per m/s² of a BNO055;
 10 bits over ±2 g."""
-COUNTS_PER_DEG_S = (131.072, 65.536, 32.768, 16.384)
+OFFSET_COUNTS_PER_G = tuple(CODES / 2 * STANDARD_GRAVITY_M_S2 / full for full in (17.0, 50.0))
+"""Facts: MTi with 16 bits over 17 and 50 m/s²."""
+COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 2000.0))
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
+OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200.0))
+"""Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
 """Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
@@ -39,7 +46,6 @@ LOOSEST, LOOSEST_SPREAD = 1.8, 0.7
 upright, and in a hand half of the readings are accelerated."""
 
 FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m/s² in each
-CODES = 65536.0  #: fact: of a converter of 16 bits
 MOST_INNER = 0.7
 """Share of readings in the inner half of the codes from which zero is in the middle, not at the
 ends. Tuned: ``tests.bench.study_import``, half changes no set, double one of 37."""
@@ -59,19 +65,26 @@ FEWEST_TURNS = 8
 chance in one of 78 (t = 2.7). Half and double change nothing in ``tests.bench.study_import``."""
 
 
-def decoded(values: FloatArray) -> tuple[FloatArray, str]:
-    """Signed readings (t, 3) and their encoding; empty for numbers that are no counts."""
+def encoding_of(values: FloatArray) -> str:
+    """How readings (t, 3) are written as whole numbers; empty for numbers that are no counts."""
     whole = np.array_equal(values, np.rint(values))
-    if not whole or np.abs(values).max() < COUNTS_PER_G[-1] / 2:
-        return values, ""
+    if not len(values) or not whole or np.abs(values).max() < COUNTS_PER_G[-1] / 2:
+        return ""
     if values.min() < 0 or values.max() >= CODES:
-        return values, "twos-complement"
+        return "twos-complement"
     inner = float(((values > CODES / 4) & (values < 3 * CODES / 4)).mean())
     if inner > MOST_INNER:
-        return values - (CODES - 1) / 2, "offset-binary"
-    if (values > 3 * CODES / 4).any():
-        return np.where(values >= CODES / 2, values - CODES, values), "unsigned-twos-complement"
-    return values, "twos-complement"
+        return OFFSET_BINARY
+    return "unsigned-twos-complement" if (values > 3 * CODES / 4).any() else "twos-complement"
+
+
+def signed(values: FloatArray, encoding: str) -> FloatArray:
+    """Readings (t, 3) with their sign, in their unit."""
+    if encoding == OFFSET_BINARY:
+        return values - (CODES - 1) / 2
+    if encoding == "unsigned-twos-complement":
+        return np.where(values >= CODES / 2, values - CODES, values)
+    return values
 
 
 def typical_length(values: FloatArray) -> float:
@@ -105,30 +118,35 @@ class GravityUnit:
         return STANDARD_GRAVITY_M_S2 / self.per_g
 
 
-def gravity_unit(values: FloatArray) -> GravityUnit | None:
-    """The unit in which readings (t, 3) are gravity; None where no unit makes them so."""
-    signed, encoding = decoded(values)
-    lengths = np.linalg.norm(signed, axis=1)
+def gravity_unit(
+    values: FloatArray, table: IntArray, step_s: float, encoding: str
+) -> GravityUnit | None:
+    """The unit in which signed readings (t, 3) are gravity; None where no unit makes them so."""
+    lengths = np.linalg.norm(values, axis=1)
     length = float(np.median(lengths))
     if not length > 0:
         return None
     spread = float(np.subtract(*np.quantile(lengths, [0.75, 0.25]))) / length
+    rests: Sphere | None = sphere_through(still_means(values, table, step_s))
+    if rests is not None and rests.misfit < spread:
+        length, spread = rests.radius, rests.misfit
     physical = () if encoding else [
         (unit, STANDARD_GRAVITY_M_S2 / size) for unit, size in FORCE_UNITS.items()]
-    counts = [("counts", float(per_g)) for per_g in COUNTS_PER_G
+    usual = OFFSET_COUNTS_PER_G if encoding == OFFSET_BINARY else COUNTS_PER_G
+    counts = [("counts", float(per_g)) for per_g in usual
               if encoding or length > COUNTS_PER_G[-1] / 2]
     unit, per_g = min((*physical, *counts), key=lambda known: abs(math.log(length / known[1])))
     off = abs(math.log(length / per_g))
-    if off > math.log(LOOSEST) or spread > LOOSEST_SPREAD:
+    steady = spread < GRAVITY_TOLERANCE  # of one length: counts of another range, if nothing else
+    if spread > LOOSEST_SPREAD or (off > math.log(LOOSEST) and not (encoding and steady)):
         return None
-    sure = off < GRAVITY_TOLERANCE and spread < GRAVITY_TOLERANCE
     if unit == "counts" and off >= GRAVITY_TOLERANCE:
         per_g = float(f"{length:.2g}")
-    return GravityUnit(unit, per_g, encoding, length, sure)
+    return GravityUnit(unit, per_g, encoding, length, steady and off < GRAVITY_TOLERANCE)
 
 
 def rate_scale(
-    rate: FloatArray, force: FloatArray, time_s: FloatArray
+    rate: FloatArray, force: FloatArray, table: IntArray, step_s: float
 ) -> tuple[float, float] | None:
     """rad/s per unit of a gyroscope, and the correlation that shows it; None without turns.
 
@@ -138,21 +156,22 @@ def rate_scale(
         Readings of the gyroscope in its unit.
     force : array, shape (t, 3)
         Readings of the accelerometer in any unit.
-    time_s : array, shape (t,)
+    table : array, shape (t,)
+        The table of each row.
+    step_s : float
+        Time from row to row, s.
     """
-    step = float(np.median(np.diff(time_s)))
-    block = max(1, round(BLOCK_S / step))
-    count = len(rate) // block
-    if count < FEWEST_TURNS:
+    block = max(1, round(BLOCK_S / step_s))
+    rows, of = block_rows(table, block)
+    if len(rows) < FEWEST_TURNS:
         return None
-    cut = count * block
-    means = [values[:cut].reshape(count, block, 3).mean(axis=1)
-             for values in (rate - np.median(rate, axis=0), force)]
-    turn, up = means[0], means[1] / np.linalg.norm(means[1], axis=1, keepdims=True)
+    turn = rate[rows].mean(axis=1) - np.median(rate, axis=0)
+    up = force[rows].mean(axis=1)
+    up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), np.finfo(float).tiny)
     # Centred differences: the turn of a block stands between its neighbours.
     moved = (up[2:] - up[:-2]) / 2
-    predicted = -np.cross(turn[1:-1], up[1:-1]) * block * step
-    turning = np.linalg.norm(moved, axis=1) > LEAST_TURN
+    predicted = -np.cross(turn[1:-1], up[1:-1]) * block * step_s
+    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (of[2:] == of[:-2])
     if turning.sum() < FEWEST_TURNS:
         return None
     seen, by_gyroscope = moved[turning].ravel(), predicted[turning].ravel()
@@ -164,11 +183,12 @@ def rate_scale(
     return scale, agreement
 
 
-def nearest_rate_unit(si_per_unit: float, is_counts: bool) -> tuple[str, float | None]:
+def nearest_rate_unit(si_per_unit: float, encoding: str) -> tuple[str, float | None]:
     """The unit that is nearest to a scale in rad/s, and counts per °/s where it is counts."""
-    if is_counts:
+    if encoding:
         per_deg = math.radians(1) / si_per_unit
-        nearest = min(USUAL_COUNTS_PER_DEG_S, key=lambda usual: abs(math.log(per_deg / usual)))
+        known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else USUAL_COUNTS_PER_DEG_S
+        nearest = min(known, key=lambda usual: abs(math.log(per_deg / usual)))
         near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
         return "counts", nearest if near else float(f"{per_deg:.2g}")
     return min(RATE_UNITS, key=lambda known: abs(math.log(si_per_unit / RATE_UNITS[known]))), None

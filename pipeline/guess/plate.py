@@ -5,6 +5,7 @@ per turn in the accelerometer of a plate that leans, the speeds of record player
 """
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,15 +16,33 @@ from calib.consistency.clock import gravity_wave
 from calib.numbers import RPM
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
-from pipeline.guess.magnitudes import COUNTS_PER_DEG_S, RECORD_RPM, RPM_TOLERANCE, record_rpm
+from pipeline.guess.magnitudes import (
+    CODES,
+    COUNTS_PER_DEG_S,
+    OFFSET_BINARY,
+    OFFSET_COUNTS_PER_DEG_S,
+    RECORD_RPM,
+    RPM_TOLERANCE,
+    USUAL_COUNTS_PER_DEG_S,
+    record_rpm,
+)
+from pipeline.guess.pool import FEWEST_MEANS, sphere_through
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
+from pipeline.guess.units import TriadGuess
 
 SI = TriadSpec(float("inf"), 0, "si")
-RANGES_DEG_S = (250.0, 500.0, 1000.0, 2000.0)  #: fact: of 16 bits, by COUNTS_PER_DEG_S
-NEAR_RANGE = math.log(1.3)
-"""Logarithm of a gyroscope's gain over that of its range: ranges are a factor of two apart."""
+NEAR_RANGE = math.log(1.1)
+"""Logarithm of a gyroscope's gain over that of its range: the ranges of two makers lie 14 % apart,
+and factory gains within 3 %."""
 APART = 3.0
 """Times the reading at rest that one on the plate is at least: a bias of 20 °/s, and 16 rpm."""
+CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
+LARGEST_MISFIT = 0.05
+"""Scatter of the mean rates about a sphere, over its radius, at most: axes of a gyroscope differ by
+3 %. A judgement."""
+AT_REST = 0.1
+"""Distance of two mean rates over the largest, below which both are at rest or in one attitude. A
+judgement: on the plate the attitudes of a calibration lie a right angle or half of it apart."""
 NEAR_CLIP = math.log(1.15)
 """Logarithm of the gyroscope's rate over a clip's: its gain may be 10 % off. Also of tables of one
 speed."""
@@ -77,40 +96,64 @@ def settle_range(
                and "counts_per_deg_s" in dict(table.gyroscope.sheet)
                and not table.gyroscope.is_open]
     if stated_deg_s is not None:
-        return _settled_range(tables, stated_deg_s, "as it is stated")
+        return _settled_range(tables, CODES / 2 / stated_deg_s, "as it is stated")
     if decided:
         per_deg = float(dict(decided[0].sheet)["counts_per_deg_s"])
-        return _settled_range(tables, RANGES_DEG_S[0] * COUNTS_PER_DEG_S[0] / per_deg,
-                           "as in the other files")
+        return _settled_range(tables, per_deg, "as in the other files")
     turning = _turning(undecided)
     if not turning:
         return Settled(tuple(tables))
+    gyroscope = turning[0].gyroscope
+    assert gyroscope is not None
+    # Lengths are in rad/s at the first sensitivity; at another they are so many times as long.
+    first = math.radians(1) / gyroscope.si_per_unit
+    offset = gyroscope.encoding == OFFSET_BINARY
     lengths = np.array([_length(table) for table in turning])
-    if clips:
-        factor = _factor_by_clips(lengths, np.array([abs(clip.rate_rad_s) for clip in clips]))
-        if factor is not None:
-            rpm = ", ".join(f"{abs(clip.rate_rad_s) / RPM:.4g}" for clip in clips)
-            return _settled_range(tables, RANGES_DEG_S[0] * factor,
-                               f"the plate turns at {rpm} rpm in the clip")
-    if (rate := _rate_by_gravity(turning, lengths)) is not None:
-        factor = _nearest_factor(rate / float(np.median(lengths)))
-        if factor is not None:
-            return _settled_range(tables, RANGES_DEG_S[0] * factor, (
-                f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer"))
-    choices = tuple(_ranges_by_speed(lengths))
+    usual = OFFSET_COUNTS_PER_DEG_S if offset else USUAL_COUNTS_PER_DEG_S
+    for factors, because in _known_factors(turning, lengths, clips):
+        off, per_deg, nearest = min((abs(math.log(first / factor / known)), first / factor, known)
+                                    for factor in factors for known in usual)
+        return _settled_range(
+            tables, nearest if off < NEAR_RANGE else float(f"{per_deg:.3g}"), because)
+    known = OFFSET_COUNTS_PER_DEG_S if offset else COUNTS_PER_DEG_S
+    every = [RangeChoice(CODES / 2 / per_deg, float(np.median(lengths)) * first / per_deg / RPM)
+             for per_deg in known]
+    choices = [RangeChoice(choice.deg_s, min(RECORD_RPM, key=lambda rpm: abs(rpm - choice.rpm)))
+               for choice, per_deg in zip(every, known, strict=True)
+               if all(record_rpm(length * first / per_deg) for length in lengths)]
     if len(choices) == 1:
-        return _settled_range(tables, choices[0].deg_s, (
+        return _settled_range(tables, CODES / 2 / choices[0].deg_s, (
             f"the plate then turns at {choices[0].rpm:.3g} rpm, and no other range makes a speed "
             f"of record players"))
-    return Settled(tuple(tables), "", choices or tuple(
-        RangeChoice(deg_s, float(np.median(lengths)) * deg_s / RANGES_DEG_S[0] / RPM)
-        for deg_s in RANGES_DEG_S))
+    return Settled(tuple(tables), "", tuple(choices or every))
+
+
+def _known_factors(
+    tables: Sequence[TableGuess], lengths: FloatArray, clips: Sequence[MeasuredClip]
+) -> Iterator[tuple[FloatArray, str]]:
+    """True rates over those of the gyroscope by what else shows them, the best evidence first."""
+    speeds = np.array(sorted({*speeds_of(list(lengths))}))
+    rates = np.array([abs(clip.rate_rad_s) for clip in clips])
+    every = (rates[:, None] / speeds).ravel()
+    shown = [factor for factor in every if all(
+        np.abs(np.log(rate / (speeds * factor))).min() < NEAR_CLIP for rate in rates)]
+    if shown:
+        rpm = ", ".join(f"{rate / RPM:.4g}" for rate in rates)
+        yield np.array(shown), f"the plate turns at {rpm} rpm in the clip"
+    if (rate := _rate_by_gravity(tables, lengths)) is not None:
+        yield np.array([rate / np.median(lengths)]), (
+            f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer")
+    called = [match and nominal_rpm(float(match.group(1).replace(",", ".")) * RPM) * RPM
+              for table in tables for match in [CALLED_RPM.search(str(table.path))]]
+    if all(called):
+        factors = np.array(called, float) / lengths
+        if float(np.ptp(np.log(factors))) < NEAR_CLIP:
+            yield np.array([np.median(factors)]), "as the speed by which the files are called"
 
 
 def _length(table: TableGuess) -> float:
-    """Median length of the gyroscope's reading at the first range, rad/s."""
-    assert table.gyroscope is not None
-    return float(np.median(np.linalg.norm(table.si(table.gyroscope), axis=1)))
+    """Median length of the gyroscope's reading at the first sensitivity, rad/s."""
+    return float(np.median(np.linalg.norm(table.rate(), axis=1)))
 
 
 def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
@@ -121,25 +164,9 @@ def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
     limit = TURNING_RAD_S
     if steps.size and steps.max() > APART:
         above = order[int(np.argmax(steps)) + 1]
-        if above > TURNING_RAD_S * RANGES_DEG_S[0] / RANGES_DEG_S[-1]:
+        if above > TURNING_RAD_S * COUNTS_PER_DEG_S[-1] / COUNTS_PER_DEG_S[0]:
             limit = min(limit, 0.99 * float(above))
     return [table for table, length in zip(tables, lengths, strict=True) if length > limit]
-
-
-def _nearest_factor(ratio: float) -> float | None:
-    """The range over the first one that is nearest to a ratio; None where none is near."""
-    factors = [deg_s / RANGES_DEG_S[0] for deg_s in RANGES_DEG_S]
-    nearest = min(factors, key=lambda factor: abs(math.log(ratio / factor)))
-    return nearest if abs(math.log(ratio / nearest)) < NEAR_RANGE else None
-
-
-def _factor_by_clips(lengths: FloatArray, rates: FloatArray) -> float | None:
-    """The factor with which every table turns as one of the clips does."""
-    cost = {deg_s / RANGES_DEG_S[0]: max(
-        float(np.abs(np.log(rates / (length * deg_s / RANGES_DEG_S[0]))).min())
-        for length in lengths) for deg_s in RANGES_DEG_S}
-    best = min(cost, key=lambda factor: cost[factor])
-    return best if cost[best] < NEAR_RANGE else None
 
 
 def _rate_by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float | None:
@@ -152,27 +179,47 @@ def _rate_by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float
     logs = [log for table in near if (log := table.log()) is not None]
     if not logs:
         return None
-    waves = [gravity_wave(logs, np.full(len(logs), typical * deg_s / RANGES_DEG_S[0]), SI)
-             for deg_s in RANGES_DEG_S]
+    waves = [gravity_wave(logs, np.full(len(logs), typical * COUNTS_PER_DEG_S[0] / per_deg), SI)
+             for per_deg in COUNTS_PER_DEG_S]
     clear = [wave for wave in waves if wave is not None and wave.is_clear]
     return abs(max(clear, key=lambda wave: wave.share).rate) if clear else None
 
 
-def _ranges_by_speed(lengths: FloatArray) -> Iterator[RangeChoice]:
-    """Ranges at which every table turns at a speed of record players."""
-    for deg_s in RANGES_DEG_S:
-        speeds = [record_rpm(length * deg_s / RANGES_DEG_S[0]) for length in lengths]
-        if all(speed is not None for speed in speeds):
-            median = float(np.median(lengths)) * deg_s / RANGES_DEG_S[0] / RPM
-            yield RangeChoice(deg_s, min(RECORD_RPM, key=lambda rpm: abs(rpm - median)))
-
-
-def _settled_range(tables: Sequence[TableGuess], deg_s: float, because: str) -> Settled:
-    per_deg = COUNTS_PER_DEG_S[0] * RANGES_DEG_S[0] / deg_s
+def _settled_range(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:
+    """The tables with so many counts per °/s where the range was open; a bias goes with it."""
     return Settled(tuple(
-        replace(table, gyroscope=table.gyroscope.ranged(per_deg, because))
+        replace(table, gyroscope=(ranged := table.gyroscope.ranged(per_deg, because)),
+                rate_bias=None if table.rate_bias is None else
+                table.rate_bias * ranged.si_per_unit / table.gyroscope.si_per_unit)
         if table.gyroscope and table.gyroscope.is_open else table
         for table in tables), because)
+
+
+def without_rate_bias(tables: Sequence[TableGuess]) -> list[TableGuess]:
+    """Tables with what their gyroscope reads at rest, where they show it together.
+
+    On the plate the mean rates of all attitudes lie on a sphere about the bias, at rest in it.
+    """
+    groups: dict[TriadGuess, list[TableGuess]] = {}
+    for table in tables:
+        if table.gyroscope is not None and not table.are_means:
+            groups.setdefault(table.gyroscope, []).append(table)
+    biases = {gyroscope: _rate_bias(np.array([np.median(table.si(gyroscope), axis=0)
+                                              for table in group]))
+              for gyroscope, group in groups.items() if len(group) >= FEWEST_MEANS}
+    return [table if table.gyroscope is None else
+            replace(table, rate_bias=biases.get(table.gyroscope)) for table in tables]
+
+
+def _rate_bias(means: FloatArray) -> FloatArray | None:
+    """The centre of the mean rates (n, 3) of poses; None where there is none."""
+    sphere = sphere_through(means)
+    if sphere is not None and sphere.misfit < LARGEST_MISFIT:
+        return sphere.centre
+    apart = np.linalg.norm(means[:, None] - means, axis=2)
+    near = apart < AT_REST * apart.max()
+    most = int(near.sum(axis=1).argmax())
+    return means[near[most]].mean(axis=0) if near[most].sum() >= FEWEST_MEANS else None
 
 
 def matching_clip(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> MeasuredClip | None:

@@ -21,9 +21,11 @@ from pipeline.guess.plate import (
     nominal_rpm,
     settle_range,
     speeds_of,
+    without_rate_bias,
 )
-from pipeline.guess.table_guess import FEWEST_MEANS, TableGuess
-from pipeline.guess.triads import TriadGuess
+from pipeline.guess.pool import FEWEST_MEANS
+from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.units import TriadGuess
 
 MOST_POSE_S = 120.0
 """A longer file is a log of many poses. Half and double change nothing in
@@ -110,7 +112,7 @@ def guess_session(
         The full scale of the gyroscope as the user states it.
     """
     alone, doubts = drop_alternatives(tables)
-    settled = settle_range(alone, clips, range_deg_s)
+    settled = settle_range(without_rate_bias(alone), clips, range_deg_s)
     doubts += _together(settled.tables)
     layout = _layout(settled.tables)
     groups: dict[tuple[Layout, str | None, bool], list[TableGuess]] = {}

@@ -1,6 +1,6 @@
 """What one table is: its clock, its triads, whether its rows are pose means."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,20 +8,18 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.gyroscope import guess_gyroscope
-from pipeline.guess.magnitudes import decoded, typical_length
+from pipeline.guess.magnitudes import LEAST_AGREEMENT, typical_length
+from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
     AXIS_COUNT,
-    UNIT_WORDS,
-    TriadGuess,
-    guess_accelerometer,
+    PossibleTriad,
     is_direction,
-    neighbours,
-    stacked,
+    possible_triples,
     triples_by_name,
-    turns_beside,
+    weighed_triads,
 )
+from pipeline.guess.units import UNIT_WORDS, TriadGuess, accelerometer_in, gyroscope_in
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
@@ -30,11 +28,6 @@ from pipeline.stages.session_logs import CELSIUS
 
 SHOWN = 8  #: columns that a message names
 MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tuned
-MEANS_APART = np.radians(5.0)
-"""Between one row and the next of a table of pose means; no sensor is turned so fast that its
-samples lie so far apart in half of the log."""
-
-FEWEST_MEANS = 6  #: fact: the parameters of bias and scale, one equation a pose
 #: Names of files in which phone apps write what they compute from the sensors, and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
@@ -51,6 +44,7 @@ class TableGuess:
     """What one table is.
 
     ``theirs`` maps our names to those in the file; ``are_means`` says that each row is a pose.
+    ``rate_bias`` (3,), rad/s, is what the gyroscope reads at rest, where other tables show it.
     """
 
     table: RawTable
@@ -59,6 +53,7 @@ class TableGuess:
     gyroscope: TriadGuess | None
     theirs: dict[str, str]
     are_means: bool
+    rate_bias: FloatArray | None = None
 
     @property
     def path(self) -> Path:
@@ -88,8 +83,7 @@ class TableGuess:
         """Rate at which the gyroscope turns in most of the table; 0 at rest or without one."""
         if self.gyroscope is None:
             return 0.0
-        rate = self.si(self.gyroscope)
-        usual = float(np.median(np.linalg.norm(rate, axis=1)))
+        usual = float(np.median(np.linalg.norm(self.rate(), axis=1)))
         return usual if usual > TURNING_RAD_S else 0.0
 
     @property
@@ -97,24 +91,32 @@ class TableGuess:
         """Whether the rate points down by the accelerometer; False without one."""
         if self.gyroscope is None or self.accelerometer is None:
             return False
-        rate, force = self.si(self.gyroscope), self.si(self.accelerometer)
-        return bool(np.median(rate, axis=0) @ np.median(force, axis=0) < 0)
+        force = self.si(self.accelerometer)
+        return bool(np.median(self.rate(), axis=0) @ np.median(force, axis=0) < 0)
+
+    def rate(self) -> FloatArray:
+        """The readings (t, 3) of the gyroscope without its bias, rad/s."""
+        assert self.gyroscope is not None
+        rate = self.si(self.gyroscope)
+        return rate if self.rate_bias is None else rate - self.rate_bias
 
     def si(self, triad: TriadGuess) -> FloatArray:
         """The readings (t, 3) of a triad that are whole, in SI units by its guess."""
-        values = stacked(self.table.columns, triad.columns)
-        values = values[np.isfinite(values).all(axis=1)]
-        return np.asarray(decoded(values)[0] * triad.si_per_unit)
+        values = self._stacked(triad)
+        return triad.si(values[np.isfinite(values).all(axis=1)])
+
+    def _stacked(self, triad: TriadGuess) -> FloatArray:
+        return np.column_stack([self.table.columns[name] for name in triad.columns])
 
     def log(self) -> ImuLog | None:
         """The table as a log in SI units; None where its times or readings are no log."""
         absent = np.full((self.table.rows, 3), np.nan)
         triads: list[FloatArray] = []
         for triad in (self.accelerometer, self.gyroscope):
-            values = absent if triad is None else stacked(self.table.columns, triad.columns)
+            values = absent if triad is None else self._stacked(triad)
             if triad is not None and not np.isfinite(values).all():
                 return None
-            triads.append(values if triad is None else decoded(values)[0] * triad.si_per_unit)
+            triads.append(values if triad is None else triad.si(values))
         return ImuLog(self.path.name, self.clock.time_s, triads[0], triads[1])
 
     @property
@@ -133,33 +135,59 @@ class TableGuess:
         return [ours.get(name, SKIP) for name in header] if time_unused else self.theirs
 
 
-def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
-    """What ``table`` is; None where it holds no triad.
+def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess | None]:
+    """What each of ``tables`` is; None for those that hold no triad.
+
+    Tables with the same columns are of one logger, and what holds of one holds of all.
 
     Parameters
     ----------
-    table : RawTable
+    tables : sequence of RawTable
     rate_hz : float or None
         The sample rate as the user states it.
     """
-    clock = guess_clock(table.columns, rate_hz, table.rate_hz, table.si)
-    free = {name: values for name, values in table.columns.items() if name != clock.column}
-    if table.si:
-        accelerometer, gyroscope = _stated(table)
+    groups: dict[object, list[int]] = {}
+    for i, table in enumerate(tables):
+        member = "" if table.path.parent.is_dir() else table.path.name
+        groups.setdefault((tuple(table.columns), hint_of(table.path), member), []).append(i)
+    guesses: list[TableGuess | None] = [None] * len(tables)
+    for group in groups.values():
+        for i, guess in zip(group, _alike([tables[i] for i in group], rate_hz), strict=True):
+            guesses[i] = guess
+    return guesses
+
+
+def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess | None]:
+    """What tables with the same columns are."""
+    hint = hint_of(tables[0].path)
+    if hint == "else" and not tables[0].si:
+        return [None] * len(tables)
+    clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
+    if tables[0].si:
+        accelerometer, gyroscope = _stated(tables[0])
     else:
-        hint = hint_of(table.path)
-        if hint == "else":
-            return None
-        known_s = clock.time_s if clock.is_known else None
-        accelerometer = guess_accelerometer(free, hint, known_s)
-        gyroscope = guess_gyroscope(free, hint, accelerometer, known_s)
-        if gyroscope and gyroscope.doubt and table.columns.keys() >= SENSOR_LOGGER:
+        pool = pooled(tables, clocks, hint)
+        force, rate = weighed_triads(pool)
+        if force is None and rate is None and len(tables) > 1:  # the same names of other units
+            return [_alike([table], rate_hz)[0] for table in tables]
+        accelerometer = accelerometer_in(force) if force else None
+        gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
+        if gyroscope and gyroscope.doubt and tables[0].columns.keys() >= SENSOR_LOGGER:
             gyroscope = replace(gyroscope, sheet=(("unit", "rad_s"),), unit=UNIT_WORDS["rad_s"],
                                 si_per_unit=1.0, because="Sensor Logger writes rad/s", doubt="")
-        if accelerometer and gyroscope and not clock.is_known:
-            clock = _clock_by_turns(table, clock, accelerometer, gyroscope)
+        if force and rate and gyroscope and not pool.has_clock:
+            clocks = _clocks_by_turns(clocks, rate, force, gyroscope)
     if accelerometer is None and gyroscope is None:
-        return None
+        return [None] * len(tables)
+    return [_table_guess(table, clock, accelerometer, gyroscope)
+            for table, clock in zip(tables, clocks, strict=True)]
+
+
+def _table_guess(
+    table: RawTable, clock: ClockGuess, accelerometer: TriadGuess | None,
+    gyroscope: TriadGuess | None,
+) -> TableGuess:
+    """One table by what holds of all that are like it."""
     theirs: dict[str, str] = {}
     if clock.column is not None:
         unit = clock.unit or "s"
@@ -167,21 +195,23 @@ def guess_table(table: RawTable, rate_hz: float | None) -> TableGuess | None:
     for names, triad in ((ACCELEROMETER, accelerometer), (GYROSCOPE, gyroscope)):
         theirs |= dict(zip(names, triad.columns, strict=True)) if triad else {}
     theirs |= dict(_further(table, accelerometer, gyroscope))
-    means = accelerometer is not None and _are_means(stacked(table.columns, accelerometer.columns))
-    return TableGuess(table, clock, accelerometer, gyroscope, theirs, means)
+    guess = TableGuess(table, clock, accelerometer, gyroscope, theirs, False)
+    return replace(guess, are_means=accelerometer is not None and _are_means(
+        guess.si(accelerometer)))
 
 
-def _clock_by_turns(
-    table: RawTable, clock: ClockGuess, accelerometer: TriadGuess, gyroscope: TriadGuess
-) -> ClockGuess:
+def _clocks_by_turns(
+    clocks: Sequence[ClockGuess], rate: PossibleTriad, force: PossibleTriad, gyroscope: TriadGuess
+) -> list[ClockGuess]:
     """The sample rate at which the gyroscope turns gravity as far as the accelerometer sees."""
-    seen = turns_beside(table.columns, accelerometer, gyroscope.columns, clock.time_s)
-    if seen is None:
-        return clock
+    seen = rate.turns(force)
+    if seen is None or seen[1] < LEAST_AGREEMENT:
+        return list(clocks)
     rate_hz = float(f"{ASSUMED_HZ * gyroscope.si_per_unit / seen[0]:.2g}")
-    return replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz, because=(
+    return [replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz, because=(
         f"at {rate_hz:g} Hz the gyroscope turns gravity as far as the accelerometer sees"), doubt=(
         f"the file holds no times; {rate_hz:g} Hz follows from the turns, off by a third at most"))
+        for clock in clocks]
 
 
 def hint_of(path: Path) -> str:
@@ -233,13 +263,8 @@ def _is_celsius(values: FloatArray) -> bool:
 
 
 def _are_means(values: FloatArray) -> bool:
-    """Whether each row of readings (t, 3) is a pose of its own."""
-    signed = decoded(values[np.isfinite(values).all(axis=1)])[0]
-    if not FEWEST_MEANS <= len(signed) <= MOST_MEANS:
-        return False
-    unit = signed / np.maximum(np.linalg.norm(signed, axis=1, keepdims=True), 1e-12)
-    apart = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
-    return bool(np.median(apart) > MEANS_APART)
+    """Whether each row of readings (t, 3) in SI units is a pose of its own."""
+    return FEWEST_MEANS <= len(values) <= MOST_MEANS and are_apart(values)
 
 
 def why_no_log(table: RawTable) -> str:
@@ -247,10 +272,10 @@ def why_no_log(table: RawTable) -> str:
     names = list(table.columns)
     hint = hint_of(table.path)
     called = triples_by_name(names, "acc") or [
-        triple for triple in neighbours(names) if hint == "acc"
+        triple for triple in possible_triples(names) if hint == "acc"
         and [read_name(name).axis for name in triple] == [0, 1, 2]]
     for triple in called:
-        values = stacked(table.columns, triple)
+        values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]
         if len(values) and is_direction(values):
             return ("all its readings have the length 1, so they were normalised and show no "

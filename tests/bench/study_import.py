@@ -1,10 +1,12 @@
 """What half and double of each threshold of `pipeline import` changes.
 
-Run: ``python -m tests.bench.study_import``. The files are those of ``tests.pipeline.guess`` in the
-manner of 21 tools, from one recording, and the public logs where they are there. Counted are the
-files whose columns, units, clock or motion are guessed otherwise.
+Run: ``python -m tests.bench.study_import``. The files are those of ``tests.pipeline.guess``, from
+one recording and from one evening at a record player, and the public logs where they are there.
+Counted are the sets of files whose columns, units, clock or motion are guessed otherwise.
 """
 
+import pkgutil
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -12,22 +14,20 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import pipeline.guess
 from pipeline.errors import UnreadableInput
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from tests.paths import REAL
+from tests.pipeline.guess.evening import Evening
 from tests.pipeline.guess.foreign_files import TOOLS
 from tests.pipeline.guess.hand_log import hand_log
+from tests.pipeline.guess.late_files import LATE
+from tests.pipeline.guess.mixed_files import MIXED
+from tests.pipeline.guess.odd_files import ODD
+from tests.pipeline.guess.strange_files import STRANGE
+from tests.thresholds import Threshold, thresholds
 
-THRESHOLDS = (
-    ("magnitudes", "RPM_TOLERANCE"), ("magnitudes", "GRAVITY_TOLERANCE"),
-    ("magnitudes", "LOOSEST_SPREAD"), ("magnitudes", "MOST_INNER"),
-    ("triads", "LEAST_AGREEMENT"), ("magnitudes", "LEAST_TURN"), ("magnitudes", "BLOCK_S"),
-    ("triads", "LEAST_SCATTER"), ("triads", "FASTEST_HAND_RAD_S"), ("triads", "NOISIEST_RAD_S"),
-    ("triads", "LARGEST_BIAS_RAD_S"), ("table_guess", "MEANS_APART"),
-    ("table_guess", "MOST_MEANS"), ("table_guess", "TURNING_RAD_S"),
-    ("magnitudes", "FEWEST_TURNS"), ("table_guess", "FEWEST_MEANS"), ("session", "MOST_POSE_S"),
-)
 PUBLIC = (
     "snu/imu_good3.txt.gz", "sundevil/imu_data_int.txt.gz", "sundevil/IMU_Rev2_Data_Long.txt.gz",
     "sundevil/imu_cal_data_with_table.txt.gz", "mpu9150_mikoff/imu0.log.gz", "ck/acc_log.csv.gz",
@@ -38,18 +38,26 @@ PUBLIC = (
     "czech_tu_static/measured_accelerations.mat", "magneto_michaelwro/acceldata-example.txt",
 )
 
-SEEDS = (0,)
+EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE}
+FACT = re.compile(r"\bfacts?\b", re.IGNORECASE)
+GUESS = [f"pipeline.guess.{each.name}" for each in pkgutil.iter_modules(pipeline.guess.__path__)]
 Guess = Callable[[], object]
 
 
 def guesses(folder: Path) -> Iterator[Guess]:
     """A guess of every set of files, to be made anew."""
-    for seed in SEEDS:
-        for name, write in TOOLS.items():
-            place = folder / f"{name}{seed}"
-            place.mkdir()
-            foreign = write(place, hand_log(seed))
-            yield lambda files=foreign.files, hz=foreign.rate_hz: essence(files, hz)  # type: ignore[misc]
+    log = hand_log()
+    for name, write in EVERY.items():
+        place = folder / name
+        place.mkdir()
+        foreign = write(place, log)
+        yield lambda files=foreign.files, hz=foreign.rate_hz: essence(files, hz)  # type: ignore[misc]
+    for lean_deg, range_deg_s in ((0.6, 250.0), (0.6, 2000.0), (0.0, 500.0)):
+        evening, place = Evening(range_deg_s=range_deg_s, lean_deg=lean_deg), folder / str(
+            (lean_deg, range_deg_s))
+        place.mkdir()
+        files = [*evening.write(place, "rest", 0.0, 1), *evening.write(place, "turn", 100 / 3, 2)]
+        yield lambda files=files: essence(files, None)  # type: ignore[misc]
     for name in PUBLIC if REAL.exists() else ():
         yield lambda files=[REAL / name]: essence(files, None)  # type: ignore[misc]
 
@@ -68,24 +76,35 @@ def essence(files: list[Path], rate_hz: float | None) -> object:
         for source in guess.sources]
 
 
+def decisive() -> Iterator[Threshold]:
+    """The numbers of ``pipeline.guess`` that are no facts."""
+    for each in thresholds("pipeline"):
+        is_number = isinstance(each.value, int | float) and not isinstance(each.value, bool)
+        if each.path.startswith("guess.") and is_number and not FACT.search(each.description):
+            yield each
+
+
 def main() -> None:
-    """Print the table; exit 1 where a threshold is missing."""
+    """Print the table."""
     with tempfile.TemporaryDirectory() as folder:
         every = list(guesses(Path(folder)))
         as_it_is = [guess() for guess in every]
         print(f"{len(every)} sets of files\n")
         print("| threshold | value | × 0.5 | × 2 |\n|---|---|---|---|")
-        for module_name, name in THRESHOLDS:
-            module: Any = import_module(f"pipeline.guess.{module_name}")
-            value = getattr(module, name)
+        for each in decisive():
+            module, name = each.path.rsplit(".", 1)
+            users: list[Any] = [user for user in map(import_module, GUESS) if hasattr(user, name)]
             changed = []
             for factor in (0.5, 2.0):
-                setattr(module, name, value * factor)
+                for user in users:
+                    setattr(user, name, type(each.value)(each.value * factor))
                 changed.append(sum(guess() != before
                                    for guess, before in zip(every, as_it_is, strict=True)))
-            setattr(module, name, value)
-            words = [f"{n} change" if n else "no effect" for n in changed]
-            print(f"| `{module_name}.{name}` | {value:g} | {words[0]} | {words[1]} |")
+            for user in users:
+                setattr(user, name, each.value)
+            words = [f"{n} sets change" if n > 1 else "1 set changes" if n else "no effect"
+                     for n in changed]
+            print(f"| `{module}.{name}` | {each.value:g} | {words[0]} | {words[1]} |")
             sys.stdout.flush()
 
 

@@ -29,6 +29,8 @@ class Evening:
     lean_deg: float = 0.6
     poses: int = 18
     seconds: float = 8.0
+    bias_deg_s: tuple[float, float, float] = tuple(BIAS_GYR / DEG)
+    zero: int = 0  #: the count of nothing: half of 65536 in offset binary
     header: str = "millis,AcX,AcY,AcZ,Tmp,GyX,GyY,GyZ"
 
     @property
@@ -55,10 +57,11 @@ class Evening:
         force = whole.inv().apply([0, 0, G])
         rate = np.tile(laid.inv().apply([0, 0, rpm * 2 * np.pi / 60]), (len(time_s), 1))
         acc = force * SCALE_ACC + BIAS_ACC + rng.normal(0, NOISE_ACC, force.shape)
-        gyr = rate * SCALE_GYR + BIAS_GYR + rng.normal(0, NOISE_GYR, rate.shape)
+        gyr = rate * SCALE_GYR + np.multiply(self.bias_deg_s, DEG)
+        gyr += rng.normal(0, NOISE_GYR, rate.shape)
         counts = np.rint(np.column_stack([acc * 32768 / (self.range_g * G),
                                           np.full(len(time_s), -1500.0),
-                                          gyr * self.counts_per_rad_s]))
+                                          gyr * self.counts_per_rad_s])) + self.zero
         rows = "\n".join(",".join(map(str, (round(1000 * t), *map(int, row))))
                          for t, row in zip(time_s, counts, strict=True))
         path.write_text(f"{self.header}\n{rows}\n", encoding="utf-8")

@@ -83,6 +83,25 @@ def test_where_nothing_decides_the_range_is_asked_and_not_guessed(
     require_true_scales(here, evening, 4e-3)
 
 
+@pytest.mark.parametrize(("lean_deg", "says"), [
+    (0.6, "gravity goes round at 16"), (0.0, "the speed by which the files are called")])
+def test_a_large_bias_and_a_range_that_no_data_sheet_has_are_no_question(
+    here: Path, capsys: pytest.CaptureFixture[str], lean_deg: float, says: str
+) -> None:
+    """As the gyroscope of an MTi: offset binary, 20 °/s of bias, a gain of its own."""
+    evening = Evening(range_deg_s=197.0, range_g=6.1, bias_deg_s=(-20.0, 17.0, 7.0), zero=32768,
+                      lean_deg=lean_deg, rpm=100 / 6)
+    files = evening.write(here, "rest", 0.0, 1) + evening.write(here, "at 17 rpm", 100 / 6, 2)
+    assert pipeline("import", *files) == 0
+    assert says in capsys.readouterr().out
+    assert [run.rate for run in config_of(here).gyroscope.runs] == [  # type: ignore[union-attr]
+        "stopped", "16.7rpm"]
+    sheet = config_of(here).sensor.gyroscope
+    assert sheet is not None
+    assert sheet.counts_per_deg_s == pytest.approx(32768 / 197.0, rel=0.02)
+    assert sheet.encoding == "offset-binary"
+
+
 def test_both_directions_are_two_settings(here: Path) -> None:
     evening = Evening(range_deg_s=2000.0)
     assert pipeline("import", *write(here, evening, FULL_TURN, -FULL_TURN)) == 0

@@ -1,0 +1,143 @@
+"""Tables of one logger together: what holds of all of them is decided once, on all their rows."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.numbers import MEDIAN_OF_NORMAL
+from calib.poses.imu_log import FloatArray, IntArray
+from pipeline.guess.clocks import ClockGuess
+from pipeline.guess.raw_tables import RawTable
+from pipeline.logs.clock import ASSUMED_HZ
+
+REST_S = 0.5
+"""Length of the blocks of which those at rest are poses, s. A judgement: shorter than a rest in a
+hand, and long enough that noise averages out."""
+STILLEST, STILL = 0.2, 3.0
+"""Share of the blocks that are surely at rest, and the scatter in others, over theirs, up to which
+they count as rests. A judgement: a log for a calibration rests in a fifth of its time or more."""
+MEANS_APART = np.radians(5.0)
+"""Between one row and the next of a table of pose means; no sensor is turned so fast that its
+samples lie so far apart in half of the log."""
+FEWEST_MEANS = 6  #: fact: the parameters of bias and scale, one equation a pose
+FLATTEST = 0.2
+"""Least over largest extent of points that determine a sphere. A judgement: two faces and the edges
+between them have none, six faces and a cone of 30 degrees 0.3."""
+LARGEST_CENTRE = 0.7
+"""Distance of the centre over the radius, at most: a bias of 0.7 g, or of 70 °/s at 17 rpm. A
+judgement."""
+ROUNDS, OUTLIER = 4, 4.0
+"""Fits of the sphere, each without what lies so many sds off the one before. A judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class PooledTables:
+    """The rows of tables with the same columns, one table below the other.
+
+    Parameters
+    ----------
+    columns : mapping of str to array, shape (t,)
+        Without the columns of times.
+    table : array, shape (t,)
+        The table of each row, from 0; no unit.
+    step_s : float
+        Usual time from one row to the next, s.
+    has_clock : bool
+        Whether ``step_s`` is known.
+    hint : str
+        ``acc`` or ``gyr``, where the names of the files say that all is of that sensor.
+    """
+
+    columns: Mapping[str, FloatArray]
+    table: IntArray
+    step_s: float
+    has_clock: bool
+    hint: str
+
+    def readings(self, names: Sequence[str]) -> tuple[FloatArray, IntArray]:
+        """The rows (t, k) in which all of these columns hold numbers, in their units, and
+        the table (t,) of each row."""
+        values = np.column_stack([self.columns[name] for name in names])
+        whole = np.isfinite(values).all(axis=1)
+        return values[whole], self.table[whole]
+
+
+def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) -> PooledTables:
+    """Tables with the same columns together."""
+    times = {clock.column for clock in clocks}
+    names = [name for name in tables[0].columns if name not in times]
+    columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
+    steps = [float(np.median(np.diff(clock.time_s))) for clock in clocks
+             if len(clock.time_s) > 1]
+    return PooledTables(
+        columns, np.repeat(np.arange(len(tables)), [table.rows for table in tables]),
+        float(np.median(steps)) if steps else 1 / ASSUMED_HZ,
+        all(clock.is_known for clock in clocks), hint)
+
+
+def block_rows(table: IntArray, size: int) -> tuple[IntArray, IntArray]:
+    """The rows (k, size) of all whole blocks within one table, and the table (k,) of each."""
+    ends = [*(np.flatnonzero(np.diff(table)) + 1), len(table)]
+    begins = [0, *ends[:-1]]
+    starts = np.concatenate([np.arange(begin, end - size + 1, size)
+                             for begin, end in zip(begins, ends, strict=True)])
+    starts = starts.astype(np.int64)
+    return starts[:, None] + np.arange(size), table[starts] if len(table) else starts
+
+
+def are_apart(values: FloatArray) -> bool:
+    """Whether readings (t, 3) turn from row to row: each row is a pose of its own."""
+    if len(values) < FEWEST_MEANS:
+        return False
+    unit = values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-12)
+    apart = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
+    return bool(np.median(apart) > MEANS_APART)
+
+
+def still_means(values: FloatArray, table: IntArray, step_s: float) -> FloatArray:
+    """Means (k, 3) of the blocks of readings (t, 3) that are at rest, in their unit."""
+    if are_apart(values):
+        return values
+    rows_a_table = np.bincount(table)
+    usual = int(np.median(rows_a_table[rows_a_table > 0])) if len(table) else 1
+    rows, _ = block_rows(table, max(1, min(round(REST_S / step_s), usual)))
+    if not len(rows):
+        return values
+    blocks = values[rows]
+    scatter = np.sqrt(blocks.var(axis=1).sum(axis=1))
+    still = scatter <= STILL * np.quantile(scatter, STILLEST)
+    return np.asarray(blocks.mean(axis=1)[still])
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """A sphere through points: its ``centre`` (3,), ``radius`` and, relative to that, their sd."""
+
+    centre: FloatArray
+    radius: float
+    misfit: float
+
+
+def sphere_through(points: FloatArray) -> Sphere | None:
+    """The sphere through most of the points (k, 3); None where they do not determine one.
+
+    What has one length in every attitude lies on it: its radius is the unit, its centre the bias.
+    """
+    kept = points
+    for _ in range(ROUNDS):
+        if len(kept) < FEWEST_MEANS:
+            return None
+        extent = np.linalg.svd(kept - kept.mean(axis=0), compute_uv=False)
+        if not extent[-1] > FLATTEST * extent[0]:
+            return None
+        known = np.column_stack([2 * kept, np.ones(len(kept))])
+        solution = np.linalg.lstsq(known, (kept**2).sum(axis=1), rcond=None)[0]
+        centre = solution[:3]
+        radius = float(np.sqrt(max(solution[3] + centre @ centre, 0.0)))
+        if not np.linalg.norm(centre) < LARGEST_CENTRE * radius:
+            return None
+        off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
+        sd = max(float(np.median(off)) / MEDIAN_OF_NORMAL, radius * np.finfo(float).eps)
+        kept = points[off <= OUTLIER * sd]
+    return Sphere(centre, radius, sd / radius)
