@@ -8,7 +8,7 @@ from calib.discovery.discover import Discovered, discover
 from calib.errors import CalibrationError
 from pipeline.config.edit import add_effect
 from pipeline.config.load import parse_config
-from pipeline.config.yaml_words import yaml_word
+from pipeline.config.yaml_syntax import yaml_word
 from pipeline.model_change import ModelChange, RunConfig, Target, change_model
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult

@@ -20,9 +20,12 @@ from calib.effects.catalogue import EFFECTS
 from calib.poses.conditions import Conditions
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.commands import COMMANDS
-from pipeline.config.certificate import CertificateSection, TriadCertificateSection
 from pipeline.config.load import load_config
-from pipeline.config.record_section import RecordSection
+from pipeline.config.record_section import (
+    CertificateSection,
+    RecordSection,
+    TriadCertificateSection,
+)
 from pipeline.config.schema import (
     AccelerometerSection,
     EffectSection,
@@ -46,8 +49,7 @@ from pipeline.config.sensor import (
     sheet_section,
 )
 from pipeline.config.session import session_model
-from pipeline.drawings.bench import bench_svg
-from pipeline.drawings.leaning_player import leaning_svg
+from pipeline.drawings.bench import bench_svg, leaning_svg
 from pipeline.drawings.sheet import poses_svg
 from pipeline.export.formats import FORMATS
 from tests.paths import ROOT

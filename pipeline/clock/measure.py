@@ -12,8 +12,7 @@ from pathlib import Path
 
 from calib.numbers import RPM
 from pipeline.cameras import CameraClock, user_folder
-from pipeline.clock.computer import computer_clock
-from pipeline.clock.ntp import ServerWatch, server_rate
+from pipeline.clock.computer import ServerWatch, computer_clock, server_rate
 from pipeline.clock.screen import DrawnHand, ScreenPage, drawn_hand
 from pipeline.errors import DeviceError, UnreadableInput
 from pipeline.files import write_whole

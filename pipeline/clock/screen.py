@@ -14,7 +14,7 @@ from starlette.routing import BaseRoute, Route
 from calib.numbers import RPM
 from pipeline.clock.computer import ComputerClock
 from pipeline.errors import DeviceError
-from pipeline.served.answers import script, template
+from pipeline.served.serve import script, template
 
 HAND_RPM = 17.0
 """Rate of the hand. A judgement: as fast as the slowest plates; 30 frames per second show it at 106

@@ -5,7 +5,7 @@ To add a command: one line in :data:`COMMANDS`, and a module of that name in thi
 pydantic) is imported inside the command's function or module, never here.
 """
 
-from pipeline.text.wrapping import NARROWEST, WIDEST, prose_width, wrapped
+from pipeline.text.tables import NARROWEST, WIDEST, prose_width, wrapped
 
 #: name -> (arguments, one line of help), in the order in which ``pipeline --help`` shows them.
 COMMANDS: dict[str, tuple[str, str]] = {

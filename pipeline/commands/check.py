@@ -55,7 +55,7 @@ def _checked(path: Path) -> "tuple[Config, Rehearsal]":
     from pipeline.config.load import config_from
     from pipeline.config.yaml_text import read_source
     from pipeline.errors import MissingFiles
-    from pipeline.plan.refusal import require_planned
+    from pipeline.plan.so_far import require_planned
     from pipeline.stages.rehearsal import rehearse
 
     source = read_source(path)

@@ -8,8 +8,12 @@ import click
 
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.named_results import named_results
-from pipeline.commands.interaction.output import echo_json, json_option, python_option
+from pipeline.commands.interaction.output import (
+    echo_json,
+    json_option,
+    named_results,
+    python_option,
+)
 from pipeline.results.names import RESULTS_NAME
 
 

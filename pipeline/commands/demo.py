@@ -22,8 +22,8 @@ def command(folder: Path, quiet: bool) -> None:
     in both directions, with four clips. Its gyroscope has an error that the model does not
     describe. The command prints what to type to find it.
     """
-    from pipeline.config.demo_session import copy_session
-    from pipeline.text.commands import command as proposed
+    from pipeline.config.template import copy_session
+    from pipeline.text.names import command as proposed
 
     config = copy_session(folder)
     if not quiet:

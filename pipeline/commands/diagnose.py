@@ -7,13 +7,13 @@ import click
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import (
+    echo_verdict,
     echo_whole,
     json_option,
     python_option,
     quiet_option,
     say,
 )
-from pipeline.commands.interaction.verdicts import echo_verdict
 
 
 @click.command(epilog=examples(
@@ -40,7 +40,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     from pipeline.discovered import without_formula
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
-    from pipeline.text.commands import command as typed
+    from pipeline.text.names import command as typed
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
         outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),

@@ -36,7 +36,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.discovered import definition, without_formula
     from pipeline.report.outputs import outputs_of
     from pipeline.session_folder import working_on, write_session
-    from pipeline.text.commands import command as typed
+    from pipeline.text.names import command as typed
 
     with working_on(config, on_wait=say_waiting) as (session, folder):
         outcome = run_shown(session, folder, allow_python)

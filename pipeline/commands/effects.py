@@ -14,7 +14,7 @@ def command(name: str | None) -> None:
     and the measurement that separates them.
     """
     from pipeline.console.effect_pages import WIDTH, catalogue_lines, page_lines
-    from pipeline.text.wrapping import prose_width
+    from pipeline.text.tables import prose_width
 
     for line in catalogue_lines() if name is None else page_lines(name, prose_width() or WIDTH):
         click.echo(line)

@@ -24,7 +24,7 @@ def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> No
 
     from pipeline.config.load import load_config
     from pipeline.results.history import read_history, run_history_lines
-    from pipeline.text.commands import command as proposed
+    from pipeline.text.names import command as proposed
 
     folder = output or load_config(config).output_folder
     runs = read_history(folder)

@@ -18,7 +18,7 @@ from pipeline.commands.interaction.arguments import (
 )
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 from pipeline.commands.interaction.progress import ClipProgress
-from pipeline.text.commands import command as proposed
+from pipeline.text.names import command as proposed
 
 if TYPE_CHECKING:
     from pipeline.guess.checked import CheckedConfig

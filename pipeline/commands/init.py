@@ -40,11 +40,10 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
         tilted_template,
         write_template,
     )
-    from pipeline.drawings.bench import bench_svg
-    from pipeline.drawings.leaning_player import leaning_svg
+    from pipeline.drawings.bench import bench_svg, leaning_svg
     from pipeline.drawings.sheet import poses_svg
     from pipeline.files import write_whole
-    from pipeline.text.commands import command as proposed
+    from pipeline.text.names import command as proposed
 
     if latitude is None and sys.stdin.isatty():
         latitude = ask_latitude()

@@ -7,8 +7,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.named_results import named_results
-from pipeline.commands.interaction.output import python_option, say_address
+from pipeline.commands.interaction.output import named_results, python_option, say_address
 
 if TYPE_CHECKING:
     from pipeline.workbench.application import Workbench

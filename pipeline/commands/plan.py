@@ -42,7 +42,7 @@ def command(
     from pipeline.console.plan_text import plan_json, plan_lines
     from pipeline.errors import ConfigError
     from pipeline.plan.outlook import plan_of
-    from pipeline.plan.refusal import require_sufficient
+    from pipeline.plan.so_far import require_sufficient
 
     loaded = load_config(config, files_may_be_missing=True)
     if not loaded.triads:

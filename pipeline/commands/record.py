@@ -10,7 +10,7 @@ import click
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import ConfigArgument
 from pipeline.commands.interaction.output import quiet_option, say_address
-from pipeline.text.commands import command as proposed
+from pipeline.text.names import command as proposed
 
 if TYPE_CHECKING:
     from pipeline.commands.interaction.recording_display import LivePanel, PlainLines
@@ -113,7 +113,7 @@ def _demo_camera(watch: "Watch") -> Iterator[None]:
     """A clip of the example session, played as a camera would see it."""
     import time
 
-    from pipeline.config.demo_session import session_folder
+    from pipeline.config.template import session_folder
     from vision.camera import Camera
 
     with closing(Camera(session_folder() / "video/33rpm.mp4", time.monotonic, watch)):
@@ -124,7 +124,7 @@ def _recordable(path: Path, anyway: bool) -> "Config":
     """The configuration, if the poses that it plans determine its model."""
     from calib.errors import Undetermined
     from pipeline.config.load import load_config
-    from pipeline.plan.refusal import require_planned
+    from pipeline.plan.so_far import require_planned
 
     loaded = load_config(path, files_may_be_missing=True)
     if loaded.record is not None:

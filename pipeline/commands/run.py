@@ -8,12 +8,12 @@ import click
 from pipeline.commands import examples, paragraph
 from pipeline.commands.interaction.arguments import ConfigArgument, PathArgument
 from pipeline.commands.interaction.output import (
+    echo_verdict,
     echo_whole,
     json_option,
     python_option,
     quiet_option,
 )
-from pipeline.commands.interaction.verdicts import echo_verdict
 
 if TYPE_CHECKING:
     from pipeline.stages.run import Outcome
@@ -63,8 +63,7 @@ def command(
 
 def _show(outcome: "Outcome") -> None:
     """Parameters and verdicts."""
-    from pipeline.console.certificate_text import certificate_lines
-    from pipeline.console.parameter_text import parameter_lines
+    from pipeline.console.parameter_text import certificate_lines, parameter_lines
     from pipeline.console.rate_text import verdict_lines
     from pipeline.stages.certificate import compare_with_certificate
 

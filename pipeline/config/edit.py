@@ -5,8 +5,8 @@ Only the characters of that one name change; comments, order and layout of the f
 
 from collections.abc import Sequence
 
+from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import PathTo, YamlSource
-from pipeline.config.yaml_words import yaml_word
 
 
 def add_item(

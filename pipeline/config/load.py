@@ -5,8 +5,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from pipeline.config.contradictions import contradictions
-from pipeline.config.messages import problems_in
-from pipeline.config.problems import ConfigProblem, config_error
+from pipeline.config.messages import ConfigProblem, config_error, problems_in
 from pipeline.config.session import Config as Config
 from pipeline.config.session import session_model
 from pipeline.config.types import ValidationContext

@@ -8,8 +8,7 @@ from pydantic import Field, PrivateAttr
 
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS, TriadKind
-from pipeline.config.certificate import CertificateSection
-from pipeline.config.record_section import RecordSection
+from pipeline.config.record_section import CertificateSection, RecordSection
 from pipeline.config.schema import (
     AccelerometerSection,
     EffectSection,

@@ -1,10 +1,14 @@
-"""The commented configuration that ``pipeline init`` writes."""
+"""Configurations that come with the program: the commented template and the example session."""
 
-from importlib.resources import files
+import shutil
+import tempfile
+from importlib import resources
+from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, UnreadableInput, UnwritableOutput
 from pipeline.files import write_whole
+from pipeline.text.names import DISTRIBUTION
 
 TEMPLATE_NAME = "config.yaml"
 TILTED = """\
@@ -23,7 +27,8 @@ RECORDED = {
 
 def template_text() -> str:
     """The template, a valid configuration once its files are there."""
-    return files("pipeline.config").joinpath("templates", TEMPLATE_NAME).read_text(encoding="utf-8")
+    template = resources.files("pipeline.config").joinpath("templates", TEMPLATE_NAME)
+    return template.read_text(encoding="utf-8")
 
 
 def site_text(latitude_deg: float, height_m: float) -> str:
@@ -72,3 +77,57 @@ def write_template(folder: Path, text: str) -> Path:
         )
     write_whole(path, text)
     return path
+
+
+SESSION = "hidden_effect"
+CONFIG = "config.yaml"
+
+
+def session_folder() -> Path:
+    """The folder of the example session: in a checkout, or where the wheel has put it.
+
+    Raises
+    ------
+    UnreadableInput
+        It is in neither place.
+    """
+    checkout = Path(__file__).parents[2] / "data" / SESSION
+    if (checkout / CONFIG).is_file():
+        return checkout
+    try:
+        installed = files(DISTRIBUTION) or []
+    except PackageNotFoundError:
+        installed = []
+    for path in installed:
+        if path.parts[-2:] == (SESSION, CONFIG):
+            return Path(str(path.locate())).parent
+    raise UnreadableInput(f"the example session is neither in {checkout} nor among the files of "
+                          f"{DISTRIBUTION}. Install the program again.")
+
+
+def copy_session(folder: Path) -> Path:
+    """Copy the example session to ``folder`` and return its configuration.
+
+    Raises
+    ------
+    UnwritableOutput
+        ``folder`` exists and holds something, or cannot be written.
+    UnreadableInput
+        The session is not among the files of the installation.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UnwritableOutput(f"{folder}: exists and is left as it is. Name another folder, as in "
+                               "`pipeline demo my-demo`, or run the session in it with "
+                               f"`pipeline run {folder / CONFIG}`.")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        # Whole or not at all: a copy that is cut off has another name, and goes with its block.
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as part:
+            whole = Path(part) / SESSION
+            shutil.copytree(session_folder(), whole, ignore=shutil.ignore_patterns("*.run"))
+            whole.rename(folder)
+    except OSError as error:
+        reason = error.strerror or "the disk may be full"
+        raise UnwritableOutput(f"{folder}: cannot be written ({reason}). Name another "
+                               "folder.") from error
+    return folder / CONFIG

@@ -1,5 +1,6 @@
-"""The message for text that cannot be parsed: line, likely cause, and PyYAML's own words."""
+"""The message for text that cannot be parsed, and names as they stand in YAML."""
 
+import json
 import re
 from pathlib import Path
 
@@ -41,3 +42,23 @@ def syntax_error(path: Path, text: str, error: yaml.YAMLError) -> ConfigError:
     since = "" if begun == line else f" (begun in line {begun + 1})"
     return ConfigError(f"{path}:{line + 1}: this is not YAML{since}: {hint}. YAML's own words: "
                        f"{words}.")
+
+
+#: A digit in front is text where letters follow that make no number: 17rpm, not 1e3 or 0x1f.
+_PLAIN = re.compile(r"(?:[1-9][0-9]*[A-DF-Za-df-z]|[A-Za-z_])[A-Za-z0-9_./-]*")
+#: Plain words that YAML or a reader of it may take for something else.
+_NOT_PLAIN = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}
+_COLUMN = re.compile(r"column:[A-Za-z_][A-Za-z0-9_.-]*")
+"""An effect of a column: a colon without a blank behind it is text."""
+
+
+def yaml_word(text: str) -> str:
+    """``text`` as a value or an item of a list.
+
+    >>> yaml_word("pose_07.csv"), yaml_word("138.0-145.2 s"), yaml_word("column:fan_rpm")
+    ('pose_07.csv', '"138.0-145.2 s"', 'column:fan_rpm')
+    """
+    plain = _PLAIN.fullmatch(text) or _COLUMN.fullmatch(text)
+    if plain and text.lower() not in _NOT_PLAIN:
+        return text
+    return json.dumps(text, ensure_ascii=False)

@@ -15,14 +15,14 @@ from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import SIGNS, Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
 from calib.rounding import two_digits
-from pipeline.console.exclude_text import lines_to_exclude
+from pipeline.console.model_change_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict
 from pipeline.console.run_text import aside_text, loo_by_noise
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.text.commands import command, word
 from pipeline.text.formatting import DISPLAY, count
+from pipeline.text.names import command, word
 
 LOG = "LOG --output FILE"  #: placeholders for files of the user
 HOLDS_EFFECTS = "json"  #: format that stores added effects

@@ -8,8 +8,8 @@ from pipeline.config.load import Config
 from pipeline.config.schema import RunSection, TriadFitSection, VideoRateSection
 from pipeline.stages.rehearsal import Rehearsal
 from pipeline.stages.session_logs import Setting
-from pipeline.text.commands import command
 from pipeline.text.formatting import count
+from pipeline.text.names import command
 
 
 def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:

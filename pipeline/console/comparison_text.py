@@ -10,8 +10,7 @@ from calib.rounding import in_digits
 from pipeline.results.ageing import Ageing
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
 from pipeline.results.fitness import unseen_of
-from pipeline.text.formatting import DISPLAY, with_sd
-from pipeline.text.model_name import short_model
+from pipeline.text.formatting import DISPLAY, short_model, with_sd
 from pipeline.text.tables import table_lines
 
 NONE = "-"

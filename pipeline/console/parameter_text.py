@@ -1,17 +1,21 @@
-"""The parameters of a triad ± their sds: as an aligned table, and as the report shows them too."""
+"""Parameters as the terminal shows them: fitted, beside a certificate, and of the mounting."""
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
+from calib.consistency.certificate import CertificateComparison
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.fit.parameters import TriadParameters
+from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES
 from calib.rounding import two_digits
+from pipeline.results.json_values import unit_of
 from pipeline.results.names import PARAMETERS
-from pipeline.results.units import unit_of
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, not_measured, with_sd
 from pipeline.text.tables import table_lines
@@ -111,3 +115,44 @@ def prediction_text(result: TriadResult) -> str:
         f"worst ({direction_name(prediction.worst_direction, result.triad)})"
         f"{not_measured(result.triad, prediction.by_poses, prediction.by_unseen)}"
     )
+
+
+def certificate_lines(comparison: CertificateComparison) -> list[str]:
+    """An aligned table: estimate, certificate, difference in sds and per cent."""
+    rows = [["", "", "estimate", "certificate", "difference", "in sd", "%"]]
+    for group in comparison.groups:
+        for j, axis in enumerate(AXES):
+            rows.append(
+                [
+                    f"{group.name} [{group.unit}]" if j == 0 else "",
+                    axis,
+                    with_sd(float(group.estimate[j]), float(group.sd[j])),
+                    with_sd(float(group.certificate[j]), float(group.certificate_sd[j])),
+                    f"{group.difference[j]:+.4g}",
+                    f"{group.sigma[j]:+.1f}",
+                    "" if np.isnan(group.per_cent[j]) else f"{group.per_cent[j]:+.3f}",
+                ]
+            )
+    return table_lines(rows)
+
+
+def mounting_parts(mounting: Mounting) -> Iterator[str]:
+    """``roll 30.65 ± 0.01°`` and so on, for each measured angle."""
+    roll_sd, pitch_sd = mounting.sd_rad
+    yield f"roll {_degrees(mounting.roll_rad, roll_sd)}"
+    yield f"pitch {_degrees(mounting.pitch_rad, pitch_sd)}"
+    if mounting.yaw:
+        yield f"yaw {_degrees(mounting.yaw.yaw_rad, mounting.yaw.sd_rad)}"
+    if mounting.slope:
+        slope = mounting.slope
+        for axis, rise, sd in zip("xy", slope.rise_rad, slope.sd_rad, strict=True):
+            yield f"floor rises along {axis} by {_degrees(float(rise), float(sd))}"
+
+
+def mounting_text(mounting: Mounting) -> str:
+    """One line for the terminal and the report."""
+    return f"{', '.join(mounting_parts(mounting))} (order {mounting.order})"
+
+
+def _degrees(angle_rad: float, sd_rad: float) -> str:
+    return f"{with_sd(math.degrees(angle_rad), math.degrees(sd_rad))}°"

@@ -10,8 +10,8 @@ import numpy as np
 
 from calib.numbers import RPM
 from pipeline.stages.rate import SettingRate
-from pipeline.text.commands import command
 from pipeline.text.formatting import NAME_WIDTH, count, relative
+from pipeline.text.names import command
 from vision.phase_track import LUMA
 from vision.rate.terms import ALWAYS
 

@@ -12,7 +12,7 @@ from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
 from calib.rounding import in_digits, two_digits
-from pipeline.console.mounting_text import mounting_text
+from pipeline.console.parameter_text import mounting_text
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
 from pipeline.stages.triads import TriadResult

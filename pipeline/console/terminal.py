@@ -20,7 +20,7 @@ from types import FrameType
 from typing import Any, TextIO, cast
 
 from pipeline.text.plain import HIDDEN, escape
-from pipeline.text.wrapping import terminal_columns
+from pipeline.text.tables import terminal_columns
 
 #: What is hidden or acts, but new line and tab.
 ACTING = re.compile(rf"[\n\t]|({HIDDEN.pattern})")

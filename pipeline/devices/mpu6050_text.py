@@ -7,13 +7,14 @@ else on the line counts.
 import math
 from collections.abc import Mapping
 
-from pipeline.devices.sample import COUNTS, MICROS, DeviceClock, Sample, sample_of
-from pipeline.devices.sketch_lines import (
+from pipeline.devices.line_pattern import (
     HEADER,
+    LineReader,
     header_settings,
     is_sketch_line,
     parse_sketch_line,
 )
+from pipeline.devices.sample import COUNTS, MICROS, DeviceClock, Sample, sample_of
 from pipeline.devices.text_dialects import (
     ARDUINO_STAMP,
     DIALECTS,
@@ -23,7 +24,6 @@ from pipeline.devices.text_dialects import (
     advice_on,
     header_table,
 )
-from pipeline.devices.text_lines import LineReader
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP
 
 READINGS = (*ACCELEROMETER, *GYROSCOPE)

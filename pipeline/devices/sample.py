@@ -1,9 +1,19 @@
-"""One reading as a device sent it, and the clock that the device stamped it with."""
+"""One reading as a device sent it, and the time of samples.
+
+A host hears of samples in bursts: a reading is never heard before it was made, and often much
+later. The device makes them evenly, so sample k was made at ``t0 + k step``, and the arrivals lie
+on or above that line. The line is found from the earliest arrival of each of many stretches, by
+the median of all their slopes (Theil and Sen): a third of the stretches may be late altogether.
+"""
 
 import math
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, TIME
 
@@ -112,3 +122,85 @@ class Parser(Protocol):
     def finish(self) -> list[Sample]:
         """The samples that the end of the stream completes."""
         ...
+
+
+FloatArray = NDArray[np.float64]
+
+STRETCHES = 120
+"""Number of stretches of a stream, one arrival from each. For ten minutes of simulated bursts,
+those of the test of this module, the step errs 1.4 times as much with half as many and 1.1 times
+with twice as many."""
+
+EARLIEST_SHARE = 0.1  #: share of the stretches' earliest arrivals that lie below the line
+
+
+class Unwrap:
+    """Device ticks without the jumps back to 0; the first is 0.
+
+    A step back by more than half the modulus is a wrap; any other is a device that started anew,
+    after which the count goes on from the last value. A clock coarser than the samples gives one
+    value twice: the second is one tick later, and the next step so much shorter.
+    """
+
+    def __init__(self, clock: DeviceClock) -> None:
+        self._modulus = clock.modulus
+        self._last: int | None = None
+        self._total = 0
+        self._ahead = 0
+        self.restarts = 0
+
+    def __call__(self, ticks: int) -> int:
+        """The ticks since the first, never less than those before."""
+        if self._last is not None:
+            step = ticks - self._last
+            if self._modulus and step < 0:
+                step %= self._modulus
+                if step > self._modulus // 2:
+                    step = -1
+            self.restarts += step < 0
+            self._ahead += step == 0
+            back = min(self._ahead, max(step - 1, 0))
+            self._ahead -= back
+            self._total += max(step - back, 1)
+        self._last = ticks
+        return self._total
+
+
+def straight_line(arrival_s: FloatArray, index: FloatArray | None = None) -> tuple[float, float]:
+    """``(t0, step)`` of the times ``t0 + index * step`` at which evenly made samples were made.
+
+    Parameters
+    ----------
+    arrival_s : array, shape (t,)
+        When the host heard of each sample; bursts, delays and steps back are expected.
+    index : array, shape (t,), optional
+        Number of each sample; by default 0 ... t - 1.
+
+    Returns
+    -------
+    (float, float)
+        In seconds. The step is 0 where there are fewer than two samples.
+    """
+    k = np.arange(len(arrival_s), dtype=float) if index is None else index
+    if len(k) < 2 or k[-1] == k[0]:
+        return (float(arrival_s[0]) if len(k) else 0.0), 0.0
+    rough = (arrival_s[-1] - arrival_s[0]) / (k[-1] - k[0])
+    early = np.array([
+        int(start + np.argmin(arrival_s[start:stop] - rough * k[start:stop]))
+        for start, stop in pairwise(
+            np.linspace(0, len(k), min(STRETCHES, len(k) // 2 or 1) + 1).astype(int))
+        if stop > start
+    ])
+    x, y = k[early], arrival_s[early]
+    i, j = np.triu_indices(len(x), 1)
+    apart = x[j] > x[i]
+    step = (float(np.median((y[j] - y[i])[apart] / (x[j] - x[i])[apart]))
+            if apart.any() else float(rough))
+    return float(np.quantile(y - step * x, EARLIEST_SHARE)), step
+
+
+def rate_of(times_s: Sequence[float]) -> float:
+    """Samples per second of increasing times; NaN where there are fewer than two."""
+    if len(times_s) < 2 or times_s[-1] <= times_s[0]:
+        return math.nan
+    return (len(times_s) - 1) / (times_s[-1] - times_s[0])

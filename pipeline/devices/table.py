@@ -8,8 +8,7 @@ from pipeline.devices.line_pattern import LinePattern, LinePatternParser
 from pipeline.devices.mpu6050_binary import COUNTS_PER_G, Mpu6050BinaryParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.xsens_mtdata import MtDataParser
-from pipeline.devices.xsens_mtdata2 import MtData2Parser
+from pipeline.devices.xsens_mtdata import MtData2Parser, MtDataParser
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,10 @@ import numpy as np
 
 from calib.effects.effect import REFERENCE_TEMPERATURE_C
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.export.firmware import what_is_left
+from pipeline.export.firmware import HELD, ORDERS, courses_about, temperature_courses, what_is_left
 from pipeline.export.parts import Export, gains, no_effects, no_sds, origin, temperatures
 from pipeline.export.programs.syntax import hash_comment
 from pipeline.export.robotics import nominal_offset
-from pipeline.export.temperature import HELD, ORDERS, courses_about, temperature_courses
 from pipeline.results.read import Stored, StoredTriad
 
 POLYNOMIAL_FROM_C = 35.0  #: °C, TEMP_REFERENCE in AP_InertialSensor_tempcal; fact

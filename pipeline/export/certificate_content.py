@@ -23,10 +23,10 @@ from pipeline.text.formatting import (
     count,
     not_measured,
     relative,
+    short_model,
     with_minus_signs,
     with_sd,
 )
-from pipeline.text.model_name import short_model
 from pipeline.text.names import DISTRIBUTION, program_version
 
 _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")

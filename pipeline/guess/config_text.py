@@ -13,7 +13,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, TRIADS
 from pipeline.config.file_patterns import find_files
 from pipeline.config.types import STOPPED
-from pipeline.config.yaml_words import yaml_word
+from pipeline.config.yaml_syntax import yaml_word
 from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess

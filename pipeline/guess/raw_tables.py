@@ -17,7 +17,7 @@ from pipeline.logs.head import find_head
 from pipeline.logs.header_words import read_name
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
-from pipeline.text.commands import word
+from pipeline.text.names import word
 
 #: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz".
 STATED_RATE = re.compile(

@@ -14,7 +14,7 @@ from pipeline.guess.session import guess_session
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.read import read_log
 from pipeline.stages.stated_units import require_stated_units
-from pipeline.text.commands import command
+from pipeline.text.names import command
 
 
 def readings_in_si(

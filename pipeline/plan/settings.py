@@ -24,8 +24,7 @@ from pipeline.config.schema import (
 )
 from pipeline.config.sensor import sensor_specs
 from pipeline.stages.excluded_poses import chosen
-from pipeline.stages.planned_poses import first_directions, pose_seconds, sensed_rate
-from pipeline.stages.pose_means import read_pose_means
+from pipeline.stages.pose_means import first_directions, pose_seconds, read_pose_means, sensed_rate
 from pipeline.stages.poses import still_search
 from pipeline.stages.session_logs import Setting, long_logs, read_logs
 from pipeline.stages.triad_poses import attitude_sd_rad

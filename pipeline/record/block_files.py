@@ -10,7 +10,7 @@ from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
-from pipeline.stages.planned_poses import pose_seconds
+from pipeline.stages.pose_means import pose_seconds
 
 
 @dataclass(frozen=True)

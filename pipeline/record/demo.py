@@ -16,8 +16,8 @@ from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import TRIADS, FloatArray
 from pipeline.config.load import Config, load_config
 from pipeline.config.sensor import sensor_specs
+from pipeline.devices.line_pattern import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.devices.sample import CLOCK_MODULUS
-from pipeline.devices.sketch_lines import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.errors import ConfigError
 from pipeline.files import write_whole
 from pipeline.record.session import RecordingDisplay, RecordingView, Session

@@ -22,7 +22,7 @@ from calib.poses.rests.static_intervals import STILL_RATIO, quiet_level
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.record.stream import TimedSample
 from pipeline.record.task import Complete, Phase, Refused, Status, Task
-from pipeline.stages.planned_poses import less_rest
+from pipeline.stages.pose_means import less_rest
 
 # Half and double of each by ``tests.bench.tested_thresholds``, 18 cases; no case fails but
 # where it is said.

@@ -24,13 +24,18 @@ from pipeline.record.block_files import (
 )
 from pipeline.record.connection import SILENT_S, Connection, OpenPort
 from pipeline.record.pose_detector import PoseDetector
-from pipeline.record.recorded_poses import pose_rate, read_recorded_poses, rest_reading
-from pipeline.record.remarks import introduction, loss_of
+from pipeline.record.recorded_poses import (
+    introduction,
+    loss_of,
+    pose_rate,
+    read_recorded_poses,
+    rest_reading,
+)
 from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
-from pipeline.stages.planned_poses import first_directions
+from pipeline.stages.pose_means import first_directions
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
 

@@ -1,16 +1,62 @@
-"""A session from a configuration and the command line's options."""
+"""A session from a configuration and the command line's options, filmed where there is a camera."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipeline.config.load import Config
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, DeviceError
 from pipeline.record.serial_port import Port, SerialPort, only_port
 from pipeline.record.session import Filming, OpenCamera, RecordingDisplay, Session
+from vision.camera import Camera, CameraFailed, Watch
 
 if TYPE_CHECKING:
-    from vision.camera import Watch
+    pass
+
+
+class PoseCamera:
+    """Films poses; see :class:`pipeline.record.session.Filming`.
+
+    Parameters
+    ----------
+    number : int
+        Number of the camera; 0 is the first.
+    clock : callable
+        The session's clock, which the sensor's log is kept on.
+    watch : callable, optional
+        Sees every frame.
+
+    Raises
+    ------
+    DeviceError
+        The camera cannot be opened.
+    """
+
+    def __init__(
+        self, number: int, clock: Callable[[], float], watch: Watch | None = None
+    ) -> None:
+        try:
+            self._camera = Camera(number, clock, watch)
+        except CameraFailed as error:
+            raise DeviceError(str(error)) from error
+
+    def start(self, clip: Path) -> None:
+        """Begin a clip."""
+        self._camera.start(clip)
+
+    def stop(self, keep: bool) -> str:
+        """End the clip; what to say of it."""
+        try:
+            clip = self._camera.stop(keep)
+        except CameraFailed as error:
+            return f"; without a clip: {error}"
+        if clip is None:
+            return "; without a clip: the camera delivered no frame" if keep else ""
+        return f"; filmed {clip.path.name}, {clip.frames} frames in {clip.seconds:.1f} s"
+
+    def close(self) -> None:
+        """Give the camera back."""
+        self._camera.close()
 
 
 def open_session(
@@ -54,7 +100,7 @@ def _open_camera(number: int | None, watch: "Watch | None") -> OpenCamera | None
         return None
 
     def open_camera(clock: Callable[[], float]) -> Filming:
-        from pipeline.record.filming import PoseCamera  # cv2, which few recordings need
+        from pipeline.record.start import PoseCamera
 
         return PoseCamera(number, clock, watch)
 

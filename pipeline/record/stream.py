@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.devices.sample import Parser, Triple
-from pipeline.devices.time_base import FloatArray, Unwrap, rate_of, straight_line
+from pipeline.devices.sample import FloatArray, Parser, Triple, Unwrap, rate_of, straight_line
 
 MOST_ARRIVALS = 20_000  #: remembered for the straight line; older ones are thinned out
 RATE_AFTER_S = 2.0  #: time of arrivals, where only these show the sample rate

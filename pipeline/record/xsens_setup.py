@@ -29,8 +29,7 @@ from pipeline.devices.xbus import (
     XbusReader,
     frame,
 )
-from pipeline.devices.xsens_mtdata import RAW_COUNTED
-from pipeline.devices.xsens_mtdata2 import PACKET_COUNTER, RAW_ALL, SAMPLE_TIME_FINE
+from pipeline.devices.xsens_mtdata import PACKET_COUNTER, RAW_ALL, RAW_COUNTED, SAMPLE_TIME_FINE
 from pipeline.errors import DeviceError
 from pipeline.record.serial_port import Port
 

@@ -11,7 +11,7 @@ import numpy as np
 from calib.mounting.both_orders import OrderTrial
 from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.console.mounting_text import mounting_text
+from pipeline.console.parameter_text import mounting_text
 from pipeline.drawings.charts import Chart, Figure, across, upward
 from pipeline.text.formatting import with_sd
 

@@ -9,14 +9,11 @@ from calib.diagnosis.verdict.decision import Code
 from calib.rounding import two_digits
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.run_text import triad_figures
-from pipeline.report.layout.glossary import TERMS
-from pipeline.report.layout.page_templates import page_templates
-from pipeline.report.layout.payload import script_json
+from pipeline.report.layout.page_templates import TERMS, page_templates, script_json
 from pipeline.report.mounting_view import mounting_view
 from pipeline.report.plate.pose_frames import pose_frames
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.axis_charts import axis_charts, lead_panel
-from pipeline.report.triad.candidate_table import RANKED, candidate_rows, limit_rows
 from pipeline.report.triad.effect_cards import effect_cards
 from pipeline.report.triad.history_chart import staircase
 from pipeline.report.triad.pose_charts import (
@@ -28,15 +25,20 @@ from pipeline.report.triad.pose_charts import (
 from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits
-from pipeline.report.triad.tables import budget_rows, parameter_groups
-from pipeline.results.schema.history import HistoryLine
+from pipeline.report.triad.tables import (
+    RANKED,
+    budget_rows,
+    candidate_rows,
+    limit_rows,
+    parameter_groups,
+)
+from pipeline.results.schema.noise import HistoryLine
 from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
-from pipeline.text.commands import word
-from pipeline.text.names import program_version
+from pipeline.text.names import program_version, word
 
 TEMPLATE_NAME = "report.html"
 HASH_DIGITS = 12  #: digits of the configuration's SHA-256 in the head of the page

@@ -16,11 +16,10 @@ from scipy.special import ndtri
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.poses.imu_log import AXES
 from calib.poses.triad_kind import TRIAD_KINDS
-from pipeline.results.json_values import number
+from pipeline.results.json_values import number, unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.results.poses import StoredPoses, rms
 from pipeline.results.read import Stored, StoredTriad
-from pipeline.results.units import unit_of
 
 CHANCE = 0.01
 """A choice: probability that a change is stated of a sensor that has not changed."""

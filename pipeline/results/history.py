@@ -9,10 +9,9 @@ from typing import Any
 from calib.poses.imu_log import TRIADS
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.errors import UnreadableInput
-from pipeline.results.schema.history import HistoryLine, HistoryTriad
+from pipeline.results.schema.noise import HistoryLine, HistoryTriad
 from pipeline.results.schema.types import problems_of
-from pipeline.text.formatting import DISPLAY
-from pipeline.text.model_name import short_model
+from pipeline.text.formatting import DISPLAY, short_model
 from pipeline.text.tables import table_lines
 
 HISTORY_NAME = "history.jsonl"

@@ -1,4 +1,4 @@
-"""Numbers as JSON has them: finite, or null."""
+"""Numbers as JSON has them, finite or null, and the units of the nine parameters."""
 
 import math
 from collections.abc import Sequence
@@ -6,7 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import SI_UNIT, FloatArray
+
+#: ``{u}`` stands for the SI unit of the triad's readings.
+UNITS = {
+    "misalignment_rad": "rad",
+    "bias_counts": "counts",
+    "scale_counts_per_unit": "counts/({u})",
+}
+
+
+def unit_of(key: str, triad: str) -> str:
+    """The unit of the parameters that stand under ``key``.
+
+    >>> unit_of("scale_counts_per_unit", "accelerometer")
+    'counts/(m/s²)'
+    """
+    return UNITS[key].replace("{u}", SI_UNIT[triad])
+
 
 Json = dict[str, Any]
 

@@ -17,8 +17,8 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.errors import UnreadableInput
-from pipeline.results.json_file import read_json
 from pipeline.results.names import PARAMETERS, RESULTS_NAME
+from pipeline.results.noise import read_json
 from pipeline.results.schema import FORMAT
 from pipeline.results.schema.file import results_file
 from pipeline.results.schema.types import problems_of

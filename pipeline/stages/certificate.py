@@ -8,8 +8,8 @@ from calib.consistency.certificate import (
     FactoryCertificate,
     compare_certificate,
 )
-from pipeline.config.certificate import TriadCertificateSection
 from pipeline.config.load import Config
+from pipeline.config.record_section import TriadCertificateSection
 from pipeline.stages.triads import TriadResult
 
 

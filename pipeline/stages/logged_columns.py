@@ -12,7 +12,7 @@ from calib.errors import Undetermined
 from calib.poses.averaging.pose_mean import is_stated
 from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import Config
-from pipeline.config.problems import ConfigProblem, config_error
+from pipeline.config.messages import ConfigProblem, config_error
 from pipeline.config.schema import LogsSection, PosesSection
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import READINGS

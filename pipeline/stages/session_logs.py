@@ -1,4 +1,4 @@
-"""The logs of a session, read and checked against each other before anything slow.
+"""The logs of a session, without what is no measurement.
 
 Each log is labelled by its path from the configuration.
 """
@@ -14,8 +14,11 @@ from calib.consistency.clipping import require_unclipped
 from calib.consistency.frozen_logs import require_running
 from calib.consistency.repeats import require_no_copies
 from calib.errors import CalibrationError, Contradiction
+from calib.poses.checks.frozen import without_frozen
+from calib.poses.checks.pose_checks import check_counts, check_range
+from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs
-from calib.poses.imu_log import TEMPERATURE, ImuLog, IntArray, Triad
+from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     LogsSection,
@@ -29,8 +32,32 @@ from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
 from pipeline.stages.excluded_poses import Choice, chosen
-from pipeline.stages.measured_samples import measured_samples
 from pipeline.stages.stated_units import require_stated_units
+
+
+def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, str | None]:
+    """The samples of a pose that the sensor measured, and a note on those that are left out.
+
+    Raises
+    ------
+    UnusableLog
+        A value that the converter cannot give: the file is damaged, or of another sensor.
+    Undetermined
+        An axis is saturated, or too many samples are no measurement.
+    """
+    for triad in TRIADS:
+        spec = specs.get(triad)
+        if spec is not None and log.has(triad):
+            counts = spec.signed(log.readings(triad))
+            check_range(log.label, triad, counts, spec)
+            low, high = spec.count_range
+            # At an end on all axes at once a reading failed; on one axis it is saturated.
+            failed = ((counts <= low) | (counts >= high)).all(axis=1)
+            check_counts(log.label, triad, counts[~failed], spec)
+    running, frozen = without_frozen(log, turning)
+    measured, strays = without_strays(running)
+    return measured, " ".join(filter(None, [frozen, strays])) or None
+
 
 CELSIUS = (-80.0, 150.0)
 """Wider than the range of any inertial sensor's data sheet."""

@@ -22,7 +22,7 @@ from calib.poses.lagged import with_lags
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
-from pipeline.config.problems import ConfigProblem, config_error
+from pipeline.config.messages import ConfigProblem, config_error
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext

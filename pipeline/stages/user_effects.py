@@ -32,7 +32,7 @@ from calib.errors import CalibrationError, Undetermined
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.config.load import Config
-from pipeline.config.problems import ConfigProblem, config_error
+from pipeline.config.messages import ConfigProblem, config_error
 from pipeline.config.schema import EffectSection
 from pipeline.errors import UnreadableInput
 from pipeline.stages.logged_columns import logged_columns

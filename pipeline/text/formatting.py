@@ -1,8 +1,9 @@
 """Numbers and units as people read them; everything else is in SI units."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from calib.effects.catalogue import BASE
 from calib.poses.triad_kind import PerKind
 from calib.rounding import two_digits as two_digits
 from calib.rounding import with_sd as with_sd
@@ -58,3 +59,11 @@ def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) ->
         f": {two_digits(by_poses * factor)} {unit} by the poses, {two_digits(unseen * factor)} "
         f"{unit} by {' and '.join(largest_first)}, which they cannot see, if your sensor is typical"
     )
+
+
+def short_model(names: Sequence[str]) -> str:
+    """A model's name: the paper's nine parameters, and what was added to them."""
+    added = [f"+ {name}" for name in names if name not in BASE]
+    base = [name for name in names if name in BASE]
+    stem = "base" if set(base) == set(BASE) else " ".join(base)
+    return " ".join([stem, *added]).strip()

@@ -1,7 +1,9 @@
-"""Name and version of the program, and the nearest right name, for messages about wrong ones."""
+"""Names: of the program, its commands as they are typed, and the nearest right one."""
 
+import shlex
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 
 DISTRIBUTION = "turntable-imu-calibration"  #: the name in pyproject.toml
 
@@ -43,3 +45,22 @@ def _plain(name: str) -> str:
 def nearest_name(wrong: str, right: Iterable[str]) -> str:
     """`` (did you mean 'misalignment'?)``, or nothing."""
     return "".join(f" (did you mean '{name}'?)" for name in nearest_names(wrong, right))
+
+
+def command(*words: str | Path) -> str:
+    """The command with these words, each as a shell reads it.
+
+    >>> command("add", "my log.yaml", "gyroscope.column:Fan speed [1/min]")
+    "pipeline add 'my log.yaml' 'gyroscope.column:Fan speed [1/min]'"
+    """
+    return " ".join(["pipeline", *map(word, words)])
+
+
+def word(text: str | Path) -> str:
+    """A word of a command as a shell reads it; a file whose name begins with ``-`` is no option.
+
+    >>> word(Path("-a.yaml"))
+    './-a.yaml'
+    """
+    is_option_like = isinstance(text, Path) and str(text).startswith("-")
+    return shlex.quote(f"./{text}" if is_option_like else str(text))

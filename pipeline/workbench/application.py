@@ -27,7 +27,7 @@ from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.outputs import outputs_of
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
-from pipeline.served.answers import answered, beside, script, scripts, template
+from pipeline.served.serve import answered, beside, script, scripts, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
@@ -35,8 +35,7 @@ from pipeline.workbench.clip_player import ClipPlayer
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.own_effect import tried_expression, with_own_effect
-from pipeline.workbench.session_clips import session_clips
-from pipeline.workbench.session_files import SessionFiles, Stamp
+from pipeline.workbench.session_files import SessionFiles, Stamp, session_clips
 from pipeline.workbench.state import changed_lines, read_state
 
 LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen

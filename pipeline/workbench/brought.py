@@ -23,13 +23,13 @@ from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.session import SessionGuess, guess_session
 from pipeline.guess.table_guess import TableGuess
 from pipeline.results.json_values import Json
-from pipeline.served.answers import REFUSED
+from pipeline.served.serve import REFUSED
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate
 from pipeline.stages.run import run_stages
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.clip_player import ClipToPlay, PlateReading
-from pipeline.workbench.session_clips import followed_clip
+from pipeline.workbench.session_files import followed_clip
 
 CONFIG_NAME = "config.yaml"
 DEEPEST = 4  #: parts of a file's path in a dropped folder; chosen

@@ -18,7 +18,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import ConfigError
 from pipeline.results.json_values import Json
-from pipeline.served.answers import answered, beside
+from pipeline.served.serve import answered, beside
 from vision.overlay import StillFrame, still_frames
 from vision.phase_track import PhaseTrack
 from vision.rate.measure import RateMeasurement

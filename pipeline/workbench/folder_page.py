@@ -17,7 +17,7 @@ from pipeline.errors import ConfigError
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import RESULTS_NAME
-from pipeline.served.answers import answered, scripts, template
+from pipeline.served.serve import answered, scripts, template
 from pipeline.workbench.application import Workbench, routes_of
 from pipeline.workbench.brought import Brought
 from pipeline.workbench.clip_player import ClipPlayer

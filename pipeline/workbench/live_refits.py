@@ -17,9 +17,9 @@ from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import load_config
 from pipeline.config.types import STOPPED
-from pipeline.console.exclude_text import PoseSection, pose_sections
+from pipeline.console.model_change_text import PoseSection, pose_sections
 from pipeline.errors import ConfigError
-from pipeline.report.triad.judgement import changes_json
+from pipeline.report.triad.refit_table import changes_json
 from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext

@@ -9,10 +9,10 @@ from calib.effects.user_defined import PARAMETERS, Per, user_effect
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
 from pipeline.config.edit import add_effect, add_item
+from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import YamlSource, parse_source
-from pipeline.config.yaml_words import yaml_word
 from pipeline.errors import ConfigError
-from pipeline.report.triad.judgement import judged_effect
+from pipeline.report.triad.refit_table import judged_effect
 from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.text.names import nearest_name

@@ -22,7 +22,7 @@ from pipeline.plan.so_far import Outlook, SoFar
 from pipeline.record.session import RecordingDisplay, RecordingView
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.results.json_values import Json
-from pipeline.served.answers import scripts, template
+from pipeline.served.serve import scripts, template
 from pipeline.text.formatting import DISPLAY
 from vision.live_plate import LivePlate
 

@@ -16,7 +16,7 @@ from pipeline.config.edit import add_item, remove_item, set_list
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
-from pipeline.console.exclude_text import PoseSection, yaml_name
+from pipeline.console.model_change_text import PoseSection, yaml_name
 from pipeline.errors import ConfigError
 from pipeline.model_change import CONSTANT_RATE
 from pipeline.stages.excluded_poses import PoseName

@@ -106,7 +106,7 @@ def test_a_demo_that_ends_half_way_leaves_nothing_in_its_place(
         raise shutil.Error([("a", "b", "No space left on device")])
 
     with monkeypatch.context() as patched:
-        patched.setattr("pipeline.config.demo_session.shutil.copytree", full)
+        patched.setattr("pipeline.config.template.shutil.copytree", full)
         assert pipeline("demo", tmp_path / "demo") not in (DONE, BUG)
     assert "None" not in capsys.readouterr().err
     assert os.listdir(tmp_path) == []

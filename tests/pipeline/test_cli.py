@@ -69,7 +69,7 @@ def test_a_session_without_clips_loads_nothing_that_follows_or_measures_them(
     done = subprocess.run([sys.executable, "-c", code, "run", config], cwd=ROOT, text=True,
                           capture_output=True, check=True)
     loaded = set(done.stdout.splitlines()[-1].split())
-    assert "pipeline.report.plate.term_cards" in loaded
+    assert "pipeline.report.plate.rate_terms" in loaded
     assert not loaded & {"cv2", "vision.rate.measure", "vision.tracking.track"}
 
 

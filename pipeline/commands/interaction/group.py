@@ -6,7 +6,7 @@ import click
 
 from pipeline.commands import COMMANDS, front_page
 from pipeline.text.names import nearest_name, program_version
-from pipeline.text.wrapping import WIDEST
+from pipeline.text.tables import WIDEST
 
 
 class LazyGroup(click.Group):

@@ -8,9 +8,8 @@ import click
 
 from calib.diagnosis.verdict.wording import enumeration
 from calib.errors import CalibrationError
-from pipeline.commands.interaction.output import echo_warnings
+from pipeline.commands.interaction.output import echo_verdict, echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
-from pipeline.commands.interaction.verdicts import echo_verdict
 from pipeline.config.load import Config
 from pipeline.console.answers import next_line
 from pipeline.console.model_change_text import change_lines
@@ -29,7 +28,7 @@ from pipeline.report.outputs import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
-from pipeline.text.commands import command
+from pipeline.text.names import command
 
 
 @dataclass(frozen=True)

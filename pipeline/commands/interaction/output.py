@@ -1,13 +1,20 @@
-"""Options that many commands have, and output that programs read."""
+"""Options that many commands have, results that a user names, and output."""
 
 import json
 import sys
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from pipeline.commands import paragraph
 from pipeline.console.terminal import ShownStream
+
+if TYPE_CHECKING:
+    from pipeline.results.read import Stored
+    from pipeline.stages.triads import TriadResult
+
 
 Decorated = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -76,3 +83,32 @@ def say_address(address: str) -> None:
     click.echo("Ctrl-C ends it.", err=True)
     if click.launch(address) != 0:
         click.secho("no browser could be started: open this address in one.", fg="yellow", err=True)
+
+
+CONFIGURATION = (".yaml", ".yml")
+
+
+def named_results(path: Path, allow_python: bool) -> "Stored":
+    """The results in ``path``, or those of the configuration that it is."""
+    from pipeline.config.load import load_config
+    from pipeline.results.read import load_results
+    from pipeline.text.names import command as proposed
+
+    folder = load_config(path).output_folder if path.suffix in CONFIGURATION else path
+    if not folder.exists():
+        raise click.UsageError(
+            f"there is no {path}." if folder == path else
+            f"{path} was not run yet: there is no {folder}. Type: {proposed('run', path)}")
+    return load_results(folder, allow_python)
+
+
+#: Colour by the standing of a diagnosis; the words say the same without it.
+COLOURS: Mapping[str, str] = {"good": "green", "act": "red", "open": "yellow"}
+
+
+def echo_verdict(result: "TriadResult") -> None:
+    """Print the diagnosis of a triad in its colour, wrapped at the terminal's width."""
+    from pipeline.console.run_text import verdict_line
+
+    say(paragraph(verdict_line(result)), bold=True,
+                fg=COLOURS[result.diagnosis.explanation.standing])

@@ -117,7 +117,7 @@ def panel(view: "RecordingView", traces: "FloatArray") -> "Table":
     from rich.text import Text
 
     from calib.poses.attitudes import direction_name
-    from pipeline.drawings.terminal import box_text
+    from pipeline.drawings.sheet import box_text
 
     status, reading = view.status, view.status.reading
     missing = [i for i in range(len(view.wanted)) if i not in view.covered]

@@ -7,9 +7,8 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from pipeline.drawings.charts import Chart, Figure, rightward, upward
-from pipeline.results.schema.history import HistoryLine, HistoryTriad
-from pipeline.text.formatting import DISPLAY, count
-from pipeline.text.model_name import short_model
+from pipeline.results.schema.noise import HistoryLine, HistoryTriad
+from pipeline.text.formatting import DISPLAY, count, short_model
 
 MOST_STEPS = 12  #: the last ones are shown
 NAMED_STEPS = 4  #: so many names have room under the axis; more steps are numbered

@@ -27,7 +27,7 @@ from pipeline.drawings.charts import (
     tick_text,
     upward,
 )
-from pipeline.report.triad.coverage import coverage_of
+from pipeline.report.triad.pose_sphere import coverage_of
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, with_sd
 

@@ -1,4 +1,4 @@
-"""The parameters of a triad, and the budget of their uncertainties, as tables."""
+"""Tables of a triad: its parameters, its poses, and the candidates of its diagnosis."""
 
 import math
 from collections.abc import Iterator
@@ -7,11 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.consistency.certificate import CertificateComparison
+from calib.diagnosis.verdict.ranking import Candidate
+from calib.diagnosis.verdict.wording import odds_in_words, readable
+from calib.effects.units import display_unit
 from calib.fit.triad.calibration import NOISE, uncertainty_budget
+from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import AXES, SI_UNIT
+from calib.rounding import in_digits, two_digits
 from pipeline.console.parameter_text import fitted_text, shown_effects
+from pipeline.drawings.charts import tick_text
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, relative, with_sd
+from pipeline.text.formatting import DISPLAY, relative, with_minus_signs, with_sd
 
 NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
 
@@ -144,3 +150,62 @@ def _certified(
     value = with_sd(float(group.certificate[j]), float(group.certificate_sd[j]))
     sigma = float(group.sigma[j])
     return value, f"{sigma:+.1f}" if np.isfinite(sigma) else ""
+
+
+RANKED = 8  #: rows that are always shown; the others unfold
+LEAST_SHARE = 1e-3  #: share of chi²: smaller drops are written as none
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """One hypothesis: what adding it alone does."""
+
+    name: str
+    probability: str
+    chi2_drop: str
+    size: str
+    rms: str
+    loo: str
+    worse: bool
+    aliases: str
+
+
+def candidate_rows(result: TriadResult) -> tuple[CandidateRow, ...]:
+    """Every hypothesis of the ranking, the most probable first."""
+    return tuple(_row(result, one) for one in result.diagnosis.ranking if one.kind != "noise")
+
+
+def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
+    _, factor = DISPLAY[result.triad]
+    rms, loo = (("–" if math.isnan(error) else in_digits(error * factor, 3))
+                for error in (candidate.rms_after, candidate.loo_after))
+    share = candidate.chi2_drop / max(result.calibration.fit.chi2, NO_LENGTH)
+    name = candidate.name
+    if candidate.kind != "listed":
+        name = readable(name, candidate.follows)
+    drop = tick_text(float(f"{candidate.chi2_drop:.3g}"))
+    classes = (one.members for one in result.diagnosis.inclusion if name in one.members)
+    shared = len(next(classes, ()))
+    odds = odds_in_words(candidate.probability)
+    return CandidateRow(
+        name, f"one of {shared}: {odds}" if shared > 1 else odds,
+        f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
+        _size(candidate), rms, loo,
+        bool(candidate.loo_after > result.comparison.loo_rms), ", ".join(candidate.aliases))
+
+
+def _size(candidate: Candidate) -> str:
+    """The largest parameter with its sd, in the units of a data sheet."""
+    if not candidate.size.size:
+        return ""
+    largest = max(range(len(candidate.size)), key=lambda j: abs(float(candidate.size[j])))
+    unit, factor = display_unit(candidate.unit, candidate.size)
+    value = with_sd(float(candidate.size[largest]) * factor, float(candidate.sd[largest]) * factor)
+    return with_minus_signs(f"{value} {unit}")
+
+
+def limit_rows(result: TriadResult) -> Iterator[tuple[str, str]]:
+    """Every effect that was looked for and not named, with its upper limit at 95 %."""
+    for limit in result.diagnosis.limits:
+        unit, factor = display_unit(limit.unit, np.array([limit.value]))
+        yield limit.name, f"{two_digits(limit.value * factor)} {unit}"

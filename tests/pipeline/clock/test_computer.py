@@ -14,9 +14,18 @@ from urllib.request import Request, urlopen
 import numpy as np
 import pytest
 
-from pipeline.clock.computer import KEPT_PPM, UNKEPT_PPM, ComputerClock, computer_clock
+from pipeline.clock.computer import (
+    KEPT_PPM,
+    NTP_TO_UNIX_S,
+    UNKEPT_PPM,
+    ComputerClock,
+    ServerAnswer,
+    ServerRate,
+    ServerWatch,
+    computer_clock,
+    server_rate,
+)
 from pipeline.clock.measure import keep_screen, read_screen, show_hand
-from pipeline.clock.ntp import NTP_TO_UNIX_S, ServerAnswer, ServerRate, ServerWatch, server_rate
 from pipeline.clock.screen import HAND_RPM, Report, ScreenPage, drawn_hand
 from pipeline.errors import DeviceError
 from pipeline.served.serve import serving

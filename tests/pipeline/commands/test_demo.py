@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
-from pipeline.config.demo_session import CONFIG, SESSION, copy_session, session_folder
+from pipeline.config.template import CONFIG, SESSION, copy_session, session_folder
 from pipeline.errors import UnwritableOutput
 from tests.paths import ROOT
 

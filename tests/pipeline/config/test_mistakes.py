@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pipeline.config.problems import SHOWN_ALIKE
+from pipeline.config.messages import SHOWN_ALIKE
 from pipeline.errors import ConfigError, MissingFiles, exit_code_of
 from pipeline.text.names import nearest_name
 from tests.pipeline.config.complete import GOOD, load, problems

@@ -4,14 +4,12 @@ import random
 import sys
 from collections.abc import Callable, Iterator
 
-from pipeline.devices.line_pattern import LinePattern, LinePatternParser
+from pipeline.devices.line_pattern import LinePattern, LinePatternParser, sketch_line
 from pipeline.devices.mpu6050_binary import Mpu6050BinaryParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.sketch_lines import sketch_line
 from pipeline.devices.xbus import frame
-from pipeline.devices.xsens_mtdata import MtDataParser
-from pipeline.devices.xsens_mtdata2 import MtData2Parser
+from pipeline.devices.xsens_mtdata import MtData2Parser, MtDataParser
 
 PARSERS: dict[str, Callable[[], Parser]] = {
     "xsens-mti": MtDataParser,

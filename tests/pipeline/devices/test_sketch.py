@@ -87,8 +87,7 @@ def test_its_lines_are_read_whole_with_numbers_times_and_settings(printed: bytes
 
 
 def test_its_clock_wraps_and_its_samples_come_at_the_rate_it_states(printed: bytes) -> None:
-    from pipeline.devices.sample import MICROS
-    from pipeline.devices.time_base import Unwrap
+    from pipeline.devices.sample import MICROS, Unwrap
 
     parser, unwrap = begun(Mpu6050TextParser()), Unwrap(MICROS)
     ticks = [sample.ticks or 0 for sample in parser.feed(printed)]

@@ -5,11 +5,15 @@ import gzip
 import numpy as np
 import pytest
 
-from pipeline.devices.line_pattern import LinePattern, LinePatternParser
+from pipeline.devices.line_pattern import (
+    LONGEST_LINE,
+    LinePattern,
+    LinePatternParser,
+    crc8,
+    sketch_line,
+)
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Sample
-from pipeline.devices.sketch_lines import crc8, sketch_line
-from pipeline.devices.text_lines import LONGEST_LINE
 from tests.pipeline.devices.real_streams import begun, captured
 
 COUNTS, SI = "counts", "m/s², rad/s"

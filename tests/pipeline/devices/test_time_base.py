@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.devices.sample import DeviceClock
-from pipeline.devices.time_base import Unwrap, rate_of, straight_line
+from pipeline.devices.sample import DeviceClock, Unwrap, rate_of, straight_line
 from pipeline.devices.xsens_mtdata import COUNTER
 from tests.pipeline.devices.real_streams import captured
 

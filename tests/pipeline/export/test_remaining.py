@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import find_effect
-from pipeline.export.parts import triad_named
-from pipeline.export.remaining import remaining_error, session_conditions
+from pipeline.export.parts import remaining_error, session_conditions, triad_named
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import load_results
 from tests.pipeline.conftest import RunSession

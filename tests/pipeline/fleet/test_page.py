@@ -10,8 +10,8 @@ import pytest
 
 from pipeline.fleet.finish import FleetSummary, finish_fleet
 from pipeline.fleet.record import SessionRecord, evidence_path
-from pipeline.fleet.rows import Row
 from pipeline.fleet.summary_text import fleet_lines
+from pipeline.fleet.table import Row
 from tests.lot_records import lot_records
 from tests.world.designs import soak_design
 from tests.world.lot import LotPlan, draw_lot

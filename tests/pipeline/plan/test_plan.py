@@ -21,7 +21,7 @@ from calib.poses.imu_log import Triad
 from calib.poses.reference import CommonError
 from calib.poses.runs.ring import TILT_SD_RAD
 from calib.poses.runs.ring_errors import tilt_name
-from pipeline.stages.planned_poses import first_directions
+from pipeline.stages.pose_means import first_directions
 from tests.fitting import Calibrated, averaged, calibrated, spec_of, tilted_pose_sets
 from tests.paths import ROOT
 from tests.sessions import configured, pipeline

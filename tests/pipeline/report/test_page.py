@@ -13,11 +13,11 @@ from pipeline.config.load import load_config
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
 from pipeline.drawings.charts import nice_limit, tick_text, upward
-from pipeline.report.layout.glossary import TERMS, Term, with_terms
+from pipeline.report.layout.page_templates import TERMS, Term, with_terms
 from pipeline.report.page import css_text, report_html
 from pipeline.report.triad.history_chart import staircase
 from pipeline.report.triad.refit_table import constants_json
-from pipeline.results.schema.history import HistoryLine, HistoryTriad
+from pipeline.results.schema.noise import HistoryLine, HistoryTriad
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from pipeline.text.formatting import DISPLAY, with_sd

@@ -12,8 +12,7 @@ from calib.poses.attitudes import natural_directions
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
 from pipeline.report.page import report_html
-from pipeline.report.triad.coverage import coverage_of
-from pipeline.report.triad.pose_sphere import sphere_json, up_directions
+from pipeline.report.triad.pose_sphere import coverage_of, sphere_json, up_directions
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.report.browser import needs_browser

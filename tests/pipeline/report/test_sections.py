@@ -11,9 +11,8 @@ from calib.diagnosis.search.posterior import Inclusion
 from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
-from pipeline.report.triad.candidate_table import candidate_rows
 from pipeline.report.triad.pose_charts import coverage_figure, residual_figure
-from pipeline.report.triad.tables import budget_rows
+from pipeline.report.triad.tables import budget_rows, candidate_rows
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
 from pipeline.stages.run import Outcome, run_stages

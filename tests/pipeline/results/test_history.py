@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pipeline.results.history import history_rows, history_text, read_history, with_step
-from pipeline.results.schema.history import HistoryLine
+from pipeline.results.schema.noise import HistoryLine
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.errors import UnreadableInput
-from pipeline.results import json_file
+from pipeline.results import noise
 from pipeline.results.noise import load_noise
 from pipeline.results.read import load_results
 
@@ -18,7 +18,7 @@ def test_a_damaged_file_is_refused_with_what_is_wrong(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, fault: str
 ) -> None:
     if len(data) == 2000:
-        monkeypatch.setattr(json_file, "LARGEST_BYTES", 1000)
+        monkeypatch.setattr(noise, "LARGEST_BYTES", 1000)
     for name, load in (("results.json", load_results), ("noise.json", load_noise)):
         (tmp_path / name).write_bytes(data)
         with pytest.raises(UnreadableInput, match=fault) as caught:

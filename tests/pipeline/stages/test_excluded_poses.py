@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
-from pipeline.console.exclude_text import lines_to_exclude
+from pipeline.console.model_change_text import lines_to_exclude
 from pipeline.errors import ConfigError
 from pipeline.results.write import results_of
 from pipeline.stages.context import RunContext

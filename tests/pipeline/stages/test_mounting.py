@@ -11,8 +11,7 @@ import pytest
 
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
-from pipeline.console.certificate_text import certificate_lines
-from pipeline.console.mounting_text import mounting_text
+from pipeline.console.parameter_text import certificate_lines, mounting_text
 from pipeline.errors import ConfigError
 from pipeline.results.schema.triad import CertificateGroup
 from pipeline.results.write import installation_section

@@ -11,8 +11,7 @@ import pytest
 
 from pipeline.commands.interaction.output import say
 from pipeline.console.terminal import ShownStream, cut_between_words
-from pipeline.text.tables import aligned
-from pipeline.text.wrapping import terminal_columns
+from pipeline.text.tables import aligned, terminal_columns
 from tests.paths import ROOT
 
 ROWS = [["candidate", "log evidence", "chi² drop", "leave-one-out", "like"],

@@ -14,7 +14,7 @@ from calib.numbers import RPM
 from pipeline.errors import PipelineError
 from pipeline.workbench.clip_player import ClipPlayer
 from pipeline.workbench.live_refits import OpenSession
-from pipeline.workbench.session_clips import session_clips
+from pipeline.workbench.session_files import session_clips
 from tests.paths import DATA
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import Browser

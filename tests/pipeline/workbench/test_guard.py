@@ -10,9 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.served.answers import beside
 from pipeline.served.guard import LARGEST_QUESTION, LOOPBACK, POLICY
-from pipeline.served.serve import listening_socket
+from pipeline.served.serve import beside, listening_socket
 from tests.pipeline.workbench.asked import GIGABYTE, Asked
 from tests.pipeline.workbench.conftest import Opened, opened_workbench, written_session
 from tests.sessions import pipeline

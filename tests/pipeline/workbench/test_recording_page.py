@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pipeline.config.demo_session import session_folder
+from pipeline.config.template import session_folder
 from tests.paths import ROOT
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import Browser

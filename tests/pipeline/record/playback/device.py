@@ -14,8 +14,8 @@ import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
+from pipeline.devices.line_pattern import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.devices.sample import CLOCK_MODULUS
-from pipeline.devices.sketch_lines import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.devices.xbus import (
     DATA_LENGTH_AT,
     ERROR,
