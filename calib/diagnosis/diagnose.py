@@ -194,7 +194,8 @@ def diagnose(
         group=verdict.group,
         inclusion=posterior.inclusion,
         sets=tuple(each for each in posterior.sets if each[1] >= CONSTANTS.least_listed),
-        explanation=explain(fit, verdict, ranking, posterior.p_value, advice, prediction),
+        explanation=explain(
+            fit, verdict, ranking, posterior.p_value, advice, prediction, posterior.beyond),
         advice=advice if advice is not None and advice.is_worth_it else None,
         ranking=ranking,
         blind=(*finding.blind, *absurd),

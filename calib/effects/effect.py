@@ -17,7 +17,6 @@ Four places where an effect can act, and the vector its columns are evaluated on
 - ``noise``: the sds of the rows, by coefficients with a prior (:mod:`calib.effects.drawn`).
 """
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, Required, TypedDict, Unpack
@@ -153,8 +152,8 @@ class Effect:
     follows_words : str
         What its columns follow where no single condition drives them, for the axis of a chart;
         ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
-    largest : float
-        No parameter of it exceeds this in nature, SI; infinite where nothing bounds it.
+    largest : float or None
+        No parameter of it exceeds this in nature, SI; None where the sizes of its page say it.
     drawn : str
         How its coefficients are drawn where only their size is a parameter; see :data:`Draw`.
     starts_in : callable or None
@@ -181,7 +180,7 @@ class Effect:
     names_column: str | None = None
     contains: tuple[str, ...] = ()
     follows_words: str = ""
-    largest: float = math.inf
+    largest: float | None = None
     drawn: Draw = ""
     starts_in: Callable[[Conditions], tuple[float, ...]] | None = None
 
@@ -255,7 +254,7 @@ class EffectFields(TypedDict, total=False):
     names_column: str | None
     contains: tuple[str, ...]
     follows_words: str
-    largest: float
+    largest: float | None
     drawn: Draw
     starts_in: Callable[[Conditions], tuple[float, ...]] | None
 

@@ -30,6 +30,10 @@ def _warmth(at: Conditions) -> FloatArray:
 def _hours(at: Conditions) -> FloatArray:
     return np.asarray(at.time_s / SECONDS_PER_HOUR)[:, None]
 
+LARGEST_RECTIFICATION = 1e3
+"""SI of the triad per (m/s²)². Derived: 300 sds of a pose's mean where poses hardly vary in what
+they vibrate by; poses at another range make a thousand times as much of it."""
+
 
 @effect(
     *AXES,
@@ -181,6 +185,7 @@ def hysteresis(at: Conditions, width: ShapeValue) -> FloatArray:
     *AXES,
     unit="{u}/(m/s²)²",
     needs=("vibration",),
+    largest=LARGEST_RECTIFICATION,
     only_for=TRIADS,
     page=Page(
         formula="e_k = v_k · σ_a²,  σ_a² the accelerometer's variance within the pose, axes summed",

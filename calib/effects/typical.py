@@ -1,13 +1,18 @@
 """Typical sizes of effects as numbers, in the units that data sheets quote them in."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from math import radians, sqrt
+from math import inf, radians, sqrt
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import SECONDS_PER_HOUR
 from calib.poses.imu_log import Triad
 
 DEGREE, G = radians(1.0), STANDARD_GRAVITY_M_S2  #: rad, m/s²; definitions
+
+OVER_QUOTED = 300.0
+"""What no part has over the largest size that is quoted. A judgement: quoted parts differ by a
+factor of thirty; ten times that again is another sensor, another unit or bad poses."""
 
 QUOTED: dict[str, tuple[float, Triad | None]] = {
     "°/s": (DEGREE, "gyroscope"),
@@ -81,6 +86,13 @@ class Typical:
     def si_for(self, triad: Triad) -> float | None:
         """The size of a parameter for ``triad``, SI; None where none is quoted."""
         return next((size.si for size in self.sizes if size.triad in (None, triad)), None)
+
+
+def largest_for(triad: Triad, classes: Iterable[Typical]) -> float:
+    """What no part has for ``triad`` by what is quoted for ``classes``, SI; infinite by nothing."""
+    sizes = [size.high * QUOTED[size.unit][0] for each in classes for size in each.sizes
+             if size.triad in (None, triad)]
+    return OVER_QUOTED * max(sizes, default=inf)
 
 
 def typical(*sizes: Size, note: str = "") -> Typical:

@@ -4,8 +4,8 @@ Two effects that replace each other in sets which are both believed are one clas
 that leave the same in the rows: these data do not tell them apart.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -80,6 +80,9 @@ class Posterior:
     log_factor, drop : array, shape (m,)
         Of each hypothesis alone at the base: the log Bayes factor against nothing, -inf where it
         is blind, and what it takes off chi-square.
+    beyond : mapping of str to float
+        Effects that would explain most of the misfit at a size that no part has, and how many times
+        the largest that is.
     """
 
     base: Fit
@@ -89,6 +92,7 @@ class Posterior:
     log_nothing: tuple[float, float]
     log_factor: FloatArray
     drop: FloatArray
+    beyond: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def hypotheses(self) -> Sequence[Hypothesis]:

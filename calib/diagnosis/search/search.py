@@ -23,7 +23,7 @@ from calib.diagnosis.search.candidates import (
 )
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.search.sizes import exceeds_nature, within_nature
+from calib.diagnosis.search.sizes import beyond_nature, within_nature
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
 from calib.effects.effect import Effect
@@ -49,7 +49,8 @@ GROWN = 3
 def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
     """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
     table = table_at(base, hypotheses)
-    search = _Search(base, table, Candidates(within_nature(table, hypotheses)))
+    search = _Search(base, table, Candidates(
+        within_nature(table, hypotheses, base.poses.triad)))
     search.screen_small()
     if search.posterior.is_nothing:
         return search.posterior
@@ -75,6 +76,7 @@ class _Search:
         self.entries: dict[Key, Entry] = {0: Entry((), float(np.logaddexp(*self.nothing)))}
         self.seen = np.flatnonzero(table.seen).tolist()
         self.refused: set[Key] = set()
+        self.beyond: dict[str, float] = {}
         self.solution: Refit | None = None
 
     @property
@@ -85,7 +87,7 @@ class _Search:
                         if e.log_posterior > least or e.refit is not None or not e.members)
         return Posterior(
             self.base, self.table, self.candidates, entries, self.nothing,
-            self.singles - np.logaddexp(*self.nothing), self.drop,
+            self.singles - np.logaddexp(*self.nothing), self.drop, self.beyond,
         )
 
     @property
@@ -222,7 +224,10 @@ class _Search:
         key = self.candidates.key(members)
         chosen = [self.candidates.hypotheses[j] for j in members]
         joint = refit(self.base, [self._effect(j) for j in members])
-        if joint is None or exceeds_nature(joint):
+        beyond = {} if joint is None else beyond_nature(joint)
+        if joint is None or beyond:
+            if joint is not None and len(members) == 1 and 2 * joint.fit.chi2 < self.base.chi2:
+                self.beyond |= beyond
             self.refused.add(key)
             self.entries = {k: e for k, e in self.entries.items() if not self._is_refused(k)}
             return

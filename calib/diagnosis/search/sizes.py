@@ -13,6 +13,8 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.table import Table
+from calib.effects.effect import Effect
+from calib.effects.typical import largest_for
 from calib.poses.imu_log import FloatArray, Triad
 
 SEEN_SHARE = 1e-3
@@ -38,6 +40,17 @@ def shows_at_no_size(table: Table, j: int, h: Hypothesis, triad: Triad) -> bool:
     return bool(largest * per_size.max() < LEAST_TYPICAL)
 
 
+def largest_of(effect: Effect, triad: Triad) -> float:
+    """What no parameter of an effect exceeds in a part, SI; infinite where nothing bounds it.
+
+    Nothing bounds what an evening or a bench does to a sensor, nor the unit of a logged column.
+    """
+    if effect.largest is not None:
+        return effect.largest
+    of_the_part = effect.belongs_to == "sensor" and not effect.drawn and not effect.logged
+    return largest_for(triad, effect.page.typical.values()) if of_the_part else np.inf
+
+
 def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
     """Size and sd of the parameters that the residual asks of ``j`` alone, SI, each (k,)."""
     each = table.spectra[j]
@@ -47,7 +60,9 @@ def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
     return size * each.unit, np.sqrt((turns**2 / squared).sum(axis=1)) * each.unit
 
 
-def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+def within_nature(
+    table: Table, hypotheses: Sequence[Hypothesis], triad: Triad
+) -> list[Hypothesis]:
     """``hypotheses``, less probable where the rows ask for more of them than nature has.
 
     The Earth turns by 15°/h: a gyroscope that reads five times that about the vertical is read
@@ -55,25 +70,29 @@ def within_nature(table: Table, hypotheses: Sequence[Hypothesis]) -> list[Hypoth
     """
     judged = list(hypotheses)
     for j, h in enumerate(hypotheses):
-        if h.effect is None or np.isinf(h.effect.largest) or table.is_blind(j):
+        if h.effect is None or np.isinf(largest_of(h.effect, triad)) or table.is_blind(j):
             continue
         size, sd = predicted_size(table, j)
-        if _exceeds(size, sd, h.effect.largest):
+        if _times(size, sd, largest_of(h.effect, triad)):
             judged[j] = replace(h, log_prior=h.log_prior + float(np.log(CONSTANTS.odds_unnatural)))
     return judged
 
 
-def exceeds_nature(joint: Refit) -> bool:
-    """Whether an effect of ``joint`` is larger than it can be, by more than its sd allows."""
+def beyond_nature(joint: Refit) -> dict[str, float]:
+    """How many times what a sensor can have at most each effect of ``joint`` is that exceeds it."""
     fit, slices = joint.fit, joint.fit.model.slices()
+    times = {}
     for effect in fit.model.effects:
-        if effect.name not in joint.names or np.isinf(effect.largest):
+        if effect.name not in joint.names:
             continue
         where = slices[effect.name]
-        if _exceeds(fit.theta[where], np.sqrt(np.diag(fit.cov)[where]), effect.largest):
-            return True
-    return False
+        times[effect.name] = _times(fit.theta[where], np.sqrt(np.diag(fit.cov)[where]),
+                                    largest_of(effect, fit.poses.triad))
+    return {name: beyond for name, beyond in times.items() if beyond}
 
 
-def _exceeds(size: FloatArray, sd: FloatArray, largest: float) -> bool:
-    return bool((np.abs(size) - CONSTANTS.limit_sd * sd > largest).any())
+def _times(size: FloatArray, sd: FloatArray, largest: float) -> float:
+    """The size over the ``largest``; 0 where its sd allows for that."""
+    if not (np.abs(size) - CONSTANTS.limit_sd * sd > largest).any():
+        return 0.0
+    return float(np.abs(size).max() / largest)

@@ -1,6 +1,7 @@
 """The diagnosis as a person would say it: every verdict with its text, standing and next step."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from calib.diagnosis.verdict.explanation import Explanation, Step
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
     NOTHING_MISSING,
+    beyond_parts,
     covariate,
     curves,
     enumeration,
@@ -45,9 +47,13 @@ def explain(
     p_value: float,
     advice: Advice | None,
     prediction: Prediction | None = None,
+    beyond: Mapping[str, float] | None = None,
 ) -> Explanation:
-    """The verdict in words."""
-    return SPOKEN[verdict.code](Case(fit, verdict, ranking, p_value, advice, prediction))
+    """The verdict in words, and what would explain most at ``beyond`` times what parts have."""
+    said = SPOKEN[verdict.code](Case(fit, verdict, ranking, p_value, advice, prediction))
+    if not beyond or verdict.explains:
+        return said
+    return replace(said, text=f"{said.text} {beyond_parts(beyond)}")
 
 
 def _nothing(case: Case) -> Explanation:

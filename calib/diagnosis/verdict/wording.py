@@ -1,6 +1,6 @@
 """Names, covariates and probabilities as a person would say them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
@@ -11,6 +11,7 @@ from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
+from calib.rounding import two_digits
 
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
@@ -155,6 +156,13 @@ def remedy_of_noise(factor: float) -> str:
             "moved, for files of another sensor, range or unit, and for exchanged columns."
         )
     return "Longer poses and a firmer base usually help."
+
+
+def beyond_parts(beyond: Mapping[str, float]) -> str:
+    """What would explain a misfit, at so many times what parts have."""
+    name = min(beyond, key=lambda each: beyond[each])
+    return (f"'{name}' would explain most of it, but would be {two_digits(beyond[name])} times the "
+            f"largest that such sensors have: look for bad poses first.")
 
 
 def unsupported(fit: Fit, prediction: Prediction) -> str:

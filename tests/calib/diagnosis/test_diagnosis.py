@@ -86,6 +86,16 @@ def test_no_size_that_nature_does_not_have_explains(seed: int) -> None:
     assert "earth_rate" not in (*found.names, *found.group)
 
 
+def test_a_size_that_no_part_has_is_told_and_not_named() -> None:
+    """Some 10 °/s per g is a hundred times what data sheets quote."""
+    poses = poses_of(RICH, 104, "gyroscope", [])
+    matrix = np.radians(10.0) / 9.8 * np.random.default_rng(1).standard_normal((3, 3))
+    found = said_of(replace(poses, reading=poses.reading + poses.force @ matrix.T))
+    assert "g_sensitivity" not in (*found.names, *found.group)
+    assert "'g_sensitivity' would explain most of it, but would be" in found.text
+    assert "times the largest that such sensors have: look for bad poses first" in found.text
+
+
 def test_the_earth_at_its_own_rate_can_be_named() -> None:
     """By a gyroscope with a thousandth of the noise."""
     quiet = replace(RICH, sensor=RICH.sensor.with_noise(1e-3), rate_sd_relative=1e-8)
