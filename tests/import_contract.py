@@ -46,7 +46,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.poses": [
         ("triad_kind",), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
-        ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",), ("lagged",),
+        ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",), ("past",),
     ],
     "calib.poses.averaging": [
         ("pose_mean",), ("sway",), ("average_pose",),
@@ -78,7 +78,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",),
                        ("comparison", "from_table")],
-    "calib.discovery": [("grammar",), ("discover",)],
+    "calib.discovery": [("functions",), ("grammar",), ("screen",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding", "averaged", "stand_ins"), ("diagnose",),

@@ -1,16 +1,17 @@
 """Which formula the poses show: screened beside the model in closed form, judged on poses left out.
 
-All formulas stand at one table (:mod:`calib.diagnosis.search.table_at`). Each has the log odds of
-its evidence against none, with a prior that halves and halves again with every term, so that a
-longer one pays. The likeliest are refitted, and one is accepted where its odds against none, as the
-refit has them (beside a strong signal a linear score is off by more than noise), are high and
-where it predicts poses that took no part, fold by fold, better than the model without it. A listed
-effect that predicts them as well is what it is: a formula is for what none of these describes.
+Each formula has the log odds of its evidence against none, with a prior that halves and halves
+again with every term, so that a longer one pays; the numbers in the likeliest are made finer, and
+pay for that. These stand at one table with the listed effects and are refitted, and one is accepted
+where its odds against none, as the refit has them (beside a strong signal a linear score is off by
+more than noise), are high and where it predicts poses that took no part, fold by fold, better than
+the model without it. A listed effect that predicts them as well is what it is: a formula is for
+what none of these describes.
 """
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,14 +21,15 @@ from calib.diagnosis.hypotheses.listed import Hypothesis, held, listed_hypothese
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
-from calib.discovery.grammar import Formula, formulas, lags
+from calib.discovery.grammar import Formula, formulas
+from calib.discovery.screen import FormulaScreen
 from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares import solver
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray
-from calib.poses.lagged import with_lags
+from calib.poses.past import Past, with_pasts
 
 PER_TERM = float(np.log(4.0))
 """Log odds that each further term of a formula costs. Derived: with every term about four times
@@ -46,6 +48,12 @@ LEAST_FALL = 0.05
 user would want to keep."""
 
 REFITTED = 6  #: the likeliest formulas, of different classes, that are refitted; a limit of time
+TABLED = 200  #: the likeliest formulas, at one table with the listed effects; a limit of time
+
+REFINED = 12  #: the likeliest families whose numbers are made finer; a limit of time
+HALVINGS = 10
+"""Times that the steps between their numbers are halved at most. Derived: four digits are
+written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,35 +107,21 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
         A Python function of the model of ``fit`` raised.
     """
     columns = causes(fit.poses, covariates)
-    fit = _with_lags(fit, columns)
-    every = formulas(fit.poses, columns)
-    every = [each for each in every if each.name not in fit.model.names]
-    at = fit.equations.at_reading
-    every = [each for each in every if np.isfinite(each.effect.evaluate(at)).all()]
-    if not every:
+    every = [each for each in formulas(fit.poses, columns) if each.name not in fit.model.names]
+    likely_ones = _likeliest(FormulaScreen(fit), every)
+    if not likely_ones:
         return None
-    weights = np.array([-PER_TERM * each.length for each in every])
-    priors = weights - np.logaddexp.reduce(weights) + np.log(CONSTANTS.odds_unknown)
-    hypotheses = [Hypothesis(each.name, "listed", float(prior), each.effect)
-                  for each, prior in zip(every, priors, strict=True)]
+    every, priors = map(list, zip(*likely_ones, strict=True))
+    fit = _with_pasts(fit, [past for each in every for past in each.effect.pasts])
+    at = fit.equations.at_reading
+    hypotheses = [Hypothesis(each.name, "listed", prior, each.effect)
+                  for each, prior in likely_ones]
     n = len(hypotheses)
     hypotheses += listed_hypotheses(fit, covariates=covariates)[0]
     table = table_at(fit, hypotheses)
     density, _ = table.singles()
     odds = density[:n] + priors - np.logaddexp(*table.noise.nothing(table.chi2))
-    likely = [int(j) for j in np.argsort(-odds) if odds[j] > max(0.0, odds[np.nanargmax(odds)]
-                                                                 - CONSTANTS.negligible)]
-    tried: list[_Tried] = []
-    while likely and len(tried) < REFITTED:
-        j = likely.pop(0)
-        same = [k for k in table.aliases(j, likely) if k in likely]
-        likely = [k for k in likely if k not in same]
-        joint = refit(fit, [every[j].effect])
-        if joint is not None:
-            block = table.unit_block(j)
-            rest = table.residual - block @ (block.T @ table.residual)
-            gained = _log_noise(table, joint.fit.chi2) - _log_noise(table, float(rest @ rest))
-            tried.append(_Tried(j, tuple(same), float(odds[j]) + gained, joint.fit))
+    tried = _tried(fit, table, every, odds)
     before = _left_out(fit)
     for one in sorted(tried, key=lambda each: -each.log_odds):
         after = _left_out(one.fit)
@@ -156,15 +150,82 @@ class _Tried:
     fit: Fit
 
 
+def _tried(
+    fit: Fit, table: Table, every: Sequence[Formula], odds: FloatArray
+) -> list[_Tried]:
+    """The likeliest of each class that looks the same, and the shortest of it, at their refits."""
+    bar = max(0.0, float(odds[np.nanargmax(odds)]) - CONSTANTS.negligible)
+    likely = [int(j) for j in np.argsort(-odds) if odds[j] > bar]
+    tried: list[_Tried] = []
+    for _ in range(REFITTED):
+        if not likely:
+            break
+        j = likely.pop(0)
+        same = [k for k in table.aliases(j, likely) if k in likely]
+        likely = [k for k in likely if k not in same]
+        shortest = min([j, *same], key=lambda k: every[k].length)
+        for k in dict.fromkeys((j, shortest)):
+            joint = refit(fit, [every[k].effect])
+            if joint is None:
+                continue
+            block = table.unit_block(k)
+            rest = table.residual - block @ (block.T @ table.residual)
+            gained = _log_noise(table, joint.fit.chi2) - _log_noise(table, float(rest @ rest))
+            others = tuple(i for i in (j, *same) if i != k)
+            tried.append(_Tried(k, others, float(odds[k]) + gained, joint.fit))
+    return tried
+
+
 def _log_noise(table: Table, chi2: float) -> float:
     """Log density of a residual that noise alone has left, stated or larger."""
     return float(np.logaddexp(*table.noise.nothing(chi2)))
 
 
-def _with_lags(base: Fit, columns: Sequence[str]) -> Fit:
-    """The fit to poses that have what follows ``columns`` with the time constants tried."""
+def _likeliest(screen: FormulaScreen, every: Sequence[Formula]) -> list[tuple[Formula, float]]:
+    """The likeliest formulas that are not ruled out, with the log of what each was before.
+
+    Those of the likeliest families are there with finer numbers too: as many as these could be
+    share what one of the grid was before.
+    """
+    if not every:
+        return []
+    weights = np.array([-PER_TERM * each.length for each in every])
+    priors = weights - np.logaddexp.reduce(weights) + np.log(CONSTANTS.odds_unknown)
+    odds = screen.log_densities(every) + priors - screen.nothing()
+    order = [int(j) for j in np.argsort(-odds)[:TABLED] if odds[j] > -CONSTANTS.negligible]
+    likely = {every[j].name: (every[j], float(priors[j])) for j in order}
+    families: dict[object, int] = {}
+    for j in order:
+        one = every[j]
+        if one.function.varied:
+            families.setdefault((one.factor, one.per, one.function.text), j)
+    for j in list(families.values())[:REFINED]:
+        one, paid = _refined(screen, every[j])
+        likely.setdefault(one.name, (one, float(priors[j]) - paid))
+    return list(likely.values())
+
+
+def _refined(screen: FormulaScreen, formula: Formula) -> tuple[Formula, float]:
+    """``formula`` with the likeliest numbers within a step of its own, and the log of their share.
+
+    The steps are halved as long as that gains more than twice as many numbers cost.
+    """
+    best, least = formula, float(screen.log_densities([formula])[0])
+    cost, paid = formula.function.varied * math.log(2), 0.0
+    for k in range(1, HALVINGS + 1):
+        for _ in formula.function.steps:  # one number after the other
+            near = [replace(best, function=one) for one in best.function.finer(0.5**k)]
+            density = screen.log_densities(near)
+            if not float(density.max()) > least + cost * k - paid:
+                break
+            best, least, paid = near[int(density.argmax())], float(density.max()), cost * k
+    return best, paid
+
+
+def _with_pasts(base: Fit, pasts: Sequence[Past]) -> Fit:
+    """The fit to poses that have the columns that the past makes."""
     stated = base.poses.as_stated
-    poses = with_lags(stated, lags(stated, columns))
+    poses = with_pasts(stated, pasts)
     robust = bool((base.weight != 1).any())
     return base if poses is stated else solver.fit(poses, base.model, robust=robust)
 

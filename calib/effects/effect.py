@@ -26,7 +26,7 @@ import numpy as np
 from calib.effects.typical import Typical
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, BoolArray, FloatArray, Triad
-from calib.poses.lagged import Lag
+from calib.poses.past import Past
 from calib.poses.triad_kind import TRIAD_KINDS
 
 REFERENCE_TEMPERATURE_C = 25.0
@@ -134,8 +134,8 @@ class Effect:
         What its columns are made of besides the vector; see :data:`Need`.
     logged : tuple of str
         Columns of the log that it reads.
-    lags : tuple of (str, float)
-        Those of them that it follows with a time constant, s.
+    pasts : tuple of Past
+        What it reads of the past of them.
     belongs_to : str
         ``sensor``, ``session`` or ``bench``; see :data:`Owner`.
     constant_is : str or None
@@ -172,7 +172,7 @@ class Effect:
     shape: Shape | None = None
     needs: tuple[Need, ...] = ()
     logged: tuple[str, ...] = ()
-    lags: tuple[Lag, ...] = ()
+    pasts: tuple[Past, ...] = ()
     belongs_to: Owner = "sensor"
     orthogonal: bool = False
     in_square: bool = False

@@ -1,8 +1,9 @@
 """Expressions in what was logged: read by Python's parser, evaluated here node by node.
 
 Nothing runs but what is listed: numbers, names, + - * / **, a few functions of one argument, and
-``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere, and ``lag(COLUMN, SECONDS)``,
-what follows a logged column with a time constant.
+``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere. What logged columns were until
+now counts by ``lag(x, SECONDS)``, what follows x with a time constant, ``play(x, HALF_WIDTH)``,
+what follows it across a gap, and ``total(x)``, its integral over time; x is made of logged columns.
 
     x, y, z, s                     components of the vector; s is the axis's own
     fx, fy, fz, f                  specific force, likewise
@@ -17,37 +18,25 @@ import ast
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from calib.effects.arithmetic import FUNCTIONS, OPERATORS, value_of
 from calib.effects.effect import Need
 from calib.errors import CalibrationError
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray
-from calib.poses.lagged import Lag, lag_name
+from calib.poses.past import PAST, Past, across_gap, behind, total
 
 LONGEST_EXPRESSION = 500  #: characters; a limit of time and memory
 LARGEST_POWER = 8  #: so that LARGEST_NUMBER to this power is a number; numerical
 LARGEST_NUMBER = 1e30  #: its eighth power is still a number; numerical
 
-FUNCTIONS: dict[str, Callable[..., FloatArray]] = {
-    "abs": np.abs,
-    "cos": np.cos,
-    "exp": np.exp,
-    "log": np.log,
-    "sign": np.sign,
-    "sin": np.sin,
-    "sqrt": np.sqrt,
-    "tanh": np.tanh,
-}
-OPERATORS: dict[type[ast.operator], Callable[[FloatArray, FloatArray], FloatArray]] = {
-    ast.Add: np.add,
-    ast.Sub: np.subtract,
-    ast.Mult: np.multiply,
-    ast.Div: np.divide,
-    ast.Pow: np.power,
-}
-RUN, LAGGED = "run", "lag"
+RUN = "run"
+PASTS: dict[str, Callable[..., FloatArray]] = {"lag": behind, "play": across_gap, "total": total}
+"""Functions of the past: of values, times and, but for a total, one positive number."""
+
 #: Name -> field of the conditions and, of one axis, its column.
 VECTORS: dict[str, tuple[str, int | None]] = {
     f"{letter}{axis}" if letter else axis: (field, "xyz".index(axis))
@@ -98,8 +87,8 @@ class Expression:
     tree : ast.expr
     names, runs, shapes : tuple of str
         The columns, runs and shape parameters that it uses.
-    lags : tuple of (str, float)
-        The columns that it uses with a time constant, s.
+    pasts : tuple of Past
+        The columns that it uses of the past of others.
     """
 
     text: str
@@ -107,7 +96,7 @@ class Expression:
     names: tuple[str, ...]
     runs: tuple[str, ...] = ()
     shapes: tuple[str, ...] = ()
-    lags: tuple[Lag, ...] = ()
+    pasts: tuple[Past, ...] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -119,7 +108,7 @@ class Expression:
         """Value for every row and axis, shape (n, 3), with these values of the shape parameters."""
         shapes = dict(zip(self.shapes, shape, strict=True))
         with np.errstate(all="ignore"):  # what is not finite is reported as such, with its name
-            value = _evaluate(self.tree, at, shapes)
+            value = value_of(self.tree, partial(_leaf, at=at, shapes=shapes))
         return np.broadcast_to(value, at.vector.shape).astype(float)
 
 
@@ -155,8 +144,8 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
         raise BadExpression(f"'{text}' is not an expression ({problem})") from error
     names: dict[str, None] = {}
     runs: dict[str, None] = {}
-    lags: dict[Lag, None] = {}
-    _check(tree, names, runs, lags)
+    pasts: dict[Past, None] = {}
+    _check(tree, names, runs, pasts)
     for shape in shapes:
         if shape in KNOWN_NAMES or shape in FUNCTIONS or shape == RUN:
             raise BadExpression(f"the shape parameter '{shape}' has a name that means something "
@@ -164,7 +153,7 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
         if shape not in names:
             raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'", shape,
                                 [name for name in names if name not in KNOWN_NAMES])
-    return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes), tuple(lags))
+    return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes), tuple(pasts))
 
 
 def substituted(tree: ast.expr, values: Mapping[str, ast.expr]) -> ast.expr:
@@ -185,7 +174,7 @@ def on_axis(tree: ast.expr, axis: int) -> ast.expr:
 
 
 def _check(
-    node: ast.expr, names: dict[str, None], runs: dict[str, None], lags: dict[Lag, None]
+    node: ast.expr, names: dict[str, None], runs: dict[str, None], pasts: dict[Past, None]
 ) -> None:
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
@@ -194,32 +183,70 @@ def _check(
         case ast.Name(id=name):
             names[name] = None
         case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
-            _check(operand, names, runs, lags)
+            _check(operand, names, runs, pasts)
         case ast.BinOp(left=left, op=operator, right=right) if type(operator) in OPERATORS:
             if isinstance(operator, ast.Pow):
                 _check_power(right)
-            _check(left, names, runs, lags)
-            _check(right, names, runs, lags)
+            _check(left, names, runs, pasts)
+            _check(right, names, runs, pasts)
         case ast.Call(
             func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)], keywords=[]
         ):
             runs[run] = None
-        case ast.Call(
-            func=ast.Name(id="lag"), keywords=[],
-            args=[ast.Name(id=name), ast.Constant(value=int() | float() as tau)],
-        ) if tau > 0 and name not in KNOWN_NAMES:
-            names[name] = None
-            lags[name, float(tau)] = None
+        case ast.Call(func=ast.Name(id=name), keywords=[]) if name in PASTS:
+            past = _past(node)
+            names |= dict.fromkeys(past.logged)
+            pasts[past] = None
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
-            _check(argument, names, runs, lags)
+            _check(argument, names, runs, pasts)
         case _:
             called = node.func if isinstance(node, ast.Call) else None
             raise BadExpression(
                 f"'{ast.unparse(node)}' is not allowed in an expression; allowed are numbers, "
-                f"names of columns, + - * / **, {', '.join(FUNCTIONS)}, run('NAME') and "
-                f"lag(COLUMN, SECONDS)",
-                called.id if isinstance(called, ast.Name) else "", (*FUNCTIONS, RUN, LAGGED),
+                f"names of columns, + - * / **, {', '.join(FUNCTIONS)}, run('NAME'), "
+                f"lag(x, SECONDS), play(x, HALF_WIDTH) and total(x)",
+                called.id if isinstance(called, ast.Name) else "", (*FUNCTIONS, RUN, *PASTS),
             )
+
+
+def _past(node: ast.Call) -> Past:
+    """The column that a call of the past stands for.
+
+    Raises
+    ------
+    BadExpression
+        It is not made of logged columns and, but for a total, one positive number.
+    """
+    assert isinstance(node.func, ast.Name)
+    kind = node.func.id
+    numbers = [part.value for part in node.args[1:] if isinstance(part, ast.Constant)
+               and isinstance(part.value, int | float) and part.value > 0]
+    names: dict[str, None] = {}
+    runs: dict[str, None] = {}
+    inner: dict[Past, None] = {}
+    if node.args:
+        _check(node.args[0], names, runs, inner)
+    columns = [name for name in names if name != "pi"]
+    expected = 0 if kind == "total" else 1
+    if not (columns and len(numbers) == len(node.args) - 1 == expected) or (
+            runs or inner or {*columns} & {*KNOWN_NAMES}):
+        raise BadExpression(
+            f"'{ast.unparse(node)}' is not what the past can make; write lag(x, SECONDS), "
+            f"play(x, HALF_WIDTH) or total(x), with x made of logged columns and the number above "
+            f"zero")
+    tree, following = node.args[0], PASTS[kind]
+
+    def values(columns: Mapping[str, FloatArray], time_s: FloatArray) -> FloatArray:
+        with np.errstate(all="ignore"):
+            driven = value_of(tree, lambda leaf: _pi_or(columns, leaf))
+        return following(np.broadcast_to(driven, time_s.shape).astype(float), time_s, *numbers)
+
+    return Past(PAST + ast.unparse(node), tuple(columns), values)
+
+
+def _pi_or(columns: Mapping[str, FloatArray], leaf: ast.expr) -> FloatArray:
+    assert isinstance(leaf, ast.Name)
+    return np.asarray(np.pi) if leaf.id == "pi" else columns[leaf.id]
 
 
 def _check_power(exponent: ast.expr) -> None:
@@ -230,28 +257,16 @@ def _check_power(exponent: ast.expr) -> None:
         raise BadExpression(f"the exponent {value.value:g} is larger than {LARGEST_POWER}")
 
 
-def _evaluate(node: ast.expr, at: Conditions, shapes: Mapping[str, float]) -> FloatArray:
+def _leaf(node: ast.expr, at: Conditions, shapes: Mapping[str, float]) -> FloatArray:
+    """The value of a name, a run or what the past makes, (n, 3), (n, 1) or of no length."""
     match node:
-        case ast.Constant(value=int() | float() as number):
-            return np.asarray(float(number))
         case ast.Name(id=name):
             return np.asarray(shapes[name]) if name in shapes else _named(name, at)
-        case ast.UnaryOp(op=operator, operand=operand):
-            inner = _evaluate(operand, at, shapes)
-            return np.negative(inner) if isinstance(operator, ast.USub) else inner
-        case ast.BinOp(left=left, op=operator, right=right):
-            return np.asarray(OPERATORS[type(operator)](
-                _evaluate(left, at, shapes), _evaluate(right, at, shapes)))
         case ast.Call(func=ast.Name(id="run"), args=[ast.Constant(value=str() as run)]):
             elsewhere = np.zeros(len(at))
             return np.asarray(at.columns.get(RUN_COLUMN + run, elsewhere)[:, None])
-        case ast.Call(
-            func=ast.Name(id="lag"),
-            args=[ast.Name(id=name), ast.Constant(value=int() | float() as tau)],
-        ):
-            return at.column(lag_name(name, float(tau)))[:, None]
-        case ast.Call(func=ast.Name(id=name), args=[argument]):
-            return np.asarray(FUNCTIONS[name](_evaluate(argument, at, shapes)))
+        case ast.Call(func=ast.Name(id=name)) if name in PASTS:
+            return at.column(PAST + ast.unparse(node))[:, None]
     raise AssertionError(ast.dump(node))  # _check has let through what is not evaluated
 
 

@@ -213,8 +213,10 @@ def _dimension(node: ast.expr, triad: Triad) -> Dimension | None:
             return _product(one or {}, other or {}, -1 if isinstance(operator, ast.Div) else 1)
         case ast.Call(func=ast.Name(id="abs"), args=[argument]):
             return _dimension(argument, triad)
-        case ast.Call(func=ast.Name(id="lag"), args=[column, _]):
-            return _dimension(column, triad)
+        case ast.Call(func=ast.Name(id="lag" | "play"), args=[driver, _]):
+            return _dimension(driver, triad)
+        case ast.Call(func=ast.Name(id="total"), args=[driver]):
+            return _product(_dimension(driver, triad) or {}, {"s": Fraction(1)}, 1)
         case ast.Call(func=ast.Name(id="sqrt"), args=[argument]):
             inside = _dimension(argument, triad)
             return None if inside is None else {s: p / 2 for s, p in inside.items()}

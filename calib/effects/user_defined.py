@@ -129,7 +129,7 @@ def user_effect(
         needs=tuple(dict.fromkeys(need for each, need in NEEDS.items()
                                   if each in names and not (measures_force and need == "force"))),
         logged=columns,
-        lags=value.lags if isinstance(value, Expression) else (),
+        pasts=value.pasts if isinstance(value, Expression) else (),
         belongs_to="bench" if of_bench else "session" if "time_s" in names else "sensor",
         physics="Your own effect.",
         shape=shape,
@@ -147,7 +147,7 @@ def user_effect(
 
 def _expressions(value: ValueOf, per: Per) -> tuple[str, ...]:
     """The columns as expressions; none for a Python function, or where the past counts."""
-    if not isinstance(value, Expression) or value.lags:
+    if not isinstance(value, Expression) or value.pasts:
         return ()
     if per == "matrix":
         return tuple(ast.unparse(on_axis(value.tree, j)) for j in range(len(AXES)))

@@ -100,6 +100,10 @@ class Conditions:
         return Conditions(vector, self.magnitude, self.force, self.spin_rad_s, self.time_s,
                           self.previous, self.vibration, self.columns)
 
+    def with_columns(self, columns: Mapping[str, FloatArray]) -> "Conditions":
+        """The same with other logged columns, (n,) each by name."""
+        return replace(self, columns=columns)
+
     def with_previous(self, previous: FloatArray) -> "Conditions":
         """The same after other poses before, ``previous`` (n, 3)."""
         return replace(self, previous=previous)

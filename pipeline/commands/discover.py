@@ -1,5 +1,6 @@
 """``pipeline discover CONFIG``."""
 
+import time
 from pathlib import Path
 
 import click
@@ -20,11 +21,12 @@ from pipeline.commands.interaction.output import python_option
 def command(config: Path, write: bool, allow_python: bool) -> None:
     """Look for a formula of an error that no listed effect describes.
 
-    Some hundred formulas are tried in every triad whose poses show a misfit: bias, gain, an error
-    in proportion to the size or the square of the reading, the sensitivity to gravity and the
-    memory of the pose before, each as a function of every logged column and of time. A formula is
-    printed only if it predicts poses that took no part in its fit; where a listed effect predicts
-    them as well, that effect is named instead.
+    Thousands of formulas are tried in every triad whose poses show a misfit: bias, gain, an error
+    in proportion to the size, the square or the cube of the reading, the sensitivity to gravity and
+    the memory of the pose before, each as a function of every logged column and of time: powers,
+    bends, steps, bumps, waves, lags, play, products and quotients of two. One is printed only if
+    it predicts poses that took no part in its fit; where a listed effect predicts them as well,
+    that effect is named instead.
     """
     from calib.diagnosis.verdict.decision import Code
     from calib.discovery.discover import discover
@@ -47,7 +49,10 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
             if result.diagnosis.verdict is Code.NOTHING_MISSING:
                 click.echo(f"{result.triad}: nothing is missing, and no formula is sought.")
                 continue
+            begun = time.monotonic()
             formula = discover(result.calibration.fit, session.covariates)
+            click.echo(f"{result.triad}: formulas tried in {time.monotonic() - begun:.1f} s",
+                       err=True)
             sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
             if formula is None:

@@ -23,7 +23,7 @@ from calib.errors import Undetermined, UnusableLog
 from calib.fit.triad.correction import Correction
 from calib.poses.conditions import OTHER_TRIAD, Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
-from calib.poses.lagged import lagged_columns
+from calib.poses.past import past_columns
 from calib.poses.triad_kind import PerKind
 from pipeline.logs.write import LARGEST, csv_rows
 from pipeline.results.read import Stored
@@ -94,9 +94,9 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         ]
         correction = triad.correction.sensor_part()
         nominal = correction.spec.nominal(log.readings(triad.name))
-        lags = [lag for effect in correction.model.effects for lag in effect.lags]
+        pasts = [past for effect in correction.model.effects for past in effect.pasts]
         columns = {**_other_triad(stored, triad.name, log), **log.columns,
-                   **lagged_columns(log.columns, log.time_s, lags)}
+                   **past_columns(log.columns, log.time_s, pasts)}
         at = Conditions.of_vectors(nominal, columns, **known)
         _require_evaluable(log.label, triad.name, correction, at)
         corrected[triad.name] = _correct(correction, at)

@@ -18,7 +18,7 @@ from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.lagged import with_lags
+from calib.poses.past import with_pasts
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
@@ -92,9 +92,10 @@ class TriadInput:
     notes: tuple[str, ...] = ()
 
     @cached_property
-    def with_lags(self) -> PoseSet:
-        """The poses with the columns that the user's effects follow with a time constant."""
-        return with_lags(self.poses, [lag for each in self.defined.values() for lag in each.lags])
+    def with_pasts(self) -> PoseSet:
+        """The poses with what the user's effects read of the past of their columns."""
+        return with_pasts(
+            self.poses, [past for each in self.defined.values() for past in each.pasts])
 
     def calibrated(self, seek_mistakes: bool = True) -> TriadCalibration:
         """The calibration alone, without what it leaves and misses.
@@ -106,8 +107,8 @@ class TriadInput:
         CalibrationError
             As :func:`triad_result`.
         """
-        model, _, _ = model_on(self.section.model, self.defined, self.with_lags)
-        return calibrate(self.with_lags, model, self.spec, solver=self.section.solver,
+        model, _, _ = model_on(self.section.model, self.defined, self.with_pasts)
+        return calibrate(self.with_pasts, model, self.spec, solver=self.section.solver,
                          loss=self.section.loss, senses=self.senses, seek_mistakes=seek_mistakes)
 
 
@@ -238,7 +239,7 @@ def triad_input(
 
 
 def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
-    poses, section, spec = triad.with_lags, triad.section, triad.spec
+    poses, section, spec = triad.with_pasts, triad.section, triad.spec
     model, usable, notes = model_on(section.model, triad.defined, poses)
     assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
                       candidates=tuple(usable.values()), covariates=config.covariates,

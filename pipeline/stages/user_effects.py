@@ -13,9 +13,9 @@ from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
+from calib.effects.arithmetic import FUNCTIONS
 from calib.effects.effect import Effect, Shape
 from calib.effects.expression import (
-    FUNCTIONS,
     KNOWN_NAMES,
     BadExpression,
     Expression,

@@ -3,8 +3,8 @@
     python -m tests.bench.study_discovery [--seeds 2] [--first 0] [--design rich|hand] [--unseen]
         [--list first|second|third] [--sound N]
 
-The lists are those of :mod:`tests.hidden_formulas`, :mod:`tests.bench.formula_list` and
-:mod:`tests.bench.third_formulas`; the third has three more logged columns. Recovered:
+The lists are those of :mod:`tests.hidden_formulas`, :mod:`tests.second_formulas` and
+:mod:`tests.third_formulas`; the third has three more logged columns. Recovered:
 the correction found is the hidden error, up to what the base holds, with a correlation over 0.95 in
 the rows. Poses are made sample by sample of nothing that calib computes with.
 """
@@ -18,12 +18,11 @@ from calib.discovery.discover import discover
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from tests import hidden_formulas
-from tests.bench import formula_list, third_formulas
+from tests import hidden_formulas, second_formulas, third_formulas
 from tests.hidden_formulas import poses_of, recovered
 
 SIZES = (10.0, 30.0, 100.0)  #: sds
-LISTS = {"first": (hidden_formulas, None), "second": (formula_list, None),
+LISTS = {"first": (hidden_formulas, None), "second": (second_formulas, None),
          "third": (third_formulas, third_formulas.with_bench_columns)}
 
 

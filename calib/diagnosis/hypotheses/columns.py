@@ -7,7 +7,7 @@ the clock: that an error goes with them says nothing of where it comes from.
 import re
 from collections.abc import Sequence
 
-from calib.poses.lagged import LAG
+from calib.poses.past import PAST
 from calib.poses.pose_set import PoseSet
 
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
@@ -52,7 +52,7 @@ def is_cause(column: str, named: Sequence[str] | None) -> bool:
     Without it every column may whose name has no word of attitude, journey or clock, or that ends
     on a unit or quantity of what acts on a sensor.
     """
-    if column.startswith(LAG):
+    if column.startswith(PAST):
         return False
     if named is not None:
         return column in named
@@ -71,6 +71,6 @@ def causes(poses: PoseSet, named: Sequence[str] | None = None) -> tuple[str, ...
 
 def set_aside(poses: PoseSet, named: Sequence[str] | None = None) -> tuple[str, ...]:
     """The logged columns of ``poses`` that vary and are not taken for causes."""
-    aside = {name for name in poses.columns if not name.startswith(LAG)}
+    aside = {name for name in poses.columns if not name.startswith(PAST)}
     aside -= set(causes(poses, named))
     return tuple(sorted(name for name in aside if poses.columns[name].std() > 0))

@@ -16,7 +16,7 @@ from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import TEMPERATURE, FloatArray
-from calib.poses.lagged import behind
+from calib.poses.past import behind
 
 SMOOTH = 0.3
 """Share of a covariate's range over which a function of it keeps half of its correlation. A

@@ -5,15 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.diagnosis.hypotheses.listed import Hypothesis
+from calib.diagnosis.search.table_at import table_at
 from calib.discovery.discover import discover
-from calib.discovery.grammar import formulas, lags
+from calib.discovery.grammar import formulas
+from calib.discovery.screen import FormulaScreen
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import Triad
-from calib.poses.lagged import with_lags
+from calib.poses.past import with_pasts
+from tests import third_formulas
 from tests.calib.made_poses import noisy, rich_poses
 from tests.hidden_formulas import SEEN, hide, poses_of, recovered
+from tests.third_formulas import with_bench_columns
 
 
 @pytest.mark.parametrize(("name", "design"), [
@@ -68,10 +73,33 @@ def test_a_formula_says_what_errs_and_what_it_follows() -> None:
     assert found.formula.effect.unit == "(rad/s)/W²"
     assert found.listed is None
     assert found.left_out_after < 1.2 < 5 < found.left_out_before
-    columns = tuple(poses.columns)
-    poses = with_lags(poses, lags(poses, columns))
-    at = poses.conditions(poses.reading)
-    every = formulas(poses, columns)
-    assert len(every) > 500
+
+
+def test_every_formula_is_an_effect_of_its_own() -> None:
+    poses, _ = poses_of("hand", 5, more=with_bench_columns)
+    every = formulas(poses, tuple(poses.columns))
+    assert len(every) > 5000
     assert len({each.name for each in every}) == len(every)
-    assert np.isfinite([each.effect.evaluate(at).sum() for each in every[::17]]).all()
+    for one in every[::97]:
+        known = with_pasts(poses, one.effect.pasts)
+        assert np.isfinite(one.effect.evaluate(known.conditions(known.reading))).all()
+        assert one.words.startswith(("the ", "an error"))
+
+
+def test_the_screen_is_the_table_of_hypotheses() -> None:
+    """Densities by arrays are those of the effects one by one, lags included."""
+    poses, true = poses_of("hand", 6)
+    base = fit(hide(SEEN["bias ~ power²"], poses, true, 5.0, 6), Model.of(BASE))
+    some = formulas(poses, tuple(poses.columns))[::211]
+    pasts = [past for each in some for past in each.effect.pasts]
+    with_them = fit(with_pasts(base.poses, pasts), Model.of(BASE))
+    table = table_at(with_them, [Hypothesis(each.name, "listed", 0.0, each.effect)
+                                 for each in some])
+    assert FormulaScreen(base).log_densities(some) == pytest.approx(table.singles()[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["bias ~ direction of the temperature's change",
+                                  "bias ~ power / fan", "bias ~ twice the mains"])
+def test_what_a_bench_does_is_recovered(name: str) -> None:
+    right, words = recovered(third_formulas.SEEN[name], "hand", 20.0, 3, more=with_bench_columns)
+    assert right, words

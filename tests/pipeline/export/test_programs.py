@@ -14,8 +14,9 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from calib.effects.arithmetic import FUNCTIONS
 from calib.effects.effect import EFFECTS
-from calib.effects.expression import FUNCTIONS, KNOWN_NAMES
+from calib.effects.expression import KNOWN_NAMES
 from calib.fit.parameters import triad_parameters
 from calib.poses.imu_log import ImuLog
 from pipeline.errors import UnreadableInput

@@ -13,8 +13,8 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from tests.bench.formula_list import behind
 from tests.hidden_formulas import Formula
+from tests.second_formulas import behind
 
 SPLIT_SEED = 2929  #: of the draw; chosen before anything was run
 
