@@ -21,13 +21,23 @@ for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their 
 for _name in sorted(EFFECTS, key=lambda name: EFFECTS[name].columns.__module__):
     EFFECTS[_name] = EFFECTS.pop(_name)  # whichever module was imported first elsewhere
 
-__all__ = ["BASE", "EFFECTS", "STEP", "UnknownEffect", "find_effect", "further_step"]
+__all__ = [
+    "BASE", "EFFECTS", "SECOND_WARM_UP", "STEP", "WARM_UP", "UnknownEffect", "find_effect",
+    "further_step",
+]
 
 BASE = ("bias", "scale", "misalignment")
 
 STEP = "bias_step"
 FURTHER_STEPS = tuple(map(str, range(2, 10)))
 """Numbers of further steps, as in ``bias_step_2``. A limit of size."""
+
+
+WARM_UP, SECOND_WARM_UP = "warm_up", "warm_up_2"
+"""A warm-up, and its second time constant, which is asked for where the first is in the model."""
+
+SECOND_TAU_S = (75.0, 3400.0, 212.0, 850.0, 1700.0, 425.0)
+"""Time constants from which it is sought, s, between and beyond those of the first. Numerical."""
 
 
 def further_step(names: Collection[str]) -> str:
@@ -64,6 +74,12 @@ def find_effect(name: str) -> Effect:
     """
     if name in EFFECTS:
         return EFFECTS[name]
+    if name == SECOND_WARM_UP:
+        first = EFFECTS[WARM_UP]
+        assert first.shape is not None
+        return replace(first, name=name, shape=replace(first.shape, starts=SECOND_TAU_S), physics=(
+            "Bias that settles with a second time constant besides that of warm_up: the die "
+            "before the board, the board before the case."))
     step, _, number = name.rpartition("_")
     if step == STEP and number in FURTHER_STEPS:
         # At the top it would come before the effects of all other modules in EFFECTS.

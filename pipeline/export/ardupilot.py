@@ -19,7 +19,13 @@ import numpy as np
 
 from calib.effects.effect import REFERENCE_TEMPERATURE_C
 from calib.poses.imu_log import AXES, FloatArray
-from pipeline.export.firmware import HELD, ORDERS, courses_about, temperature_courses, what_is_left
+from pipeline.export.firmware import (
+    ORDERS,
+    courses_about,
+    held_effects,
+    temperature_courses,
+    what_is_left,
+)
 from pipeline.export.parts import Export, gains, no_effects, no_sds, origin, temperatures
 from pipeline.export.programs.syntax import hash_comment
 from pipeline.export.robotics import nominal_offset
@@ -38,7 +44,7 @@ LARGEST_OFFSET = 3.5  #: m/s², of INS_ACCOFFS by ArduPilot's documentation
 
 def to_ardupilot(stored: Stored) -> Export:
     """``ardupilot.param``: a name and a value in a line, as the ground stations load it."""
-    warmed = [triad for triad in stored.triads if {*HELD} & {*triad.effects}]
+    warmed = [triad for triad in stored.triads if held_effects(triad)]
     span = temperatures(stored)
     values: dict[str, float] = {}
     loses = [*no_sds(stored)]
@@ -62,7 +68,7 @@ def to_ardupilot(stored: Stored) -> Export:
         "The axes are those of the log: ArduPilot's are forward, right, down after the rotation of "
         "the sensor's driver. Logs of ArduPilot itself are corrected already: record them with "
         "offsets of 0, scales of 1 and INS_TCAL1_ENABLE 0.",
-        *no_effects(stored, "ArduPilot", {one.name: HELD for one in warmed}),
+        *no_effects(stored, "ArduPilot", {one.name: held_effects(one) for one in warmed}),
     ]
     lines = [hash_comment(line) for line in origin(stored)]
     lines += [f"{name},{value:.9g}" for name, value in values.items()]

@@ -1,5 +1,6 @@
 """Formats of microcontrollers: C headers, and the parameters of two flight controllers."""
 
+import ast
 import math
 from collections.abc import Iterator
 
@@ -7,9 +8,9 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from calib.effects.curves import PER_ORDER_K
-from calib.effects.effect import REFERENCE_TEMPERATURE_C
-from calib.poses.imu_log import AXES, FloatArray
+from calib.effects.effect import REFERENCE_TEMPERATURE_C, Effect
+from calib.effects.formula import axis_terms
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 from pipeline.export.parts import (
     Export,
     error_text,
@@ -27,30 +28,69 @@ from pipeline.export.programs.syntax import c_comment, c_row, hash_comment
 from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
 
-HELD = ("temperature_bias", "temperature_bias_curve")
-"""The effects that the polynomial holds."""
-
 ORDERS = (1, 2, 3)  #: fact: theirs are cubics in the temperature
+
+
+def held_effects(triad: StoredTriad) -> tuple[str, ...]:
+    """The effects that a cubic in the temperature holds: listed, of a column, or the user's own."""
+    return tuple(each.name for each in triad.correction.model.effects
+                 if each.name in triad.effects and _polynomials(triad, each) is not None)
 
 
 def temperature_courses(triad: StoredTriad) -> list[Polynomial]:
     """Errors of the nominal reading of x, y and z, SI, by the temperature in °C."""
     courses = [Polynomial([0.0]) for _ in AXES]
-    for name in HELD:
-        if name not in triad.effects:
-            continue
-        values = np.array(triad.effects[name]["values"], float)
-        if name == "temperature_bias":
-            orders, centre = values[:3, None], REFERENCE_TEMPERATURE_C
-        else:
-            count = len(AXES) * len(ORDERS)
-            orders = values[:count].reshape(len(AXES), -1)
-            centre = float(triad.correction.shapes[name])
-        warmth = Polynomial([-centre, 1.0])
-        for axis, gain in enumerate(gains(triad)):
-            for k, coefficient in enumerate(orders[axis], start=1):
-                courses[axis] += coefficient / gain * warmth**k / PER_ORDER_K ** (k - 1)
+    for each in triad.correction.model.effects:
+        of_axes = _polynomials(triad, each) if each.name in triad.effects else None
+        for axis, course in enumerate(of_axes or ()):
+            courses[axis] += course / gains(triad)[axis]
     return courses
+
+
+def _polynomials(triad: StoredTriad, effect: Effect) -> list[Polynomial] | None:
+    """The error of x, y and z, SI, by the temperature in °C; None where it is no cubic in it."""
+    if effect.acts_on != "sensor" or effect.belongs_to == "bench":
+        return None
+    terms = axis_terms(effect, triad.correction.shapes.get(effect.name))
+    values, courses = triad.effects[effect.name]["values"], []
+    for of_axis in terms:
+        course = Polynomial([0.0])
+        for term in of_axis:
+            part = _polynomial(term.value)
+            if part is None:
+                return None
+            course += float(values[term.parameter]) * part
+        courses.append(course.trim())
+    return courses if courses and max(one.degree() for one in courses) in ORDERS else None
+
+
+def _polynomial(node: ast.expr) -> Polynomial | None:
+    """An expression as a polynomial in the temperature, °C; None where it is none."""
+    match node:
+        case ast.Constant(value=int() | float() as number):
+            return Polynomial([float(number)])
+        case ast.Name(id=name):
+            return Polynomial([0.0, 1.0]) if name == TEMPERATURE else None
+        case ast.UnaryOp(op=operator, operand=operand):
+            inner = _polynomial(operand)
+            return -inner if inner is not None and isinstance(operator, ast.USub) else inner
+        case ast.BinOp(left=left, op=ast.Pow(), right=ast.Constant(value=int() as power)):
+            inner = _polynomial(left)
+            return None if inner is None or power < 0 else inner**power
+        case ast.BinOp(left=left, op=operator, right=right):
+            one, other = _polynomial(left), _polynomial(right)
+            if one is None or other is None:
+                return None
+            match operator:
+                case ast.Add():
+                    return one + other
+                case ast.Sub():
+                    return one - other
+                case ast.Mult():
+                    return one * other
+                case ast.Div() if other.degree() == 0 and other.coef[0] != 0:
+                    return one / float(other.coef[0])
+    return None
 
 
 def courses_about(triad: StoredTriad, centre_c: float) -> FloatArray:
@@ -118,7 +158,7 @@ def to_px4(stored: Stored) -> Export:
                  "used, to the ids that your board shows; this file does not set them.")
     loses, span = [*no_sds(stored)], temperatures(stored)
     centre_c = float(np.clip(REFERENCE_TEMPERATURE_C, min(span), max(span))) if span else None
-    warmed = {one.name: HELD for one in stored.triads if span and {*HELD} & {*one.effects}}
+    warmed = {one.name: held for one in stored.triads if span and (held := held_effects(one))}
     for triad in stored.triads:
         name = {"accelerometer": "CAL_ACC0", "gyroscope": "CAL_GYRO0"}[triad.name]
         offset = nominal_offset(triad)

@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
-from calib.effects.catalogue import BASE, STEP
+from calib.effects.catalogue import BASE, SECOND_WARM_UP, STEP, WARM_UP, find_effect
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import why_not_finite
@@ -177,6 +177,8 @@ def effects_beside(
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
     base = BASE if poses.reference.magnitude.any() else BASE[:1]
     listed = [e for e in EFFECTS.values() if e.name in base or e.acts_on not in OTHERWISE]
+    if WARM_UP in model.names:
+        listed.append(find_effect(SECOND_WARM_UP))
     columns = [
         column_effect(name)
         for name in causes(poses, covariates)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pipeline.export.apply import apply_results
+from pipeline.export.firmware import temperature_courses
 from pipeline.export.parts import Export, triad_named
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, StoredTriad, load_results
@@ -189,3 +190,29 @@ def test_an_effect_that_has_no_place_is_named(
 ) -> None:
     stored = with_effects(finished, tmp_path, "gyroscope", {"quadratic": [0.1, 0.2, 0.3]})
     assert any("quadratic of the gyroscope" in says for says in EXPORTERS[form](stored).loses)
+
+
+@pytest.mark.parametrize("program", ["px4", "ardupilot"])
+def test_whatever_is_a_cubic_in_the_temperature_is_held(
+    finished: RunSession, tmp_path: Path, program: str
+) -> None:
+    """A square that was discovered and a column are cubics, a root and a gain are not."""
+    own_ones = {name: {"expression": text, "python": None, "per": "axis", "unit": "?", "shapes": {}}
+                for name, text in (("heat", "(temperature_c - 31)**2 / 4 + 2"),
+                                   ("root", "sqrt(temperature_c)"),
+                                   ("gain", "s * (temperature_c - 25)"))}
+    sizes = {"heat": [0.02, -0.01, 0.03], "column:temperature_c": [0.01, 0.0, 0.02],
+             "root": [1e-3] * 3, "gain": [1e-3] * 3}
+    stored = with_effects(finished, tmp_path, "gyroscope", sizes, own=own_ones)
+    made = EXPORTERS[program](stored)
+    (note,) = (each for each in made.loses if "root" in each)
+    assert "gain" in note
+    assert "heat" not in note
+    assert "temperature_c" not in note
+    warmth = np.linspace(20.0, 40.0, 7)
+    of_column, of_heat = sizes["column:temperature_c"], sizes["heat"]
+    gain = own(stored, "gyroscope").units_per_count / own(
+        stored, "gyroscope").correction.spec.nominal_scale
+    for axis, course in enumerate(temperature_courses(own(stored, "gyroscope"))):
+        error = of_heat[axis] * ((warmth - 31) ** 2 / 4 + 2) + of_column[axis] * warmth
+        assert course(warmth) == pytest.approx(error / gain[axis])

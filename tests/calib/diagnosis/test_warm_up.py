@@ -1,0 +1,53 @@
+"""A warm-up of two time constants is asked for where the data show two, and only there."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnose import diagnose
+from calib.effects.catalogue import BASE, find_effect
+from calib.fit.least_squares.solver import Fit, fit
+from calib.fit.model import Model
+from tests.calib.made_poses import some_conditions
+from tests.trials import poses_of
+from tests.world.designs import soak_design
+from tests.world.sizes import draw_effect
+
+SOAK = soak_design()
+
+
+def added_until_nothing_is_missing(seed: int, taus_s: Sequence[float]) -> tuple[list[str], Fit]:
+    """What the diagnosis of a simulated soak names, one after the other, and the last fit."""
+    hidden = []
+    for k, tau_s in enumerate(taus_s):
+        one = draw_effect("warm_up", "accelerometer", 30.0, SOAK, seed + 1000 * k)
+        hidden.append(replace(one, detail={**one.detail, "tau_s": tau_s}))
+    poses, names = poses_of(SOAK, seed, "accelerometer", hidden), []
+    for _ in range(4):
+        last = fit(poses, Model.of((*BASE, *names)))
+        said = diagnose(last)
+        if said.verdict != "effect":
+            assert said.verdict == "nothing_missing", said.text
+            break
+        names += said.names
+    return names, last
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_one_time_constant_is_one_name_and_two_are_two(seed: int) -> None:
+    assert added_until_nothing_is_missing(seed, [])[0] == []
+    names, one = added_until_nothing_is_missing(seed, [1500.0])
+    assert names == ["warm_up"]
+    assert one.shapes["warm_up"] == pytest.approx(1500, rel=0.05)
+    names, two = added_until_nothing_is_missing(seed, [120.0, 1500.0])
+    assert names == ["warm_up", "warm_up_2"]
+    assert sorted(two.shapes.values()) == pytest.approx([120, 1500], rel=0.1)
+
+
+def test_the_second_has_the_columns_of_the_first_at_its_own_time_constant() -> None:
+    at, first, second = some_conditions("gyroscope"), *map(find_effect, ("warm_up", "warm_up_2"))
+    assert second.evaluate(at, 90.0) == pytest.approx(first.evaluate(at, 90.0))
+    assert second.evaluate(at)[:, 0, 0] == pytest.approx(np.exp(-at.time_s / 75.0))
+    assert second.page.expressions == first.page.expressions
