@@ -23,6 +23,7 @@ from calib.diagnosis.next_measurement.advice import (
     likeliest_block,
 )
 from calib.diagnosis.next_measurement.chance import Rival
+from calib.diagnosis.next_measurement.settling import settling_block
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.stand_ins import stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
@@ -224,13 +225,10 @@ def _advise(
     shape = {h.name: h.shape for h in posterior.hypotheses}
     effect = {h.name: h.effect for h in posterior.hypotheses
               if h.kind == "listed" and not h.is_placed}
-    rivals = [
-        Rival(effect[name], size[name], shape[name])  # type: ignore[arg-type]
-        for name in verdict.group
-        if name in effect and name in size
-    ]
-    if not rivals:
-        return None
+    if any(name not in effect or name not in size for name in verdict.group):
+        return settling_block(posterior, verdict.group, full_scale)
+    rivals = [Rival(effect[name], size[name], shape[name])  # type: ignore[arg-type]
+              for name in verdict.group]
     compared = rivals[:RIVALS_COMPARED]
     best = best_block(posterior.base, compared, full_scale)
     if best is None or best.chance is None or best.chance < CONSTANTS.sure:

@@ -149,7 +149,7 @@ def scale_drift(at: Conditions) -> FloatArray:
     shape=Shape("tau_s", "s", (600.0, 150.0, 300.0, 1200.0, 2400.0), (30.0, 7200.0)),
 )
 def warm_up(at: Conditions, tau_s: ShapeValue) -> FloatArray:
-    """Bias that settles exponentially after power-on; warm_up_2 is a second time constant of it."""
+    """Bias that settles exponentially after power-on."""
     settling = np.exp(-at.time_s[:, None] / tau_s)
     return per_axis(settling * np.ones_like(at.vector))
 

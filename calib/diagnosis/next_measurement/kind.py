@@ -22,7 +22,6 @@ A judgement."""
 THROUGH_TEMPERATURES = (
     "the same attitude through the same temperatures once more, falling as well as rising"
 )
-POSES_AGAIN = "the same poses once more, in random order and for longer"
 
 
 def in_a_chamber(poses: PoseSet) -> bool:
@@ -55,11 +54,6 @@ def at_one_speed(poses: PoseSet) -> bool:
 def shares_a_rate(poses: PoseSet) -> bool:
     """Whether several poses share one measured rate of the plate."""
     return bool(poses.reference.of_setting)
-
-
-def once_more(poses: PoseSet) -> str:
-    """What to repeat where no block of poses would settle what is open."""
-    return THROUGH_TEMPERATURES if in_a_chamber(poses) else POSES_AGAIN
 
 
 def attitudes_again(fit: Fit) -> FloatArray:

@@ -7,7 +7,6 @@ import numpy as np
 
 from calib.diagnosis.hypotheses.courses import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
-from calib.diagnosis.next_measurement.kind import once_more
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
@@ -38,6 +37,12 @@ from calib.rounding import two_digits, with_sd
 LEAST_FALL_PERCENT = 5.0
 """Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
 chooses words only, and no bench tunes it."""
+
+NOTHING_MORE = "Nothing more can be known of it from this sensor on this bench"
+
+CORRECT = ("Correct a log, or hand the calibration to another program: the error to expect "
+           "contains what is open")
+"""What is left to do where something stays open."""
 
 
 def explain(
@@ -237,14 +242,8 @@ def _noise(case: Case) -> Explanation:
     )
     short = "the residual is larger than the noise, without any shape"
     if name is None:
-        return Explanation("open", short, text, "record", _once_more(case))
+        return Explanation("open", short, f"{text} {NOTHING_MORE}.", "apply", CORRECT)
     return Explanation("open", short, text, "add", add)
-
-
-def _once_more(case: Case) -> str:
-    """The poses once more with their minutes, where no single block of poses would settle it."""
-    poses = case.fit.poses
-    return f"Record {once_more(poses)} ({minutes_of(len(poses))})"
 
 
 def _instead_of_noise(case: Case) -> str:
@@ -258,36 +257,26 @@ def _settle(case: Case) -> tuple[Step, str]:
     """The next step where something is open, for programs and in words."""
     if case.advice is not None and case.advice.is_worth_it:
         return "record", f"Record {case.advice.timed}; name the new logs in the configuration"
-    if case.advice is not None and case.verdict.code == Code.EFFECT:
+    if case.verdict.code == Code.EFFECT:
         return "add", ("Add it for all that look the same: the correction is valid under the "
                        "conditions of this session")
-    if case.advice is not None:
-        return "apply", ("Correct a log, or hand the calibration to another program: the error to "
-                         "expect contains what is open")
-    if case.verdict.code == Code.EFFECT:
-        return "record", _what_separates(case)
-    return "record", _once_more(case)
-
-
-def _what_separates(case: Case) -> str:
-    poses = case.fit.poses
-    return (f"What separates them: {what_separates(case.verdict.group[0], poses.triad)} "
-            f"({minutes_of(len(poses))} for as many poses as now)")
+    return "apply", CORRECT
 
 
 def _record(case: Case) -> str:
     """The end of a verdict that leaves something open: what to record next."""
     if case.advice is not None and case.advice.is_worth_it:
         return f" Record next: {case.advice.timed}."
+    open_still = ("" if case.verdict.code == Code.EFFECT
+                  else " The error to expect contains what is open.")
     if case.advice is not None:
-        open_still = ("" if case.verdict.code == Code.EFFECT
-                      else " The error to expect contains what is open.")
-        return (f" Nothing more can be known of it from this sensor on this bench: the best of its "
-                f"blocks of poses is {case.advice.timed}.{open_still}")
+        return (f" {NOTHING_MORE}: the best of its blocks of poses is {case.advice.timed}."
+                f"{open_still}")
     if case.verdict.code == Code.EFFECT:
-        return f" {_what_separates(case)}."
-    return (f" No block of poses that this bench allows settles it at one go. Record next: "
-            f"{once_more(case.fit.poses)} ({minutes_of(len(case.fit.poses))}).")
+        separates = what_separates(case.verdict.group[0], case.fit.poses.triad)
+        return (f" {NOTHING_MORE}: none of its blocks of poses tells them apart. Elsewhere that "
+                f"would be: {separates}.")
+    return f" {NOTHING_MORE}: none of its blocks of poses shows it.{open_still}"
 
 
 SPOKEN: Mapping[Code, Callable[[Case], Explanation]] = {

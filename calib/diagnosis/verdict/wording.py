@@ -186,8 +186,9 @@ def kind_of_noise(names: Sequence[str]) -> str:
     """A sentence on the kind of noise, the first of ``names``; the others look the same."""
     if not names:
         return ""
-    others = "".join(f" or '{name}', which looks the same here" for name in names[1:])
-    return f"It is '{names[0]}'{others}: {physics(names[0])} "
+    others = enumeration([f"'{name}'" for name in names[1:]], "and")
+    alike = f"In these poses {others} look{'s' if len(names) == 2 else ''} the same. "
+    return f"It is '{names[0]}': {physics(names[0])} {alike if others else ''}"
 
 
 def minutes_of(poses: int) -> str:

@@ -139,26 +139,33 @@ def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
 
 
 MINUTES = re.compile(r"\(\d+ min\b")
-ADVICE = Advice("speed", "the same poses at another speed", 20.0, 10.0)
+CHANCE = re.compile(r"\(\d+ min, after which \d+ % of simulated sessions name it\)")
+NOTHING_MORE = "Nothing more can be known of it from this sensor on this bench"
+ADVICE = Advice("speed", "the same poses at another speed", 20.0, 10.0, chance=0.9)
 SEVERAL = Inclusion("quadratic", ("quadratic", "asymmetry"), 0.6, "listed")
-ENDS: Mapping[Code, Sequence[tuple[Verdict, Step]]] = {
-    Code.NOTHING_MISSING: [(Verdict(Code.NOTHING_MISSING, explains=True), "apply")],
+ENDS: Mapping[Code, Sequence[tuple[Verdict, Step, Step]]] = {
+    Code.NOTHING_MISSING: [(Verdict(Code.NOTHING_MISSING, explains=True), "apply", "apply")],
     Code.EFFECT: [
-        (Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic",), share=1.0), "add"),
-        (Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic", "quadratic"), share=1.0), "record"),
+        (Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic",), share=1.0), "add", "add"),
+        (Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic", "quadratic"), share=1.0),
+         "add", "record"),
     ],
-    Code.AMBIGUOUS: [(Verdict(Code.AMBIGUOUS, group=SEVERAL.members, beside=(SEVERAL,)), "record")],
-    Code.UNKNOWN: [(Verdict(Code.UNKNOWN, name), "discover") for name in ("time_s", "attitude")],
-    Code.BAD_POSE: [(Verdict(Code.BAD_POSE, "pose 3", details=("pose 3", "pose 9")), "record")],
+    Code.AMBIGUOUS: [(Verdict(Code.AMBIGUOUS, group=SEVERAL.members, beside=(SEVERAL,)),
+                      "apply", "record")],
+    Code.UNKNOWN: [(Verdict(Code.UNKNOWN, name), "discover", "discover")
+                   for name in ("time_s", "attitude")],
+    Code.BAD_POSE: [(Verdict(Code.BAD_POSE, "pose 3", details=("pose 3", "pose 9")),
+                     "record", "record")],
     Code.NOISE: [
-        (Verdict(Code.NOISE, "extra_noise", group=("extra_noise",)), "add"),
+        (Verdict(Code.NOISE, "extra_noise", group=("extra_noise",)), "add", "add"),
         (Verdict(Code.NOISE, "bias_wander", group=("bias_wander", "bias_drift"),
-                 details=("correlated over about 300 s",)), "add"),
-        (Verdict(Code.NOISE, "rate_scatter", details=(FROM_RUN_TO_RUN,)), "record"),
-        (Verdict(Code.NOISE), "record"),
+                 details=("correlated over about 300 s",)), "add", "add"),
+        (Verdict(Code.NOISE, "rate_scatter", details=(FROM_RUN_TO_RUN,)), "record", "record"),
+        (Verdict(Code.NOISE), "apply", "apply"),
     ],
 }
-"""Every verdict that a fit can have, in its forms, and the step that it ends in."""
+"""Every verdict that a fit can have, in its forms, and its step without a block to record and with.
+"""
 
 
 def test_every_verdict_ends_in_a_step_and_what_is_recorded_in_minutes() -> None:
@@ -166,14 +173,42 @@ def test_every_verdict_ends_in_a_step_and_what_is_recorded_in_minutes() -> None:
     base = fit(sound(1), Model.of(BASE))
     ranking = rank(find(base).posterior)
     for code, forms in ENDS.items():
-        for verdict, step in forms:
-            for advice in (None, ADVICE) if code is not Code.NOTHING_MISSING else (None,):
+        for verdict, without, with_a_block in forms:
+            for advice, step in ((None, without), (ADVICE, with_a_block)):
+                if code is Code.NOTHING_MISSING and advice is not None:
+                    continue
                 said = explain(base, verdict, ranking, 1e-9, advice)
                 assert said.step == step, code
                 assert said.following
                 assert step != "record" or MINUTES.search(said.following), said.following
-                if code in (Code.EFFECT, Code.AMBIGUOUS) and step == "record":
-                    assert MINUTES.search(said.text), said.text
+                open_still = code is Code.AMBIGUOUS or len(verdict.group) > 1 or (
+                    code is Code.NOISE and verdict.name is None)
+                if open_still and verdict.name != "bias_wander":
+                    leads = CHANCE if step == "record" else re.compile(NOTHING_MORE)
+                    assert leads.search(said.text), said.text
+
+
+def two_courses(seed: int, sds: float) -> PoseSet:
+    """A step and a wander of like size."""
+    step, wander = stepped(seed, sds), wandering(seed, sds)
+    return replace(step, reading=step.reading + wander.reading - sound(seed).reading)
+
+
+@pytest.mark.parametrize("make", [stepped, scattered, wandering, spoilt, two_courses])
+def test_no_verdict_on_a_session_ends_in_poses_without_a_chance(
+    make: Callable[[int, float], PoseSet]
+) -> None:
+    """Weak and strong: what is open is to be recorded with its chance, or can no more be known."""
+    for seed, sds in ((0, 0.5), (1, 1.0), (2, 2.0), (3, 4.0)):
+        _, said = fitted(make(seed, sds))
+        step, text = said.explanation.step, said.text
+        if said.verdict == "ambiguous" or (said.verdict == "effect" and len(said.group) > 1):
+            assert CHANCE.search(text) if step == "record" else NOTHING_MORE in text, text
+        elif said.verdict == "nothing_missing":
+            assert step in ("apply", "record")
+        else:
+            assert step in ("add", "discover") or said.verdict == "bad_pose" or (
+                said.name == "rate_scatter") or NOTHING_MORE in text, text
 
 
 def test_what_is_to_be_recorded_says_how_long_it_takes() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.next_measurement.advice import best_block, film_each_pose
 from calib.diagnosis.next_measurement.chance import Rival
-from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber, once_more
+from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber
 from calib.diagnosis.next_measurement.pose_blocks import menu
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
@@ -64,7 +64,6 @@ def test_poses_in_many_attitudes_or_at_one_temperature_are_no_chamber() -> None:
     still = chamber(RISING)
     assert not in_a_chamber(replace(still, columns={"temperature_c": 25.0 + 0.01 * RISING}))
     assert not in_a_chamber(replace(still, columns={}))
-    assert "random order" in once_more(poses)
     fitted = fit(noisy(rich_poses("accelerometer"), 2), Model.of(("bias", "scale", "misalignment")))
     assert "repeat" in {block.code for block in menu(fitted)}
 
