@@ -3,7 +3,7 @@
 #: Format -> one line of help, in the order in which they are listed.
 FORMATS: dict[str, str] = {
     "json": "matrix, bias, sds and effects of each triad",
-    "csv": "one line for each parameter, with sd and unit",
+    "csv": "one line for each parameter, with sd, unit and what it may stand for",
     "imu_tk": "acc.calib and gyro.calib of imu_tk",
     "kalibr": "imu.yaml of Kalibr and OpenVINS, scale-misalignment",
     "ros": "imu_calib.yaml of the ROS package imu_calib; accelerometer only",

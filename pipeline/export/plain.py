@@ -32,22 +32,25 @@ def to_json(stored: Stored) -> Export:
 
 
 def to_csv(stored: Stored) -> Export:
-    """One line for each parameter: triad, parameter, axis, value, sd, unit."""
+    """One line for each parameter: triad, parameter, axis, value, sd, unit, and which effects it
+    stands for that the poses do not tell from its own.
+    """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(["triad", "parameter", "axis", "value", "sd", "unit"])
+    table.writerow(["triad", "parameter", "axis", "value", "sd", "unit", "stands_for"])
     for triad in stored.triads:
         nine = _nine(triad)
         for key in PARAMETERS:
             unit = unit_of(key, triad.name)
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
-                table.writerow([triad.name, key, axis, value, sd, unit])
+                table.writerow([triad.name, key, axis, value, sd, unit, ""])
         for name, effect in triad.effects.items():
+            others = " ".join(effect.get("stands_for", ()))
             for label, value, sd in zip(
                 _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
             ):
-                table.writerow(
-                    [triad.name, cell(name), cell(label), value, sd, cell(effect["unit"])])
+                table.writerow([triad.name, cell(name), cell(label), value, sd,
+                                cell(effect["unit"]), cell(others)])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 

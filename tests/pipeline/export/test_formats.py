@@ -63,6 +63,15 @@ def test_csv_has_every_parameter_with_its_sd_and_unit(finished: RunSession, tmp_
     ]
 
 
+def test_csv_says_what_a_value_may_stand_for(finished: RunSession, tmp_path: Path) -> None:
+    stored = with_effects(finished, tmp_path, "accelerometer", {"quadratic": [0.1, 0.2, 0.3]})
+    stored.triads[0].effects["quadratic"]["stands_for"] = ["asymmetry", "cubic"]
+    rows = list(csv.DictReader(EXPORTERS["csv"](stored).files["calibration.csv"].splitlines()))
+    told = {row["parameter"]: row["stands_for"] for row in rows}
+    assert told.pop("quadratic") == "asymmetry cubic"
+    assert not any(told.values())
+
+
 @pytest.mark.parametrize("form", ["json", "imu_tk"])
 def test_an_effect_that_a_format_cannot_hold_is_named(
     finished: RunSession, tmp_path: Path, form: str
