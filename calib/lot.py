@@ -21,9 +21,10 @@ from calib.diagnosis.population.pool import Pool, pool
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
 from calib.errors import CalibrationError
 from calib.fit.least_squares.fitted_sets import FittedSets
-from calib.fit.least_squares.result import MISFIT_P_VALUE
 from calib.fit.least_squares.solver import fit_sets
+from calib.fit.least_squares.unknown_sd import tests_the_model
 from calib.fit.model import Model
+from calib.fit.noise_size import Noise
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.calibration import calibrate_triad
 from calib.fit.triad.determined import is_undetermined
@@ -56,7 +57,7 @@ class CalibratedBlock:
     sensors, stations : tuple of str, length S
         Those that are calibrated.
     parameters : TriadParameters
-        Of S sensors, their covariance widened where the noise does not explain the residual.
+        Of S sensors, their covariance with the variance of the noise that is to be expected.
     chi2, dof, p_value : array, shape (S,)
     poses : array of int, shape (S,)
         Number of poses of each.
@@ -150,14 +151,16 @@ def _calibrated(
         parameters = TriadParameters(nothing, nothing, nothing, np.zeros((0, 9, 9)))
         return CalibratedBlock(*names, parameters, np.zeros(0), np.zeros(0, dtype=int),
                                np.zeros(0), poses, refusals)
-    p_value = fitted.p_value
-    widened = np.where(p_value < MISFIT_P_VALUE, fitted.chi2 / fitted.dof, 1.0)[:, None, None]
+    known = np.array([tests_the_model(one) for one in fitted.equations.surroundings.sets])
+    noise = Noise(fitted.dof, fitted.noise_dof, known)
+    widened = noise.expected_variance(fitted.chi2)[:, None, None]
     p = model.size
     shift = fitted.cov[:, :p, p:]
     common = shift @ shift.swapaxes(1, 2)
     cov = common + widened * (_theta_cov(fitted) - common)
     parameters = triad_parameters(model, fitted.at.theta, cov, spec)
-    return CalibratedBlock(*names, parameters, fitted.chi2, fitted.dof, p_value, poses, refusals)
+    return CalibratedBlock(*names, parameters, fitted.chi2, fitted.dof,
+                           fitted.p_value, poses, refusals)
 
 
 def pool_of_lot(passes: Passes, model: Model) -> Pool:

@@ -59,8 +59,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("ring", "ring_errors"), ("pose_run",), ("reference_runs",), ("ideal_ring",),
     ],
     "calib.fit": [
-        ("model", "column_scaling", "stacked"), ("parameters", "small_systems"), ("rows",),
-        ("least_squares",), ("triad",), ("validation",),
+        ("model", "column_scaling", "stacked", "noise_size"), ("parameters", "small_systems"),
+        ("rows",), ("least_squares",), ("triad",), ("validation",),
     ],
     "calib.fit.least_squares": [
         ("identifiability", "square_start", "gauss_newton", "result"),

@@ -10,6 +10,7 @@ with X what the model leaves of C and r the residual: what the parameters hold o
 rows and its prior tell. It is exact for a linear model and has no level at which it sets in.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from calib.poses.imu_log import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Averaged:
-    """What stands in the place of a Birge ratio.
+    """What the sds of the parameters are made of.
 
     Attributes
     ----------
@@ -53,39 +54,62 @@ def averaged(posterior: Posterior) -> Averaged:
     """
     fit, p = posterior.base, posterior.base.model.size
     total = posterior.nothing + posterior.noise
-    factor = posterior.nothing + posterior.noise * max(fit.bounded_chi2 / fit.dof, 1.0)
+    factor = total * float(posterior.table.noise.expected_variance(fit.bounded_chi2))
     held, unlisted = np.zeros((2, p, p))
-    for entry in posterior.credible:
-        if entry.members and posterior.table.seen[list(entry.members)].all():
-            mass = posterior.mass(entry)
-            variance, of_all, of_unlisted = _held(posterior, entry)
-            total += mass
-            factor += mass * variance
-            held += mass * of_all
-            unlisted += mass * of_unlisted
+    some = [entry for entry in posterior.credible
+            if entry.members and posterior.table.seen[list(entry.members)].all()]
+    blocks = _blocks(posterior, sorted({j for entry in some for j in entry.members}))
+    for entry in some:
+        mass = posterior.mass(entry)
+        variance, of_all, of_unlisted = _held(posterior, entry, blocks)
+        total += mass
+        factor += mass * variance
+        held += mass * of_all
+        unlisted += mass * of_unlisted
     return Averaged(factor / total, held / total, unlisted / total)
 
 
-def _held(posterior: Posterior, entry: Entry) -> tuple[float, FloatArray, FloatArray]:
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """The columns of one hypothesis of unit size: what is ``visible`` of them, (c, r), what theta
+    takes up, ``absorbed`` (p, c), and whether it is a listed effect.
+    """
+
+    visible: FloatArray
+    absorbed: FloatArray
+    is_listed: bool
+
+
+def _blocks(posterior: Posterior, which: Sequence[int]) -> dict[int, _Shown]:
+    """The columns of the hypotheses ``which``, by their index."""
+    fit, model = posterior.base, posterior.table.projector.model
+    hypotheses = [_about_mean(posterior.hypotheses[j]) for j in which]
+    columns, owner = unit_columns_of(fit, hypotheses, posterior.table.projector)
+    visible, absorbed = columns - (columns @ model) @ model.T, _absorbed(fit, columns)
+    return {j: _Shown(visible[owner == i], absorbed[:, owner == i], h.course is None)
+            for i, (j, h) in enumerate(zip(which, hypotheses, strict=True))}
+
+
+def _held(
+    posterior: Posterior, entry: Entry, blocks: Mapping[int, _Shown]
+) -> tuple[float, FloatArray, FloatArray]:
     """Variance of the noise under a set, and what the parameters hold of its members, (p, p).
 
     The latter of all, and of those that are not listed.
     """
-    fit, table = posterior.base, posterior.table
-    hypotheses = [_about_mean(posterior.hypotheses[j]) for j in entry.members]
-    columns, owner = unit_columns_of(fit, hypotheses, table.projector)  # (c, r), (c,)
-    tau = table.sets([entry.members]).likeliest_sizes()[0][owner]
-    visible = columns - (columns @ table.projector.model) @ table.projector.model.T
+    table, members = posterior.table, [blocks[j] for j in entry.members]
+    count = [len(each.visible) for each in members]
+    tau = np.repeat(table.sets([entry.members]).likeliest_sizes()[0], count)
+    visible = np.concatenate([each.visible for each in members])
     inverse = np.linalg.inv(visible @ visible.T + np.diag(tau**-2.0))
     score = visible @ table.residual
     size = inverse @ score
-    variance = max((table.chi2 - float(score @ size)) / max(table.dof, 1), 1.0)
+    variance = float(
+        table.noise.expected_variance(table.chi2 - float(score @ size), table.chi2))
     moment = np.outer(size, size) + variance * inverse
-    absorbed = _absorbed(fit, columns)
-    is_listed = np.array([h.course is None for h in hypotheses])[owner]
-    rest = absorbed[:, ~is_listed]
-    return (variance, absorbed @ moment @ absorbed.T,
-            rest @ moment[np.ix_(~is_listed, ~is_listed)] @ rest.T)
+    absorbed = np.concatenate([each.absorbed for each in members], axis=1)
+    rest = absorbed * ~np.repeat([each.is_listed for each in members], count)
+    return variance, absorbed @ moment @ absorbed.T, rest @ moment @ rest.T
 
 
 def _about_mean(h: Hypothesis) -> Hypothesis:

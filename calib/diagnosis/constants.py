@@ -23,7 +23,7 @@ class Constants:
     prior_nothing: float = _constant(0.5, "derived: a session is as likely sound as not")
     odds_listed: float = _constant(0.7, "tuned: shared by all listed effects of the table")
     odds_unknown: float = _constant(0.18, "tuned: shared by all unknown functions")
-    odds_rare: float = _constant(0.04, "tuned: a step of the bias, a bad pose, noise, plate")
+    odds_rare: float = _constant(0.04, "tuned: a step of the bias, a bad pose, the plate")
     odds_wander: float = _constant(0.1, "fact: bias instability is on every MEMS data sheet")
     odds_unnatural: float = _constant(
         0.01, "derived: a size that nature does not have is a mistake in 99 of 100 sessions"
@@ -37,8 +37,6 @@ class Constants:
         "0.687 with 4, 0.684 with 16; 0.722 with all octaves alike"
     )
     bad_pose_size: float = _constant(4.0, "derived: a pose that is off by less is no outlier")
-    least_noise: float = _constant(0.35, "derived: 6 % more scatter than stated")
-    tolerance: float = _constant(0.03, "tuned: share of its signal by which a formula may be off")
 
     # What these poses can see.
     alias_correlation: float = _constant(0.99, "tuned: least canonical correlation of one class")

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.diagnosis.hypotheses.signature import Projector, whole_columns
 from calib.diagnosis.search.evidence import block_log_densities
-from calib.diagnosis.search.table_at import noise_of
+from calib.diagnosis.search.table_at import alike_in_size
 from calib.discovery.functions import Function
 from calib.discovery.grammar import FACTORS, Factor, Formula
 from calib.effects.expression import read_expression
@@ -19,6 +19,7 @@ from calib.effects.user_defined import Per, user_effect
 from calib.fit.column_scaling import NORM_FLOOR
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.unknown_sd import noise_of
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from calib.poses.past import past_columns
@@ -81,14 +82,18 @@ class FormulaScreen:
         full = np.zeros((len(values), len(rows), len(self.projector.residual)))
         full[..., :d] = rows * values[:, None, self.fit.equations.row_pose]
         norm = np.sqrt((full**2).sum(axis=2))
+        together = np.maximum(np.sqrt((norm**2).sum(axis=1, keepdims=True)), NO_LENGTH)
         norm[norm <= NORM_FLOOR * np.maximum(norm.max(axis=1, keepdims=True), NO_LENGTH)] = np.inf
         used = np.maximum(np.isfinite(norm).sum(axis=1), 1)
         signal = np.sqrt(d / used)  # all columns of a block together have one sd in every row
         full *= (signal[:, None] / norm)[..., None]
         full -= (full @ self.projector.model) @ self.projector.model.T
         squared, turns = np.linalg.eigh(full @ full.swapaxes(1, 2))
-        strength = np.sqrt(np.where(squared > (VISIBLE_SHARE * signal[:, None]) ** 2, squared, 0.0))
-        along = np.einsum("wkv,wk->wv", turns, full @ self.projector.residual)
+        visible = squared > (VISIBLE_SHARE * signal[:, None]) ** 2
+        alike = np.where(np.isfinite(norm), norm / together * np.sqrt(used)[:, None], 1.0)
+        squared, mixed = alike_in_size(squared, turns, visible, np.maximum(alike, VISIBLE_SHARE))
+        strength = np.sqrt(np.where(visible, squared, 0.0))
+        along = np.einsum("wvu,wku,wk->wv", mixed, turns, full @ self.projector.residual)
         amplitude = np.divide(along, strength, out=np.zeros_like(along), where=strength > 0)
         density = block_log_densities(strength, amplitude, self.projector.chi2, self.noise)
         return np.where(strength.any(axis=1), density, -np.inf)

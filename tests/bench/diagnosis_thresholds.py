@@ -28,6 +28,7 @@ from calib.diagnosis.hypotheses import courses, listed, unlisted
 from calib.diagnosis.search import candidates, evidence, search, sizes
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
+from calib.fit import noise_size
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -41,7 +42,8 @@ SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
 COUNTS = ((courses, "STEP_MARGIN"), (courses, "STEPS_TRIED"), (listed, "MODES"),
           (candidates, "BEST_OF_EACH_SIZE"), (search, "ROUNDS"), (search, "FAR_ROUNDS"),
           (search, "REFITTED"), (search, "GROWN"))
-SHARES = ((unlisted, "MEMORY"), (unlisted, "SMOOTH"), (sizes, "SEEN_SHARE"))
+SHARES = ((noise_size, "LEAST_EXTRA"), (noise_size, "ODDS_LARGER"), (noise_size, "FORMULA_ERROR"),
+          (unlisted, "MEMORY"), (unlisted, "SMOOTH"), (sizes, "SEEN_SHARE"))
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 
@@ -91,12 +93,11 @@ def moved(value: float, factor: float) -> float:
 @contextmanager
 def constants(new: Constants) -> Iterator[None]:
     """The diagnosis with other constants, and what its modules derive from them."""
-    derived = ("TAUS", "HALF_CAUCHY", "LOG_PRIOR", "NOISE_RANGE")
+    derived = ("TAUS", "HALF_CAUCHY", "LOG_PRIOR")
     usual = {name: getattr(evidence, name) for name in derived}
     taus = 2.0 ** np.arange(new.octaves_of_size)
     density = taus / (1.0 + (taus / new.typical_size) ** 2)
-    changed = dict(zip(derived, (taus, density, np.log(density / density.sum()),
-                               float(np.log(taus[-1] / new.least_noise))), strict=True))
+    changed = dict(zip(derived, (taus, density, np.log(density / density.sum())), strict=True))
     with replaced(CONSTANTS, new):
         try:
             for name, value in changed.items():

@@ -7,7 +7,8 @@
 correlated over two seconds, in its 26 hand-laid poses; ``wander`` is a bias that wanders by 2 sds
 of a pose, correlated over ten minutes, and counts against its own mean; ``bad pose`` is one pose
 that is 12 sds off; ``all`` is both at once. Printed is the root mean square of (estimate -
-truth)/sd of the parameters, with the Birge ratio and averaged over what may be missing.
+truth)/sd of the parameters, by the fit alone (its noise, as the sds and the residual tell it) and
+averaged over what may be missing.
 """
 
 import argparse
@@ -26,7 +27,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=61_000, help="the first seed")
     parser.add_argument("--worlds", nargs="*", choices=WORLDS, default=WORLDS)
     asked = parser.parse_args()
-    print("world        refused  z rms by the Birge ratio  averaged  within 1, 2, 3 sd")
+    print("world        refused  z rms by the fit alone  averaged  within 1, 2, 3 sd")
     for world in asked.worlds:
         z, refused = [], 0
         for seed in range(asked.first, asked.first + asked.seeds):
@@ -35,9 +36,9 @@ def main() -> None:
             except CalibrationError:
                 refused += 1
         scores = np.abs(np.array(z))
-        birge, average = np.sqrt(np.mean(scores**2, axis=(0, 2)))
+        alone, average = np.sqrt(np.mean(scores**2, axis=(0, 2)))
         within = ", ".join(f"{100 * np.mean(scores[:, 1] < k):.1f} %" for k in (1, 2, 3))
-        print(f"{world:12s} {refused:7d}  {birge:24.2f}  {average:8.2f}  {within}", flush=True)
+        print(f"{world:12s} {refused:7d}  {alone:22.2f}  {average:8.2f}  {within}", flush=True)
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ OF_GYROSCOPES = (*HIDDEN, "g_squared_sensitivity", "reference_drift", "column:hu
 EACH = 100
 """Evenings of one lot that hide one effect; as many as of all effects hide nothing."""
 
-LISTED_HERE = 15
+LISTED_HERE = 17
 """Effects of an accelerometer among which the prior of the listed ones is shared out; those that
 poses at rest do not show are not hidden."""
 

@@ -66,5 +66,5 @@ def _cauchy_sizes(scale: float, rows: FloatArray, rng: np.random.Generator) -> F
     sets, _, k = rows.shape
     lowest = 2 / np.pi * np.arctan(SMALLEST_SD / scale)
     strength = scale * np.tan(np.pi / 2 * rng.uniform(lowest, 1.0, sets))
-    per_column = np.sqrt(k * np.mean(rows**2, axis=1))
-    return strength[:, None] * rng.standard_normal((sets, k)) / per_column
+    together = np.sqrt(np.mean((rows**2).sum(axis=2), axis=1))  # sizes along all axes are alike
+    return strength[:, None] * rng.standard_normal((sets, k)) / together[:, None]

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import eigh
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
@@ -76,8 +75,8 @@ def modes_about_mean(kernel: FloatArray) -> FloatArray:
     """
     about = kernel - kernel.mean(axis=0)
     about = about - about.mean(axis=1, keepdims=True)
-    first = max(len(kernel) - MODES, 0)
-    variance, modes = eigh(about, subset_by_index=(first, len(kernel) - 1))
+    variance, modes = np.linalg.eigh(about)
+    variance, modes = variance[-MODES:], modes[:, -MODES:]
     variance = np.maximum(variance, 0.0) * len(kernel) / np.trace(about)
     strong = np.cumsum(variance) > NEGLIGIBLE * len(kernel)
     return np.asarray(modes[:, strong] * np.sqrt(variance[strong]))

@@ -21,10 +21,11 @@ from calib.diagnosis.hypotheses.signature import (
     whole_columns,
 )
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS
-from calib.diagnosis.search.evidence import Noise, block_log_densities
-from calib.diagnosis.search.table_at import noise_of
+from calib.diagnosis.search.evidence import block_log_densities
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.unknown_sd import noise_of
+from calib.fit.noise_size import Noise
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 

@@ -13,11 +13,11 @@ all blocks, G = XᵀX and h = Xᵀr, one Cholesky factor of a small matrix gives
 The columns of one block are orthogonal, so that its part of this matrix is diagonal: that of the
 last, widest block is eliminated beforehand, and the factor is of the others alone.
 
-The stated variance is V = 1 as ν degrees of freedom know it, so that the density is Student's; V is
-larger where something else is left. Log densities are relative to those of unit rows without any
-constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is needed, parameters
-that buy nothing cost, and nothing ties where p-values underflow. The prior of tau is a half-Cauchy
-distribution (Gelman, Bayesian Analysis 1, 2006), whose tail is heavy enough for any signal.
+The variance V is that of :mod:`calib.fit.noise_size`. Log densities are relative to those of unit
+rows without any constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is
+needed, parameters that buy nothing cost, and nothing ties where p-values underflow. The prior of
+tau is a half-Cauchy distribution (Gelman, Bayesian Analysis 1, 2006), whose tail is heavy enough
+for any signal.
 """
 
 from dataclasses import dataclass
@@ -26,6 +26,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.fit.noise_size import Noise
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 #: sizes of an effect, noise units, each twice the one before; numerical
@@ -35,61 +36,9 @@ HALF_CAUCHY = TAUS / (1.0 + (TAUS / CONSTANTS.typical_size) ** 2)
 
 LOG_PRIOR = np.log(HALF_CAUCHY / HALF_CAUCHY.sum())
 
-#: logarithm of the range of the noise's size; derived
-NOISE_RANGE = float(np.log(TAUS[-1] / CONSTANTS.least_noise))
-
 RIDGE = 1.0 / 64.0**2
 """Inverse square of a size far above the noise: it keeps what no row shows out of the size of a
 block. Numerical."""
-
-
-@dataclass(frozen=True)
-class Noise:
-    """What is known of the noise: ``dof`` rows are left for it, ``freedom`` ν stand behind V = 1.
-
-    ``is_known`` is False where V = 1 was read off the residual itself.
-    """
-
-    dof: int
-    freedom: float
-    is_known: bool = True
-
-    def log_density(
-        self, q: FloatArray, log_det: FloatArray, chi2: float | FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Log densities (B,) with the stated noise and with larger noise, by Q and log det K."""
-        q = np.maximum(q, 0.0)
-        degrees = 0.5 * (self.freedom + self.dof)
-        stated = -0.5 * log_det - degrees * np.log1p(q / self.freedom)
-        variance = q / max(self.dof, 1)
-        if not self.is_known:
-            return stated, np.full_like(stated, -np.inf)
-        v = np.maximum(variance, 1.0)
-        larger = (-0.5 * log_det - 0.5 * self.dof * np.log(v)
-                  - degrees * np.log1p(q / (v * self.freedom)))
-        tolerated = CONSTANTS.tolerance * np.sqrt(np.maximum(chi2 - q, 0.0) / max(self.dof, 1))
-        larger = larger + log_noise_prior(v, self.dof, tolerated)
-        return stated, np.where(variance > 1.0, larger, -np.inf)
-
-    def nothing(self, chi2: float) -> tuple[float, float]:
-        """Log densities of a residual with nothing in the set: stated, and larger noise."""
-        stated, larger = self.log_density(np.array([chi2]), np.zeros(1), chi2)
-        return float(stated[0]), float(larger[0])
-
-
-def log_noise_prior(variance: FloatArray, dof: int, tolerated: FloatArray) -> FloatArray:
-    """Log prior (m,) of noise variances V > 1 (m,) with the width that ``dof`` rows leave them.
-
-    Uniform in the logarithm of the extra scatter n = √(V - 1): rare where nothing is in the model,
-    and as likely as none while n is what a formula may be off by, ``tolerated``.
-    """
-    extra = np.maximum(variance - 1.0, 1e-12)
-    width = np.sqrt(4 * np.pi / max(dof, 1)) * variance / (2 * extra)
-    rare = CONSTANTS.odds_rare * np.minimum(1.0, width / NOISE_RANGE)
-    span = np.log(np.maximum(tolerated / CONSTANTS.least_noise, 1.0))
-    inside = np.sqrt(extra) <= tolerated
-    allowed = np.where(inside, 0.5 * np.minimum(1.0, width / np.maximum(span, 1e-12)), 0.0)
-    return np.asarray(np.log(np.maximum(rare, allowed)))
 
 
 def over_sizes(gain: FloatArray) -> FloatArray:

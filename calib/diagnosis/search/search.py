@@ -78,6 +78,8 @@ class _Search:
         self.refused: set[Key] = set()
         self.beyond: dict[str, float] = {}
         self.solution: Refit | None = None
+        self.at_solution: Table = table
+        self.weighed: set[Members] = set()  # at the likeliest solution
 
     @property
     def posterior(self) -> Posterior:
@@ -141,15 +143,21 @@ class _Search:
                        key=lambda e: e.log_posterior, default=None)
         if solution is None or solution.refit is None:
             return
-        self.solution = solution.refit
-        table = table_at(solution.refit.fit, self.candidates.hypotheses, solution.refit.names)
+        if solution.refit is not self.solution:
+            self.solution, self.weighed = solution.refit, set()
+            self.at_solution = table_at(
+                solution.refit.fit, self.candidates.hypotheses, solution.refit.names)
         best = sorted(self.entries.values(), key=lambda e: -e.log_posterior)
         near = [e.members for e in best
                 if e.log_posterior > best[0].log_posterior - CONSTANTS.negligible]
-        sets = {*near} - {()}
+        sets = {*near}
         for entry in best[:GROWN]:
-            sets |= {*self.candidates.beside(table, entry.members, self.seen)}
-        self._weigh(table, sorted(sets))
+            sets |= {*self.candidates.beside(self.at_solution, entry.members, self.seen)}
+        sets -= {()}
+        fresh = {self.candidates.key(members) for members in sets - self.weighed}
+        self.weighed |= sets
+        self._weigh(self.at_solution, sorted(
+            members for members in self.weighed if self.candidates.key(members) in fresh))
 
     def _weigh(self, table: Table, sets: Sequence[Members]) -> None:
         """Note the log posterior of ``sets`` at ``table``."""

@@ -14,7 +14,8 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.signature import Projector
-from calib.diagnosis.search.evidence import Noise, Sets, block_log_densities, width_for
+from calib.diagnosis.search.evidence import Sets, block_log_densities, width_for
+from calib.fit.noise_size import Noise
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray, IntArray
 

@@ -8,13 +8,12 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.hypotheses.signature import Projector
-from calib.diagnosis.search.evidence import Noise
 from calib.diagnosis.search.raw_columns import RawColumns
 from calib.diagnosis.search.table import Spectrum, Table
 from calib.fit.column_scaling import NORM_FLOOR, RANK_TOLERANCE
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.unknown_sd import tests_the_model
+from calib.fit.least_squares.unknown_sd import noise_of
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -38,7 +37,7 @@ def table_at(
     """The table of ``hypotheses`` at ``fit``, whose effects ``members`` are on trial."""
     projector = Projector(fit, members)
     raw = RawColumns.of(fit, hypotheses, projector.root)
-    unit, total = _units(raw, hypotheses, projector.data_count)
+    unit, alike, total = _units(raw, hypotheses, projector.data_count)
     projected = raw.rows * unit[:, None]
     projected -= (projected @ projector.model) @ projector.model.T
     # One that was fitted was seen where its shape began; where that ended, less of it may be.
@@ -48,7 +47,7 @@ def table_at(
     ])
     beside = _complement(projector.model)
     blocks = [_turned(which, hypotheses[which[0]].effect is not None, raw, projected,
-                      projector.residual, least, beside, unit)
+                      projector.residual, least, beside, unit, alike)
               for which in _of_one_width(raw, hypotheses)]
     first, seen = np.zeros((2, len(hypotheses)), int)
     before = 0
@@ -78,13 +77,8 @@ def unit_columns_of(
     Nothing is projected out of them.
     """
     raw = RawColumns.of(fit, hypotheses, projector.root)
-    unit, _ = _units(raw, hypotheses, projector.data_count)
-    return raw.rows * unit[:, None], raw.owner
-
-
-def noise_of(fit: Fit, dof: int) -> Noise:
-    """What is known of the noise of ``fit``, of which ``dof`` rows tell."""
-    return Noise(dof, fit.poses.noise_dof, tests_the_model(fit.poses))
+    unit, alike, _ = _units(raw, hypotheses, projector.data_count)
+    return raw.rows * (unit * alike)[:, None], raw.owner
 
 
 def _complement(basis: FloatArray) -> FloatArray:
@@ -105,8 +99,13 @@ def _of_one_width(raw: RawColumns, hypotheses: Sequence[Hypothesis]) -> Iterator
 def _turned(
     which: IntArray, has_effect: bool, raw: RawColumns, projected: FloatArray,
     residual: FloatArray, least: FloatArray, beside: FloatArray, unit: FloatArray,
+    alike: FloatArray,
 ) -> _Block:
-    """The columns of the hypotheses ``which`` turned until they are orthogonal."""
+    """The columns of the hypotheses ``which`` turned until they are orthogonal.
+
+    What of an effect is visible is judged as the fit will judge it, column by column; how large
+    it may be, by parameters that are alike in size.
+    """
     width = int(raw.width[which[0]])
     index = raw.start[which][:, None] + np.arange(width)
     stacked = projected[index]  # (w, k, r)
@@ -120,21 +119,49 @@ def _turned(
         return _Block(which, turned, squared > least, ())
     squared, turns = np.linalg.eigh(stacked @ stacked.swapaxes(1, 2))
     turned = turns.swapaxes(1, 2) @ stacked
-    spectra: tuple[Spectrum, ...] = ()
-    if has_effect:
-        spectra = tuple(
-            Spectrum(*each) for each in zip(turns, squared, turned @ residual, unit[index],
-                                            strict=True)
-        )
-    return _Block(which, turned, squared > least, spectra)
+    visible = squared > least
+    if not has_effect:
+        return _Block(which, turned, visible, ())
+    spectra = tuple(
+        Spectrum(*each) for each in zip(turns, squared, turned @ residual, unit[index],
+                                        strict=True)
+    )
+    _, mixed = alike_in_size(squared, turns, visible, alike[index])
+    return _Block(which, mixed @ turned, visible, spectra)
+
+
+def alike_in_size(
+    squared: FloatArray, turns: FloatArray, visible: BoolArray, alike: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Orthogonal columns of w effects whose k parameters are alike in size, not their signals.
+
+    Parameters
+    ----------
+    squared, turns : array, shapes (w, k) and (w, k, k)
+        Eigenvalues and eigenvectors of the Gram matrix of columns of equal length, no unit.
+    visible : array of bool, shape (w, k)
+        Which of these directions are kept.
+    alike : array, shape (w, k)
+        Length of each column by one size of all parameters, no unit.
+
+    Returns
+    -------
+    squared, mixed : array, shapes (w, k) and (w, k, k)
+        Their squared lengths, and what of each direction is in each, no unit.
+    """
+    seen = alike[:, :, None] * turns * visible[:, None, :]
+    squared, again = np.linalg.eigh((seen * squared[:, None, :]) @ seen.swapaxes(1, 2))
+    return np.maximum(squared, 0.0), again.swapaxes(1, 2) @ seen
 
 
 def _units(
     raw: RawColumns, hypotheses: Sequence[Hypothesis], rows: int
-) -> tuple[FloatArray, FloatArray]:
-    """Factor of every raw column (c,), and the signal of each one's strongest column (m,).
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Factor of every raw column (c,), a second one (c,), and the signal of one column (m,).
 
-    All columns of a hypothesis together then have the signal of unit size.
+    All columns of a hypothesis together then have the signal of unit size; with the second factor
+    its parameters are alike in size, as those of one unit are. The orders of a curve have no unit
+    in common.
     """
     owner, m = raw.owner, len(hypotheses)
     squared = (raw.rows**2).sum(axis=1)
@@ -144,7 +171,6 @@ def _units(
     mean, largest, count = np.zeros((3, m))
     if len(some):
         mean[some] = np.add.reduceat(squared, raw.start[some]) / raw.width[some]
-    # Not parameters of their own units: their proportions count.
     norm = np.sqrt(np.where(has_effect[owner] | (squared == 0), squared, mean[owner]))
     if len(some):
         largest[some] = np.maximum.reduceat(norm, raw.start[some])
@@ -156,7 +182,11 @@ def _units(
     unit = (signal / np.sqrt(count))[owner] / norm
     # Each combination of parameters of an effect is judged as the fit will judge it.
     is_listed = np.array([h.course is None for h in hypotheses], bool)
-    return unit, signal / np.sqrt(np.where(is_listed, count, 1))
+    alike = norm / np.sqrt(np.maximum(mean * raw.width / count, NO_LENGTH))[owner]
+    of_one_unit = np.array([h.effect is not None and (
+        h.effect.shape is None or h.effect.shape.is_fitted) for h in hypotheses], bool)
+    alike = np.where(of_one_unit[owner] & np.isfinite(norm), np.maximum(alike, VISIBLE_SHARE), 1.0)
+    return unit, alike, signal / np.sqrt(np.where(is_listed, count, 1))
 
 
 def _unit_signal(hypothesis: Hypothesis, rows: int) -> float:

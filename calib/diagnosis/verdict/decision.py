@@ -20,6 +20,7 @@ from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.verdict.credible import is_credible
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.least_squares.result import Fit
+from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
 
@@ -148,7 +149,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
                 and compare(joint.fit).predicts_better_than(before)):
             size = {each.name: float(np.linalg.norm(_signal_rows(posterior, joint, each.name)))
                     for each in sure}
-            least = CONSTANTS.tolerance * max(size.values())
+            least = FORMULA_ERROR * max(size.values())
             if not joint.explains:  # a formula is off by what is left, and more looks like another
                 rest = np.sqrt(joint.fit.weight @ joint.fit.rows.residual**2)
                 least = max(least, rest * np.sqrt(CONSTANTS.sure / (1 - CONSTANTS.sure)))

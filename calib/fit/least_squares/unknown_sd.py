@@ -20,6 +20,7 @@ from calib.errors import Undetermined
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from calib.fit.noise_size import Noise
 from calib.poses.imu_log import SI_UNIT, FloatArray
 from calib.poses.pose_set import PoseSet
 
@@ -70,6 +71,12 @@ def tests_the_model(poses: PoseSet) -> bool:
         Also True for sds that were stated or measured.
     """
     return poses.sd_dof is None or poses.sd_dof >= LEAST_REPEATS
+
+
+def noise_of(fitted: Fit, dof: int | None = None) -> Noise:
+    """Noise of a fit, of which ``dof`` rows tell; those that its own model leaves by default."""
+    return Noise(fitted.dof if dof is None else dof, fitted.poses.noise_dof,
+                 tests_the_model(fitted.poses))
 
 
 def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:

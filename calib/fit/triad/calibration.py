@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.unknown_sd import noise_of
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.correction import Correction
 from calib.fit.triad.determined import LARGEST_SHARE, scatter_between_runs, undetermined
@@ -43,9 +44,9 @@ class TriadCalibration:
     parameters : TriadParameters
         Those of Angrisano et al. eq. (3).
     widening : float
-        By how much the sds exceed those of the stated noise: the Birge ratio, the root of
-        chi-square over its degrees of freedom, where the stated sds do not explain the residual
-        (``MISFIT_P_VALUE``), else 1; the root mean square ratio of a calibration :meth:`averaged`.
+        By how much the sds exceed those of the stated noise: the root of the variance to expect
+        (:meth:`calib.fit.noise_size.Noise.expected_variance`), and of a calibration
+        :meth:`averaged` the root mean square ratio of all parameters.
     between_runs : array, shape (p, p)
         What the scatter of the plate's rate between runs adds to ``fit.cov``.
     """
@@ -58,7 +59,7 @@ class TriadCalibration:
     between_runs: FloatArray
 
     def averaged(self, factor: float, held: FloatArray) -> "TriadCalibration":
-        """The same with sds averaged over what may be missing, in place of the Birge ratio.
+        """The same with sds averaged over what may be missing.
 
         Parameters
         ----------
@@ -159,9 +160,9 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
     Returns
     -------
     TriadCalibration
-        Where the noise does not explain the residual, noise is widened by the Birge ratio w, and
-        the errors that the references have in common are left as they were stated:
-        ``C + w² (cov - C)``, C the sum of their parts; and the scatter between runs is added.
+        Noise has the variance w² to expect of it, and the errors that the references have in
+        common are left as they were stated: ``C + w² (cov - C)``, C the sum of their parts; and
+        the scatter between runs is added.
 
     Raises
     ------
@@ -169,8 +170,7 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
         Sds that are no smaller than what they belong to.
     """
     _require_determined(fit, spec)
-    misfit = fit.bounded_p_value < MISFIT_P_VALUE
-    widening = float(np.sqrt(fit.bounded_chi2 / fit.dof)) if misfit else 1.0
+    widening = float(np.sqrt(noise_of(fit).expected_variance(fit.bounded_chi2)))
     common = fit.common_shift @ fit.common_shift.T
     between_runs = scatter_between_runs(fit)
     cov = common + widening**2 * (fit.cov - common) + between_runs

@@ -50,7 +50,7 @@ def disturbed_poses(world: str, seed: int) -> tuple[PoseSet, FloatArray]:
 
 
 def deviations(world: str, seed: int) -> FloatArray:
-    """(estimate - truth)/sd of nine parameters by the Birge ratio and by the average, (2, 9)."""
+    """(estimate - truth)/sd of nine parameters by the fit alone and by the average, (2, 9)."""
     if world in ("coarse", "correlated"):
         session = simulate(disturbed(design_of("hand", seed), world), seed)
         poses, _, (spec, _) = pose_sets(session)

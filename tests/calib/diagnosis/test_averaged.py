@@ -1,4 +1,4 @@
-"""Sds averaged over what is credible hold where a Birge ratio comes too late."""
+"""Sds averaged over what is credible hold where the noise by itself does not tell."""
 
 from dataclasses import replace
 
@@ -15,15 +15,15 @@ from tests.calib.made_poses import GRAVITY, MODEL
 @pytest.mark.parametrize("world", ["wander", "bad pose"])
 def test_a_disturbance_that_no_model_has_is_in_the_sds(world: str) -> None:
     z = np.array([deviations(world, seed) for seed in range(50_000, 50_024)])
-    birge, average = np.sqrt(np.mean(z**2, axis=(0, 2)))
-    assert birge > 1.15 * average
+    alone, average = np.sqrt(np.mean(z**2, axis=(0, 2)))
+    assert alone > 1.1 * average
     assert 0.75 < average < 1.2
 
 
 def test_sound_poses_keep_the_sds_of_their_noise() -> None:
     z = np.array([deviations("clean", seed) for seed in range(16)])
     sds = z[:, 0] / z[:, 1]  # of the average over those by the noise alone
-    assert 1.0 <= np.median(sds) < 1.1
+    assert 0.99 <= np.median(sds) < 1.1
 
 
 def test_what_is_held_of_a_bad_pose_is_what_the_parameters_move_by_without_it() -> None:

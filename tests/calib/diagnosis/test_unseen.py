@@ -143,7 +143,7 @@ def test_a_lever_on_the_turning_plate_is_in_the_verdict_and_in_the_error_to_expe
     slow, error = of_plate((50 / 3,))
     assert slow.prediction is not None
     assert slow.prediction.sd_median == pytest.approx(error, rel=0.5)
-    assert "blind to lever_arm" in slow.diagnosis.text
+    assert "lever_arm" in slow.diagnosis.text
 
 
 def test_a_stopped_plate_and_a_lever_in_the_model_leave_no_lever_open() -> None:

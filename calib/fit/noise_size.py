@@ -1,0 +1,101 @@
+"""How large the noise is, by what the poses state of it and by what is left in the rows.
+
+What is left of n degrees of freedom has V times the stated variance. The sds say V = 1 as ν degrees
+of freedom know it, so that the density is Student's and with Q the sum of its squares
+
+    E V = (ν - 2 + Q) / (ν - 2 + n),
+
+where the sds contain Student's factor (:mod:`calib.poses.averaging.mean_noise`); or V is larger,
+for whatever reason, and is what the rows show. Both are weighed, so that no level decides from
+which a misfit counts.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray, IntArray
+
+LEAST_EXTRA = 0.35  #: least extra scatter, stated sds; derived: 6 % more than stated
+LARGEST_EXTRA = 2.0**14  #: largest, stated sds; derived: the largest effect that is weighed
+ODDS_LARGER = 0.04  #: odds of noise larger than stated; tuned, see ``odds_rare`` of the diagnosis
+FORMULA_ERROR = 0.03  #: share of its signal by which a formula may be off; tuned
+
+#: logarithm of the range of the extra scatter; derived
+EXTRA_RANGE = float(np.log(LARGEST_EXTRA / LEAST_EXTRA))
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """What is known of the noise of one set of rows, or of S.
+
+    Parameters
+    ----------
+    dof : int or array, shape (S,)
+        Degrees of freedom that are left for it.
+    freedom : float or array, shape (S,)
+        ν, those that stand behind the stated sds.
+    is_known : bool or array, shape (S,)
+        False where V = 1 was read off the residual itself.
+    """
+
+    dof: int | IntArray
+    freedom: float | FloatArray
+    is_known: bool | np.ndarray = True
+
+    def log_density(
+        self, q: FloatArray, log_det: FloatArray | float, chi2: float | FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Log densities (B,) with the stated noise and with larger noise.
+
+        ``q`` (B,) is what a set of effects leaves of ``chi2``, ``log_det`` (B,) what its sizes
+        cost.
+        """
+        q = np.maximum(q, 0.0)
+        rows = np.maximum(self.dof, 1)
+        degrees = 0.5 * (self.freedom + self.dof)
+        stated = -0.5 * log_det - degrees * np.log1p(q / self.freedom)
+        variance = q / rows
+        v = np.maximum(variance, 1.0)
+        larger = (-0.5 * log_det - 0.5 * self.dof * np.log(v)
+                  - degrees * np.log1p(q / (v * self.freedom)))
+        tolerated = FORMULA_ERROR * np.sqrt(np.maximum(chi2 - q, 0.0) / rows)
+        larger = larger + _log_prior_of_larger(v, rows, tolerated)
+        return np.asarray(stated), np.where((variance > 1.0) & self.is_known, larger, -np.inf)
+
+    def nothing(self, chi2: float) -> tuple[float, float]:
+        """Log densities of a residual with nothing in the set: stated, and larger noise."""
+        stated, larger = self.log_density(np.array([chi2]), 0.0, chi2)
+        return float(stated[0]), float(larger[0])
+
+    def expected_variance(
+        self, q: float | FloatArray, chi2: float | FloatArray | None = None
+    ) -> FloatArray:
+        """Mean of V, no unit, (B,), where a set of effects leaves ``q`` (B,) of ``chi2``.
+
+        1 where the sds were read off the residual.
+        """
+        q = np.asarray(q)
+        stated, larger = self.log_density(q, 0.0, q if chi2 is None else chi2)
+        share = 1 / (1 + np.exp(np.minimum(stated - larger, 700.0)))
+        before = np.maximum(self.freedom - 2.0, 0.0)
+        as_stated = (before + q) / np.maximum(before + self.dof, 1.0)
+        shown = np.maximum(q / np.maximum(self.dof, 1), 1.0)
+        return np.where(self.is_known, as_stated + share * (shown - as_stated), 1.0)
+
+
+def _log_prior_of_larger(
+    variance: FloatArray, rows: int | IntArray, tolerated: FloatArray
+) -> FloatArray:
+    """Log prior (B,) of noise variances V > 1 (B,) with the width that ``rows`` leave them.
+
+    Uniform in the logarithm of the extra scatter n = √(V - 1): rare where nothing is in the model,
+    and as likely as none while n is what a formula may be off by, ``tolerated``.
+    """
+    extra = np.maximum(variance - 1.0, 1e-12)
+    width = np.sqrt(4 * np.pi / rows) * variance / (2 * extra)
+    rare = ODDS_LARGER * np.minimum(1.0, width / EXTRA_RANGE)
+    span = np.log(np.maximum(tolerated / LEAST_EXTRA, 1.0))
+    inside = np.sqrt(extra) <= tolerated
+    allowed = np.where(inside, 0.5 * np.minimum(1.0, width / np.maximum(span, 1e-12)), 0.0)
+    return np.asarray(np.log(np.maximum(rare, allowed)))
