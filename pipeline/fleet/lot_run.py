@@ -39,7 +39,7 @@ def run_lot(sets: LotSets, output: Path) -> FleetSummary:
     UnwritableOutput
         A file cannot be written, or is none that a fleet wrote.
     """
-    table = fleet_table([part for triad in sets.triads for part in _parts(sets, triad)])
+    table = fleet_table(part for triad in sets.triads for part in _parts(sets, triad))
 
     def pooled(name: str, rows: "DataFrame") -> Pool:
         triad = next(one for one in sets.triads if one == name)

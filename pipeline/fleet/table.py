@@ -1,7 +1,7 @@
 """The rows of a lot, one for each triad of a session, as one table, Parquet and CSV."""
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -118,21 +118,21 @@ def require_libraries() -> None:
                               f"installed. Type: pip install '{DISTRIBUTION}[fleet]'")
 
 
-def fleet_table(parts: "Sequence[DataFrame]") -> "DataFrame":
+def fleet_table(parts: "Iterable[DataFrame]") -> "DataFrame":
     """All rows of a lot, by session and triad, each with every column; NaN where it has no value.
     """
-    from pandas import concat
+    from pandas import RangeIndex, concat
 
     table = concat(parts, ignore_index=True)
     order = {triad: i for i, triad in enumerate(TRIAD_KINDS)}
     sessions = sorted(table["session"].unique(), key=natural_key)
     place = {name: i for i, name in enumerate(sessions)}
     rows = table["session"].map(place) * (len(order) + 1) + table["triad"].map(order).fillna(-1)
-    table = table.iloc[rows.argsort(kind="stable")].reset_index(drop=True)
+    table = table.iloc[rows.argsort(kind="stable")]
+    table.index = RangeIndex(len(table))
     columns = [name for name in table.columns if not name.startswith(SIZE)]
     columns += sorted(name for name in table.columns if name.startswith(SIZE))
-    whole = {name: "Int64" for name in WHOLE if name in columns}
-    return table[columns].astype(whole)
+    return table[columns].astype({name: "Int64" for name in WHOLE if name in columns})
 
 
 def column(table: "DataFrame", name: str) -> FloatArray:
@@ -154,13 +154,13 @@ def write_table(table: "DataFrame", output: Path) -> None:
 
     In CSV what has no value is empty, and no text is run as a formula.
     """
+    from pandas.api.types import is_numeric_dtype
+
     buffer = io.BytesIO()
     table.to_parquet(buffer, index=False)
     write_output(output, output / PARQUET_NAME, buffer.getvalue())
     if len(table) <= MOST_IN_CSV:
-        plain = table.map(_plain, na_action="ignore")
-        write_output(output, output / CSV_NAME, plain.to_csv(index=False, lineterminator="\n"))
-
-
-def _plain(value: Any) -> Any:
-    return cell(value) if isinstance(value, str) else value
+        texts = {name: table[name].map(cell, na_action="ignore")
+                 for name in table.columns if not is_numeric_dtype(table[name])}
+        plain = table.assign(**texts).to_csv(index=False, lineterminator="\n")
+        write_output(output, output / CSV_NAME, plain)
