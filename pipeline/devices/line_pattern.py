@@ -47,12 +47,6 @@ class LineReader:
         self._rest = bytearray(rest)
         return lines
 
-    def finish(self) -> list[str]:
-        """The last line, where it has no end."""
-        rest, self._rest = bytes(self._rest), bytearray()
-        line = self._line(rest) if rest else None
-        return [] if line is None else [line]
-
     def _line(self, piece: bytes) -> str | None:
         if self._discard:  # the end of a line whose beginning is not there
             self._discard = False
@@ -159,15 +153,8 @@ class LinePatternParser:
 
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""
-        return self._samples(self._lines.feed(data))
-
-    def finish(self) -> list[Sample]:
-        """The samples that the end of the stream completes."""
-        return self._samples(self._lines.finish())
-
-    def _samples(self, lines: list[str]) -> list[Sample]:
         samples = []
-        for line in lines:
+        for line in self._lines.feed(data):
             values = self._pattern.values(line)
             if values is None:
                 self._damaged += bool(line.strip())

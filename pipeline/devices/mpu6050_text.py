@@ -68,12 +68,6 @@ class Mpu6050TextParser:
         samples = (self._sample(line) for line in self._lines.feed(data))
         return [sample for sample in samples if sample is not None]
 
-    def finish(self) -> list[Sample]:
-        """The samples that the end of the stream completes."""
-        samples = [self._sample(line) for line in self._lines.finish()]
-        samples.append(self._end_block())
-        return [sample for sample in samples if sample is not None]
-
     def _sample(self, line: str) -> Sample | None:
         stamped = ARDUINO_STAMP.match(line)
         line = (line[stamped.end() :].lstrip() if stamped else line).rstrip()

@@ -119,10 +119,6 @@ class Parser(Protocol):
         """The samples that ``data`` completes."""
         ...
 
-    def finish(self) -> list[Sample]:
-        """The samples that the end of the stream completes."""
-        ...
-
 
 FloatArray = NDArray[np.float64]
 

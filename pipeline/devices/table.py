@@ -5,26 +5,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser
-from pipeline.devices.mpu6050_binary import COUNTS_PER_G, Mpu6050BinaryParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
 from pipeline.devices.xsens_mtdata import MtData2Parser, MtDataParser
-
-
-@dataclass(frozen=True)
-class StreamSettings:
-    """What a parser must be told beforehand.
-
-    Parameters
-    ----------
-    pattern : str
-        The line format, for ``device: lines``.
-    counts_per_g : float
-        By the data sheet, for the binary stream of the MPU-6050.
-    """
-
-    pattern: str = ""
-    counts_per_g: float = COUNTS_PER_G
 
 
 @dataclass(frozen=True)
@@ -40,13 +23,13 @@ class Device:
     begin : str or None
         How it is set up, None for a device that streams by itself.
     make : callable
-        Gives a new parser.
+        Gives a new parser, by the ``pattern`` of the configuration.
     """
 
     what: str
     bauds: tuple[int, ...]
     begin: Literal["mtdata", "mtdata2"] | None
-    make: Callable[[StreamSettings], Parser]
+    make: Callable[[str], Parser]
 
 
 ARDUINO_BAUDS = (115200, 38400, 9600, 57600, 250000, 230400, 19200)
@@ -61,8 +44,6 @@ DEVICES: Mapping[str, Device] = {
                                 lambda _: MtData2Parser()),
     "mpu-6050": Device("MPU-6050 on an Arduino, lines of text", ARDUINO_BAUDS, None,
                        lambda _: Mpu6050TextParser()),
-    "mpu-6050-binary": Device("MPU-6050 on an Arduino, twelve bytes a sample", ARDUINO_BAUDS, None,
-                              lambda settings: Mpu6050BinaryParser(settings.counts_per_g)),
     "lines": Device("any lines of text, described by `pattern`", ARDUINO_BAUDS, None,
-                    lambda settings: LinePatternParser(LinePattern.stated(settings.pattern))),
+                    lambda pattern: LinePatternParser(LinePattern.stated(pattern))),
 }

@@ -62,19 +62,12 @@ class XbusReader:
     def feed(self, data: bytes) -> list[Message]:
         """The messages that ``data`` completes."""
         self._buffer += data
-        return self._messages(at_end=False)
-
-    def finish(self) -> list[Message]:
-        """The messages hidden behind a start whose end never came."""
-        return self._messages(at_end=True)
-
-    def _messages(self, at_end: bool) -> list[Message]:
         buffer, at, messages = self._buffer, 0, []
         while True:
             start = buffer.find(START, at)
             if start < 0:
                 # The last byte may be the first half of a start.
-                start = len(buffer) - (not at_end and buffer[at:].endswith(START[:1]))
+                start = len(buffer) - buffer[at:].endswith(START[:1])
                 self._skip(start - at)
                 at = start
                 break
@@ -82,9 +75,7 @@ class XbusReader:
             at = start
             size = _frame_size(buffer, start)
             if size is None or (size and start + size > len(buffer)):
-                if not at_end:
-                    break
-                size = 0
+                break
             if size and sum(buffer[start + 1 : start + size]) % 256 == 0:
                 head = 6 if buffer[start + 3] == EXTENDED else 4
                 data = bytes(buffer[start + head : start + size - 1])

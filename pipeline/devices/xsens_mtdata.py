@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.sample import CLOCK_MODULUS, COUNTS, NOT_SENT, DeviceClock, Sample, Triple
-from pipeline.devices.xbus import Message, XbusReader
+from pipeline.devices.xbus import XbusReader
 
 MTDATA = 0x32  #: fact: its message identifier
 RAW = struct.Struct(">9Hh")
@@ -49,15 +49,8 @@ class MtDataParser:
 
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""
-        return self._samples(self._frames.feed(data))
-
-    def finish(self) -> list[Sample]:
-        """The samples that the end of the stream completes."""
-        return self._samples(self._frames.finish())
-
-    def _samples(self, messages: list[Message]) -> list[Sample]:
         samples = []
-        for message in messages:
+        for message in self._frames.feed(data):
             if message.mid != MTDATA:
                 continue
             if len(message.data) == RAW_COUNTED.size:
@@ -130,14 +123,8 @@ class MtData2Parser:
 
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""
-        return self._samples(self._frames.feed(data))
-
-    def finish(self) -> list[Sample]:
-        """The samples that the end of the stream completes."""
-        return self._samples(self._frames.finish())
-
-    def _samples(self, messages: list[Message]) -> list[Sample]:
-        samples = (self._sample(message.data) for message in messages if message.mid == MTDATA2)
+        samples = (self._sample(message.data) for message in self._frames.feed(data)
+                   if message.mid == MTDATA2)
         return [sample for sample in samples if sample is not None]
 
     def _sample(self, data: bytes) -> Sample | None:

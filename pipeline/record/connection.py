@@ -8,10 +8,9 @@ from typing import Protocol
 from pipeline.config.load import Config
 from pipeline.config.record_section import RecordSection
 from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet
-from pipeline.devices.mpu6050_binary import COUNTS_PER_G
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
-from pipeline.devices.table import DEVICES, StreamSettings
+from pipeline.devices.table import DEVICES
 from pipeline.devices.text_dialects import G_AND_DEG, SI
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.record.serial_port import Port, PortLost
@@ -63,7 +62,7 @@ class Connection:
     def __init__(self, config: Config, open_port: OpenPort, store: Store, tell: Tell) -> None:
         assert config.record is not None
         self._record: RecordSection = config.record
-        self._config, self._store = config, store
+        self._store = store
         self._device = DEVICES[self._record.device]
         bauds = (self._record.baud,) if self._record.baud else self._device.bauds
         self._port = open_port(bauds[0])
@@ -117,11 +116,7 @@ class Connection:
             return None
 
     def _parser(self) -> Parser:
-        sheet = self._config.sensor.accelerometer
-        counts_per_g = COUNTS_PER_G
-        if sheet is not None and sheet.full_scale_g is not None and sheet.bits is not None:
-            counts_per_g = 2 ** (sheet.bits - 1) / sheet.full_scale_g
-        return self._device.make(StreamSettings(self._record.pattern or "", counts_per_g))
+        return self._device.make(self._record.pattern or "")
 
     def _why_nothing(self, heard: bytes, bauds: tuple[int, ...]) -> str:
         tried = ", ".join(map(str, bauds))
@@ -132,7 +127,8 @@ class Connection:
         return (f"Bytes come, but no readings of device '{self._record.device}' (tried {tried} "
                 f"baud); the last are {heard!r}. Set record.baud to the speed of the sketch, or "
                 f"record.device to what the device is; any other line can be described with "
-                f"`device: lines` and `pattern`.")
+                f"`device: lines` and `pattern`. A sketch that sends bytes without lines has to "
+                f"print text: in i2cdevlib's MPU6050_raw define OUTPUT_READABLE_ACCELGYRO.")
 
     def _keep(self, data: bytes, heard_monotonic_s: float) -> None:
         self._raw.keep(data, self._store.session_s(heard_monotonic_s))
