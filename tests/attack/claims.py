@@ -18,8 +18,9 @@ SENTENCES = {
     "clipped": r"is saturated: |the axis is clipped there",
     "moved": r": the sensor moved: |: the sensor was moved on|: the sensor was shaken",
     "missing samples": r" s of samples are missing after",
-    "time stamps": r"clock makes no sense|do not count seconds|: its time stamps are .* samples in "
-                   r"a turn|s by its time stamps, less than one turn|count time in different units",
+    "time stamps": r"time does not increase|clock makes no sense|do not count seconds|"
+                   r": its time stamps are .* samples in a turn|s by its time stamps, less than "
+                   r"one turn|count time in different units",
     "copied": r"digit by digit|hold the same \w+ samples|samples are used twice|to the last digit",
     "dead axis": r": \w+ [xyz] is dead: ",
     "other zero": r"do not read as at rest",

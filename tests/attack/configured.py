@@ -69,6 +69,12 @@ def _encoding(_rng: Rng, session: Session) -> tuple[str, Edits]:
     return f"encoding {other}", ((r"encoding: [a-z-]+", f"encoding: {other}"),)
 
 
+def _twice(_rng: Rng, _session: Session) -> tuple[str, Edits]:
+    return "the poses at rest stand in the run of the plate too", (
+        (r"poses: gyroscope/17rpm/pose_\*\.csv",
+         "poses: [accelerometer/pose_*.csv, gyroscope/17rpm/pose_*.csv]"),)
+
+
 SHEET = "not turning, or data sheet"
 CONFIGURATIONS: dict[str, Configuration] = {
     "stated rate": Configuration(_stated_rate, ("rate", "rate_scatter", "gains of runs")),
@@ -77,5 +83,6 @@ CONFIGURATIONS: dict[str, Configuration] = {
     "files": Configuration(_exchanged_files, ("rate", SHEET)),
     "full scale": Configuration(_full_scale, ("data sheet", SHEET)),
     "bits": Configuration(_bits, ("data sheet", SHEET)),
+    "twice": Configuration(_twice, ("rate", SHEET, "copied", "bad pose")),
     "encoding": Configuration(_encoding, ("data sheet",)),
 }

@@ -15,6 +15,31 @@ import numpy as np
 from tests.attack.claims import Claims, claims_of
 from tests.attack.configured import CONFIGURATIONS, SHEET
 from tests.attack.judged import Judged, judge
+from tests.attack.spoiling import (
+    Where,
+    add_constant,
+    backwards,
+    clip,
+    coarse,
+    copy_the_first,
+    creep,
+    deaden,
+    exchange,
+    freeze,
+    gain_of,
+    gap,
+    held,
+    hum,
+    mirror,
+    mix_with_next,
+    other_unit,
+    spikes,
+    spin_up,
+    stretch,
+    take_from_next,
+    tuples,
+    turned,
+)
 from tests.world.designs import paper_design, rich_design
 from tests.world.session import RunLog, Session, simulate
 from tests.world.write import write_session
@@ -24,28 +49,6 @@ SAMPLE_RATE = {"paper": 0.5, "rich": 0.3}  #: of the designs', to halve the time
 TRIADS = ("accelerometer", "gyroscope")
 Rng = np.random.Generator
 OFF = 4.0  #: stated sds from which on a parameter is wrong
-
-
-@dataclass
-class Where:
-    """A triad of some poses of one run, as arrays that a mistake changes in place.
-
-    Attributes
-    ----------
-    counts : array, shape (p, n, 3)
-        About the middle of the converter.
-    time_s : array, shape (p, n)
-    middle : float
-        What was taken off.
-    ends : tuple of float
-        Of the converter, about its middle.
-    """
-
-    triad: str
-    counts: np.ndarray
-    time_s: np.ndarray
-    middle: float
-    ends: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -72,87 +75,6 @@ class Mistake:
     triads: tuple[str, ...] = TRIADS
 
 
-def _tuples(value: Callable[[Where], float]) -> Callable[[Where, float, Rng], None]:
-    def do(at: Where, share: float, rng: Rng) -> None:
-        at.counts[rng.uniform(size=at.counts.shape[:2]) < share] = value(at)
-    return do
-
-
-def _spikes(at: Where, share: float, rng: Rng) -> None:
-    noise = np.median(np.abs(np.diff(at.counts, axis=1)), axis=1, keepdims=True) + 1
-    hit = rng.uniform(size=at.counts.shape[:2]) < share
-    size = rng.uniform(10, 300) * noise * np.array([1.0, 0.0, 0.0])
-    at.counts += np.where(hit[..., None], size, 0.0)
-
-
-def _factor(at: Where, dose: float, _rng: Rng) -> None:
-    at.counts *= dose
-
-
-def _other_unit(at: Where, dose: float, _rng: Rng) -> None:
-    """Another sensor of the same type."""
-    at.counts *= 1 - dose * np.array([1.0, -0.7, 0.5])
-    at.counts += dose * np.abs(at.counts).max() * np.array([0.3, -0.5, 0.2])
-
-
-def _swap(at: Where, _dose: float, rng: Rng) -> None:
-    order = rng.choice([(1, 0, 2), (0, 2, 1), (2, 1, 0)])
-    at.counts[:] = at.counts[..., order]
-
-
-def _mirror(at: Where, _dose: float, rng: Rng) -> None:
-    at.counts[..., int(rng.integers(3))] *= -1
-
-
-def _turned(first: float, last: float) -> Callable[[Where, float, Rng], None]:
-    """Lies otherwise from one share of the pose to another."""
-    def do(at: Where, degrees: float, _rng: Rng) -> None:
-        c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-        n = at.counts.shape[1]
-        part = slice(int(first * n), int(last * n))
-        at.counts[:, part] = at.counts[:, part] @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]).T
-    return do
-
-
-def _freeze(at: Where, share: float, rng: Rng) -> None:
-    n = at.counts.shape[1]
-    length = max(2, round(share * n))
-    first = int(rng.integers(0, n - length + 1))
-    at.counts[:, first : first + length] = at.counts[:, first : first + 1]
-
-
-def _clip(at: Where, share: float, _rng: Rng) -> None:
-    limit = (1 - share) * np.abs(at.counts).max()
-    np.clip(at.counts, -limit, limit, out=at.counts)
-
-
-def _step(at: Where, dose: float, _rng: Rng) -> None:
-    """Another bias in these poses, in counts of the noise of a sample."""
-    at.counts += dose * np.median(np.abs(np.diff(at.counts, axis=1))) * np.array([1.0, -0.5, 0.3])
-
-
-def _stretch(at: Where, dose: float, _rng: Rng) -> None:
-    at.time_s[:] = at.time_s[:, :1] + dose * (at.time_s - at.time_s[:, :1])
-
-
-def _gap(at: Where, share: float, rng: Rng) -> None:
-    """Some seconds were not logged."""
-    n = at.counts.shape[1]
-    first = int(rng.integers(n // 4, n // 2))
-    at.time_s[:, first:] += share * (at.time_s[:, -1:] - at.time_s[:, :1])
-
-
-def _copy(at: Where, share: float, _rng: Rng) -> None:
-    """The end of the first pose stands in the others."""
-    length = max(1, round(share * at.counts.shape[1]))
-    at.counts[1:, -length:] = at.counts[0, -length:]
-
-
-def _dead(at: Where, _dose: float, rng: Rng) -> None:
-    axis = int(rng.integers(3))
-    at.counts[..., axis] = np.rint(rng.normal(0, 10, at.counts.shape[:2]))
-
-
 FAILED = ("failed reading",)
 AXES = ("axes", "two triads", "bad pose")
 #: At rest a gyroscope reads its bias alone, and another gain is another bias.
@@ -161,28 +83,37 @@ OTHER_GAIN = ("range", "bad pose", "another sensor", "rate", "rate_scatter", "ga
 OFFSET = ("bad pose", "bias_step", "bias_wander", "clipped", "two triads", "other zero")
 
 MISTAKES: dict[str, Mistake] = {
-    "zeros": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle), FAILED),
-    "ones": Mistake((0.005, 0.5), _tuples(lambda at: -at.middle - 1), FAILED),
-    "low end": Mistake((0.005, 0.5), _tuples(lambda at: at.ends[0]), FAILED),
-    "spikes": Mistake((0.002, 0.3), _spikes, FAILED),
-    "factor": Mistake((0.1, 10.0), _factor, (*OTHER_GAIN, "clipped", SHEET, "data sheet"),
+    "zeros": Mistake((0.005, 0.5), tuples(lambda at: -at.middle), FAILED),
+    "ones": Mistake((0.005, 0.5), tuples(lambda at: -at.middle - 1), FAILED),
+    "low end": Mistake((0.005, 0.5), tuples(lambda at: at.ends[0]), FAILED),
+    "spikes": Mistake((0.002, 0.3), spikes, FAILED),
+    "factor": Mistake((0.1, 10.0), gain_of, (*OTHER_GAIN, "clipped", SHEET, "data sheet"),
                       ("pose", "few", "run")),
-    "gain": Mistake((1.002, 1.1), _factor, OTHER_GAIN, ("pose", "few", "run")),
-    "other unit": Mistake((0.02, 0.08), _other_unit, ("another sensor",), ("run",),
+    "gain": Mistake((1.002, 1.1), gain_of, OTHER_GAIN, ("pose", "few", "run")),
+    "other unit": Mistake((0.02, 0.08), other_unit, ("another sensor",), ("run",),
                           ("accelerometer",)),
-    "axes": Mistake((1, 1), _swap, AXES, triads=("gyroscope",)),
-    "axes of a pose": Mistake((1, 1), _swap, AXES, ("pose", "few"), ("accelerometer",)),
-    "sign": Mistake((1, 1), _mirror, AXES, ("pose", "few", "run")),
-    "turned": Mistake((0.2, 90.0), _turned(0.5, 1), ("moved", "bad pose"), ("pose", "few")),
-    "turned back": Mistake((0.2, 90.0), _turned(0.25, 0.75), ("moved", "bad pose"),
+    "axes": Mistake((1, 1), exchange, AXES, triads=("gyroscope",)),
+    "axes of a pose": Mistake((1, 1), exchange, AXES, ("pose", "few"), ("accelerometer",)),
+    "sign": Mistake((1, 1), mirror, AXES, ("pose", "few", "run")),
+    "turned": Mistake((0.2, 90.0), turned(0.5, 1), ("moved", "bad pose"), ("pose", "few")),
+    "turned back": Mistake((0.2, 90.0), turned(0.25, 0.75), ("moved", "bad pose"),
                            ("pose", "few")),
-    "frozen": Mistake((0.05, 1.0), _freeze, ("frozen", "bad pose")),
-    "clipped": Mistake((0.01, 0.5), _clip, ("clipped", "frozen", "bad pose")),
-    "bias": Mistake((0.3, 300.0), _step, OFFSET, ("pose", "few", "run")),
-    "clock": Mistake((1.06, 1000.0), _stretch, ("time stamps",), ("run", "all"), ("gyroscope",)),
-    "gap": Mistake((0.05, 3.0), _gap, ("missing samples",), ("pose", "run")),
-    "copy": Mistake((0.2, 1.0), _copy, ("copied",), ("few",)),
-    "dead axis": Mistake((1, 1), _dead, ("dead axis", "bias_step"), ("run", "all")),
+    "frozen": Mistake((0.05, 1.0), freeze, ("frozen", "bad pose")),
+    "clipped": Mistake((0.01, 0.5), clip, ("clipped", "frozen", "bad pose")),
+    "bias": Mistake((0.3, 300.0), add_constant, OFFSET, ("pose", "few", "run")),
+    "clock": Mistake((1.06, 1000.0), stretch, ("time stamps",), ("run", "all"), ("gyroscope",)),
+    "gap": Mistake((0.05, 3.0), gap, ("missing samples",), ("pose", "run")),
+    "copy": Mistake((0.2, 1.0), copy_the_first, ("copied",), ("few",)),
+    "spin up": Mistake((0.02, 0.9), spin_up, ("moved", "bad pose", "rate"),
+                       triads=("gyroscope",)),
+    "creep": Mistake((0.3, 300.0), creep, ("moved", "bad pose", "short poses")),
+    "held": Mistake((2, 40), held, ("frozen", "short poses")),
+    "coarse": Mistake((0.3, 30.0), coarse, ("frozen",)),
+    "hum": Mistake((0.3, 300.0), hum, ("moved", "clipped")),
+    "mixed": Mistake((0.05, 0.5), mix_with_next, ("moved", "copied", "bad pose"), ("few", "run")),
+    "next pose": Mistake((1, 1), take_from_next, AXES, ("few", "run"), ("gyroscope",)),
+    "backwards": Mistake((1, 1), backwards, ("time stamps",)),
+    "dead axis": Mistake((1, 1), deaden, ("dead axis", "bias_step"), ("run", "all")),
 }
 
 

@@ -61,8 +61,22 @@ def test_one_run_and_one_pose_are_named() -> None:
     swap = np.eye(3)[[1, 0, 2]]
     with pytest.raises(Contradiction, match=r"run 2: .*x and y are exchanged.*unlike"):
         require_common_axes(poses, rates(poses, swap, np.array(poses.run) == "run 2"), {})
-    with pytest.raises(Contradiction, match=r"pose 8: .*they differ by"):
+    with pytest.raises(Contradiction, match=r"pose 8: .*It fits if in its .* axes all"):
         require_common_axes(poses, rates(poses, -np.eye(3), np.arange(len(poses)) == 7), {})
+
+
+def test_a_constant_in_one_pose_is_no_exchange_of_axes() -> None:
+    """Whatever its size and direction: turned by it, the pose fits in no other axes."""
+    poses, wrong = turning(), 0
+    for seed in range(100):
+        random = np.random.default_rng(seed)
+        seen, i = rates(poses, np.eye(3)), int(random.integers(len(poses)))
+        seen[i] += random.uniform(0.5, 4) * np.linalg.norm(seen[i]) * random.standard_normal(3)
+        try:
+            require_common_axes(poses, seen, {})
+        except Contradiction as error:
+            wrong += "not readings of one pose" not in str(error)
+    assert wrong <= 6
 
 
 def test_directions_of_other_poses_fit_no_rotation() -> None:
