@@ -72,7 +72,7 @@ TRIAD_KINDS: dict[str, TriadKind] = {kind.name: kind for kind in (
               ("m_s2", "g", "mg")),
     TriadKind("gyroscope", "gyro", "rad/s", "°/s", math.degrees(1.0), "the rate of the plate",
               ("gyr_x", "gyr_y", "gyr_z"),
-              ("rad_s", "deg_s", "mrad_s", "mdeg_s")),
+              ("rad_s", "deg_s", "mrad_s", "mdeg_s", "rpm")),
     TriadKind("magnetometer", "magnetometer", "µT", "nT", 1e3, "the field of the Earth",
               ("mag_x", "mag_y", "mag_z"), ("ut", "nt", "gauss", "mgauss"), "field_ut"),
 )}

@@ -13,7 +13,7 @@ from pipeline.config.types import Positive, Section, no_such, with_keys
 from pipeline.config.units import UNITS
 
 ForceUnit = Literal["m_s2", "g", "mg"]
-RateUnit = Literal["rad_s", "deg_s", "mrad_s", "mdeg_s"]
+RateUnit = Literal["rad_s", "deg_s", "mrad_s", "mdeg_s", "rpm"]
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement"]
 FULL_SCALE, COUNTS_PER = "full_scale_", "counts_per_"  #: what keys of a data sheet begin with
 

@@ -93,8 +93,17 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower()))
     unnamed = [name for name in islice(columns, FIRST)
                if not read_name(name).stem.strip("0123456789")]
-    return named or [name for name in unnamed if len(columns) > FEWEST_BESIDE
-                     and (np.diff(unwrapped_ticks(columns[name])) > 0).all()]
+    since_1970 = [name for name, values in columns.items() if name not in named
+                  and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
+    return [*named, *since_1970] or [
+        name for name in unnamed if len(columns) > FEWEST_BESIDE
+        and (np.diff(unwrapped_ticks(columns[name])) > 0).all()]
+
+
+def _epoch_units(ticks: float) -> list[TimeUnit]:
+    """The units in which a time counts from 1970, where it may."""
+    return [unit for unit in SECONDS_PER
+            if unit != "d" and EPOCH_S[0] < ticks * SECONDS_PER[unit] < EPOCH_S[1]]
 
 
 def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
@@ -105,8 +114,7 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     if not usual > 0:
         return None, "", ""
     likely = likely_units(usual)
-    since_1970 = [unit for unit in SECONDS_PER
-                  if unit != "d" and EPOCH_S[0] < ticks[0] * SECONDS_PER[unit] < EPOCH_S[1]]
+    since_1970 = _epoch_units(ticks[0])
     stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
     rate = f"{1 / usual:.4g} rows per unit of it"
     if stated is not None and (stated in likely or not likely):

@@ -16,7 +16,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.config.sensor import ForceUnit, RateUnit
 from pipeline.config.units import UNITS
-from pipeline.guess.pool import Sphere, block_rows, sphere_through, still_means
+from pipeline.guess.pool import ROUNDEST, Sphere, block_rows, sphere_through, still_means
 
 CODES = 65536.0  #: fact: of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
@@ -32,6 +32,7 @@ OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
 """Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
+SMALL_UNITS = ("mrad_s", "mdeg_s")
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Speeds of record players; the slowest and the last one from gramophones."""
 
@@ -128,6 +129,8 @@ def gravity_unit(
         return None
     spread = float(np.subtract(*np.quantile(lengths, [0.75, 0.25]))) / length
     rests: Sphere | None = sphere_through(still_means(values, table, step_s))
+    if rests is not None and rests.is_far:
+        return None
     if rests is not None and rests.misfit < spread:
         length, spread = rests.radius, rests.misfit
     physical = () if encoding else [
@@ -137,10 +140,15 @@ def gravity_unit(
               if encoding or length > COUNTS_PER_G[-1] / 2]
     unit, per_g = min((*physical, *counts), key=lambda known: abs(math.log(length / known[1])))
     off = abs(math.log(length / per_g))
-    steady = spread < GRAVITY_TOLERANCE  # of one length: counts of another range, if nothing else
-    if spread > LOOSEST_SPREAD or (off > math.log(LOOSEST) and not (encoding and steady)):
+    steady = spread < GRAVITY_TOLERANCE
+    # Of one length, in a range or a unit that is none of these, if it is gravity at all.
+    is_unusual = off >= GRAVITY_TOLERANCE and (
+        unit == "counts" or (rests is not None and rests.misfit < ROUNDEST))
+    if spread > LOOSEST_SPREAD or (off > math.log(LOOSEST) and not (is_unusual and steady)):
         return None
-    if unit == "counts" and off >= GRAVITY_TOLERANCE:
+    if is_unusual and steady and (unit == "counts" or off > math.log(LOOSEST)):
+        unit, per_g = "counts", float(f"{length:.3g}")
+    elif unit == "counts" and off >= GRAVITY_TOLERANCE:
         per_g = float(f"{length:.2g}")
     return GravityUnit(unit, per_g, encoding, length, steady and off < GRAVITY_TOLERANCE)
 
@@ -165,13 +173,14 @@ def rate_scale(
     rows, of = block_rows(table, block)
     if len(rows) < FEWEST_TURNS:
         return None
-    turn = rate[rows].mean(axis=1) - np.median(rate, axis=0)
-    up = force[rows].mean(axis=1)
-    up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), np.finfo(float).tiny)
-    # Centred differences: the turn of a block stands between its neighbours.
-    moved = (up[2:] - up[:-2]) / 2
-    predicted = -np.cross(turn[1:-1], up[1:-1]) * block * step_s
-    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (of[2:] == of[:-2])
+    up = force[rows] / np.maximum(np.linalg.norm(force[rows], axis=2, keepdims=True),
+                                  np.finfo(float).tiny)
+    # What two block means differ by is the motion under a triangle over both.
+    rise = ((np.arange(block) + 0.5) / block)[:, None]
+    motion = -np.cross(rate[rows] - np.median(rate, axis=0), up) * step_s
+    moved = np.diff(up.mean(axis=1), axis=0)
+    predicted = (motion[:-1] * rise).sum(axis=1) + (motion[1:] * (1 - rise)).sum(axis=1)
+    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (of[1:] == of[:-1])
     if turning.sum() < FEWEST_TURNS:
         return None
     seen, by_gyroscope = moved[turning].ravel(), predicted[turning].ravel()
@@ -183,15 +192,24 @@ def rate_scale(
     return scale, agreement
 
 
-def nearest_rate_unit(si_per_unit: float, encoding: str) -> tuple[str, float | None]:
-    """The unit that is nearest to a scale in rad/s, and counts per °/s where it is counts."""
-    if encoding:
-        per_deg = math.radians(1) / si_per_unit
-        known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else USUAL_COUNTS_PER_DEG_S
-        nearest = min(known, key=lambda usual: abs(math.log(per_deg / usual)))
-        near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
-        return "counts", nearest if near else float(f"{per_deg:.2g}")
-    return min(RATE_UNITS, key=lambda known: abs(math.log(si_per_unit / RATE_UNITS[known]))), None
+def nearest_rate_unit(
+    si_per_unit: float, encoding: str, whole_units: bool
+) -> tuple[str, float | None]:
+    """The unit that is nearest to a scale in rad/s, and counts per °/s where it is none.
+
+    ``whole_units`` says that whole numbers may be of a small unit, as those beside them are mg.
+    """
+    per_deg = math.radians(1) / si_per_unit
+    units = () if encoding and not whole_units else SMALL_UNITS if encoding else RATE_UNITS
+    counts = (() if not encoding else
+              OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else USUAL_COUNTS_PER_DEG_S)
+    known = [*((unit, RATE_UNITS[unit], None) for unit in units),
+             *(("counts", math.radians(1) / usual, usual) for usual in counts)]
+    off, unit, usual = min(((abs(math.log(si_per_unit / size)), unit, usual)
+                            for unit, size, usual in known), key=lambda item: item[0])
+    if off < 2 * GRAVITY_TOLERANCE:
+        return unit, usual
+    return "counts", float(f"{per_deg:.2g}")
 
 
 def record_rpm(rate_rad_s: float) -> float | None:

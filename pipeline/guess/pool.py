@@ -9,7 +9,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.raw_tables import RawTable
-from pipeline.logs.clock import ASSUMED_HZ
+from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS
 
 REST_S = 0.5
 """Length of the blocks of which those at rest are poses, s. A judgement: shorter than a rest in a
@@ -24,9 +24,10 @@ FEWEST_MEANS = 6  #: fact: the parameters of bias and scale, one equation a pose
 FLATTEST = 0.2
 """Least over largest extent of points that determine a sphere. A judgement: two faces and the edges
 between them have none, six faces and a cone of 30 degrees 0.3."""
-LARGEST_CENTRE = 0.7
-"""Distance of the centre over the radius, at most: a bias of 0.7 g, or of 70 °/s at 17 rpm. A
-judgement."""
+LARGEST_CENTRE, ROUNDEST = 0.7, 0.03
+"""Distance of the centre over the radius, at most, of points that lie on the sphere no better than
+so: a bias of 0.7 g, or of 70 °/s at 17 rpm. Points that do lie on it may be volts, whose zero is
+far from 0. A judgement."""
 ROUNDS, OUTLIER = 4, 4.0
 """Fits of the sphere, each without what lies so many sds off the one before. A judgement."""
 
@@ -42,7 +43,7 @@ class PooledTables:
     table : array, shape (t,)
         The table of each row, from 0; no unit.
     step_s : float
-        Usual time from one row to the next, s.
+        Mean time from one row to the next, s, without gaps.
     has_clock : bool
         Whether ``step_s`` is known.
     hint : str
@@ -68,8 +69,8 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
     times = {clock.column for clock in clocks}
     names = [name for name in tables[0].columns if name not in times]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
-    steps = [float(np.median(np.diff(clock.time_s))) for clock in clocks
-             if len(clock.time_s) > 1]
+    steps = [float(step[step <= USUAL_STEPS * np.median(step)].mean()) for clock in clocks
+             if len(step := np.diff(clock.time_s))]
     return PooledTables(
         columns, np.repeat(np.arange(len(tables)), [table.rows for table in tables]),
         float(np.median(steps)) if steps else 1 / ASSUMED_HZ,
@@ -118,6 +119,11 @@ class Sphere:
     radius: float
     misfit: float
 
+    @property
+    def is_far(self) -> bool:
+        """Whether its centre is no bias but a zero that no converter takes off, as of volts."""
+        return bool(np.linalg.norm(self.centre) > LARGEST_CENTRE * self.radius)
+
 
 def sphere_through(points: FloatArray) -> Sphere | None:
     """The sphere through most of the points (k, 3); None where they do not determine one.
@@ -135,9 +141,9 @@ def sphere_through(points: FloatArray) -> Sphere | None:
         solution = np.linalg.lstsq(known, (kept**2).sum(axis=1), rcond=None)[0]
         centre = solution[:3]
         radius = float(np.sqrt(max(solution[3] + centre @ centre, 0.0)))
-        if not np.linalg.norm(centre) < LARGEST_CENTRE * radius:
-            return None
         off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
         sd = max(float(np.median(off)) / MEDIAN_OF_NORMAL, radius * np.finfo(float).eps)
         kept = points[off <= OUTLIER * sd]
+    if sd > ROUNDEST * radius and np.linalg.norm(centre) > LARGEST_CENTRE * radius:
+        return None
     return Sphere(centre, radius, sd / radius)

@@ -9,7 +9,7 @@ import numpy as np
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
 from pipeline.guess.magnitudes import LEAST_AGREEMENT, typical_length
-from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled
+from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled, sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
     AXIS_COUNT,
@@ -287,5 +287,14 @@ def why_no_log(table: RawTable) -> str:
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "
                     "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
                     "Uncalibrated; phyphox: Acceleration (with g))")
+    for triple in possible_triples(names):
+        values = np.column_stack([table.columns[name] for name in triple])
+        values = values[np.isfinite(values).all(axis=1)]
+        rests = sphere_through(still_means(values, np.zeros(len(values), np.int64), 1 / ASSUMED_HZ))
+        if rests is not None and rests.is_far and (values > 0).all():
+            zero = ", ".join(f"{value:.4g}" for value in rests.centre)
+            return (f"{', '.join(triple)} have one length at rest only about {zero}, as the volts "
+                    f"and readings of an analog sensor do, whose zero is no 0. Subtract these and "
+                    f"divide by {rests.radius:.4g}: that is g")
     shown = ", ".join(names[:SHOWN])
     return f"no accelerometer and no gyroscope among its columns ({shown})"

@@ -52,7 +52,6 @@ TURNING = 8.0
 """Weight of columns that turn gravity as a gyroscope does, times the correlation."""
 NOT_TURNING = -3.0  #: weight of columns that do not while gravity turns, whatever their axes are
 BEHIND, BEFORE = 1.5, 1.0  #: weight of a gyroscope that stands beside the accelerometer
-ALONE = 0.5  #: weight of the only three columns there are
 UNKNOWN_WORD = -3.0  #: weight of a gyroscope in columns of which a word is not understood
 MOST_WEIGHED = 4  #: accelerometers whose gyroscopes are looked at; the others weigh less by far
 
@@ -72,7 +71,9 @@ def possible_triples(columns: Sequence[str]) -> list[Triple]:
     free = [name for name, word in words.items() if word.quantity in ("", "acc", "gyr")]
     by_name = [triple for quantity in ("acc", "gyr", "")
                for triple in triples_by_name(free, quantity)]
-    return list(dict.fromkeys([*by_name, *_in_a_row(free, words)]))
+    in_turn = [name for name in free if words[name].axis is None]  # x of two sensors, y of both
+    return list(dict.fromkeys([*by_name, *_in_a_row(free, words),
+                               *_in_a_row(in_turn[::2], words), *_in_a_row(in_turn[1::2], words)]))
 
 
 def _in_a_row(names: Sequence[str], words: dict[str, Words]) -> Iterator[Triple]:
@@ -203,7 +204,7 @@ def weighed_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTr
                     key=lambda item: -item[0])[:MOST_WEIGHED]
     hypotheses: list[tuple[float, PossibleTriad | None, PossibleTriad | None]] = [(0.0, None, None)]
     for weight, force in [*forces, (0.0, None)]:
-        rates = [(_as_gyroscope(rate, force, len(every)), rate) for rate in every
+        rates = [(_as_gyroscope(rate, force), rate) for rate in every
                  if force is None or not {*rate.columns} & {*force.columns}]
         most, best = max(rates, key=lambda item: item[0], default=(0.0, None))
         hypotheses.append((weight + most, force, best) if most > 0 else (weight, force, None))
@@ -226,7 +227,7 @@ def _as_accelerometer(force: PossibleTriad) -> float | None:
     return weight + (OF_GRAVITY if unit.is_sure else NEARLY_GRAVITY)
 
 
-def _as_gyroscope(rate: PossibleTriad, force: PossibleTriad | None, every: int) -> float:
+def _as_gyroscope(rate: PossibleTriad, force: PossibleTriad | None) -> float:
     """The weight of columns as the gyroscope beside an accelerometer, or without any."""
     words, hint = rate.words, rate.pool.hint
     weight = {"acc": -np.inf, "gyr": CALLED}.get(called(words), 0.0)
@@ -237,7 +238,7 @@ def _as_gyroscope(rate: PossibleTriad, force: PossibleTriad | None, every: int) 
     if not rate.is_sensor and words.quantity != "gyr":
         return -np.inf
     if force is None:
-        return weight + (ALONE if every == 1 and hint != "acc" else 0.0)
+        return weight
     names = list(rate.pool.columns)
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
     weight += {AXIS_COUNT: BEHIND, -AXIS_COUNT: BEFORE}.get(away, 0.0)

@@ -7,8 +7,10 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
+    CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
+    GRAVITY_TOLERANCE,
     LEAST_AGREEMENT,
     LOOSEST,
     OFFSET_BINARY,
@@ -23,9 +25,10 @@ from pipeline.guess.magnitudes import (
 )
 from pipeline.guess.triads import SURE_AGREEMENT, PossibleTriad, Triple, called, triples_by_name
 
-BITS = 16  #: fact: of the converters in use; a smaller one gives words of 16 bits too
+BITS, MORE_BITS = 16, 32
+"""Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
 UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
-              "mdeg_s": "m°/s"}
+              "mdeg_s": "m°/s", "rpm": "rpm"}
 FUSED_M_S2, BESIDE_FUSED = 0.01, (16.384, 16.0)
 """Fact: the BNO055 reads 100 counts per m/s² and 16 per °/s, which turns tell from 16.384 nowhere.
 """
@@ -75,7 +78,8 @@ class TriadGuess:
     def ranged(self, per_deg: float, because: str) -> "TriadGuess":
         """The gyroscope with ``per_deg`` counts per °/s."""
         return rate_triad(self.columns, "counts", per_deg, self.encoding,
-                          f"{self.because}; {because}", "")
+                          f"{self.because}; {because}", "",
+                          bits=int(dict(self.sheet).get("bits", BITS)))
 
     def si(self, values: FloatArray) -> FloatArray:
         """Readings (t, 3) of the file in SI units."""
@@ -99,7 +103,7 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     because = ("their names" if called(words) == "acc" else
                "their readings are as long as gravity")
     sheet = ((("unit", unit.unit),) if unit.unit != "counts" else
-             _counts("counts_per_g", unit.per_g, unit.encoding))
+             _counts("counts_per_g", unit.per_g, unit.encoding, _bits(force)))
     return TriadGuess(force.columns, sheet, _unit_text(unit),
                       f"{because}; a reading at rest is {unit.length:.4g} long", unit.si_per_unit,
                       "; ".join(doubts), encoding=unit.encoding)
@@ -122,16 +126,21 @@ def gyroscope_in(
         return rate_triad(rate.columns, words.unit, None, "",
                           f"{because}, which state the unit", "")
     if seen is not None:
-        unit, per_deg = nearest_rate_unit(seen[0], encoding)
+        in_mg = accelerometer is not None and abs(
+            math.log(accelerometer.si_per_unit / FORCE_UNITS["mg"])) < GRAVITY_TOLERANCE
+        unit, per_deg = nearest_rate_unit(seen[0], encoding, in_mg)
         doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
                  f"{RATE_UNITS[words.unit] / seen[0]:.3g} times what the accelerometer sees"
                  if words.unit in RATE_UNITS else "")
+        if unit == "counts" and not encoding:
+            doubt = (f"gravity turns by {seen[0]:.3g} rad/s per unit of the gyroscope, which is no "
+                     f"usual unit; see whether the times are right")
         if per_deg == BESIDE_FUSED[0] and accelerometer and (
                 accelerometer.si_per_unit == FUSED_M_S2):
             per_deg, doubt = BESIDE_FUSED[1], "as the BNO055's, and not 16.4 as others at 2000 °/s"
         return rate_triad(rate.columns, unit, per_deg, encoding, (
             f"{because}; between the rests gravity turns by what {seen[0]:.3g} rad/s per unit "
-            f"make of the readings (correlation {seen[1]:.2f})"), doubt)
+            f"make of the readings (correlation {seen[1]:.2f})"), doubt, bits=_bits(rate))
     sized = _by_size(rate, encoding, because)
     if force is None or turned is None or turned[1] >= LEAST_AGREEMENT:
         return sized
@@ -156,7 +165,7 @@ def _by_size(rate: PossibleTriad, encoding: str, because: str) -> TriadGuess:
         known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
         return rate_triad(rate.columns, "counts", known[0], encoding, because, (
             f"nothing in the log shows the sensitivity of the gyroscope; {known[0]:.0f} counts per "
-            f"°/s is one of several"), is_open=True)
+            f"°/s is one of several"), is_open=True, bits=_bits(rate))
     fastest = float(np.quantile(np.abs(rate.values - np.median(rate.values, axis=0)), 0.999))
     slow = (fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
             and noise < NOISIEST_RAD_S)
@@ -168,20 +177,27 @@ def _by_size(rate: PossibleTriad, encoding: str, because: str) -> TriadGuess:
 
 def rate_triad(
     triple: Triple, unit: str, per_deg: float | None, encoding: str, because: str, doubt: str,
-    is_open: bool = False,
+    is_open: bool = False, bits: int = BITS,
 ) -> TriadGuess:
     """A gyroscope in a unit, or in counts of which ``per_deg`` are 1 °/s."""
     if per_deg is not None:
-        return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding),
+        return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding, bits),
                           f"counts, {per_deg:g} per °/s" + (f", {encoding}" if encoding else ""),
                           because, math.radians(1) / per_deg, doubt, is_open, encoding)
     return TriadGuess(triple, (("unit", unit),), UNIT_WORDS[unit], because, RATE_UNITS[unit], doubt)
 
 
-def _counts(key: str, value: float, encoding: str) -> tuple[tuple[str, str | float], ...]:
+def _bits(triad: PossibleTriad) -> int:
+    """The bits of the words that hold all readings."""
+    return BITS if np.abs(triad.values).max() <= CODES / 2 else MORE_BITS
+
+
+def _counts(
+    key: str, value: float, encoding: str, bits: int
+) -> tuple[tuple[str, str | float], ...]:
     """Counts with their converter; means of counts have none."""
     stated: tuple[tuple[str, str | float], ...] = ((key, value),)
-    return (*stated, ("bits", BITS), ("encoding", encoding)) if encoding else stated
+    return (*stated, ("bits", bits), ("encoding", encoding)) if encoding else stated
 
 
 def _unit_text(unit: GravityUnit) -> str:

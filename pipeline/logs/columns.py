@@ -81,9 +81,9 @@ def bare(name: str) -> str:
 def our_name(theirs: str) -> tuple[str, float]:
     """Our name of a header's column, and the factor that brings it to our unit.
 
-    A column that no dialect knows keeps its name and its unit.
+    A column that no dialect knows keeps its name and its unit; one without a name is skipped.
     """
-    return _OURS.get(bare(theirs).lower(), (bare(theirs), 1.0))
+    return _OURS.get(bare(theirs).lower(), (bare(theirs) or SKIP, 1.0))
 
 
 def parts_missing(names: Container[str]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The head of a text log: where the rows begin, and the names above them."""
+"""The head and the foot of a text log: where the rows begin and end, and the names above them."""
 
 import re
 from collections.abc import Sequence
@@ -18,6 +18,7 @@ from pipeline.logs.columns import (
     our_name,
 )
 from pipeline.logs.dialect import (
+    Dialect,
     delimiter_of,
     dialect_of,
     is_number,
@@ -33,8 +34,11 @@ COMMENT_SIGNS = ("#", "//", "%")
 UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
 #: Settings that loggers write above the header ("Fs,100") take a few lines, not more.
 LONGEST_HEAD = 200
+LONGEST_FOOTER = 100  #: lines below the rows, of words and sums; of text
 FEWEST_NUMBERS = 3  #: numbers in a row: a triad
 
+#: In front of the names, of which there is then one more than cells; C is Fortran's.
+OF_COMMENTS = ("#", "//", "%", "C", "c", "!", "*")
 LONGEST_SHOWN, CELLS_SHOWN = 30, 12  #: letters and cells of a wrong header in a message
 
 MISSING_TRIAD = ("The header needs time_s and acc_x, acc_y, acc_z or gyr_x, gyr_y, gyr_z or both; "
@@ -213,6 +217,25 @@ def _renamed(name: str, theirs: str, columns: Renamed) -> tuple[str, float]:
 def is_time(cell: str) -> bool:
     """Whether a cell is a number, a date with a time, or a time of the day."""
     return is_number(cell) or seconds_of(cell) is not None or local_date_seconds(cell) is not None
+
+
+def without_footer(lines: list[str], dialect: Dialect, width: int) -> list[str]:
+    """``lines`` without what a report says below its rows: a title first, then words and numbers.
+    """
+    end = len(lines)
+    for i in range(len(lines) - 1, max(len(lines) - LONGEST_FOOTER, 0) - 1, -1):
+        cells = dialect.cells(lines[i])
+        if cells and is_time(dialect.decimal_points(cells[0])):
+            return lines[:end] if len(cells) == width else lines
+        if cells and not any(map(dialect.holds_number, cells)):
+            end = i
+    return lines
+
+
+def without_sign(names: Sequence[str] | None, cells: int) -> Sequence[str] | None:
+    """The names of so many cells without a sign of a comment in front of them."""
+    more = names is not None and len(names) == cells + 1 and names[0] in OF_COMMENTS
+    return names[1:] if names is not None and more else names
 
 
 def no_rows(path: Path, head: Head) -> UnreadableInput:

@@ -19,6 +19,10 @@ UNITS = {
     "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1",
               "°/sec", "deg/sec", "град/с", "°/с"),
     "mdeg_s": ("mdps", "mdeg/s"),
+    "mrad_s": ("mrad/s", "mrad_s"),
+    "rpm": ("rpm", "r/min", "rev/min", "u/min", "tr/min"),
+    "V": ("v", "volt", "volts"),
+    "mV": ("mv", "millivolt", "millivolts"),
     "s": ("s", "sec", "second", "seconds", "с", "秒"),
     "ms": ("ms", "msec", "millis", "milliseconds", "мс", "毫秒"),
     "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
@@ -28,7 +32,8 @@ UNITS = {
     "counts": ("counts", "count", "lsb", "raw"),
     "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
-FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {"rad_s", "deg_s", "mdeg_s", "mrad_s"}
+FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {
+    "rad_s", "deg_s", "mdeg_s", "mrad_s", "rpm"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
@@ -140,9 +145,9 @@ def whole_triples(
 
 def _split_unit(name: str) -> tuple[str, str]:
     """``Accel X (g)`` -> ``("Accel X", "g")``."""
-    match = re.search(r"[(\[]((?:[^()\[\]]|\([^()]*\))*)[)\]]\s*$", name)
-    if match and (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
-        return name[: match.start()].strip(), unit
+    for match in re.finditer(r"[(\[]((?:[^()\[\]]|\([^()]*\))*)[)\]]", name):
+        if (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
+            return f"{name[: match.start()].strip()} {name[match.end() :].strip()}".strip(), unit
     for spelling in ("m_s2", "rad_s", "deg_s"):
         if name.lower().endswith("_" + spelling):
             return name[: -len(spelling) - 1], spelling

@@ -1,8 +1,8 @@
 """Lines of text around numbers, as sketches print them, made into rows of a table.
 
-Five manners are read: a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also
+Six manners are read: a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also
 when a sample takes a few lines), rows in brackets (``(0.1, 0.2, 9.8)``), and the clock of a serial
-monitor before an arrow (``12:00:00.010 -> 1,2,3``); sentences of NMEA and
+monitor before an arrow (``12:00:00.010 -> 1,2,3``), documents of YAML; sentences of NMEA and
 :mod:`pipeline.logs.sentences` besides. Rows keep their lines in the file.
 """
 
@@ -17,13 +17,15 @@ from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, rows_of_sentenc
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
-                   rf"\s*[:=]\s*({NUMBER})(?![\w:])")
+                   rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:])")
 BRACKETS = re.compile(r"\s*+[(\[{](.*)[)\]}]\s*+[,;]?\s*+")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
 SENTENCE = re.compile(r"\s*+\$(\w++),(.*)\*[0-9A-Fa-f]{2}\s*+")  #: a sentence of NMEA 0183
+END_OF_DOCUMENT = "---"
+KEY = re.compile(r"( *)([A-Za-z_]\w*):\s*(.*?)\s*")  #: a line of YAML
 MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
 
 
@@ -40,7 +42,10 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
     if _share(shown, lambda line: TAG.match(line) is not None) >= LEAST_SHARE:
         return [TAG.sub("", line) for line in lines]
     if _share(shown, lambda line: BRACKETS.fullmatch(line) is not None) >= LEAST_SHARE:
-        return [match[1] if (match := BRACKETS.fullmatch(line)) else line for line in lines]
+        return unlabelled_lines([match[1] if (match := BRACKETS.fullmatch(line)) else line
+                                 for line in lines])
+    if (documents := _documents(lines)) is not None:
+        return documents
     cycle = _cycle(shown)
     if sum(map(len, cycle)) >= FEWEST:
         return _table_rows(lines, cycle)
@@ -87,6 +92,36 @@ def _day_seconds(clock: str) -> str:
     """``12:00:00.010`` as seconds of the day."""
     hours, minutes, seconds = re.split(r":", clock.replace(",", "."), maxsplit=2)
     return f"{int(hours) * 3600 + int(minutes) * 60 + float(seconds.replace(':', '.')):.6f}"
+
+
+def _documents(lines: list[str]) -> list[str] | None:
+    """Documents of YAML, as ``ros2 topic echo`` prints them, as rows; None where these are none.
+
+    A row stands in the place of the line that ends its document, and of the keys of a document
+    those that hold a number are columns, with the keys that they stand below.
+    """
+    ends = [i for i, line in enumerate(lines) if line.strip() == END_OF_DOCUMENT]
+    if len(ends) < FEWEST:
+        return None
+    rows = [f"# {line}" for line in lines]
+    begin, names = 0, None
+    for end in ends:
+        above: list[tuple[int, str]] = []
+        cells: dict[str, str] = {}
+        for match in map(KEY.fullmatch, lines[begin:end]):
+            if match is None:
+                continue
+            depth = len(match[1])
+            above = [*((d, key) for d, key in above if d < depth), (depth, match[2])]
+            if re.fullmatch(NUMBER, match[3]):
+                cells[" ".join(key for _, key in above)] = match[3]
+        names = names or [*cells]
+        if [*cells] == names and names:
+            rows[end] = ",".join(cells.values())
+        begin = end + 1
+    if names:
+        rows[0] = ",".join(names)
+    return rows if names else None
 
 
 def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:

@@ -13,13 +13,19 @@ from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.labels import unlabelled_lines
 from pipeline.logs.memory import largest_text, too_large
+from pipeline.text.commands import word
 
 REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
+MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
+"""Signs that a word processor makes of a minus."""
+NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
+"""Between decimal numbers of a fixed width where the sign of the second touches the first."""
 UNIT_BEHIND = re.compile(r"[\[(].*")  #: in brackets, which any code page has
 CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
 """Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first."""
 GZIP_MAGIC = b"\x1f\x8b"
+TAR_AT, TAR_MAGIC = 257, b"ustar"  #: facts: where the mark of an archive of tar stands
 
 
 def read_bytes(path: Path) -> bytes:
@@ -114,13 +120,16 @@ def _in_code_page(data: bytes) -> str:
 
 
 def decimal_numbers(text: str) -> str:
-    """``text`` with registers in hexadecimal and exponents of Fortran as plain numbers.
+    """``text`` with registers in hexadecimal, Fortran's exponents and printed minuses read.
 
     Registers of two and four bytes are signed, as inertial sensors deliver them.
 
     >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
     ('16 -2', '-0.25E+01')
     """
+    if not text.isascii():
+        text = MINUS.sub("-", text)
+    text = NO_BLANK.sub(r"\1 ", text)
     if "0x" in text or "0X" in text:
         text = REGISTER.sub(_signed, text)
     return FORTRAN.sub(r"\1E\2", text) if "D+" in text or "D-" in text else text
@@ -133,6 +142,9 @@ def _signed(register: re.Match[str]) -> str:
 
 
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:
+    if data[TAR_AT : TAR_AT + len(TAR_MAGIC)] == TAR_MAGIC:
+        return UnreadableInput(f"{path}: is an archive of tar. Unpack it by `tar xf "
+                               f"{word(path.name)}`, and name the files in it.")
     line = data.count(b"\n", 0, start) + 1
     return UnreadableInput(
         f"{path}:{line}: byte 0x{data[start]:02x} is not text (UTF-8 is expected). If this is a "

@@ -27,15 +27,19 @@ from pipeline.logs.dialect import (
     split_cells,
 )
 from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
-from pipeline.logs.head import find_head, is_time, named_columns, no_rows
+from pipeline.logs.head import (
+    find_head,
+    is_time,
+    named_columns,
+    no_rows,
+    without_footer,
+    without_sign,
+)
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
 #: What loggers write, in lower case, where there is no value.
 MISSING = ("", "nan", "null", "none", "na", "n/a", "-", "--")
-
-#: In front of the names, of which there is then one more than cells; C is Fortran's.
-OF_COMMENTS = ("#", "//", "%", "C", "c", "!", "*")
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,8 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     if head.first is None:
         raise no_rows(path, head)
     dialect, cells = _first_row(lines, head.first)
-    names = named_columns(f"{path}:{head.names_line + 1}", _without_sign(head.names, len(cells)),
+    lines = without_footer(lines, dialect, len(cells))
+    names = named_columns(f"{path}:{head.names_line + 1}", without_sign(head.names, len(cells)),
                           len(cells), columns,
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
@@ -133,21 +138,17 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     if head.first is None:
         return None
     dialect, cells = _first_row(lines, head.first)
-    names = [bare(name) for name in _without_sign(head.names, len(cells)) or ()]
-    if len(set(names)) < len(names) or not names:  # names that stand twice name nothing
+    names = [bare(name) for name in without_sign(head.names, len(cells)) or ()]
+    spelled = [name for name in names if name]
+    if len(set(spelled)) < len(spelled) or not spelled:  # names that stand twice name nothing
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
+    lines = without_footer(lines, dialect, len(cells))
     dated = _date_column(dialect, cells, range(len(cells)))
     read = [name if name not in ("", *names[:i]) and (i == dated or dialect.holds_number(cell))
             else SKIP for i, (name, cell) in enumerate(zip(names, cells, strict=False))]
     return LogText(path, lines, head.first, tuple(read), (1.0,) * len(read), dialect,
                    head.rate_hz, dated)
-
-
-def _without_sign(names: Sequence[str] | None, cells: int) -> Sequence[str] | None:
-    """The names of so many cells without a sign of a comment in front of them."""
-    more = names is not None and len(names) == cells + 1 and names[0] in OF_COMMENTS
-    return names[1:] if names is not None and more else names
 
 
 def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
@@ -246,9 +247,9 @@ def _plain_rows(text: LogText) -> list[str]:
         cells = [text.dialect.cells(row) for row in rows[:DIALECT_ROWS]]
         require_no_thousands(text.path, [row for row in cells if len(row) == len(text.names)])
         return rows
+    require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
     if text.is_rewritten:
         return ["\t".join(map(text.dialect.decimal_points, cells)) for _, cells in text.rows()]
-    require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
     return [text.dialect.decimal_points(row) for row in rows]
 
 
@@ -279,6 +280,10 @@ def _first_fault(text: LogText) -> str | None:
     numbered = list(text.rows())
     for line, cells in numbered:
         if len(cells) != len(text.names):
+            if joined := next((cell for cell in cells if cell.count(".") > 1
+                               and not is_time(cell)), None):
+                return (f"{text.path}:{line}: '{joined}' is two numbers without a blank between "
+                        f"them. Write the file anew with a comma between the columns.")
             cut = (" The file seems cut off in its last line; delete that line."
                    if line == numbered[-1][0] and len(cells) < len(text.names)
                    else " Delete the damaged line, or record the log again.")

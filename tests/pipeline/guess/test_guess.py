@@ -13,6 +13,7 @@ from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
+from tests.pipeline.guess.container_files import CONTAINERS, CONTAINERS_REFUSED
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
 from tests.pipeline.guess.late_files import LATE
@@ -20,9 +21,11 @@ from tests.pipeline.guess.mixed_files import MIXED, android_lines
 from tests.pipeline.guess.odd_files import ODD
 from tests.pipeline.guess.sentence_files import SENTENCES, SENTENCES_REFUSED
 from tests.pipeline.guess.strange_files import REFUSED, STRANGE
+from tests.pipeline.guess.unseen_files import UNSEEN, UNSEEN_REFUSED
 from tests.sessions import pipeline
 
-EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES}
+EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES, **UNSEEN, **CONTAINERS}
+EVERY_REFUSED = {**REFUSED, **SENTENCES_REFUSED, **UNSEEN_REFUSED, **CONTAINERS_REFUSED}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -79,11 +82,11 @@ def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_p
         guess_files([path], 100.0)
 
 
-@pytest.mark.parametrize("tool", {**REFUSED, **SENTENCES_REFUSED})
+@pytest.mark.parametrize("tool", EVERY_REFUSED)
 def test_files_without_readings_are_refused_with_what_to_record(
     tmp_path: Path, log: HandLog, tool: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write, says = {**REFUSED, **SENTENCES_REFUSED}[tool]
+    write, says = EVERY_REFUSED[tool]
     code = pipeline("import", *write(tmp_path, log).files, "--output", tmp_path / "c.yaml")
     assert code in (0, 3, 4)  # a gyroscope beside it may show its bias
     with pytest.raises(AssertionError, match=f"(?s){says}"):

@@ -1,0 +1,147 @@
+"""Texts of numbers that are no table of samples, each refused with what would make it one."""
+
+import re
+from collections.abc import Sequence
+from itertools import islice, pairwise
+from pathlib import Path
+
+from pipeline.errors import UnreadableInput
+from pipeline.logs.dialect import delimiter_of, split_cells
+from pipeline.logs.head import find_head
+from pipeline.logs.header_words import read_name
+from pipeline.logs.text import LogText
+from pipeline.text.commands import word
+
+EVENTS = 200  #: rows that show whether a file is a list of events
+MOST_KINDS = 12  #: sensors of a phone
+LEAST_TURNS = 0.25
+"""Share of the rows that name another board than the one before. A judgement: boards that send in
+turns change in half of the rows or more, the state of one board changes seldom."""
+NAMES_A_BOARD = re.compile(r"(?<![a-z])(id|node|device|board|sensor|addr|address|mac|imu)(?![a-z])",
+                           re.IGNORECASE)
+LONGEST_CHANNELS = 4
+"""Cells of a row over the number of rows from which each row is a channel. A judgement: a log has
+more samples than columns, and 60 columns at most."""
+NOT_LINES_OF_NUMBERS = (
+    (re.compile(r"#(?:[0-9A-Fa-f]{2}){3,}(?!\w)"
+                r"|(?:(?<![\w.])[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)"),
+     "its lines are messages of a bus or a port, with their bytes in hexadecimal. The description "
+     "of the device says what they mean. Decode them first, those of a CAN bus for example by "
+     "`cantools decode`, and import the table that comes of it"),
+    (re.compile(r"[A-Za-z0-9+/]{12,}={0,2}"),
+     "its lines are bytes in letters, as base64 writes them. Decode them first, and import the "
+     "table that comes of it"),
+    (re.compile(r"\s*<.*>\s*"),
+     "it is XML or HTML. Open it in a spreadsheet or a browser, and save the table as CSV"),
+)
+"""What lines look like that hold no rows of numbers, and what to do with them. Facts."""
+FACTOR = re.compile(r"\s*(\d+\.?\d*[eE][+-]\d+)\s*\*\s*")
+"""A factor above a matrix, as MATLAB shows one: ``1.0e+03 *``."""
+LONGEST_SHOWN = 60  #: letters of a line in a message; of text
+BYTE = re.compile(r"(.*?)[ _.]?(h|l|hi|lo|high|low|msb|lsb)", re.IGNORECASE)
+"""A column of one byte of a number: ``AXH``, ``acc_x_lsb``."""
+
+
+def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:
+    """Why no line is a row of readings."""
+    _require_one_row_a_sample(path, lines)
+    shown = [line for line in lines[-EVENTS:] if line.strip()]
+    for manner, what in NOT_LINES_OF_NUMBERS:
+        fits = manner.search if manner is NOT_LINES_OF_NUMBERS[0][0] else manner.fullmatch
+        if sum(fits(line) is not None for line in shown) > len(shown) / 2:
+            return UnreadableInput(f"{path}: {what}.")
+    last = shown[-1].strip()[:LONGEST_SHOWN] if shown else ""
+    return UnreadableInput(
+        f"{path}: no line holds three numbers; the last one is '{last}'. Is it a log? Readings are "
+        f"expected as a table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
+
+
+def require_samples(text: LogText) -> None:
+    """Refuse tables whose rows are no samples of one sensor.
+
+    Raises
+    ------
+    UnreadableInput
+        Its rows are channels, or readings of several sensors, or its columns are single bytes.
+    """
+    _require_no_factor(text)
+    _require_samples_in_rows(text)
+    _require_one_sensor(text)
+    _require_whole_numbers(text)
+
+
+def _require_no_factor(text: LogText) -> None:
+    """Refuse a matrix as it is shown on a screen: few digits, and a factor above it."""
+    factor = next(filter(None, map(FACTOR.fullmatch, text.lines[: text.first])), None)
+    if factor is not None:
+        raise UnreadableInput(
+            f"{text.path}: the numbers are to be multiplied by {factor[1]}, which stands above "
+            f"them, and have lost digits so. Save the matrix itself, in MATLAB for example by "
+            f"`writematrix(m, 'log.csv')`, and import that.")
+
+
+def _require_samples_in_rows(text: LogText) -> None:
+    """Refuse rows that are channels, with the samples beside each other."""
+    rows = [split_cells(line, delimiter_of(line)) for line in islice(text.lines, EVENTS)]
+    rows = [row for row in rows if row]
+    named = [row[0] for row in rows if read_name(row[0]).quantity in ("acc", "gyr")]
+    if len(named) >= 3 and min(map(len, rows)) > LONGEST_CHANNELS * len(rows):
+        raise UnreadableInput(
+            f"{text.path}: each row is a channel ({', '.join(named)}) with its samples beside each "
+            f"other. Transpose it to a row for each sample, for example in Python: "
+            f"`pandas.read_csv({text.path.name!r}, header=None, index_col=0).T.to_csv('samples.csv'"
+            f", index=False)`.")
+
+
+def _require_whole_numbers(text: LogText) -> None:
+    """Refuse numbers of two bytes in two columns."""
+    parts = [BYTE.fullmatch(name) for name in text.names]
+    pairs = [one[1] for one, other in pairwise(parts)
+             if one and other and one[1] == other[1] and one[2][0].lower() != other[2][0].lower()]
+    if len(pairs) >= 3:
+        raise UnreadableInput(
+            f"{text.path}: {', '.join(pairs)} stand in two columns each, a high and a low byte. "
+            f"Write them as one number, 256 times the high byte plus the low one, and 65536 less "
+            f"from 32768 on.")
+
+
+def hint_word(word: str) -> str:
+    """``acc`` or ``gyr`` where a word of a row names that sensor."""
+    return next((name for name in ("acc", "gyr") if word.lower().startswith(name)), "")
+
+
+def _require_one_sensor(text: LogText) -> None:
+    """Refuse rows of several sensors or boards, each named by a word or a number in its row."""
+    rows = [cells for _, cells in islice(text.rows(), EVENTS)]
+    names = find_head(text.lines).names or ()
+    for i in range(min(map(len, rows), default=0)):
+        words = [cells[i] for cells in rows]
+        kinds = list(dict.fromkeys(words))
+        readings = [word for word in kinds if hint_word(word)]
+        turns = sum(one != other for one, other in pairwise(words)) / len(words)
+        named = not text.dialect.holds_number(kinds[0]) or (
+            i < len(names) and NAMES_A_BOARD.search(names[i]) is not None)
+        boards = kinds if named and turns > LEAST_TURNS and all(kinds) else []
+        if 1 < len(kinds) <= MOST_KINDS and len(readings or boards) > 1:
+            one = (readings or boards)[0]
+            sign, header = text.dialect.delimiter or " ", "NR==1 || " if names else ""
+            raise UnreadableInput(
+                f"{text.path}: column {i + 1} names the sensor of each row ({', '.join(kinds)}): "
+                f"the rows are those of several sensors and no samples of one. Write a file for "
+                f"each, for example by `awk -F'{sign}' '{header}${i + 1} ~ /{re.escape(one)}/' "
+                f"{word(text.path.name)} > {word(re.sub(r'[^a-z0-9]+', '_', one.lower()))}.csv`, "
+                f"and import {'these files together' if readings else 'each by itself'}.")
+
+
+def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:
+    """Refuse rows of one value each, whose name stands beside it, as data bases export them."""
+    rows = [split_cells(line, delimiter_of(line)) for line in lines[-EVENTS:]]
+    rows = [row for row in rows if row and len(row) == len(rows[0])]
+    for i, cells in enumerate(zip(*rows, strict=True)):
+        kinds = sorted({*cells})
+        quantities = {read_name(kind).quantity for kind in kinds}
+        if len(kinds) <= MOST_KINDS and quantities & {"acc", "gyr"}:
+            raise UnreadableInput(
+                f"{path}: each row holds one value, whose name stands in column {i + 1} "
+                f"({', '.join(kinds)}). Write one row for each sample with a column for each name: "
+                f"`pivot()` does so in InfluxDB, pandas and SQL.")
