@@ -10,7 +10,7 @@ from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import find_head
 from pipeline.logs.header_words import read_name
 from pipeline.logs.text import LogText
-from pipeline.text.commands import word
+from pipeline.text.names import word
 
 EVENTS = 200  #: rows that show whether a file is a list of events
 MOST_KINDS = 12  #: sensors of a phone

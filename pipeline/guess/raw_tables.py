@@ -15,10 +15,6 @@ from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import find_head
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
-<<<<<<< HEAD
-from pipeline.text.names import word
-=======
->>>>>>> 03f99d0a (Forty new logs: import reads any unit that gravity and its turns show, YAML documents, reports and columns in turn, and says what to do with tables that are none; a heading on paper stays with its text)
 
 #: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz".
 STATED_RATE = re.compile(

@@ -1,7 +1,7 @@
 """The head and the foot of a text log: where the rows begin and end, and the names above them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -236,6 +236,12 @@ def without_sign(names: Sequence[str] | None, cells: int) -> Sequence[str] | Non
     """The names of so many cells without a sign of a comment in front of them."""
     more = names is not None and len(names) == cells + 1 and names[0] in OF_COMMENTS
     return names[1:] if names is not None and more else names
+
+
+def date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:
+    """The first of the columns ``places`` that holds a date or a time of the day in a row."""
+    return next((i for i in places
+                 if not dialect.holds_number(cells[i]) and is_time(cells[i])), None)
 
 
 def no_rows(path: Path, head: Head) -> UnreadableInput:

@@ -13,7 +13,7 @@ from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.labels import unlabelled_lines
 from pipeline.logs.memory import largest_text, too_large
-from pipeline.text.commands import word
+from pipeline.text.names import word
 
 REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")

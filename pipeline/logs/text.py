@@ -1,7 +1,8 @@
 """A log as lines of text: its columns, and the rows of numbers in them."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from pipeline.logs.dialect import (
 )
 from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
 from pipeline.logs.head import (
+    date_column,
     find_head,
     is_time,
     named_columns,
@@ -124,7 +126,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
-    dated = _date_column(dialect, cells, [i for i, (name, _) in enumerate(read) if name == TIME])
+    dated = date_column(dialect, cells, [i for i, (name, _) in enumerate(read) if name == TIME])
     return LogText(path, lines, head.first, tuple(name for name, _ in read),
                    tuple(factor for _, factor in read), dialect, head.rate_hz, dated)
 
@@ -139,12 +141,11 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
         return None
     dialect, cells = _first_row(lines, head.first)
     names = [bare(name) for name in without_sign(head.names, len(cells)) or ()]
-    spelled = [name for name in names if name]
-    if len(set(spelled)) < len(spelled) or not spelled:  # names that stand twice name nothing
+    if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # twice names nothing
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
     lines = without_footer(lines, dialect, len(cells))
-    dated = _date_column(dialect, cells, range(len(cells)))
+    dated = date_column(dialect, cells, range(len(cells)))
     read = [name if name not in ("", *names[:i]) and (i == dated or dialect.holds_number(cell))
             else SKIP for i, (name, cell) in enumerate(zip(names, cells, strict=False))]
     return LogText(path, lines, head.first, tuple(read), (1.0,) * len(read), dialect,
@@ -164,12 +165,6 @@ def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
         if len(later) == len(cells):
             cells = [cell or other for cell, other in zip(cells, later, strict=True)]
     return dialect, cells
-
-
-def _date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:
-    """The first of the columns ``places`` that holds a date or a time of the day in a row."""
-    return next((i for i in places
-                 if not dialect.holds_number(cells[i]) and is_time(cells[i])), None)
 
 
 def columns_of_text(text: LogText) -> dict[str, FloatArray]:
