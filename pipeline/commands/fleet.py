@@ -12,6 +12,7 @@ from pipeline.commands.interaction.output import echo_whole, python_option
 
 if TYPE_CHECKING:
     from pipeline.fleet.finish import FleetSummary
+    from pipeline.fleet.limits import Limits
 
 
 @click.command(epilog=examples(
@@ -19,12 +20,15 @@ if TYPE_CHECKING:
     "pipeline fleet 'lot7/{sensor}/*/config.yaml' --output lot7.fleet --workers 8",
     "pipeline fleet 'sessions/*/config.yaml' --output lot --scheduler tcp://10.0.0.5:8786",
     "pipeline fleet lot.parquet --design design.yaml --output lot",
+    "pipeline fleet 'lot7/*/config.yaml' --output lot7.fleet --limits limits.yaml",
 ))
 @click.argument("patterns", metavar="GLOB", nargs=-1, required=True)
 @click.option("--output", type=PathArgument(file_okay=False), required=True,
               help="Folder for the table, the report, and the results of each session.")
 @click.option("--design", type=PathArgument(exists=True, dir_okay=False), default=None,
               help="Configuration of one sensor without logs; GLOB is then one table.")
+@click.option("--limits", "limits_path", type=PathArgument(exists=True, dir_okay=False),
+              default=None, help="Limits on columns of the table (YAML): pass, fail or undecided.")
 @click.option("--scheduler", metavar="ADDRESS",
               help="Scheduler of a Dask cluster, as tcp://HOST:PORT; default: this machine.")
 @click.option("--workers", type=click.IntRange(min=1), default=None,
@@ -35,8 +39,9 @@ if TYPE_CHECKING:
 @click.option("--quiet", is_flag=True, help="Print the path of the report only.")
 @python_option
 def command(
-    patterns: tuple[str, ...], output: Path, design: Path | None, scheduler: str | None,
-    workers: int | None, reports: bool, as_json: bool, quiet: bool, allow_python: bool,
+    patterns: tuple[str, ...], output: Path, design: Path | None, limits_path: Path | None,
+    scheduler: str | None, workers: int | None, reports: bool, as_json: bool, quiet: bool,
+    allow_python: bool,
 ) -> int:
     """Run many sessions, and write one table of all of them.
 
@@ -52,6 +57,7 @@ def command(
     """
     from pipeline.errors import BUG, DONE
     from pipeline.fleet.finish import require_own_lot
+    from pipeline.fleet.limits import read_limits
     from pipeline.fleet.page import PAGE_NAME
     from pipeline.fleet.population import POPULATION_NAME
     from pipeline.fleet.summary_text import fleet_lines
@@ -61,14 +67,16 @@ def command(
         raise click.UsageError("--workers counts processes of this machine; a scheduler has its "
                                "own workers. Leave one of the two out.")
     require_libraries()
+    limits = None if limits_path is None else read_limits(limits_path)
     where = output.resolve()
     require_own_lot(where)
     if design is None:
-        summary = _sessions(patterns, where, scheduler, workers, reports, quiet, allow_python)
+        summary = _sessions(patterns, where, scheduler, workers, reports, quiet, allow_python,
+                            limits)
     elif len(patterns) > 1:
         raise click.UsageError(f"--design expects one table; {len(patterns)} files are named.")
     else:
-        summary = _table(Path(patterns[0]), where, design, allow_python)
+        summary = _table(Path(patterns[0]), where, design, allow_python, limits)
     if as_json:
         echo_whole((output / POPULATION_NAME).read_bytes())
     elif quiet:
@@ -81,7 +89,7 @@ def command(
 
 def _sessions(
     patterns: tuple[str, ...], output: Path, scheduler: str | None, workers: int | None,
-    reports: bool, quiet: bool, allow_python: bool,
+    reports: bool, quiet: bool, allow_python: bool, limits: "Limits | None",
 ) -> "FleetSummary":
     """Run the sessions of a pattern, or of the files that a shell made of it, on Dask."""
     from pipeline.commands.interaction.progress import SessionProgress
@@ -104,10 +112,12 @@ def _sessions(
             progress.advance(record.exit_code != DONE)
 
         run_fleet(client, tasks, on_record)
-    return finish_fleet(records, output, reports)
+    return finish_fleet(records, output, reports, limits)
 
 
-def _table(table: Path, output: Path, design: Path, allow_python: bool) -> "FleetSummary":
+def _table(
+    table: Path, output: Path, design: Path, allow_python: bool, limits: "Limits | None"
+) -> "FleetSummary":
     """Calibrate the sensors of one table."""
     from pipeline.errors import UnreadableInput
     from pipeline.fleet.lot_run import run_lot
@@ -119,4 +129,4 @@ def _table(table: Path, output: Path, design: Path, allow_python: bool) -> "Flee
         raise UnreadableInput(f"{table}: with --design one table is expected, an existing file "
                               f"whose name ends in .parquet or .csv.")
     sets = LotSets.of(load_design(design, table), table, RunContext(allow_python=allow_python))
-    return run_lot(sets, output)
+    return run_lot(sets, output, limits)

@@ -11,6 +11,7 @@ import numpy as np
 
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
+from pipeline.fleet.limits import Limits, with_limits
 from pipeline.fleet.page import PAGE_NAME, fleet_html
 from pipeline.fleet.population import (
     POPULATION_NAME,
@@ -61,14 +62,18 @@ def require_own_lot(output: Path) -> None:
 
 
 def finish_fleet(
-    records: Sequence[SessionRecord], output: Path, reports: bool
+    records: Sequence[SessionRecord], output: Path, reports: bool, limits: Limits | None = None
 ) -> FleetSummary:
     """Write table, population and page of ``records``; with links to ``reports`` if there are.
+
+    ``limits`` are what its sensors are to keep.
 
     Raises
     ------
     UnwritableOutput
         A file cannot be written, or is none that a fleet wrote.
+    ConfigError
+        A limit is of a column that the table does not have.
     """
     from pandas import DataFrame
 
@@ -82,13 +87,14 @@ def finish_fleet(
         return pool(blocks) if next(blocks(), None) is not None else None
 
     title = f"Fleet {output.absolute().name}"
-    return write_lot(title, table, pooled, output, reports, seconds=_typical_seconds(records))
+    return write_lot(title, table, pooled, output, reports, limits=limits,
+                     seconds=_typical_seconds(records))
 
 
 def write_lot(
     title: str, table: "DataFrame", pooled: Pooled, output: Path, reports: bool = False, *,
-    seconds: Mapping[str, float] | None = None, more: Mapping[str, Json] | None = None,
-    notes: Sequence[str] = (),
+    seconds: Mapping[str, float] | None = None, limits: Limits | None = None,
+    more: Mapping[str, Json] | None = None, notes: Sequence[str] = (),
 ) -> FleetSummary:
     """Write the table of a lot, its population and its page.
 
@@ -102,6 +108,8 @@ def write_lot(
     reports : bool
         Whether each session has a report to link to.
     seconds : mapping of str to float, optional
+    limits : Limits, optional
+        What its sensors are to keep; then the table has a column of them.
     more : mapping of str to object, optional
         Further keys of population.json by triad.
     notes : sequence of str
@@ -110,7 +118,11 @@ def write_lot(
     ------
     UnwritableOutput
         A file cannot be written, or is none that a fleet wrote.
+    ConfigError
+        A limit is of a column that the table does not have.
     """
+    if limits is not None:
+        table = with_limits(table, limits)
     populations = populations_of(table, pooled)
     whole = {triad: section | (more or {}).get(triad, {})
              for triad, section in population_json(populations).items()}

@@ -15,6 +15,7 @@ from calib.poses.imu_log import AXES, Triad
 from calib.rounding import with_sd
 from pipeline.errors import DONE, FIT_FAILED, UNDETERMINED
 from pipeline.fleet.finish import FleetSummary, write_lot
+from pipeline.fleet.limits import Limits
 from pipeline.fleet.lot_sets import LotSets
 from pipeline.fleet.table import column, fleet_table
 from pipeline.results.json_values import Json
@@ -29,8 +30,10 @@ FITS, MISFIT = "noise explains it", f"misfit (p below {MISFIT_P_VALUE:g})"
 Stations = tuple[dict[str, tuple[float, float]], RandomEffects]
 
 
-def run_lot(sets: LotSets, output: Path) -> FleetSummary:
+def run_lot(sets: LotSets, output: Path, limits: Limits | None = None) -> FleetSummary:
     """Calibrate the sensors of a table, and write table, population and page.
+
+    ``limits`` are what its sensors are to keep.
 
     Raises
     ------
@@ -38,6 +41,8 @@ def run_lot(sets: LotSets, output: Path) -> FleetSummary:
         The table cannot be read.
     UnwritableOutput
         A file cannot be written, or is none that a fleet wrote.
+    ConfigError
+        A limit is of a column that the table does not have.
     """
     table = fleet_table(part for triad in sets.triads for part in _parts(sets, triad))
 
@@ -54,7 +59,7 @@ def run_lot(sets: LotSets, output: Path) -> FleetSummary:
     stations = {triad: errors for triad in sets.triads
                 if (errors := _stations(table[table["triad"] == triad])) is not None}
     return write_lot(
-        f"Lot {output.absolute().name}", table, pooled, output,
+        f"Lot {output.absolute().name}", table, pooled, output, limits=limits,
         more={triad: {"stations": _stations_json(stations.get(triad))} for triad in sets.triads},
         notes=[_station_line(triad, errors) for triad, errors in stations.items()])
 

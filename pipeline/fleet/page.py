@@ -14,10 +14,20 @@ from calib.poses.imu_log import BoolArray, FloatArray
 from calib.rounding import with_sd
 from pipeline.drawings.charts import SMALL, Chart, across, pixel, upward
 from pipeline.errors import DONE
+from pipeline.fleet.board import board_of
+from pipeline.fleet.limits import FAIL, limit_lines
 from pipeline.fleet.population import TriadPopulation
 from pipeline.fleet.record import SESSIONS_FOLDER
 from pipeline.fleet.table import parameter_unit
-from pipeline.fleet.words import copies_text, p_text, pool_headline, pool_text, repeat_text
+from pipeline.fleet.words import (
+    copies_text,
+    is_unrepeatable,
+    p_text,
+    parameter_name,
+    pool_headline,
+    pool_text,
+    repeat_text,
+)
 from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.page import css_text
 from pipeline.results.names import REPORT_NAME
@@ -46,7 +56,8 @@ def histogram(value: FloatArray, unlike: BoolArray, unit: str) -> str:
     x = across(stated, SMALL)
     bars = int(np.clip(np.sqrt(len(stated)) * 2, 5, MOST_BARS))
     counts, edges = np.histogram(stated, bins=bars, range=(x.low, x.high))
-    chart = Chart(x, upward(0.0, 1.08 * counts.max(), canvas=SMALL), unit, "sensors", SMALL)
+    most = max(1.08 * counts.max(), FEWEST_SENSORS)
+    chart = Chart(x, upward(0.0, most, canvas=SMALL), unit, "sensors", SMALL)
     chart.axes()
     floor = pixel(chart.y(0.0))
     for n, start, end in zip(counts, edges, edges[1:], strict=False):
@@ -61,6 +72,7 @@ def histogram(value: FloatArray, unlike: BoolArray, unit: str) -> str:
 
 
 PAGE_NAME = "fleet.html"
+FEWEST_SENSORS = 4  #: at the top of a histogram, so that its marks are whole; of a picture
 MOST_ROWS = 100
 """Rows of a list on the page; the table has all. Derived: what a person looks through, and 10,000
 sensors leave the page under 2 MB."""
@@ -93,6 +105,8 @@ def fleet_html(
         sessions=sessions,
         calibrated=sessions - len(failed),
         sensors=table["sensor"].nunique(),
+        limits=list(limit_lines(table))[: MOST_ROWS + 1],
+        beyond=FAIL,
         triads=[_triad_view(one, reports) for one in populations],
         failed=[{"name": row.session, "code": row.exit_code, "reason": row.reason}
                 for row in failed[:MOST_ROWS].itertuples()],
@@ -100,6 +114,7 @@ def fleet_html(
         most=MOST_ROWS,
         level=FALSE_ALARM,
         p_text=p_text,
+        parameter_name=parameter_name,
     )
 
 
@@ -119,6 +134,9 @@ def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
         "copies": copies_text(population),
         "verdicts": [(code, n, n / len(population.rows)) for code, n in verdicts.most_common()],
         "effects": _effect_rows(population, named),
+        "board": board_of(population.rows, population.triad, MOST_ROWS),
+        "links": dict(_links(population.rows["session"], reports)),
+        "unrepeatable": is_unrepeatable(population),
         "histograms": [_histogram_view(spread, population.triad) for spread in population.spreads],
         "unlike": unlike[:MOST_ROWS],
         "unlike_count": len(unlike),
@@ -155,7 +173,7 @@ def _histogram_view(spread: Spread, triad: str) -> dict[str, Any]:
     of_lot, unit = spread.of_lot, parameter_unit(spread.name, triad)
     typical_sd = float(np.nanmedian(spread.sd))
     return {
-        "name": spread.name,
+        "name": parameter_name(spread.name),
         "unit": unit,
         "drawing": histogram(spread.value, spread.unlike, unit),
         "mean": with_sd(of_lot.mean, of_lot.mean_sd),
@@ -174,7 +192,8 @@ def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
         if off:
             off.sort(key=lambda pair: -pair[0])
             what = ", ".join(
-                f"{one.name} {with_sd(one.value[i], one.sd[i])} ({distance:.1f} sds away)"
+                f"{parameter_name(one.name)} {with_sd(one.value[i], one.sd[i])} "
+                f"{parameter_unit(one.name, population.triad)} ({distance:.1f} sds away)"
                 for distance, one in off)
             rows.append({"sensor": sensor, "what": what, "size": off[0][0],
                          "links": _links(population.sessions_of(i), reports)})
@@ -188,7 +207,7 @@ def _moved(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
         moved = [repeat for repeat in population.repeats if repeat.moved[i]]
         if moved:
             worst = max(moved, key=lambda one: one.of_sensor[i])
-            what = (f"{worst.name} by {worst.change[i]:.3g} "
+            what = (f"{parameter_name(worst.name)} by {worst.change[i]:.3g} "
                     f"{parameter_unit(worst.name, population.triad)}")
             rows.append({"sensor": sensor, "what": what, "birge": worst.of_sensor[i],
                          "links": _links(population.sessions_of(i), reports)})

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from pipeline.errors import BUG, DONE, FIT_FAILED, UNDETERMINED, UNREADABLE, USAGE
 from pipeline.fleet.finish import FleetSummary
+from pipeline.fleet.limits import limit_lines
 from pipeline.fleet.page import PAGE_NAME
 from pipeline.fleet.words import copies_text, pool_text, repeat_text
 from pipeline.text.formatting import count
@@ -30,6 +31,7 @@ def fleet_lines(summary: FleetSummary) -> Iterator[str]:
     for triad, rows in table[table["exit_code"] == DONE].groupby("triad"):
         verdicts = Counter(rows["verdict"]).most_common()
         yield f"{triad:15s} " + ", ".join(f"{n} {code}" for code, n in verdicts)
+    yield from limit_lines(table)
     for population in summary.populations:
         # The sensors of one table have one session each, and no pattern that could name another.
         repeat = repeat_text(population) if population.repeats or summary.seconds else ""

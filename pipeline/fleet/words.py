@@ -2,6 +2,7 @@
 
 from calib.diagnosis.population.pool import FALSE_ALARM, PooledEffect
 from calib.diagnosis.population.random_effects import RandomEffects
+from calib.effects.units import display_unit
 from calib.rounding import with_sd
 from pipeline.fleet.population import TriadPopulation
 from pipeline.text.formatting import count
@@ -56,21 +57,32 @@ def _named(effect: PooledEffect) -> str:
 def sizes_text(effect: PooledEffect) -> str:
     """Common size and spread of the parameters that the lot shows clearly."""
     trial = effect.evidence.trial
+    unit, factor = display_unit(trial.unit, [size.mean for size in effect.sizes if size])
     parts = [
-        f"{name} {with_sd(size.mean, size.mean_sd)}{_spread(size)}"
+        f"{name} {with_sd(factor * size.mean, factor * size.mean_sd)}{_spread(size, factor)}"
         for name, size in zip(trial.parameters, effect.sizes, strict=True)
         if size is not None and (abs(size.mean) > CLEAR_SDS * size.mean_sd or
                                  size.spread > CLEAR_SDS * size.spread_sd)
     ]
     if not parts:
         return ""
-    return f"Common size and spread over the sensors, {trial.unit}: {'; '.join(parts)}."
+    return f"Common size and spread over the sensors, {unit}: {'; '.join(parts)}."
 
 
-def _spread(size: RandomEffects) -> str:
+def _spread(size: RandomEffects, factor: float) -> str:
     if size.spread <= CLEAR_SDS * size.spread_sd:
         return ""
-    return f", spread {with_sd(size.spread, size.spread_sd)}"
+    return f", spread {with_sd(factor * size.spread, factor * size.spread_sd)}"
+
+
+def parameter_name(name: str) -> str:
+    """A column of the table in words.
+
+    >>> parameter_name("scale_counts_per_unit_x")
+    'scale x'
+    """
+    key, _, axis = name.rpartition("_")
+    return f"{key.partition('_')[0]} {axis}"
 
 
 def copies_text(population: TriadPopulation) -> str:
@@ -83,14 +95,21 @@ def copies_text(population: TriadPopulation) -> str:
             f"one, which count once: '{copy}' is '{original}'.")
 
 
+def is_unrepeatable(population: TriadPopulation) -> bool:
+    """Whether the sessions of a sensor differ by more than is stated."""
+    repeats = population.repeats
+    return any(repeat.p_value * len(repeats) < FALSE_ALARM for repeat in repeats)
+
+
 def repeat_text(population: TriadPopulation) -> str:
     """Whether the stated sds hold from session to session, in one sentence."""
     if not population.repeats:
         return ("No sensor has two sessions, so that nothing is known of its repeatability. "
                 "{sensor} in the pattern names the sensor of a session.")
     worst = max(population.repeats, key=lambda repeat: repeat.birge)
-    if worst.p_value * len(population.repeats) < FALSE_ALARM:
-        return (f"Parameters differ from session to session by more than is stated: {worst.name} "
+    if is_unrepeatable(population):
+        return (f"Parameters differ from session to session by more than is stated: "
+                f"{parameter_name(worst.name)} "
                 f"by {worst.birge:.1f} times its sd (Birge ratio, {worst.dof} degrees of freedom).")
     return (f"The stated sds hold from session to session: the largest Birge ratio is "
-            f"{worst.birge:.2f} ({worst.name}, {worst.dof} degrees of freedom).")
+            f"{worst.birge:.2f} ({parameter_name(worst.name)}, {worst.dof} degrees of freedom).")

@@ -52,6 +52,7 @@ TURNING = 8.0
 """Weight of columns that turn gravity as a gyroscope does, times the correlation."""
 NOT_TURNING = -3.0  #: weight of columns that do not while gravity turns, whatever their axes are
 BEHIND, BEFORE = 1.5, 1.0  #: weight of a gyroscope that stands beside the accelerometer
+ALONE = 1.5  #: weight of an accelerometer in the only three columns that there are
 UNKNOWN_WORD = -3.0  #: weight of a gyroscope in columns of which a word is not understood
 MOST_WEIGHED = 4  #: accelerometers whose gyroscopes are looked at; the others weigh less by far
 
@@ -200,7 +201,7 @@ def weighed_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTr
     every = [PossibleTriad(pool, triple) for triple in possible_triples(list(pool.columns))
              if not {*triple} & computed]
     forces = sorted(((weight, force) for force in every
-                     if (weight := _as_accelerometer(force)) is not None),
+                     if (weight := _as_accelerometer(force, len(every))) is not None),
                     key=lambda item: -item[0])[:MOST_WEIGHED]
     hypotheses: list[tuple[float, PossibleTriad | None, PossibleTriad | None]] = [(0.0, None, None)]
     for weight, force in [*forces, (0.0, None)]:
@@ -212,7 +213,7 @@ def weighed_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTr
     return accelerometer, gyroscope
 
 
-def _as_accelerometer(force: PossibleTriad) -> float | None:
+def _as_accelerometer(force: PossibleTriad, every: int) -> float | None:
     """The weight of columns as the accelerometer; None where they cannot be it."""
     words, hint, unit = force.words, force.pool.hint, force.gravity
     if unit is None or hint == "gyr" or (words.gravity_free and not unit.is_sure):
@@ -224,7 +225,8 @@ def _as_accelerometer(force: PossibleTriad) -> float | None:
         weight = -CALLED
     elif weight == 0 and hint == "acc":
         weight = CALLED
-    return weight + (OF_GRAVITY if unit.is_sure else NEARLY_GRAVITY)
+    alone = ALONE if every == 1 and weight == 0 else 0.0
+    return weight + alone + (OF_GRAVITY if unit.is_sure else NEARLY_GRAVITY)
 
 
 def _as_gyroscope(rate: PossibleTriad, force: PossibleTriad | None) -> float:

@@ -75,14 +75,14 @@ def test_what_no_sensor_shows_alone_stands_at_the_top_of_the_page(page: Page) ->
 def test_sensors_unlike_the_lot_are_listed_with_their_reports(page: Page) -> None:
     table = page.text.split("Sensors unlike the lot</h3>")[1].split("<h3>")[0]
     assert f'href="sessions/{UNLIKE}/e0/report.html"' in table
-    assert "scale_counts_per_unit_x" in table
+    assert "scale x" in table
 
 
 def test_the_sensor_that_moved_between_its_evenings_is_listed(page: Page) -> None:
     table = page.text.split("Sensors that moved</h4>")[1].split("</table>")[0]
     first = table.split("<tr>")[2]
     assert MISFIT in first
-    assert "bias_counts" in first
+    assert "bias x by 400 counts" in first
     spread = {each.name: each for each in page.summary.populations[0].repeats}
     assert spread["scale_counts_per_unit_y"].birge == pytest.approx(1.0, abs=0.35)
 
@@ -92,7 +92,8 @@ def test_the_page_is_one_file_that_needs_no_network(page: Page) -> None:
     parser.feed(page.text)
     outside = [each for each in parser.addresses if not each.startswith(("#", "sessions/"))]
     assert outside == []
-    assert not parser.elements & {"script", "img", "link", "iframe"}
+    assert not parser.elements & {"img", "link", "iframe"}
+    assert page.text.count("<script") == 1  # that sorts
     assert "@import" not in page.text
     assert "url(" not in page.text
     assert len(page.text) < 2e6
