@@ -80,10 +80,6 @@ def assess(
         Class of the sensor, as the pages of the catalogue call it: how large what these poses
         cannot see typically is.
 
-    Returns
-    -------
-    AssessedTriad
-
     Raises
     ------
     Undetermined

@@ -15,10 +15,6 @@ def with_sd(value: float, sd: float | None) -> str:
     sd : float or None
         In the unit of ``value``; without one that is finite the value stands alone.
 
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> with_sd(33123.8274, 0.2512)

@@ -43,10 +43,6 @@ def load(config: str | Path, *, allow_python: bool = False) -> LoadedSession:
     allow_python : bool
         Whether Python files that it names for user-defined effects may run.
 
-    Returns
-    -------
-    LoadedSession
-
     Raises
     ------
     PipelineError, CalibrationError, VisionError

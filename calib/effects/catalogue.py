@@ -59,14 +59,6 @@ def find_effect(name: str) -> Effect:
 
     ``extra_noise:RUN``, ``pose_scatter:RUN`` and ``rate_scatter:RUN`` are those of one run.
 
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    Effect
-
     Raises
     ------
     UnknownEffect

@@ -122,10 +122,6 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
     shapes : sequence of str
         The names of its shape parameters.
 
-    Returns
-    -------
-    Expression
-
     Raises
     ------
     BadExpression

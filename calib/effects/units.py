@@ -125,10 +125,6 @@ Dimension = Mapping[str, Fraction]
 def column_unit(name: str) -> str:
     """The unit of a logged column by the end of its name.
 
-    Parameters
-    ----------
-    name : str
-
     Returns
     -------
     str

@@ -47,10 +47,6 @@ class Model:
         extra : mapping of name to Effect, optional
             Users' effects; they go before the catalogue's.
 
-        Returns
-        -------
-        Model
-
         Raises
         ------
         UnknownEffect

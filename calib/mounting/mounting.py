@@ -171,10 +171,6 @@ def mounting_from_logs(
     order : str, optional
         Rotation order; by eq. (6) where None.
 
-    Returns
-    -------
-    Mounting
-
     Raises
     ------
     Undetermined

@@ -104,10 +104,6 @@ def axis_noise(readings: FloatArray, step_s: float) -> AxisNoise:
     step_s : float
         Interval between samples.
 
-    Returns
-    -------
-    AxisNoise
-
     Source
     ------
     IEEE Std 952-1997, annex C; NIST SP 1065 for the degrees of freedom.

@@ -49,10 +49,6 @@ STILLNESS = StillnessThresholds()
 def sample_step_s(log: ImuLog) -> float:
     """The mean interval between samples.
 
-    Parameters
-    ----------
-    log : ImuLog
-
     Returns
     -------
     float

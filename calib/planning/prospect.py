@@ -98,10 +98,6 @@ def prospect_of(
     covariates : sequence of str, optional
         Logged columns that may cause an error; without it those whose names say so.
 
-    Returns
-    -------
-    Prospect
-
     Raises
     ------
     Undetermined

@@ -44,10 +44,6 @@ def natural_directions(corners: bool = True) -> FloatArray:
 def spread_directions(count: int) -> FloatArray:
     """Unit vectors spread evenly over the sphere (Fibonacci's spiral).
 
-    Parameters
-    ----------
-    count : int
-
     Returns
     -------
     array, shape (count, 3)
@@ -84,10 +80,6 @@ def direction_name(direction: FloatArray, triad: Triad = "accelerometer") -> str
         Unit vector; the nearest of :func:`natural_directions` gives the name.
     triad : str
         Which one's vector it is: those of the first two stand upright, on a level plate.
-
-    Returns
-    -------
-    str
     """
     natural = natural_directions()
     nearest = natural[int(np.argmax(natural @ direction))]
@@ -132,10 +124,6 @@ def list_directions(
         How many are named; of the others only the number is.
     triad : str
         As of :func:`direction_name`.
-
-    Returns
-    -------
-    str
     """
     names = [direction_name(direction, triad) for direction in directions]
     if len(names) <= most:

@@ -138,10 +138,6 @@ def constant_reference(
         The errors that all n share.
     sd : float
         The part of its sd that each pose has for itself, in the unit of the magnitude.
-
-    Returns
-    -------
-    Reference
     """
     return Reference(
         np.full(n, magnitude),
@@ -154,10 +150,6 @@ def constant_reference(
 
 def join_references(parts: Sequence[Reference]) -> Reference:
     """The poses of several runs one after another.
-
-    Parameters
-    ----------
-    parts : sequence of Reference
 
     Returns
     -------

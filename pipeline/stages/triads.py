@@ -176,10 +176,6 @@ def triad_result(
         Corrects the specific force in the poses of another triad, and is the frame that its
         rotation is measured against.
 
-    Returns
-    -------
-    TriadResult
-
     Raises
     ------
     Undetermined

@@ -213,10 +213,6 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     spec : TriadSpec
         The data sheet; the iteration starts from its values.
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     CalibrationError

@@ -44,12 +44,6 @@ STEADY_WEIGHT = 1e-6  #: largest change of a weight when the loss has settled; n
 def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) -> Solution:
     """The minimum of ``problem`` next to ``start``, of each of its S sets.
 
-    Parameters
-    ----------
-    problem : Problem
-    start : Estimate
-    precision : Precision
-
     Returns
     -------
     Solution

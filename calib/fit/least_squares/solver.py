@@ -71,10 +71,6 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     robust : bool
         Huber's loss instead of plain squares, so that a few bad poses pull less.
 
-    Returns
-    -------
-    Fit
-
     Raises
     ------
     Undetermined
@@ -152,10 +148,6 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     base : Fit
     effects : sequence of Effect
         What to add, their shapes from the first of their starts on.
-
-    Returns
-    -------
-    Fit
 
     Raises
     ------

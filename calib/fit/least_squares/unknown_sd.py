@@ -45,25 +45,12 @@ rest. Numerical."""
 
 
 def has_sds(poses: PoseSet) -> bool:
-    """Whether the sd of every pose mean is known.
-
-    Parameters
-    ----------
-    poses : PoseSet
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the sd of every pose mean is known."""
     return bool(np.isfinite(poses.sd).all())
 
 
 def tests_the_model(poses: PoseSet) -> bool:
     """Whether the sds come from something else than the residuals of the model.
-
-    Parameters
-    ----------
-    poses : PoseSet
 
     Returns
     -------

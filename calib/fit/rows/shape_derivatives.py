@@ -59,10 +59,6 @@ def shape_derivatives(
         The r rows there.
     names : sequence of str
         h effects of the model that have a shape.
-
-    Returns
-    -------
-    ShapeDerivatives
     """
     model, k, d = equations.model, len(equations.magnitude), equations.data_count
     (*lead, r), p, h = rows.residual.shape, model.size, len(names)

@@ -67,10 +67,6 @@ class TriadCalibration:
             Of the variance of the noise.
         held : array, shape (p, p)
             Mean of the products of what the parameters hold of errors that no model has.
-
-        Returns
-        -------
-        TriadCalibration
         """
         stated = self.noise_cov / self.widening**2
         noise = factor * stated + held
@@ -211,10 +207,6 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
     """Sd of misalignment (rad), bias (counts) and scale (counts per unit) by each cause.
 
     The squares of the causes add up to that of ``calibration.parameters.sd``.
-
-    Parameters
-    ----------
-    calibration : TriadCalibration
 
     Returns
     -------

@@ -177,10 +177,6 @@ def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
 def compare(fit: Fit) -> Comparison:
     """Lay the fitted model beside every pose.
 
-    Parameters
-    ----------
-    fit : Fit
-
     Returns
     -------
     Comparison

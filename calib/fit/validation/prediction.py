@@ -139,14 +139,6 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     """The error to expect in every direction; None where nothing but rest was measured.
 
     Effects of the session are taken at its median time, those of logged columns at their medians.
-
-    Parameters
-    ----------
-    calibration : TriadCalibration
-
-    Returns
-    -------
-    Prediction or None
     """
     fit = calibration.fit
     stated = fit.poses.reference.magnitude.copy()

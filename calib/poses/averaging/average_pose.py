@@ -144,10 +144,6 @@ def average_pose(
     usual : mapping of triad to array, shape (3,), optional
         By how much the run's other poses stray, SI: what they all do is noise and no motion.
 
-    Returns
-    -------
-    PoseMean
-
     Raises
     ------
     UnusableLog

@@ -45,10 +45,6 @@ def average_poses(
     rates_rad_s : sequence of float
         Approximate rate of the plate in each pose, 0 at rest.
 
-    Returns
-    -------
-    list of PoseMean
-
     Raises
     ------
     UnusableLog, Undetermined, Contradiction

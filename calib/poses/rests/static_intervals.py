@@ -93,10 +93,6 @@ def find_still(
     search : StillSearch
         What the user overrules.
 
-    Returns
-    -------
-    StaticIntervals
-
     Raises
     ------
     Undetermined
@@ -223,10 +219,6 @@ def list_stops(stops: Sequence[tuple[str, str]]) -> str:
     ----------
     stops : sequence of (str, str)
         When each stop was, and the reason why it was left out.
-
-    Returns
-    -------
-    str
     """
     reasons = dict.fromkeys(reason for _, reason in stops)
     return "; ".join(

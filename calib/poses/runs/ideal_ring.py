@@ -68,10 +68,6 @@ def ideal_ring(
         Sd of each horizontal component of what turns with the room.
     of_gravity : bool
         Whether what goes round in the readings is gravity.
-
-    Returns
-    -------
-    Ring
     """
     n = len(axis)
     if reading.ndim == 2:
@@ -126,10 +122,6 @@ def tilted_run(
         Local gravity and its sd, m/s².
     leaning : Leaning
         By an earlier fit; else by the nominal accelerometer.
-
-    Returns
-    -------
-    PoseRun
 
     Raises
     ------

@@ -59,10 +59,6 @@ def gravity_run(
     gravity_m_s2, sd_m_s2 : float
         Local gravity and its sd, m/s².
 
-    Returns
-    -------
-    PoseRun
-
     Raises
     ------
     Undetermined
@@ -92,10 +88,6 @@ def still_run(
         Of the field, in the SI unit of the triad.
     common : CommonError
         By what the magnitude is uncertain, in the same unit.
-
-    Returns
-    -------
-    PoseRun
 
     Raises
     ------
@@ -134,10 +126,6 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
         The measured rate, one for the run or one per pose.
     latitude_rad : float or None
         Geodetic latitude, rad; without it the Earth's rate is a common error.
-
-    Returns
-    -------
-    PoseRun
 
     Raises
     ------
@@ -205,10 +193,6 @@ def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None
     means : sequence of PoseMean, length n
     latitude_rad : float or None
         Geodetic latitude, rad.
-
-    Returns
-    -------
-    PoseRun
 
     Raises
     ------
