@@ -34,6 +34,7 @@ MOSTLY = 0.8  # of the clip, in which a trial period is looked at
 MOST_FRAMES = 600  #: in which another period is looked for; a limit of time
 LATEST = 0.85  # of the clip: less of it overlaps with itself after the latest return
 PARTS = (5, 4, 3, 2)  # of what was found, in which the picture may return already
+SAME_RETURN = 0.01  #: relative difference of periods; derived: five sds of one
 BIAS = 2e-3  #: fact: of the period, by which the peak leans where the picture changes in the clip
 
 
@@ -60,8 +61,6 @@ class ReturnThresholds:
         Derived: nine tenths of it are no noise.
     other : float
         Score of a pixel that does not return with the known period. Derived: half of ``clear``.
-    apart : float
-        Relative difference from a multiple of half the known period. Derived: five sds of one.
     """
 
     clear: float = 0.6
@@ -70,7 +69,6 @@ class ReturnThresholds:
     same: float = 0.95
     clearly_varies: float = 10.0
     other: float = 0.3
-    apart: float = 0.01
 
 
 THRESHOLDS = ReturnThresholds()
@@ -195,7 +193,7 @@ def other_return(
     ratio = second.period_s / period_s
     halves = 2 * max(ratio, 1 / ratio)  # what is there every third turn returns after 3/2 too
     same = abs(halves / round(halves) - 1)
-    return second if same > THRESHOLDS.apart else None
+    return second if same > SAME_RETURN else None
 
 
 def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:

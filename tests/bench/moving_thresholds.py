@@ -19,10 +19,9 @@ from pathlib import Path
 import numpy as np
 
 import vision.plate.background
-import vision.plate.choice
+import vision.plate.evidence
 import vision.plate.fields
 import vision.plate.inertia
-import vision.plate.parts
 import vision.plate.template
 import vision.tracking.registration
 import vision.tracking.tracker
@@ -41,10 +40,9 @@ RECORDS = (
     (vision.tracking.registration.THRESHOLDS, None),
     (vision.plate.fields.THRESHOLDS, None),
     (vision.plate.background.CHANGE, None),
-    (vision.plate.choice.THRESHOLDS, "same_rim"),
+    (vision.plate.evidence.THRESHOLDS, None),
     (vision.plate.inertia.THRESHOLDS, None),
     (vision.plate.template.THRESHOLDS, None),
-    (vision.plate.parts.THRESHOLDS, None),
     (vision.tracking.tracker.THRESHOLDS, "shown"),
 )
 

@@ -26,8 +26,9 @@ def test_an_oblique_record_label_turns_at_its_hand_counted_rate() -> None:
     rate = measure_rate(track_phase(path), timebase=Timebase())
     assert rate.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
     assert rate.direction == "cw"
-    assert rate.cross_checks.lag is not None
-    assert rate.cross_checks.lag.rate_rad_s / RPM == pytest.approx(33.68, abs=0.03)
+    lag = rate.cross_checks.lag
+    assert lag is not None
+    assert abs(lag.rate_rad_s / rate.rate_rad_s - 1) < 2 * lag.sd_s / lag.period_s
 
 
 def test_a_coasting_disc_has_no_constant_rate_but_a_history() -> None:

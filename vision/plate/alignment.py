@@ -252,10 +252,12 @@ class _Fit:
         """The template as it stands."""
         grid, used = self._grid, self._used
         varying = (self._difference[used] - self._difference[used].mean(axis=0)) * grid.seen
-        total = float(energy(varying, grid).sum())
-        unexplained = float(energy(self._misfit[used] * grid.seen, grid).sum())
+        total = float(energy(varying, grid).sum()) / len(used)
+        unexplained = float(energy(self._misfit[used] * grid.seen, grid).sum()) / len(used)
         turning = np.fft.irfft(self.turning, grid.azimuths, axis=-1).astype(np.float32)
-        template = Template(grid, self._background, turning, 1 - unexplained / max(total, 1e-9))
+        template = Template(
+            grid, self._background, turning, explained=1 - unexplained / max(total, 1e-9),
+            varying=total * grid.view.radius_px**2 / grid.azimuths)
         return Alignment(template, self._angle, used, self._shows)
 
 

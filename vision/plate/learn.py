@@ -10,7 +10,7 @@ from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView
 from vision.plate.background import median_image, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
-from vision.plate.choice import THRESHOLDS, Outline, chosen_plate, or_of_parts
+from vision.plate.choice import CERTAIN, Outline, chosen_plate, or_of_parts, turns_together
 from vision.plate.detect import proposals
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
@@ -135,8 +135,8 @@ def _learn(
     learning = LearningFrames(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
-    outlines = [seek_spindle(view, learning, THRESHOLDS.certain) for view in views]
-    plate, jumping, coherence = chosen_plate(outlines, learning)
+    outlines = [seek_spindle(view, learning, CERTAIN) for view in views]
+    plate, jumping = chosen_plate(outlines, learning)
     plate = or_of_parts(plate, [view for view, _ in outlines], learning)
     fine = None if plate is None else learning.fine(plate.coarse, plate.parts)
     if plate is not None and fine is not None and fine.template.turning.any():
@@ -147,7 +147,7 @@ def _learn(
         return PlateModel(channel, in_brightness, fine.template, rate, alike, notes)
     if jumping is not None:
         raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
-    why = why_nothing_turns(outlines, coherence, in_brightness, camera_stands=camera_stands)
+    why = why_nothing_turns(outlines, in_brightness, camera_stands=camera_stands)
     raise RateRefused(f"{name}: {why}")
 
 
@@ -156,7 +156,7 @@ def _others_turning(name: str, plate: PlateView, outlines: list[Outline]) -> tup
     beside = [
         view
         for view, rotation in outlines
-        if rotation.coherence > THRESHOLDS.coherent
+        if turns_together(rotation)
         and float(plate.at_rest.plate(*(np.array(c) for c in view.centre_px))[0]) > 1
     ]
     if not beside:

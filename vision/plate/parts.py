@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
+from vision.plate.evidence import believed
 from vision.plate.low_orders import ORDERS
 from vision.plate.polar import Grid, Strips
 from vision.plate.rotation import WINDOW, CoarseRotation
@@ -36,22 +37,6 @@ GLIMPSE = 64
 FIRST_LOOK = 256  # azimuths, whether it is of parts at all
 FEWEST_PARTS = ORDERS + 1  # fewer have orders that are added up for any plate
 LARGEST_STEP = 0.1  # of the radius, change of the view per round at most
-
-
-@dataclass(frozen=True)
-class PartsThresholds:
-    """When a pattern repeats itself. Tuned on tests.bench.clip_study no_mark.
-
-    Attributes
-    ----------
-    line : float
-        Share of the energy that varies, which goes around with the parts.
-    """
-
-    line: float = 0.3
-
-
-THRESHOLDS = PartsThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +86,14 @@ def equal_parts(
     glimpse = slice(first, first + GLIMPSE)
     grid, strips = sample(view, THINNED, glimpse)
     line = _strongest_line(strips - strips.mean(axis=0), grid.weight(), time_s[glimpse])
-    if line.share < THRESHOLDS.line:
+    if not believed(line.share, len(strips), parameters=2):
         return None
     for looked_at in (FIRST_LOOK, *[azimuths] * ROUNDS):
         grid, strips = sample(view, looked_at, slice(None))
         varying = strips - strips.mean(axis=0)
         line = _strongest_line(varying, grid.weight(), time_s)
         count = round(_steps_around(line, grid.weight()).sum() / (2 * np.pi))
-        if line.share < THRESHOLDS.line or abs(count) < FEWEST_PARTS:
+        if not believed(line.share, GLIMPSE, parameters=2) or abs(count) < FEWEST_PARTS:
             return None
         if looked_at == FIRST_LOOK:
             continue
@@ -116,7 +101,7 @@ def equal_parts(
         if np.abs(change).max() < SETTLED / abs(count):
             break
         view = view.adjusted(change)
-    if line.share * _in_step(line, grid, count) < THRESHOLDS.line:
+    if not believed(line.share * _in_step(line, grid, count), GLIMPSE, parameters=2):
         return None
     return EqualParts(view, _rotation(varying, grid.weight(), time_s, line, count), abs(count))
 

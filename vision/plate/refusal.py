@@ -23,7 +23,6 @@ NOTHING_MOVES = (
 
 def why_nothing_turns(
     outlines: list[tuple[PlateView, CoarseRotation]],
-    coherence: float,
     background: Luma,
     *,
     camera_stands: bool,
@@ -33,14 +32,13 @@ def why_nothing_turns(
     Parameters
     ----------
     outlines : list of (PlateView, CoarseRotation)
-    coherence : float
-        The highest share of what varies that turns together, 0 to 1.
     background : array of uint8, shape (h, w)
         What stands still, in brightness.
     camera_stands : bool
         What surrounds the plate is seen, and does not move.
     """
-    view = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))[0]
+    view, rotation = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))
+    coherence = 0.0 if rotation is None else rotation.coherence
     fault = ""
     if view is not None and coherence > NOTHING:
         fault = _partly_seen(view, background.shape)

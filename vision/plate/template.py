@@ -62,12 +62,16 @@ class Template:
         T, azimuth counted from plate angle zero; no mean along a ring.
     explained : float
         Share of the variation in time that the turning explains, at most 1.
+    varying : float
+        That variation, luma steps squared times pixels, up to a factor that all grids share; of
+        frames set aside it is nothing.
     """
 
     grid: Grid
     background: Strips
     turning: Strips
     explained: float
+    varying: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.image_return import SAME_RETURN
 from vision.numbers import RPM
 from vision.phase_track import PhaseTrack
+from vision.rate.cross_checks import PictureReturns
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
 REACH = 3  # aliases that are listed to either side, at least
@@ -99,7 +101,8 @@ class Aliases:
 
 
 def list_aliases(
-    track: PhaseTrack, time_s: FloatArray, rough_rad_s: float, nominal_rpm: float | None
+    track: PhaseTrack, time_s: FloatArray, rough_rad_s: float, nominal_rpm: float | None,
+    returns: PictureReturns,
 ) -> Aliases:
     """List the rates that fit the frames and choose one.
 
@@ -112,6 +115,9 @@ def list_aliases(
         The smallest, signed.
     nominal_rpm : float, optional
         What the plate should do, turns per minute; the nearest rate is chosen.
+    returns : PictureReturns
+        Without a nominal rate the one is chosen after whose turns a plate of equal parts returns:
+        print on its label, a scratch.
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
@@ -119,8 +125,11 @@ def list_aliases(
     if stamped_in_bursts(time_s[good]):
         step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
     spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
+    wanted = (nominal_rpm or 0.0) * RPM
+    if not wanted and track.plate.symmetry > 1 and returns.strongest is not None:
+        wanted = returns.strongest.rate_rad_s
     # Of many equal parts the nominal rate may be farther away.
-    reach = max(REACH, int(np.ceil((nominal_rpm or 0.0) * RPM / spacing)))
+    reach = max(REACH, int(np.ceil(wanted / spacing)))
     rates = rough_rad_s + spacing * np.arange(-reach, reach + 1)
     period = 2 * np.pi / track.plate.symmetry
     scatter = []
@@ -130,12 +139,18 @@ def list_aliases(
         scatter.append(float(np.median(np.abs(surprise - np.median(surprise)))))
     alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
+    nearest = float(alike[np.argmin(np.abs(np.abs(alike) - wanted))])
     if nominal_rpm is None:
-        chosen = float(alike[0])
-        reason = "the smallest is chosen, since no nominal_rpm is set"
+        # A plate nearly in step with the frames would turn as fast the other way.
+        by_return = int((np.abs(np.abs(alike) - wanted) < SAME_RETURN * wanted).sum()) == 1
+        chosen = nearest if by_return else float(alike[0])
+        reason = (
+            "the one is chosen after whose turns the picture returns"
+            if by_return
+            else "the smallest is chosen, since no nominal_rpm is set"
+        )
         warnings: tuple[str, ...] = ()
     else:
-        nearest = float(alike[np.argmin(np.abs(np.abs(alike) / RPM - nominal_rpm))])
         near = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
         chosen = nearest if near else float(alike[0])
         reason = (

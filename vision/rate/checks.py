@@ -112,6 +112,11 @@ class Seen:
         return float(np.ptp(rate) / max(abs(np.median(rate)), 1e-9))
 
     @cached_property
+    def unsteady(self) -> float:
+        """The change over the largest that a constant rate, or the noise of frames, may have."""
+        return self.change / max(THRESHOLDS.unsteady, self.even_history[1])
+
+    @cached_property
     def step_rad(self) -> float:
         """Usual angle from frame to frame."""
         return float(np.median(np.abs(np.diff(self.history.angle.angle_rad))))
@@ -241,19 +246,6 @@ def _says_scattered(seen: Seen) -> str:
     )
 
 
-def _says_returns(seen: Seen) -> str:
-    others = seen.others
-    assert others is not None
-    lag = others.lag
-    assert lag is not None
-    return (
-        f"the image returns after whole turns at {lag.rate_rad_s / RPM:.4f} rpm ± "
-        f"{lag.sd_s / lag.period_s:.2%}, the regression gives {others.by_stamps_rad_s / RPM:.4f} "
-        f"rpm. Something else in the frame may be turning, or turns were miscounted; the sd spans "
-        f"both. Put one bold mark near the rim and film again."
-    )
-
-
 def _says_two_rates(seen: Seen) -> str:
     others = seen.others
     assert others is not None
@@ -269,7 +261,7 @@ def _says_two_rates(seen: Seen) -> str:
 
 REFUSALS = (
     Check(lambda seen: seen.dropped.sd_of_rate / THRESHOLDS.unsteady, _says_undecided),
-    Check(lambda seen: seen.change / THRESHOLDS.unsteady, _says_unsteady),
+    Check(lambda seen: seen.unsteady, _says_unsteady),
     Check(lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
     Check(lambda seen: seen.scatter_rad / max(
         THRESHOLDS.hidden_drop * seen.step_rad,
@@ -281,7 +273,6 @@ WARNINGS = (  # in the order in which they are printed
     Check(lambda seen: seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad)
           * (seen.dropped.count == 0), _says_hidden_drop),
     Check(lambda seen: seen.scatter_rad / THRESHOLDS.scattered_rad, _says_scattered),
-    Check(lambda seen: seen.others is not None and seen.others.apart_rad_s > 0, _says_returns),
     Check(lambda seen: seen.others is not None and seen.others.second is not None,
           _says_two_rates),
 )

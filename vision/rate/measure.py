@@ -21,7 +21,7 @@ from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
 from vision.rate.checks import Seen, refuse, warnings
-from vision.rate.cross_checks import CrossChecks, cross_check
+from vision.rate.cross_checks import CrossChecks, PictureReturns, cross_check
 from vision.rate.diagnosis import PhaseDiagnosis, diagnose
 from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
@@ -56,7 +56,7 @@ class RateUncertainty:
     ----------
     image_rad_s : float
         From the frames: angles, dropped frames that may be none, a shutter that changed, the frame
-        time of a camera slower than its clip, another rate that they show.
+        time of a camera slower than its clip.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -198,7 +198,8 @@ def _measured(
 ) -> RateMeasurement:
     track, stamps = frames.track, frames.time_s
     _require_usable(track)
-    aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm)
+    returns = PictureReturns(track, stamps)
+    aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm, returns)
     dropped = dropped_frames(continuous_angle(track, stamps, aliases.chosen_rad_s))
     angle = dropped.angle
     seen = Seen(track.source, rate_history(angle), dropped, aliases)
@@ -222,10 +223,10 @@ def _measured(
         exposure.relative_sd * rate if exposure else 0.0,
         frames.relative_sd * rate,
     )
-    checks = cross_check(track, stamps, angle, rate, float(np.linalg.norm(parts)))
+    checks = cross_check(angle, rate, returns)
     seen = replace(seen, rate_rad_s=rate, others=checks)
     uncertainty = RateUncertainty(
-        image_rad_s=float(np.linalg.norm((*parts, checks.apart_rad_s))),
+        image_rad_s=float(np.linalg.norm(parts)),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,
     )
     return RateMeasurement(

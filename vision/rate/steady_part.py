@@ -42,9 +42,6 @@ class SteadyPartThresholds:
     trend : float
         Relative change of the rate from its beginning to its end, at most, beyond four sds of it.
         Fact: ten times a poor clock (100 ppm).
-    tail : float
-        Times the median distance from the median rate; farther rates at the ends are left out.
-        Derived: four sds of Gaussian rates.
     other : float
         Relative difference from which another steady part is one at another speed. Fact: the
         change that is no constant rate.
@@ -59,7 +56,6 @@ class SteadyPartThresholds:
     within: float = 0.002
     turns: float = 3.0
     trend: float = 0.001
-    tail: float = 6.0
     other: float = 0.01
     peak_to_peak: float = 8.0
     longest: float = 0.25
@@ -142,11 +138,11 @@ def steady_parts(history: RateHistory) -> list[SteadyPart]:
         free[max(first - 1, 0) : last + 2] = False
         if last - first + 1 < fewest:
             break
-        first, last = _without_tails(history.rate_rad_s, first, last)
         rate = float(history.rate_rad_s[first : last + 1].mean())
-        half_s = np.pi / abs(rate)
-        start = max(float(history.time_s[first]) - half_s, float(history.angle.time_s[0]))
-        stop = min(float(history.time_s[last]) + half_s, float(history.angle.time_s[-1]))
+        # The first and last turns of a part hold what is left of a start and a stop.
+        begins, ends = float(history.angle.time_s[0]), float(history.angle.time_s[-1])
+        start = begins if first == 0 else float(history.time_s[first])
+        stop = ends if last == len(free) - 1 else float(history.time_s[last])
         if not _has_trend(history.rate_rad_s[first : last + 1]):
             parts.append(SteadyPart(start, stop, rate))
     return parts
@@ -192,14 +188,6 @@ def _longest(
         if best is None or stop - start > best[1] - best[0]:
             best = (start, stop)
     return best
-
-
-def _without_tails(rate: FloatArray, first: int, last: int) -> tuple[int, int]:
-    """The run without what is left of the start and the stop at its ends."""
-    away = np.abs(rate[first : last + 1] - np.median(rate[first : last + 1]))
-    usual = THRESHOLDS.tail * float(np.median(away))
-    kept = np.flatnonzero(away <= usual)
-    return (first + int(kept[0]), first + int(kept[-1])) if usual else (first, last)
 
 
 def _has_trend(rate: FloatArray) -> bool:

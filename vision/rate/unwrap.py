@@ -8,7 +8,7 @@ from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
-LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step and for strays
+LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step
 BURST = 8.0  # times the usual step, that two steps take; else they take two
 REGULAR = 0.1  # of the usual step: what belongs to it
 
@@ -26,21 +26,11 @@ class FrameThresholds:
         That ratio in a frame without noise to speak of.
     at_rest : float
         Of the usual step; slower before or after frames that repeat is a plate at rest.
-    stray : float
-        Times the median distance from the neighbours' median; farther frames are left out of the
-        rate from turn to turn.
-    stray_rad : float
-        And farther than this, rad, as a plate that stops may leave it.
-    rest : float
-        Times a neighbouring half turn; one that takes longer is a rest.
     """
 
     unexplained: float = 3.0
     least_unexplained: float = 0.01
     at_rest: float = 0.75
-    stray: float = 10.0
-    stray_rad: float = 0.1
-    rest: float = 2.5
 
 
 THRESHOLDS = FrameThresholds()
@@ -171,50 +161,24 @@ def scatter_about_even(angle: PlateAngle) -> float:
 
 
 def rate_history(angle: PlateAngle) -> RateHistory:
-    """Mean rate over each turn (or over the clip, if that is less), half a turn apart.
+    """Mean rate in the time of a turn (or over the clip, if that is less), half of it apart.
 
-    Over a whole turn every error that repeats with the plate's angle drops out. Where the plate
-    stands or turns back there are no half turns; the time of the last one takes their place.
+    The turn is the usual one: over a whole turn every error that repeats with the plate's angle
+    drops out, and a plate that rests or turns back has a rate all the same.
     """
-    time, turned = _without_outliers(angle.repaired_time_s, angle.angle_rad)
-    sign = np.sign(turned[-1]) or 1.0
-    rising = np.maximum.accumulate(sign * turned)
-    # Where the plate stands, angle has no inverse: keep the first time of each angle.
-    keep = np.concatenate([[True], np.diff(rising) > 0])
-    half_turns = np.arange(0, rising[-1], np.pi)
-    mean = turned[-1] / (time[-1] - time[0])
+    time, turned = angle.repaired_time_s, angle.angle_rad - angle.angle_rad[0]
+    span_s = float(time[-1] - time[0])
+    mean = turned[-1] / span_s
     # Off the line, so that uneven times are no noise where their stamps tell them, and are noise
     # where these are wrong.
-    noise = phase_noise(turned - mean * time)
-    at = np.interp(half_turns, rising[keep], time[keep])
-    at = _with_rests(at, float(time[-1]))
-    if len(at) < 3:
+    noise = phase_noise(turned - mean * (time - time[0]))
+    rising = np.maximum.accumulate((np.sign(turned[-1]) or 1.0) * turned)
+    half_turns = np.arange(0, rising[-1], np.pi)
+    passed = np.diff(np.interp(half_turns, rising, time))
+    half_s = float(np.median(passed)) if len(passed) > 1 else np.inf
+    if 2 * half_s > span_s:
         return RateHistory(np.array([time.mean()]), np.array([mean]), angle, noise)
-    angle_at = np.interp(at, time, turned)
-    rate = (angle_at[2:] - angle_at[:-2]) / (at[2:] - at[:-2])
-    return RateHistory(0.5 * (at[2:] + at[:-2]), rate, angle, noise)
-
-
-def _without_outliers(
-    time_s: FloatArray, angle_rad: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Time and angle since the first frame, of those that agree with their neighbours."""
-    rate = (angle_rad[-1] - angle_rad[0]) / (time_s[-1] - time_s[0])
-    off = angle_rad - rate * time_s
-    off = np.abs(off - running_median(off, LOCAL_STEPS))
-    off[: LOCAL_STEPS // 2] = off[-(LOCAL_STEPS // 2) :] = 0  # a slope leads away from its ends
-    kept = off <= max(THRESHOLDS.stray * float(np.median(off)), THRESHOLDS.stray_rad)
-    return time_s[kept], angle_rad[kept] - angle_rad[kept][0]
-
-
-def _with_rests(at_s: FloatArray, end_s: float) -> FloatArray:
-    """Times of half turns, and times as far apart where the next half turn does not come."""
-    lasts = np.diff(at_s)
-    times = [at_s]
-    for i, (start, stop) in enumerate(zip(at_s, [*at_s[1:], end_s], strict=True)):
-        beside = lasts[max(i - 1, 0) : i + 2]
-        usual = float(np.min(beside, initial=np.inf, where=beside > 0))
-        if stop - start > THRESHOLDS.rest * usual:
-            pieces = int((stop - start) / usual)
-            times.append(np.linspace(start, stop, pieces + 1)[1 : None if stop == end_s else -1])
-    return np.sort(np.concatenate(times))
+    starts = np.arange(time[0], time[-1] - 2 * half_s + 1e-9, half_s)
+    starts += (time[-1] - 2 * half_s - starts[-1]) / 2
+    turn = np.interp(starts + 2 * half_s, time, turned) - np.interp(starts, time, turned)
+    return RateHistory(starts + half_s, turn / (2 * half_s), angle, noise)

@@ -1,35 +1,45 @@
-"""Which of two outlines is the plate."""
+"""Which of two outlines is the plate, and what is believed to be one."""
 
 from types import SimpleNamespace
 from typing import cast
 
-from vision.geometry import view_of_ellipse
+import numpy as np
+
 from vision.plate.choice import PlateCandidate
+from vision.plate.evidence import believed, evidence
 from vision.plate.template import Alignment
 
 
-def candidate(
-    radius_px: float, *, explained: float = 0.99, coherence: float = 0.6, turning: float = 1.0,
-    x_px: float = 100.0,
-) -> PlateCandidate:
-    view = view_of_ellipse((x_px, 100.0), (radius_px, radius_px), 0.0)
-    template = SimpleNamespace(grid=SimpleNamespace(view=view), explained=explained)
-    return PlateCandidate(cast(Alignment, SimpleNamespace(template=template)), coherence, turning)
+def candidate(explained: float, varying: float = 1.0, frames: int = 100) -> PlateCandidate:
+    template = SimpleNamespace(explained=explained, varying=varying)
+    coarse = SimpleNamespace(template=template, used=np.ones(frames, bool))
+    return PlateCandidate(cast(Alignment, coarse), 0.9)
 
 
 def test_of_two_outlines_of_one_rim_the_better_explained_is_the_plate() -> None:
-    rim = candidate(90, explained=0.99, coherence=0.64)
-    assert candidate(85, explained=0.995, coherence=0.63).rather_than(rim)
-    assert not candidate(85, explained=0.98, coherence=0.70).rather_than(rim)
+    rim = candidate(0.96)
+    assert candidate(0.99, varying=0.95).clarity > rim.clarity
+    assert candidate(0.93, varying=1.05).clarity < rim.clarity
 
 
-def test_a_label_is_not_the_plate_though_it_turns_more_coherently() -> None:
-    rim = candidate(90, turning=2.0)
-    assert not candidate(30, coherence=0.9, turning=0.5).rather_than(rim)
-    assert candidate(30, coherence=0.9, turning=1.9).rather_than(rim)  # a stand is around it
+def test_a_label_is_not_the_plate_and_a_stand_around_it_is_no_part_of_it() -> None:
+    record = candidate(0.8, varying=2.0)
+    assert candidate(0.95, varying=0.5).clarity < record.clarity
+    with_stand = candidate(0.5, varying=3.3)
+    assert with_stand.clarity < record.clarity
 
 
-def test_of_plates_side_by_side_the_more_coherent_is_taken() -> None:
-    other = candidate(90)
-    assert candidate(85, x_px=300.0, explained=0.9, coherence=0.7).rather_than(other)
-    assert not candidate(85, x_px=300.0, coherence=0.5).rather_than(other)
+def test_what_noise_explains_of_itself_is_not_believed() -> None:
+    rng = np.random.default_rng(0)
+    for frames in (28, 100):
+        noise = rng.normal(size=(frames, 400))
+        of_one_mean = float((frames * noise.mean(axis=0) ** 2).sum() / (noise**2).sum())
+        assert 0.7 < evidence(of_one_mean, frames) < 1.4
+        assert not believed(of_one_mean, frames)
+        assert not candidate(of_one_mean, frames=frames).is_believed
+
+
+def test_a_plate_is_believed_though_most_of_what_varies_is_noise() -> None:
+    """Of a dark film."""
+    assert candidate(0.25).is_believed
+    assert not candidate(0.25).is_certain

@@ -16,8 +16,7 @@ CUT = view_of_ellipse((240.0, 180.0), (300.0, 290.0), 0.0)
 def said(view: PlateView, coherence: float, *, light: int = 100, camera_stands: bool) -> str:
     rotation = CoarseRotation(np.zeros(3), coherence, 1.0, slice(0, 3))
     background = np.full_like(GREY, light)
-    return why_nothing_turns(
-        [(view, rotation)], coherence, background, camera_stands=camera_stands)
+    return why_nothing_turns([(view, rotation)], background, camera_stands=camera_stands)
 
 
 @pytest.mark.parametrize(("view", "coherence", "light", "camera_stands", "first"), [

@@ -57,3 +57,17 @@ def test_locked_frame_counts_keep_their_frame_of_uncertainty() -> None:
     frames = count.alignments[-1] - count.alignments[0]
     assert count.sd_rad_s == pytest.approx(count.rate_rad_s / np.sqrt(6) / frames, rel=1e-6)
     assert abs(count.rate_rad_s - rate.rate_rad_s) < 2.5 * count.sd_rad_s
+
+
+def test_a_plate_of_many_parts_turns_once_per_return_of_its_label() -> None:
+    """Strobe dots alone leave the smallest rate; print on the label returns after a turn."""
+    rpm, parts = 17.3, 90
+    time, angle = steady(rpm, fps=25, seconds=20.0)
+    dots = np.mod(angle, 2 * np.pi / parts)
+    label = phase_track(time, angle).thumbnail
+    track = phase_track(time, dots, symmetry=parts, mark_azimuth_rad=np.nan, thumbnail=label)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert rate.rate_rad_s == pytest.approx(rpm * RPM, rel=1e-5)
+    assert "picture returns" in rate.aliases.reason
+    told = measure_rate(track, timebase=CLOCK, nominal_rpm=round(rpm))
+    assert told.rate_rad_s == pytest.approx(rate.rate_rad_s, rel=1e-9)

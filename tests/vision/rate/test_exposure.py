@@ -97,7 +97,7 @@ def test_the_tracker_measures_how_far_each_frame_is_smeared_beyond_its_template(
 
     turning = np.tile(plate - plate.mean(), (20, 1)).astype(np.float32)
     background = np.full((20, n), 120 + plate.mean(), np.float32)
-    tracker = PlateTracker(Template(grid, background, turning, 1.0), 1.0)
+    tracker = PlateTracker(Template(grid, background, turning, 1.0, 1.0), 1.0)
     time = np.arange(40) / 15
     swept = np.where(np.arange(40) < 20, 0.0, width_rad)
     angles = tracker.angles(time, [shown(t, s) for t, s in zip(time, swept, strict=True)])
