@@ -17,6 +17,7 @@ SENTENCES = {
     "frozen": r": froze: |frozen blocks, in which| stands still at ",
     "clipped": r"is saturated: |the axis is clipped there",
     "moved": r": the sensor moved: |: the sensor was moved on|: the sensor was shaken",
+    "unsteady": r"the plate (sped up|slowed down) during",
     "missing samples": r" s of samples are missing after",
     "time stamps": r"time does not increase|clock makes no sense|do not count seconds|"
                    r": its time stamps are .* samples in a turn|s by its time stamps, less than "
