@@ -96,8 +96,12 @@ def odd_mistakes(poses: PoseSet, odd: BoolArray) -> Iterator[Mistake]:
 def _of_readings(
     poses: PoseSet, member: BoolArray, where: str, *, within: bool = True
 ) -> Iterator[Mistake]:
-    """Axes exchanged or mirrored, a wrong range or unit, in poses ``member`` within a run."""
-    for matrix, words in CHANGES.get(poses.triad, CHANGED_AXES):
+    """Axes exchanged or mirrored, a wrong range or unit, in poses ``member`` within a run.
+
+    Poses at rest of a gyroscope show no gain: another bias there is as well another range.
+    """
+    at_rest = bool(poses.reference.is_null[member].all())
+    for matrix, words in CHANGED_AXES if at_rest else CHANGES.get(poses.triad, CHANGED_AXES):
         yield _mistake(poses, matrix, member, f"{words} {where}", within=within)
 
 

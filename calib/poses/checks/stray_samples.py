@@ -147,7 +147,8 @@ class _Levels:
         level, place = np.unique(values, return_inverse=True)
         gap = np.concatenate([[np.inf], np.diff(level), [np.inf]])
         step = float(np.median(np.minimum(gap[:-1], gap[1:])[place]))
-        middle = float(np.median(values))
+        # One that was read: half-way between two levels the deviation of most is half a step.
+        middle = float(np.quantile(values, 0.5, method="lower"))
         noise = max(float(np.median(np.abs(values - middle))), _beside_a_limit(level, place)
                     ) / MEDIAN_OF_NORMAL
         noise = max(noise, ONE_LEVEL * step)

@@ -88,6 +88,14 @@ def test_a_sound_log_has_none(
     assert not stray_samples(noise(samples, sd, memory, mean, seed, wave * sd)).any()
 
 
+def test_a_median_between_two_levels_makes_no_noise_small() -> None:
+    """Half of the samples of an even count on either side: their deviation is half a step."""
+    level = np.repeat(np.arange(2010.0, 2020.0), [1, 10, 29, 55, 105, 105, 55, 29, 10, 1])
+    values = np.random.default_rng(3).permutation(np.column_stack([level, level - 2000, level]))
+    assert np.median(values[:, 0]) == 2014.5
+    assert not stray_samples(values).any()
+
+
 def test_a_knock_is_left_to_the_checks_of_motion() -> None:
     counts = noise(600, 5.0, 0.3, NEAR_ZERO, seed=5)
     counts[200:260, 2] += np.rint(300 * np.sin(np.arange(60) / 5))
