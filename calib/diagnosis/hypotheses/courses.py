@@ -19,7 +19,10 @@ from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 
-STEPS_TRIED = 32  #: times of a step that are tried; a limit of time
+STEPS_TRIED = 32  #: times of a step that are tried, evenly and in pauses; a limit of time
+PAUSE = 2.0
+"""Time between two poses over the usual one, from which it is a pause: something was done in it
+besides laying the sensor, and a bias that steps does so there. A judgement."""
 FROM_RUN_TO_RUN = "from run to run"  #: how the rate of the plate scatters between settings
 WANDER_SPANS = (0.05, 0.2, 0.8, 3.2)
 """Correlation times of a wandering bias over the length of the session, four times apart. Derived:
@@ -44,13 +47,19 @@ def _marked(name: str, marks: FloatArray) -> Effect:
 
 
 def _steps(fit: Fit) -> list[Hypothesis]:
-    """A bias that steps once, for every time between two poses, or ``STEPS_TRIED`` of them."""
+    """A bias that steps once, for every time between two poses, or ``STEPS_TRIED`` and each pause.
+    """
     poses = fit.poses
     last = len(poses) - STEP_MARGIN
     if not np.isfinite(poses.time_s).all() or last <= STEP_MARGIN:
         return []
     order = np.argsort(poses.time_s, kind="stable")
-    tried = np.unique(np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int))
+    apart = np.diff(poses.time_s[order])
+    longest = 1 + np.argsort(-apart, kind="stable")[:STEPS_TRIED]
+    pauses = [k for k in longest if apart[k - 1] > PAUSE * np.median(apart)
+              and STEP_MARGIN <= k <= last]
+    evenly = np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int)
+    tried = np.unique(np.concatenate([evenly, np.array(pauses, int)]))
     prior = float(np.log(CONSTANTS.odds_rare / len(tried)))
     name, hypotheses = further_step(fit.model.names), []
     for k in tried:

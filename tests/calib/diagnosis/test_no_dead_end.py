@@ -26,6 +26,9 @@ from calib.fit.model import Model
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import made_poses, noisy, rich_poses, walk
+from tests.trials import poses_of
+from tests.world.designs import soak_design
+from tests.world.sizes import draw_effect
 
 
 def sound(seed: int) -> PoseSet:
@@ -136,6 +139,19 @@ def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
     for at_s, k in zip(sorted(both.shapes.values()), (50, 95), strict=True):
         assert time[k - 2] < at_s < time[k + 1]
     assert find_effect("bias_step_2").physics == find_effect("bias_step").physics
+
+
+@pytest.mark.parametrize("seed", [302, 309])
+def test_a_step_in_a_pause_of_a_long_session_is_named_with_its_time(seed: int) -> None:
+    """78 poses are more than the times that are tried evenly; in both it steps after pose 26."""
+    design = soak_design()
+    hidden = draw_effect("jump", "accelerometer", 5.0, design, seed)
+    poses = poses_of(design, seed, "accelerometer", [hidden])
+    time_s, at_s = np.sort(poses.time_s), float(hidden.detail["time_s"])
+    assert (time_s < at_s).sum() == 26
+    said = diagnose(fit(poses, Model.of(BASE)))
+    assert said.names == ("bias_step",)
+    assert f"at {0.5 * (time_s[25] + time_s[26]):.1f} s" in said.text
 
 
 MINUTES = re.compile(r"\(\d+ min\b")
