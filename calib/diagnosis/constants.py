@@ -26,7 +26,7 @@ class Constants:
     odds_rare: float = _constant(0.04, "tuned: a step of the bias, a bad pose, the plate")
     odds_wander: float = _constant(0.1, "fact: bias instability is on every MEMS data sheet")
     odds_unnatural: float = _constant(
-        0.01, "derived: a size that nature does not have is a mistake in 99 of 100 sessions"
+        0.01, "derived: a size that no sensor has is a mistake in 99 of 100 sessions"
     )
 
     # Sizes that an effect may have, root mean square over the rows in noise units.

@@ -1,6 +1,7 @@
 """What half and double of each threshold of `pipeline import` changes.
 
-Run: ``python -m tests.bench.study_import``. The files are those of ``tests.pipeline.guess``, from
+Run: ``python -m tests.bench.study_import``, or with the beginnings of names, as in ``... guess.pool
+guess.triads``. The files are those of ``tests.pipeline.guess``, from
 one recording and from one evening at a record player, and the public logs where they are there.
 Counted are the sets of files whose columns, units, clock or motion are guessed otherwise.
 """
@@ -46,7 +47,7 @@ Guess = Callable[[], object]
 
 def guesses(folder: Path) -> Iterator[Guess]:
     """A guess of every set of files, to be made anew."""
-    log = hand_log()
+    log = hand_log(rate_hz=50.0)
     for name, write in EVERY.items():
         place = folder / name
         place.mkdir()
@@ -80,7 +81,8 @@ def decisive() -> Iterator[Threshold]:
     """The numbers of ``pipeline.guess`` that are no facts."""
     for each in thresholds("pipeline"):
         is_number = isinstance(each.value, int | float) and not isinstance(each.value, bool)
-        if each.path.startswith("guess.") and is_number and not FACT.search(each.description):
+        wanted = each.path.startswith(tuple(sys.argv[1:] or ["guess."]))
+        if wanted and is_number and not FACT.search(each.description):
             yield each
 
 

@@ -227,7 +227,7 @@ class _Search:
     def _refit(self, members: Members) -> None:
         """Weigh a set at its own joint refit.
 
-        Where the rows have no such solution, or one that nature does not have, it is refused.
+        Where the rows have no such solution, or one that no sensor has, it is refused.
         """
         key = self.candidates.key(members)
         chosen = [self.candidates.hypotheses[j] for j in members]

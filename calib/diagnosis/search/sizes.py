@@ -1,7 +1,7 @@
-"""Sizes of effects held against what nature allows.
+"""Sizes of effects held against what sensors have.
 
 Before any refit they are what the residual asks for, and bent by whatever else is missing: one that
-nature does not have makes a hypothesis improbable. At a joint refit it excludes the set.
+no sensor has makes a hypothesis improbable. At a joint refit it excludes the set.
 """
 
 from collections.abc import Sequence

@@ -49,7 +49,7 @@ def polar_figure(course: SpeedCourse) -> Figure | None:
     limit = nice_limit(max(PER_CENT * float(np.quantile(np.abs(courses), 0.99)), 1e-4))
     shown = np.unique(np.linspace(0, len(courses) - 1, min(len(courses), MOST_TURNS)).astype(int))
     parts = [_circle(0.0, "zero"), _circle(1.0, "grid"), _circle(-1.0, "grid")]
-    for quarter, place in enumerate(((390, 195, "end"), (200, 14, "middle"), (10, 195, "start"),
+    for quarter, place in enumerate(((390, 195, "end"), (196, 14, "end"), (10, 195, "start"),
                                      (200, 396, "middle"))):
         x, y, anchor = place
         parts.append(f'<text class="tick" x="{x}" y="{y}" text-anchor="{anchor}">'

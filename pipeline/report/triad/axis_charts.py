@@ -8,6 +8,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import OF_COLUMN, Effect
+from calib.poses.imu_log import FloatArray
 from pipeline.drawings.charts import (
     PLAIN,
     SMALL,
@@ -68,7 +69,7 @@ def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
         names = result.diagnosis.names if name in result.diagnosis.names else ()
         beside = list(dict.fromkeys([*refits.run.added, *names, name]))
         joint = refits.of(beside) or refits.about_mean(beside)
-        shown = () if joint is None else panels(joint.fit, effect)
+        shown = () if joint is None else panels(joint.fit, effect, _sd_of(result, name))
         drawn = tuple(f"{p.axis} {p.against} {p.per} {p.slope:.4g}" for p in shown)
         if shown and drawn not in known:
             known.add(drawn)
@@ -117,6 +118,12 @@ def _charts(
     in_model = effect.name in result.calibration.fit.model.names
     return AxisCharts(effect.name, ", ".join(dict.fromkeys(p.against for p in shown)),
                       effect.physics, leads, caption, shown, in_model)
+
+
+def _sd_of(result: TriadResult, name: str) -> FloatArray | None:
+    """Sds (k,) of the parameters of a missing effect, SI, as the verdict quotes them; else None."""
+    candidates = result.diagnosis.ranking if name in result.diagnosis.names else ()
+    return next((one.sd for one in candidates if one.name == name and one.sd.size), None)
 
 
 def _reach(panel: Panel) -> float:

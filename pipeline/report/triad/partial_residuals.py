@@ -93,7 +93,7 @@ class _Parameter:
         return np.asarray(self.effect.evaluate(at, self.shape)[:, self.a, self.j])
 
 
-def panels(fit: Fit, effect: Effect) -> tuple[Panel, ...]:
+def panels(fit: Fit, effect: Effect, sd: FloatArray | None = None) -> tuple[Panel, ...]:
     """A panel for every parameter of ``effect``; none where these poses do not determine it.
 
     Parameters
@@ -102,6 +102,8 @@ def panels(fit: Fit, effect: Effect) -> tuple[Panel, ...]:
         With ``effect`` in its model, and with the other effects that are missing too.
     effect : Effect
         Acting on the sensor or on the reference.
+    sd : array, shape (k,), optional
+        Sds of its parameters as they are quoted elsewhere, SI; else those of the fit.
     """
     where = fit.model.slices()[effect.name]
     if effect.acts_on == "reading" or not fit.determined[where].all():
@@ -111,6 +113,8 @@ def panels(fit: Fit, effect: Effect) -> tuple[Panel, ...]:
     equations, s = fit.equations, fit.rows.vector
     value, theta = fit.shapes.get(effect.name), fit.theta[where]
     theta_sd = np.sqrt(np.diag(fit.cov)[where])
+    if sd is not None and len(sd) == len(theta_sd):
+        theta_sd = sd
     axes = ALIGNED if effect.orthogonal else fit.rows.axes
     turn, at = axes.to_orthogonal, equations.conditions(s)
     at = replace(at, vector=axes.sensed(at.vector))

@@ -223,6 +223,12 @@ def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
     assert lead.effect == "g_sensitivity"
     assert re.match(r"Axis [xyz] errs by .* °/s per g of specific force along [xyz]",
                     lead.figure.title)
+    for result in outcome.triads:  # one size of an effect on a page
+        quoted = re.search(r"Its largest part is (\S+ ± \S+)", result.diagnosis.explanation.text)
+        shown = lead_panel(result, axis_charts(result, Refits(result, {})))
+        assert quoted is not None
+        assert shown is not None
+        assert quoted[1] in shown.figure.title.replace("−", "-")
     shutil.copytree(outcome.config.source.path.parent, tmp_path, dirs_exist_ok=True)
     config = tmp_path / "config.yaml"
     head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
