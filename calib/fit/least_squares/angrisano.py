@@ -12,7 +12,7 @@ Equation (11) is weighted with the variance of its right side, ``sd² |N| (|N| +
 iteration ends in the very minimum of ``Σ((|N| - s)/sd)²`` that the other solver finds.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,11 +20,12 @@ from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.fitted_sets import finish
+from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import Model
 from calib.fit.parameters import TriadParameters, theta_of
-from calib.fit.rows.problem import Estimate, Problem, Solution
+from calib.fit.rows.problem import Estimate, Problem
 from calib.fit.rows.residuals import Equations
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
@@ -32,10 +33,6 @@ from calib.poses.pose_set import PoseSet
 
 STOP_RULE = 0.0005  #: relative change of q; Angrisano et al.; fact
 ITERATIONS = 50  #: numerical limit
-SETTLING_STEPS = 10  #: numerical limit
-AT_REST_SD = 1e-8
-"""Whitened rows that move by less than this no longer move the parameters. Numerical."""
-
 NOISE_FREE = 1e-24
 """Below this, per row, the misclosure is rounding, and the rule would divide by it."""
 
@@ -64,12 +61,8 @@ def corrected_vectors(x: FloatArray, counts: FloatArray) -> FloatArray:
     )
 
 
-def jacobian(x: FloatArray, counts: FloatArray, printed_sign: bool = False) -> FloatArray:
-    """A of eq. (6), ``-dN/dX``, SI per rad, count, and SI per count, shape (n, 3, 9).
-
-    ``printed_sign`` puts -k_x for b_x as the paper prints it; it exists to show that the
-    iteration then diverges.
-    """
+def jacobian(x: FloatArray, counts: FloatArray) -> FloatArray:
+    """A of eq. (6), ``-dN/dX``, SI per rad, count, and SI per count, shape (n, 3, 9)."""
     (ax, ay, az), b, k = x[:3], x[3:6], x[6:]
     u = counts - b
     w = k * u
@@ -77,7 +70,7 @@ def jacobian(x: FloatArray, counts: FloatArray, printed_sign: bool = False) -> F
     a[:, 1, 0] = -w[:, 2]
     a[:, 0, 1] = -w[:, 2]
     a[:, 0, 2] = -w[:, 1]
-    a[:, 0, 3] = -k[0] if printed_sign else k[0]
+    a[:, 0, 3] = k[0]
     a[:, 0, 4], a[:, 1, 4] = az * k[1], k[1]
     a[:, 0, 5], a[:, 1, 5], a[:, 2, 5] = ay * k[2], ax * k[2], k[2]
     a[:, 0, 6] = -u[:, 0]
@@ -108,10 +101,10 @@ class _System:
 
 
 def _system(
-    equations: Equations, counts: FloatArray, x: FloatArray, eta: FloatArray, printed_sign: bool
+    equations: Equations, counts: FloatArray, x: FloatArray, eta: FloatArray
 ) -> _System:
     n = corrected_vectors(x, counts)
-    a = jacobian(x, counts, printed_sign)
+    a = jacobian(x, counts)
     turning, null = equations.magnitude, equations.null
     s = equations.poses.reference.magnitude[turning]
     shares = 1 - equations.row_common @ eta  # the common errors, on |N| itself
@@ -146,13 +139,9 @@ def _system(
 
 @np.errstate(over="ignore", invalid="ignore")  # an iteration that diverges ends by its q
 def iterations_from(
-    start: FloatArray,
-    equations: Equations,
-    counts: FloatArray,
-    printed_sign: bool = False,
-    most: int = ITERATIONS,
+    start: FloatArray, equations: Equations, counts: FloatArray
 ) -> tuple[list[PaperStep], FloatArray, bool]:
-    """The iterations from ``start`` until the stop rule holds or ``most`` are done.
+    """The iterations from ``start`` until the stop rule holds or ``ITERATIONS`` are done.
 
     Returns
     -------
@@ -164,15 +153,15 @@ def iterations_from(
         Whether the stop rule was met.
     """
     x, eta = start.copy(), np.zeros(equations.common_count)
-    system = _system(equations, counts, x, eta, printed_sign)
+    system = _system(equations, counts, x, eta)
     steps: list[PaperStep] = []
     q = system.q
-    for _ in range(most):
+    for _ in range(ITERATIONS):
         change = system.step()
         x, eta = x + change[:9], eta + change[9:]
         if not np.isfinite(x).all():
             break
-        system = _system(equations, counts, x, eta, printed_sign)
+        system = _system(equations, counts, x, eta)
         before, q = q, system.q
         steps.append(PaperStep(x, q))
         if not np.isfinite(q):
@@ -180,25 +169,6 @@ def iterations_from(
         if abs(before - q) <= STOP_RULE * q or q <= NOISE_FREE * equations.data_count:
             return steps, eta, True
     return steps, eta, False
-
-
-def settled(
-    x: FloatArray, eta: FloatArray, equations: Equations, counts: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """X (9,) and eta (q,) after the same iteration has come to rest.
-
-    X is α (rad), b (counts) and k (SI units per count); eta are the common errors in their sds.
-    The stop rule looks at q, which is flat at the minimum: it leaves the estimate up to a few
-    thousandths of an sd away from it. The steps that remain make both solvers give one number.
-    """
-    for _ in range(SETTLING_STEPS):
-        system = _system(equations, counts, x, eta, printed_sign=False)
-        change = system.step()
-        x, eta = x + change[:9], eta + change[9:]
-        moved = system.design @ change * system.root_weight
-        if float(np.abs(moved).max()) < AT_REST_SD:
-            break
-    return x, eta
 
 
 def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
@@ -242,16 +212,16 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
             f"scale, or use the default solver, which needs no start.",
             Remedy("default_solver"),
         )
-    x, eta = settled(steps[-1].x, eta, equations, counts)
+    x = steps[-1].x
     parameters = TriadParameters(x[:3], x[3:6], 1 / x[6:], np.full((9, 9), np.nan))
     linear = theta_of(parameters, spec)
     theta = np.empty(model.size)
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
     problem = Problem.of(stack, basis)
-    at = Estimate.of(stack, theta[None], eta[None], {})
-    ended = Solution(at, problem.weight, np.array([len(steps)]), last_step_sd=np.zeros(1))
-    fitted, refusals = finish(problem, ended)
+    # The stop rule looks at q, which is flat at the minimum: the last thousandths of an sd remain.
+    ended = minimise(problem, Estimate.of(stack, theta[None], eta[None], {}))
+    fitted, refusals = finish(problem, replace(ended, iterations=np.array([len(steps)])))
     for error in refusals.values():
         raise error
     return fitted.one(0)

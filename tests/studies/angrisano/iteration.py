@@ -70,7 +70,9 @@ def iterate_as_printed(
     stopped = False
     while len(all_q) < most:
         n = corrected_vectors(x, counts)  # eq. (5)
-        h = np.einsum("ni,nij->nj", n, jacobian(x, counts, printed_sign))  # rows NᵀA, eq. (10)
+        a = jacobian(x, counts)
+        a[:, 0, 3] *= -1 if printed_sign else 1  # the entry of b_x in eq. (6)
+        h = np.einsum("ni,nij->nj", n, a)  # rows NᵀA, eq. (10)
         right = ((n**2).sum(axis=1) - magnitude**2) / 2
         size = np.linalg.norm(h, axis=0)
         if not (np.isfinite(right).all() and np.isfinite(size).all() and (size > 0).all()):
