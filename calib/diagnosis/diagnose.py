@@ -17,6 +17,7 @@ from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.columns import set_aside
 from calib.diagnosis.next_measurement.advice import (
     Advice,
+    another_soak,
     best_block,
     film_each_pose,
     lay_missing,
@@ -33,6 +34,7 @@ from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
+from calib.poses.imu_log import TEMPERATURE
 
 RIVALS_COMPARED = 4
 """Number of rivals of a class at most: a limit of time, since a block of poses is judged for every
@@ -218,6 +220,9 @@ def _advise(
     plate = [j for j, h in enumerate(posterior.hypotheses) if h.name == "rate_scatter"]
     if plate and "rate_scatter" in (verdict.name, *verdict.group):
         return film_each_pose(posterior.base, float(posterior.drop[plate].max()))
+    if verdict.code == Code.UNKNOWN and verdict.name == TEMPERATURE:
+        follows = [j for j, h in enumerate(posterior.hypotheses) if h.follows == TEMPERATURE]
+        return another_soak(posterior.base, float(posterior.drop[follows].max()))
     is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
     if not is_open or verdict.code not in (Code.AMBIGUOUS, Code.EFFECT):
         return None

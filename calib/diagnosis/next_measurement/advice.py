@@ -13,7 +13,13 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.next_measurement.chance import BLIND_SIGNAL_SD, Rival, chance_of_a_name
 from calib.diagnosis.next_measurement.kind import shares_a_rate
-from calib.diagnosis.next_measurement.pose_blocks import CLIPS, hypothetical, minutes_for
+from calib.diagnosis.next_measurement.pose_blocks import (
+    CLIPS,
+    SOAK,
+    hypothetical,
+    menu,
+    minutes_for,
+)
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
@@ -191,6 +197,16 @@ def film_each_pose(fit: Fit, drop: float) -> Advice | None:
     if not shares_a_rate(fit.poses):
         return None
     return Advice(CLIPS.code, CLIPS.instruction, drop, CLIPS.minutes)
+
+
+def another_soak(fit: Fit, drop: float) -> Advice | None:
+    """Other temperatures, for what follows the temperature and takes ``drop`` off chi-square.
+
+    A course that rises and falls, each slowly, tells what lags from what bends. None where no
+    temperature was logged.
+    """
+    soak = next((block for block in menu(fit) if block.code == SOAK), None)
+    return None if soak is None else Advice(soak.code, soak.instruction, drop, soak.minutes)
 
 
 def lay_missing(fit: Fit, prediction: Prediction | None) -> Advice | None:

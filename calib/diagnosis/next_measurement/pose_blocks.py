@@ -34,6 +34,7 @@ HEADROOM = 0.9
 """Share of the full scale up to which a rate is advised; gain and offset take the rest.
 A judgement."""
 
+SOAK = "soak"  #: code of the block at other temperatures
 SOAK_K = 20.0  #: K above the room, as a hair dryer makes it; it only plans
 POSE_S = 30.0  #: s of a planned pose; it only plans
 
@@ -93,7 +94,7 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
     one = MINUTES_PER_PASS
     soaks = [
         Block(
-            "soak",
+            SOAK,
             "the same poses warmed by about 20 °C and once more after they have cooled",
             6 * one,
             ((1.0, SOAK_K, 1800.0), (1.0, 0.0, 7200.0)),

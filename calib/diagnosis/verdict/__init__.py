@@ -1,6 +1,5 @@
 """What is named, how it ranks, and how it is said.
 
-    credible (sizes that can be)
     decision (the verdict's code and names) ─┬─ explain (in words, with the next step)
                  ranking (every hypothesis) ──────────────┘  wording (names and odds in words)
 """

@@ -17,7 +17,6 @@ from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.verdict.credible import is_credible
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.least_squares.result import Fit
 from calib.fit.noise_size import FORMULA_ERROR
@@ -137,7 +136,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
 
     Beside the largest nothing is said of one that explains less than a formula may be off by, or
     than most of what is left without it. Where the leave-one-out error does not fall with all of
-    them, or a size is none that nature has, the least likely goes.
+    them, the least likely goes.
     """
     sure = [each for each in posterior.classes
             if each.kind == "listed" and each.probability >= CONSTANTS.sure]
@@ -145,8 +144,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     before = compare(posterior.base) if sure else None
     while sure:
         joint = refit_of(posterior, [each.name for each in sure])
-        if (joint and before and is_credible(joint, posterior.base)
-                and compare(joint.fit).predicts_better_than(before)):
+        if joint and before and compare(joint.fit).predicts_better_than(before):
             size = {each.name: float(np.linalg.norm(_signal_rows(posterior, joint, each.name)))
                     for each in sure}
             least = FORMULA_ERROR * max(size.values())

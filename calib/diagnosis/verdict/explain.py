@@ -176,6 +176,7 @@ def _course(case: Case, what: str, which: str) -> Explanation:
         f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
         f"{_nearest(case)}{beside}"
         f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
+        f"{_record(case) if case.advice is not None else ''}"
     )
     return Explanation(
         "act", f"{what}, as no listed effect does", text, "discover",

@@ -2,11 +2,14 @@
 
 import pytest
 
+from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.next_measurement.pose_blocks import menu
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from tests.lots import pose_sets_of
+from tests.set_trials import design_of
+from tests.trials import drawn, poses_of
 from tests.world.bench import Design
 from tests.world.designs import paper_design, soak_design
 from tests.world.imu import mpu6050
@@ -21,3 +24,14 @@ def test_corners_that_the_session_has_are_not_advised(design: Design, has_corner
     blocks = {block.code for block in menu(fit(poses, Model.of(BASE)))}
     assert ("corners" in blocks) is not has_corners
     assert "repeat" in blocks
+
+
+def test_a_bias_that_follows_the_temperature_late_asks_for_another_soak() -> None:
+    design = design_of("rich", 11)
+    hidden = drawn("temperature_lag", "gyroscope", 20.0, design, 11)
+    assert hidden is not None
+    found = diagnose(fit(poses_of(design, 11, "gyroscope", [hidden]), Model.of(BASE)))
+    assert (found.verdict, found.name) == ("unknown", "temperature_c")
+    assert found.advice is not None
+    assert (found.advice.block, found.advice.minutes) == ("soak", 60.0)
+    assert found.advice.instruction in found.text
