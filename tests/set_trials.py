@@ -61,7 +61,7 @@ class SetOutcome:
 
     ``visible`` of the hidden effects; those of them that were ``named`` in a class, as a ``single``
     effect, or ``offered``; ``wrong`` the classes named that hold no hidden effect; ``stated`` pairs
-    of a class's probability and whether it holds one.
+    of a class's probability and whether it holds one; ``told`` the same of the classes named.
     """
 
     seed: int
@@ -72,6 +72,7 @@ class SetOutcome:
     offered: tuple[str, ...]
     wrong: tuple[str, ...]
     stated: tuple[tuple[float, bool], ...]
+    told: tuple[tuple[float, bool], ...]
     verdict: str
     text: str
 
@@ -205,6 +206,9 @@ def scored(seed: int, found: Finding, hidden: Sequence[str]) -> SetOutcome:
             (i.probability, bool({*i.members} & allowed))
             for i in inclusion if i.kind == "listed"
         ),
+        told=tuple((i.probability, bool(c & allowed))
+                   for name, c in zip(said.names, named, strict=True)
+                   for i in inclusion if i.name == name),
         verdict=str(said.code),
         text=f"{said.code} {said.names} "
              + " ".join(f"{'/'.join(i.members)}:{i.probability:.2f}" for i in inclusion[:6]),

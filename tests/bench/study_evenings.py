@@ -11,8 +11,9 @@ of the diagnosis has it; each of the others hides one listed effect in a directi
 its own, log-uniform between ``--sizes`` (root mean square over the pose equations, noise units).
 ``mixture`` hides in the poses of ``paper`` what the diagnosis believes in before it sees data: the
 effects, steps, bad poses, biases that wander or swing, and two of these at once, each as often as
-its prior has it, in sizes of the prior's half-Cauchy distribution; every evening has its own
-moments, periods and time constants, so that each is a case of its own.
+its prior has it, in sizes of the prior's half-Cauchy distribution, alike for all parameters of an
+effect; every evening has its own moments, periods and time constants, so that each is a case of its
+own.
 The others are drawn as stacks (``tests.world.lot``, ``tests.world.turning_lot``). Each is fitted
 and diagnosed by itself. The tables show what was named, and every stated probability beside how
 often it came true. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
@@ -21,7 +22,7 @@ often it came true. ``--workers`` and ``--scheduler`` are those of ``tests.bench
 import argparse
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -146,6 +147,22 @@ def part_of(name: str, sizes: tuple[float, float], seed: int) -> Part:
     return Part(tuple(hidden), tuple(sound), refused, dict(seconds))
 
 
+BARS = (CONSTANTS.sure, 0.9, 0.95)
+
+
+def names_from(hidden: Sequence[SetOutcome]) -> str:
+    """Evenings with a right name and with a wrong one, were names given from a probability on."""
+    lines = []
+    for bar in BARS:
+        told = [[each for each in o.told if each[0] >= bar] for o in hidden]
+        expected = sum(1 - p for each in told for p, _ in each)
+        wrong = sum(not is_right for each in told for _, is_right in each)
+        right = sum(any(is_right for _, is_right in each) for each in told)
+        lines.append(f"named from {bar:4.2f} on: {right} evenings right, {wrong} names wrong, "
+                     f"{expected:.1f} by the stated probabilities")
+    return "\n".join(lines)
+
+
 def main() -> None:
     """Print the tables and the times."""
     parser = argparse.ArgumentParser(
@@ -176,6 +193,7 @@ def main() -> None:
           f"{sum(p.refused for p in parts)} refused; a wrong name in {wrong:.5f} of those with an "
           f"effect, in {falsely:.5f} of those without")
     print(tables.set_text(hidden, sound))
+    print(names_from(hidden))
     for name in hidden_in(asked.design):
         of_one = [o for o in hidden if o.hidden == (name,)]
         if not of_one:
