@@ -2,10 +2,10 @@
 
 The first frames are kept until the plate has been found and learned from them; they and all that
 follow are then measured as they come, so that memory does not grow with the clip. Where no plate is
-in the brightness of one stretch of frames after the other, the clip is read with its colours
-(unless glimpses of them show that nothing moves). Where a camera is so fast that the frames of a
-turn are too many to keep, some of them are learned from; then, where the plate was found late, and
-where the camera is seen to move after that, the clip is read again.
+in the brightness of one stretch of frames after the other, the clip is read with its colours. Where
+a camera is so fast that the frames of a turn are too many to keep, some of them are learned from;
+then, where the plate was found late, and where the camera is seen to move after that, the clip is
+read again.
 """
 
 from collections.abc import Callable, Iterator
@@ -25,7 +25,6 @@ from vision.errors import (
 )
 from vision.geometry import PlateOverride
 from vision.tracking.evenness import scatter_rad
-from vision.tracking.glimpses import nothing_moves
 from vision.tracking.search import ClipPass, ClipTask, learned_plate
 from vision.tracking.stretch import Stretch, next_stretch
 from vision.video.reader import BATCH, ClipReader, Frame
@@ -100,8 +99,6 @@ def track_phase(
     by_luma = _track_or_refusal(task, ClipPass())
     if _good(by_luma):
         return by_luma
-    if isinstance(by_luma, NothingMoves) and nothing_moves(task.path, on_progress):
-        raise by_luma
     tracks, returned, picture = [by_luma], None, None
     if plate is None and not isinstance(by_luma, NothingMoves):
         picture = _returning(task)
@@ -109,6 +106,8 @@ def track_phase(
     nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NothingRepeats)
     if not _turns(by_luma) and not nothing:
         tracks.append(_track_or_refusal(task, ClipPass(colours=True)))
+    if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
+        raise by_luma  # nor does anything turn in the colours
     if plate is None and not _good(tracks[-1]):
         colour_turns = len(tracks) > 1 and _turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):

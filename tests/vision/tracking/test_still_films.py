@@ -1,0 +1,29 @@
+"""Films in which nothing moves, in brightness or in colour."""
+
+import numpy as np
+import pytest
+
+from vision.errors import NothingMoves
+from vision.rate.measure import measure_rate
+from vision.tracking.track import track_phase
+
+pytest.importorskip("av", reason="rendering clips needs PyAV")
+
+from tests.vision.phase_tracks import CLOCK
+from tests.vision.rendered_clips import Render, error_ppm
+from tests.world.plate import PlateMotion
+from tests.world.scene import colour_scene
+
+
+def test_a_plate_at_rest_is_refused_with_what_was_seen(render: Render) -> None:
+    path, _ = render(PlateMotion(0.0), seconds=6, preset="veryfast")
+    with pytest.raises(NothingMoves, match="no more than the noise of the camera"):
+        track_phase(path)
+
+
+def test_what_turns_only_in_colour_is_measured(render: Render) -> None:
+    motion = PlateMotion(33.3 * 2 * np.pi / 60)
+    path, _ = render(motion, colour_scene(np.random.default_rng(1000)), seconds=16)
+    track = track_phase(path)
+    assert track.plate.channel != "luma"
+    assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 300
