@@ -29,8 +29,8 @@ COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 200
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
 OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200.0))
 """Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
-USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
-"""Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
+USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 16.0, 14.286)
+"""Facts: those, of ST's parts 8.75, 17.5, 35 and 70 m°/s per count, and 16 of a BNO055."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 SMALL_UNITS = ("mrad_s", "mdeg_s")
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)

@@ -42,7 +42,8 @@ def readings_in_si(
         guess = guess_session(tables)
         for triad in (guess.accelerometer, guess.gyroscope):
             if triad is not None:
-                tell(f"{', '.join(triad.columns)} are in {triad.unit} ({triad.because})")
+                tell(f"{', '.join(triad.columns)} are in {triad.unit} ({triad.because})"
+                     + (f"; not sure: {triad.doubt}" if triad.doubt else ""))
         readings = guess.tables[0].log()
         if readings is None:
             raise UnreadableInput(f"{log}: its readings or times are no log of samples. Type "

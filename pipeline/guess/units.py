@@ -29,9 +29,6 @@ BITS, MORE_BITS = 16, 32
 """Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
 UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
               "mdeg_s": "m°/s", "rpm": "rpm"}
-FUSED_M_S2, BESIDE_FUSED = 0.01, (16.384, 16.0)
-"""Fact: the BNO055 reads 100 counts per m/s² and 16 per °/s, which turns tell from 16.384 nowhere.
-"""
 FASTEST_HAND_RAD_S = 25.0
 """Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
 
@@ -135,9 +132,6 @@ def gyroscope_in(
         if unit == "counts" and not encoding:
             doubt = (f"gravity turns by {seen[0]:.3g} rad/s per unit of the gyroscope, which is no "
                      f"usual unit; see whether the times are right")
-        if per_deg == BESIDE_FUSED[0] and accelerometer and (
-                accelerometer.si_per_unit == FUSED_M_S2):
-            per_deg, doubt = BESIDE_FUSED[1], "as the BNO055's, and not 16.4 as others at 2000 °/s"
         return rate_triad(rate.columns, unit, per_deg, encoding, (
             f"{because}; between the rests gravity turns by what {seen[0]:.3g} rad/s per unit "
             f"make of the readings (correlation {seen[1]:.2f})"), doubt, bits=_bits(rate))

@@ -1,9 +1,10 @@
 """What half and double of each threshold of `pipeline import` changes.
 
-Run: ``python -m tests.bench.study_import``, or with the beginnings of names, as in ``... guess.pool
-guess.triads``. The files are those of ``tests.pipeline.guess``, from
-one recording and from one evening at a record player, and the public logs where they are there.
-Counted are the sets of files whose columns, units, clock or motion are guessed otherwise.
+Run: ``python -m tests.bench.study_import``; with the beginnings of names, as in ``... guess.pool
+guess.triads``, these thresholds on the sets whose columns or units numbers alone tell. The files
+are those of ``tests.pipeline.guess``, from one recording and from one evening at a record player,
+and the public logs where they are there. Counted are the sets of files whose columns, units, clock
+or motion are guessed otherwise.
 """
 
 import pkgutil
@@ -20,13 +21,16 @@ from pipeline.errors import UnreadableInput
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from tests.paths import REAL
+from tests.pipeline.guess.container_files import CONTAINERS
 from tests.pipeline.guess.evening import Evening
 from tests.pipeline.guess.foreign_files import TOOLS
 from tests.pipeline.guess.hand_log import hand_log
 from tests.pipeline.guess.late_files import LATE
 from tests.pipeline.guess.mixed_files import MIXED
 from tests.pipeline.guess.odd_files import ODD
+from tests.pipeline.guess.sentence_files import SENTENCES
 from tests.pipeline.guess.strange_files import STRANGE
+from tests.pipeline.guess.unseen_files import UNSEEN
 from tests.thresholds import Threshold, thresholds
 
 PUBLIC = (
@@ -40,6 +44,10 @@ PUBLIC = (
 )
 
 EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE}
+BY_NUMBERS = {tool: {**EVERY, **SENTENCES, **UNSEEN, **CONTAINERS}[tool] for tool in (
+    "unsigned", "offset_binary", "no_header_no_time", "gyroscope_first", "one_file_per_pose",
+    "means", "unnamed_quaternion", "g_force", "in_turn", "magnetometer_first", "thingspeak",
+    "increments", "micro_g", "nine_unnamed")}
 FACT = re.compile(r"\bfacts?\b", re.IGNORECASE)
 GUESS = [f"pipeline.guess.{each.name}" for each in pkgutil.iter_modules(pipeline.guess.__path__)]
 Guess = Callable[[], object]
@@ -48,7 +56,8 @@ Guess = Callable[[], object]
 def guesses(folder: Path) -> Iterator[Guess]:
     """A guess of every set of files, to be made anew."""
     log = hand_log(rate_hz=50.0)
-    for name, write in EVERY.items():
+    chosen = BY_NUMBERS if sys.argv[1:] else EVERY
+    for name, write in chosen.items():
         place = folder / name
         place.mkdir()
         foreign = write(place, log)
@@ -59,7 +68,7 @@ def guesses(folder: Path) -> Iterator[Guess]:
         place.mkdir()
         files = [*evening.write(place, "rest", 0.0, 1), *evening.write(place, "turn", 100 / 3, 2)]
         yield lambda files=files: essence(files, None)  # type: ignore[misc]
-    for name in PUBLIC if REAL.exists() else ():
+    for name in PUBLIC if REAL.exists() and chosen is EVERY else ():
         yield lambda files=[REAL / name]: essence(files, None)  # type: ignore[misc]
 
 
