@@ -51,6 +51,7 @@ REFITTED = 6  #: the likeliest formulas, of different classes, that are refitted
 TABLED = 200  #: the likeliest formulas, at one table with the listed effects; a limit of time
 
 REFINED = 12  #: the likeliest families whose numbers are made finer; a limit of time
+SHARPENED = 3  #: times that the numbers are sought at a formula's own solution; a limit of time
 HALVINGS = 10
 """Times that the steps between their numbers are halved at most. Derived: four digits are
 written."""
@@ -135,7 +136,7 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
         name, listed = _listed(fit, effects.values(), after)
         rows = fit.equations.data_count
         rms = [float(np.sqrt(out.sum() / rows)) for out in (before, after, listed)]
-        return Discovered(every[one.place], tuple(every[k] for k in one.same), one.log_odds,
+        return Discovered(one.formula, tuple(every[k] for k in one.same), one.log_odds,
                           rms[0], rms[1], one.fit, name, rms[2])
     return None
 
@@ -144,6 +145,7 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
 class _Tried:
     """A formula at its refit: its place in the table, those of what looks the same, its odds."""
 
+    formula: Formula
     place: int
     same: tuple[int, ...]
     log_odds: float
@@ -154,7 +156,8 @@ def _tried(
     fit: Fit, table: Table, every: Sequence[Formula], odds: FloatArray
 ) -> list[_Tried]:
     """The likeliest of each class that looks the same, and the shortest of it, at their refits."""
-    bar = max(0.0, float(odds[np.nanargmax(odds)]) - CONSTANTS.negligible)
+    best = float(odds[np.nanargmax(odds)])
+    bar = max(0.0, best - CONSTANTS.negligible - CONSTANTS.behind_share * best)
     likely = [int(j) for j in np.argsort(-odds) if odds[j] > bar]
     tried: list[_Tried] = []
     for _ in range(REFITTED):
@@ -170,9 +173,10 @@ def _tried(
                 continue
             block = table.unit_block(k)
             rest = table.residual - block @ (block.T @ table.residual)
-            gained = _log_noise(table, joint.fit.chi2) - _log_noise(table, float(rest @ rest))
+            formula, whole, paid = _sharper(fit, every[k], joint.fit)
+            gained = _log_noise(table, whole.chi2) - _log_noise(table, float(rest @ rest)) - paid
             others = tuple(i for i in (j, *same) if i != k)
-            tried.append(_Tried(k, others, float(odds[k]) + gained, joint.fit))
+            tried.append(_Tried(formula, k, others, float(odds[k]) + gained, whole))
     return tried
 
 
@@ -213,13 +217,28 @@ def _refined(screen: FormulaScreen, formula: Formula) -> tuple[Formula, float]:
     best, least = formula, float(screen.log_densities([formula])[0])
     cost, paid = formula.function.varied * math.log(2), 0.0
     for k in range(1, HALVINGS + 1):
-        for _ in formula.function.steps:  # one number after the other
+        for _ in range(formula.function.varied):  # one number after the other
             near = [replace(best, function=one) for one in best.function.finer(0.5**k)]
             density = screen.log_densities(near)
             if not float(density.max()) > least + cost * k - paid:
                 break
             best, least, paid = near[int(density.argmax())], float(density.max()), cost * k
     return best, paid
+
+
+def _sharper(base: Fit, formula: Formula, joint: Fit) -> tuple[Formula, Fit, float]:
+    """``formula`` with the numbers that are likeliest at its own solution, that fit, and the price.
+
+    Beside a strong signal those from the rows of ``base`` are off by more than noise.
+    """
+    price = 0.0
+    for _ in range(SHARPENED):
+        finer, paid = _refined(FormulaScreen(joint, (formula.name,)), formula)
+        again = refit(_with_pasts(base, finer.effect.pasts), [finer.effect])
+        if again is None or not again.fit.chi2 < joint.chi2 - 2 * paid or not paid:
+            break
+        formula, joint, price = finer, again.fit, price + paid
+    return formula, joint, price
 
 
 def _with_pasts(base: Fit, pasts: Sequence[Past]) -> Fit:

@@ -17,8 +17,9 @@ import numpy as np
 from calib.diagnosis.hypotheses.columns import words_of
 from calib.poses.imu_log import FloatArray
 
-Breadth = Literal["every", "simple", "bias"]
-"""What may follow a function: whatever errs, a bias or a gain, or a bias alone."""
+Breadth = Literal["every", "simple", "bias", "others"]
+"""What may follow a function: whatever errs, a bias or a gain, a bias alone, or all but these two.
+"""
 
 SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 """Shares of the poses below a step, a bend, a bump or a saturation that is tried. Numerical: any
@@ -144,6 +145,9 @@ def _of_column(column: str, values: FloatArray, count: int) -> Iterator[Function
     x, far = f"({column} - {{0}})", -span / 8
     yield Function(x, column, f"with_{column}", 1, column,
                    numbers=(float(np.median(values)),), steps=(0.0,))
+    if "" in _zeros(values):  # bias and gain hold what it is at its middle
+        yield Function(column, f"{column} from its zero", f"with_{column}_from_zero", 1, column,
+                       "others")
     angle = TURNS.get((words_of(column) or ("",))[-1])
     if angle is not None:
         for turns in HARMONICS:

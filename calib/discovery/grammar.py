@@ -131,8 +131,9 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
 
 
 def _may_follow(factor: Factor, function: Function) -> bool:
-    return (function.breadth == "every" or factor == "bias"
-            or (function.breadth == "simple" and factor == "gain"))
+    followers = {"every": True, "simple": factor in ("bias", "gain"), "bias": factor == "bias",
+                 "others": factor not in ("bias", "gain")}
+    return followers[function.breadth]
 
 
 def known_factors(poses: PoseSet) -> Iterator[tuple[Factor, Per]]:

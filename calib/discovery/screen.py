@@ -28,11 +28,14 @@ NUMBERS_AT_ONCE = 4_000_000  #: numbers of whitened columns that are held; a lim
 
 
 class FormulaScreen:
-    """What formulas are weighed on: the rows of ``fit`` with its model projected out."""
+    """What formulas are weighed on: the rows of ``fit`` with its model projected out.
 
-    def __init__(self, fit: Fit) -> None:
+    The effects ``tested`` of the model are on trial: what they explain is to be explained.
+    """
+
+    def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
         self.fit = fit
-        self.projector = Projector(fit)
+        self.projector = Projector(fit, tested)
         self.noise = noise_of(fit, self.projector.dof)
         self._at = fit.equations.at_reading
         self._rows: dict[tuple[Factor, Per], FloatArray] = {}
