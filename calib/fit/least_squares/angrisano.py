@@ -9,7 +9,8 @@ printed text are corrected (data/published/errata.md has the evidence):
   misclosure itself: the residual of the linear system is at the noise level from the first step.
 
 Equation (11) is weighted with the variance of its right side, ``sd² |N| (|N| + s)/2``. With it the
-iteration ends in the very minimum of ``Σ((|N| - s)/sd)²`` that the other solver finds.
+iteration ends beside the minimum of ``Σ((|N| - s)/sd)²``, where q is flat; from there the other
+solver's steps go to that minimum, with the errors that the references have in common.
 """
 
 from dataclasses import dataclass, replace
@@ -81,11 +82,24 @@ def jacobian(x: FloatArray, counts: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """H, l and P of eq. (11) at one X, common errors of the reference included."""
+    """H, l and P of eq. (11) at one X; of a pose at rest eq. (4) itself, where s is known."""
 
     design: FloatArray
     misclosure: FloatArray
     root_weight: FloatArray
+
+    @classmethod
+    def at(cls, x: FloatArray, equations: Equations, counts: FloatArray) -> "_System":
+        """The system at ``x``, in SI units."""
+        n, a = corrected_vectors(x, counts), jacobian(x, counts)
+        turning, null, poses = equations.magnitude, equations.null, equations.poses
+        s, size = poses.reference.magnitude[turning], np.linalg.norm(n[turning], axis=1)
+        rows = np.einsum("ni,nij->nj", n[turning], a[turning])  # NᵀA of eq. (10)
+        sd2 = equations.magnitude_sd**2 * size * (size + s) / 2
+        return cls(
+            np.concatenate([rows, a[null].reshape(-1, 9)]),
+            np.concatenate([(size**2 - s**2) / 2, (n[null] - poses.expected[null]).ravel()]),
+            1 / np.sqrt(np.concatenate([sd2, (equations.null_sd**2).ravel()])))
 
     @property
     def q(self) -> float:
@@ -93,82 +107,39 @@ class _System:
         return float(((self.misclosure * self.root_weight) ** 2).sum())
 
     def step(self) -> FloatArray:
-        """dX of eq. (11), followed by the change of the common errors."""
-        design = self.design * self.root_weight[:, None]
-        unit, scale = unit_columns(design)
+        """dX of eq. (11)."""
+        unit, scale = unit_columns(self.design * self.root_weight[:, None])
         right = self.misclosure * self.root_weight
         return np.asarray(np.linalg.lstsq(unit, right, rcond=None)[0] / scale)
 
 
-def _system(
-    equations: Equations, counts: FloatArray, x: FloatArray, eta: FloatArray
-) -> _System:
-    n = corrected_vectors(x, counts)
-    a = jacobian(x, counts)
-    turning, null = equations.magnitude, equations.null
-    s = equations.poses.reference.magnitude[turning]
-    shares = 1 - equations.row_common @ eta  # the common errors, on |N| itself
-    size = np.linalg.norm(n[turning], axis=1)
-    magnitude_rows = np.einsum("ni,nij->nj", n[turning], a[turning])  # NᵀA of eq. (10)
-    design = np.zeros((equations.data_count + len(eta), 9 + len(eta)))
-    rows, rest = len(turning), equations.data_count
-    share, of_null = shares[:rows], shares[rows:]
-    null_rows = (n[null] - equations.poses.expected[null]).ravel()
-    design[:rows, :9] = magnitude_rows * share[:, None] ** 2
-    design[:rows, 9:] = equations.common_relative * (share * size**2)[:, None]
-    # eq. (4) itself, where s is known: at rest
-    design[rows:rest, :9] = a[null].reshape(-1, 9) * of_null[:, None]
-    design[rows:rest, 9:] = equations.row_common[rows:] * null_rows[:, None]
-    design[rest:, 9:] = np.eye(len(eta))
-    misclosure = np.concatenate(
-        [
-            ((share * size) ** 2 - s**2) / 2,
-            null_rows * of_null,
-            -eta,
-        ]
-    )
-    variance = np.concatenate(
-        [
-            equations.magnitude_sd**2 * share * size * (share * size + s) / 2,
-            (equations.null_sd**2).ravel(),
-            np.ones(len(eta)),
-        ]
-    )
-    return _System(design, misclosure, 1 / np.sqrt(variance))
-
-
 @np.errstate(over="ignore", invalid="ignore")  # an iteration that diverges ends by its q
 def iterations_from(
-    start: FloatArray, equations: Equations, counts: FloatArray
-) -> tuple[list[PaperStep], FloatArray, bool]:
-    """The iterations from ``start`` until the stop rule holds or ``ITERATIONS`` are done.
+    x: FloatArray, equations: Equations, counts: FloatArray
+) -> tuple[list[PaperStep], bool]:
+    """The iterations from ``x`` until the stop rule holds or ``ITERATIONS`` are done.
 
     Returns
     -------
     steps : list of PaperStep
         X and q after each iteration.
-    eta : array, shape (q,)
-        Common errors of the references at the end.
     stopped : bool
         Whether the stop rule was met.
     """
-    x, eta = start.copy(), np.zeros(equations.common_count)
-    system = _system(equations, counts, x, eta)
+    system = _System.at(x, equations, counts)
     steps: list[PaperStep] = []
-    q = system.q
     for _ in range(ITERATIONS):
-        change = system.step()
-        x, eta = x + change[:9], eta + change[9:]
+        before, x = system.q, x + system.step()
         if not np.isfinite(x).all():
             break
-        system = _system(equations, counts, x, eta)
-        before, q = q, system.q
-        steps.append(PaperStep(x, q))
-        if not np.isfinite(q):
+        system = _System.at(x, equations, counts)
+        steps.append(PaperStep(x, system.q))
+        if not np.isfinite(system.q):
             break
-        if abs(before - q) <= STOP_RULE * q or q <= NOISE_FREE * equations.data_count:
-            return steps, eta, True
-    return steps, eta, False
+        limit = NOISE_FREE * equations.data_count
+        if abs(before - system.q) <= STOP_RULE * system.q or system.q <= limit:
+            return steps, True
+    return steps, False
 
 
 def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
@@ -200,10 +171,11 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     equations, basis = stack.take(0), np.eye(model.size)[None]
     for error in too_few(stack, np.array([model.size])).values():
         raise error
+    eta = np.zeros((1, stack.common_count))
     counts = poses.reading / spec.nominal_scale + spec.nominal_bias_counts
-    steps, eta, stopped = iterations_from(data_sheet_start(spec), equations, counts)
+    steps, stopped = iterations_from(data_sheet_start(spec), equations, counts)
     if not stopped:
-        start = Estimate.of(stack, stack.start.theta(model), np.zeros_like(eta)[None], {})
+        start = Estimate.of(stack, stack.start.theta(model), eta, {})
         for error in undetermined_sets(stack, start, basis).values():
             raise error
         raise FitFailed(
@@ -219,8 +191,7 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
     problem = Problem.of(stack, basis)
-    # The stop rule looks at q, which is flat at the minimum: the last thousandths of an sd remain.
-    ended = minimise(problem, Estimate.of(stack, theta[None], eta[None], {}))
+    ended = minimise(problem, Estimate.of(stack, theta[None], eta, {}))
     fitted, refusals = finish(problem, replace(ended, iterations=np.array([len(steps)])))
     for error in refusals.values():
         raise error

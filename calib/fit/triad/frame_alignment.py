@@ -44,14 +44,11 @@ class FrameRotation:
         Rotation vector and its sds: ``v_accelerometer = v_gyro + angles × v_gyro`` to first order.
     lever_m : array, shape (3,)
         The accelerometer from the axis of the plate, in the axes of the case.
-    placement_m : float
-        Scatter of where the case was put down, m.
     """
 
     angles_rad: FloatArray
     sd_rad: FloatArray
     lever_m: FloatArray
-    placement_m: float
 
 
 def _transverse(n: FloatArray) -> FloatArray:
@@ -156,7 +153,7 @@ def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> Frame
         cov += _carried(inverse, row_sd, across, by_force, accelerometer)
     sd = np.sqrt(np.diag(cov))
     angles = Rotation.from_matrix(rotation).as_rotvec()
-    return FrameRotation(angles, sd[:3], solution[3:], placement)
+    return FrameRotation(angles, sd[:3], solution[3:])
 
 
 def _nearest_rotation(matrix: FloatArray) -> FloatArray:

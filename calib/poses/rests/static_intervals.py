@@ -58,10 +58,8 @@ class StaticIntervals:
         The triad that decided.
     threshold : float
         The multiple of the quietest rest's noise amplitude up to which a stop is a rest.
-    largest_sd : float
-        The same as an sd of ``triad``, m/s² or rad/s.
     largest_shift : float
-        By how much the halves of a rest may differ, in the same unit; of a rest that gives way more
+        By how much the halves of a rest may differ, m/s² or rad/s; of a rest that gives way more
         the part is taken that does not, if it is half of it or more.
     skipped : tuple of (str, str)
         Stops that are not among the rests: when they were, and why.
@@ -70,7 +68,6 @@ class StaticIntervals:
     logs: tuple[ImuLog, ...]
     triad: Triad
     threshold: float
-    largest_sd: float
     largest_shift: float
     skipped: tuple[tuple[str, str], ...] = ()
 
@@ -118,7 +115,6 @@ def find_still(
                    for rest in rests),
         triad=triad.triad,
         threshold=math.sqrt(thresholds[best] / triad.quietest),
-        largest_sd=math.sqrt(thresholds[best]),
         largest_shift=largest,
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),

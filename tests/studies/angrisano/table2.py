@@ -116,7 +116,7 @@ def mended_converges(study: StartStudy) -> Converges:
 
     def converges(start: FloatArray) -> bool:
         with np.errstate(over="ignore", invalid="ignore"):
-            steps, _, stopped = iterations_from(start, equations, study.counts)
+            steps, stopped = iterations_from(start, equations, study.counts)
         return stopped and study.is_right(steps[-1].x)
 
     return converges

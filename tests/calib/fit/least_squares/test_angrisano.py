@@ -90,7 +90,7 @@ def test_four_to_five_iterations_suffice_from_the_data_sheet(accelerometer: Pose
 
 def test_the_printed_sign_of_b_x_makes_the_iteration_diverge(accelerometer: PoseSet) -> None:
     equations, counts = Equations.of(accelerometer, Model.of(BASE)), counts_of(accelerometer)
-    right, _, stopped = iterations_from(data_sheet_start(SPEC), equations, counts)
+    right, stopped = iterations_from(data_sheet_start(SPEC), equations, counts)
     magnitude = float(accelerometer.reference.magnitude[0])
     wrong = iterate_as_printed(
         data_sheet_start(SPEC), counts, magnitude, absolute=True, printed_sign=True)
