@@ -7,7 +7,7 @@
 
     signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave
     at least; common_mistakes: the poses without each of them; repeated_means: rows that occur
-    twice; frozen_logs: what stands still
+    twice; frozen_logs: what stands still; normalised: vectors of one length
 
 Each check compares two statements of one quantity and names the likely mistake: it evaluates what
 the data would be without each of a list of common mistakes (axes exchanged or mirrored, a factor,

@@ -12,6 +12,7 @@ import numpy as np
 
 from calib.consistency.clipping import require_unclipped
 from calib.consistency.frozen_logs import require_running
+from calib.consistency.normalised import require_raw
 from calib.consistency.repeats import require_no_copies
 from calib.errors import CalibrationError, Contradiction
 from calib.poses.checks.frozen import without_frozen
@@ -201,6 +202,8 @@ def read_session(config: Config) -> SessionLogs:
         require_no_copies(logs.triad_logs(config, triad), triad)
         for setting in settings_of(config, triad):
             require_unclipped(logs.by_setting[setting], triad, spec)
+            if triad == "accelerometer" and setting.rate == STOPPED and not setting.poses.log:
+                require_raw(logs.by_setting[setting], spec)
     return logs
 
 

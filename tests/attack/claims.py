@@ -22,7 +22,8 @@ SENTENCES = {
     "time stamps": r"time does not increase|clock makes no sense|do not count seconds|"
                    r": its time stamps are .* samples in a turn|s by its time stamps, less than "
                    r"one turn|count time in different units",
-    "copied": r"digit by digit|hold the same \w+ samples|samples are used twice|to the last digit",
+    "copied": r" is in gyroscope\.runs|digit by digit|hold the same \w+ samples|"
+              r"samples are used twice|to the last digit",
     "dead axis": r": \w+ [xyz] is dead: ",
     "other zero": r"do not read as at rest",
     "two triads": r"are not readings of one pose",
