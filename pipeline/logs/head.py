@@ -94,6 +94,8 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
             width = len(dialect_of(text).cells(text))
             if header and width_of_numbers(text) == 0 and len(cells) == len(header[1]):
                 continue  # a line of units
+            if delimiter_of(text):  # what a board says between blanks is no header of such rows
+                above = [line for line in above if delimiter_of(lines[line[0]])]
             return _head(i, header, above, width, rate_hz)
         else:
             above.append((i, cells))

@@ -1,10 +1,11 @@
-"""Twenty more logs: of reports, monitors, home automation and people's own scripts."""
+"""More logs: of reports, monitors, home automation and people's own scripts."""
 
 import base64
 import io
 import json
 import sqlite3
 import tarfile
+import zipfile
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -199,10 +200,39 @@ def can_bus(folder: Path, log: HandLog) -> Foreign:
         for t, row in zip(log.time_s, counts, strict=True) for i in range(2)])])
 
 
+def dmp(folder: Path, log: HandLog) -> Foreign:
+    """i2cdevlib's DMP: as many words above the rows as they have numbers, and a word in front."""
+    return Foreign([write_lines(folder / "dmp.txt", [
+        "Initializing I2C devices...", "DMP ready! Waiting for first interrupt...",
+        *("areal\t" + "\t".join(map(str, c[:3])) for c in counts_of(log))])], 16384 / G, None,
+        log.rate_hz)
+
+
+def intervals(folder: Path, log: HandLog) -> Foreign:
+    """Microseconds since the sample before."""
+    steps = 1e6 / log.rate_hz + np.random.default_rng(1).integers(-40, 40, len(log.time_s))
+    rows = [",".join([f"{step:.0f}", *row[1:]])
+            for step, row in zip(steps, si_rows(log, 1 / G, 1 / DEG), strict=True)]
+    return Foreign([write_lines(folder / "teensy.csv", ["dt_us,ax,ay,az,gx,gy,gz", *rows])],
+                   1 / G, 1 / DEG)
+
+
+def zip_of_poses(folder: Path, log: HandLog) -> Foreign:
+    """A file for each rest in an archive, in a folder."""
+    path = folder / "session.zip"
+    rows = si_rows(log, 1 / G, 1 / DEG)
+    with zipfile.ZipFile(path, "w") as archive:
+        for k in range(int(log.rest.max()) + 1):
+            pose = [",".join(row) for row, i in zip(rows, log.rest, strict=True) if i == k]
+            archive.writestr(f"session/pose_{k + 1:02d}.csv", "\n".join([
+                "time,accX,accY,accZ,gyroX,gyroY,gyroZ", *pose, ""]))
+    return Foreign([path], 1 / G, 1 / DEG)
+
+
 CONTAINERS: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         korean, increments, footer, blocks, ros2_echo, micro_g, mqtt, feet, nested_header,
-        micropython, units_inside, nine_unnamed)
+        micropython, units_inside, nine_unnamed, dmp, intervals, zip_of_poses)
 }
 CONTAINERS_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "run_together": (run_together, "two numbers without a blank between them"),
