@@ -160,6 +160,17 @@ def test_everything_public_says_what_it_is(module: str) -> None:
                     assert ast.get_docstring(child), f"{node.name}.{child.name}"
 
 
+def test_a_module_binds_a_constant_once() -> None:
+    """A second one of the same name, as of files put together, would change what uses the first."""
+    twice = []
+    for module in FILES:
+        names = [name.id for node in tree_of(module).body if isinstance(node, ast.Assign)
+                 for target in node.targets for name in ast.walk(target)
+                 if isinstance(name, ast.Name)]
+        twice += [f"{module}.{name}" for name in set(names) if names.count(name) > 1]
+    assert twice == []
+
+
 def test_a_class_name_occurs_once() -> None:
     homes: dict[str, list[str]] = {}
     for module, tree in ((name, tree_of(name)) for name in FILES):

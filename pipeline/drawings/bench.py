@@ -91,7 +91,7 @@ def _from_the_side(x: float, y: float) -> list[str]:
 PX_PER_CM = 11.0  #: px; of a picture
 DEPTH_CM, HEIGHT_CM = 32.0, 7.0  #: cm, of the player; of a picture
 PLATE_CM, SENSOR_CM = 28.0, 4.0  #: cm across; of a picture
-WIDTH, BASE = 480.0, 250.0  #: px of the drawing, and where the table is; of a picture
+LEANING_WIDTH, BASE = 480.0, 250.0  #: px of the drawing, and where the table is; of a picture
 
 
 def leaning_svg() -> str:
@@ -99,7 +99,7 @@ def leaning_svg() -> str:
     degrees = math.degrees(ADVISED_TILT_RAD)
     depth, height, plate, sensor = (
         PX_PER_CM * each for each in (DEPTH_CM, HEIGHT_CM, PLATE_CM, SENSOR_CM))
-    edge = (WIDTH + depth) / 2
+    edge = (LEANING_WIDTH + depth) / 2
     foot_x, top, middle = edge - depth, BASE - height, edge - depth / 2
     book = depth * math.sin(ADVISED_TILT_RAD)
     deck, side = top - 10, sensor * 0.6
@@ -114,8 +114,8 @@ def leaning_svg() -> str:
     ])
     tip_x = f"{middle + 14:.1f}"
     return "\n".join([
-        *picture_head(WIDTH, BASE + 30, "A record player with 5 cm under one side"),
-        f'<line x1="10" y1="{BASE:g}" x2="{WIDTH - 10:g}" y2="{BASE:g}" stroke="#333"/>',
+        *picture_head(LEANING_WIDTH, BASE + 30, "A record player with 5 cm under one side"),
+        f'<line x1="10" y1="{BASE:g}" x2="{LEANING_WIDTH - 10:g}" y2="{BASE:g}" stroke="#333"/>',
         filled_box(foot_x, BASE - book, 60, book, "#b9770e"),
         f'<g transform="rotate({degrees:g} {edge:g} {BASE:g})">\n{tilted}\n</g>',
         f'<line x1="{tip_x}" y1="{deck - 150:.1f}" x2="{tip_x}" y2="{deck - 62:.1f}" '
