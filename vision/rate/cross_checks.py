@@ -99,15 +99,15 @@ class PictureReturns:
 
     def of_a_turn(self, turn_s: float) -> tuple[ImageReturn | None, ImageReturn | None]:
         """The return after a turn of the plate, as long as ``turn_s``, and after something else."""
-        first = self.strongest
+        first, whole = self.strongest, self.track.plate.symmetry == 1
         if first is not None:
             # A plate of equal parts is itself again after each of them.
             share = max(1, round(turn_s / first.period_s)) / max(1, round(first.period_s / turn_s))
             turn = replace(first, period_s=share * first.period_s, sd_s=share * first.sd_s)
             if abs(turn.period_s / turn_s - 1) > SAME_RETURN:
-                return None, first
+                return None, first if whole else None  # equal parts return after some of them
             first = turn
-        if np.isnan(self.frame_s) or self.track.plate.symmetry > 1:
+        if np.isnan(self.frame_s) or not whole:
             return first, None
         return first, other_return(self.track.thumbnail, self.frame_s, turn_s)
 

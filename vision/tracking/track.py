@@ -143,8 +143,9 @@ def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
     sd = rate * refusal.returns.sd_s / refusal.returns.period_s
     return RateRefused(
         f"{name}: {refusal}. Film the whole plate from above, with one bold mark near its rim; "
-        f"where this rate will do, state it in a configuration (rate: {{{Path(name).stem}: "
-        f"{{rate_rad_s: {rate:.4f}, sd_rad_s: {sd:.1g}}}}}).",
+        f"where it makes one turn in that time, and does not go to and fro, and this rate will do, "
+        f"state it in a configuration (rate: {{{Path(name).stem}: {{rate_rad_s: {rate:.4f}, "
+        f"sd_rad_s: {sd:.1g}}}}}).",
         returns=refusal.returns)
 
 
