@@ -32,6 +32,7 @@ TESTED = {
     "calib.consistency.frozen_logs": "tests/calib/consistency/test_frozen_logs.py",
     "calib.consistency.force": "tests/calib/consistency/test_force.py",
     "calib.consistency.mistakes": "tests/calib/consistency/test_mistakes.py",
+    "calib.consistency.normalised": "tests/calib/consistency/test_normalised.py",
     "calib.consistency.odd_poses": "tests/calib/consistency/test_odd_poses.py",
     "calib.consistency.one_sensor": "tests/calib/consistency/test_mistakes.py",
     "calib.consistency.plate_axes": "tests/calib/consistency/test_plate_axes.py",
