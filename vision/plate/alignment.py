@@ -14,8 +14,9 @@ mind, or belong to S alone.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,9 +37,11 @@ from vision.plate.template import (
 )
 from vision.plate.view_refinement import view_change
 
+NEIGHBOURHOOD = 3  # rings and azimuths
 HALF = 0.5
 """Share of the energy of the frame that shows most; derived: midway between a mark that is in the
 frame and one that is not."""
+MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges are mixed
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,16 @@ class AlignmentThresholds:
     ----------
     outlier : float
         Times the median misfit: a hand, a flash.
+    share_sd : float
+        Sd of the share seen, above which a place is not judged covered. Derived: a share of one
+        half is six of them away from the whole.
+    passing : float
+        Of the ring's mean expected energy: a place that less passes is not judged.
+    shown : float
+        Of the expected change, below which a place counts as covered.
+    hidden : float
+        Times the turning energy: a frame whose mark is covered misfits by less. Tuned on the
+        grazing clip of tests.vision.test_real_clips.
     separated : float
         Of the misfit's energy, that still moves from what turns to the background.
     largest_step : float
@@ -59,6 +72,10 @@ class AlignmentThresholds:
     """
 
     outlier: float = 3.0
+    share_sd: float = 0.08
+    passing: float = 0.1
+    shown: float = 0.5
+    hidden: float = 1.5
     separated: float = 0.1
     largest_step: float = 0.05
     least_change: float = 0.5
@@ -77,6 +94,8 @@ class Effort:
         At most.
     smallest_step : float
         Of the radius: it ends where the view would change by less.
+    find_covered : bool
+        Leave out, at the end, where something stands in front of the plate.
     find_readout : bool
         Estimate the lag of the read-out too. It looks much like an axis that is off, so only once
         the axis is nearly right.
@@ -84,6 +103,7 @@ class Effort:
 
     iterations: int
     smallest_step: float
+    find_covered: bool
     find_readout: bool
 
 
@@ -109,6 +129,8 @@ def align(
         last = iteration == effort.iterations - 1
         if last or not fit.turning.any() or fit.refine_view(effort):
             break
+    if effort.find_covered:
+        fit.leave_out_covered()
     return fit.alignment()
 
 
@@ -219,6 +241,13 @@ class _Fit:
         self._background = self._grid.strip(background).astype(np.float32) + self._beyond_median
         self._difference = self._grid.differences(self._background, images)
 
+    def leave_out_covered(self) -> None:
+        """Mark in the grid where something stands in front of the plate."""
+        # A mark that is hidden is missing once; a hand adds more than that.
+        fair = self._misfit_energy <= THRESHOLDS.hidden * energy(self._turned, self._grid)
+        if fair.any():
+            self._grid = _without_covered(self._grid, self._difference[fair], self._turned[fair])
+
     def alignment(self) -> Alignment:
         """The template as it stands."""
         grid, used = self._grid, self._used
@@ -244,3 +273,26 @@ def _background_change(misfit: Strips, standing: NDArray[np.float32], seen: Stri
         shown = np.maximum(shown, THRESHOLDS.least_change)
     spectrum = ring_spectra(misfit) / shown
     return np.fft.irfft(spectrum, misfit.shape[-1], axis=-1).astype(np.float32) * seen
+
+
+def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
+    """Leave out where the plate is covered: what should turn through there does not show.
+
+    The share of the expected frame that is seen, Σ seen·expected / Σ expected², over a
+    neighbourhood: 1 in the open, 0 under a tonearm, with the variance σ² / Σ expected² from the
+    frame noise σ.
+    """
+    around = (NEIGHBOURHOOD, NEIGHBOURHOOD)
+    passed = cv2.boxFilter((expected**2).sum(axis=0), -1, around, normalize=False)
+    shown = cv2.boxFilter((seen * expected).sum(axis=0), -1, around, normalize=False)
+    noise = float(((seen - expected) ** 2).mean())
+    clear = passed * THRESHOLDS.share_sd**2 > noise
+    # Of a plate that keeps step with the frames hardly anything passes between its places.
+    clear &= passed > THRESHOLDS.passing * passed.mean(axis=1, keepdims=True)
+    covered = (clear & (shown < THRESHOLDS.shown * passed)).astype(np.uint8)
+    # A single sample is noise. The strip closes on itself in azimuth.
+    ends = MARGIN[1]
+    covered = np.pad(covered, ((0, 0), (ends, ends)), mode="wrap")
+    covered = cv2.morphologyEx(covered, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
+    covered = cv2.dilate(covered, np.ones(MARGIN, np.uint8))[:, ends:-ends]
+    return replace(grid, uncovered=(1 - covered).astype(np.float32))

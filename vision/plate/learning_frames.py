@@ -25,9 +25,9 @@ FINE_FRAMES = 28  #: frames of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
 FINE_AZIMUTHS = {60: 1024, 0: 512}
 #: The coarse template leaves to the fine one what is left of the view's error.
-COARSE = Effort(iterations=8, smallest_step=1e-3, find_readout=False)
+COARSE = Effort(iterations=8, smallest_step=1e-3, find_covered=True, find_readout=False)
 #: The fine template refines what the coarse one has, and adds the read-out of the rows.
-FINE = Effort(iterations=3, smallest_step=0.0, find_readout=True)
+FINE = Effort(iterations=3, smallest_step=0.0, find_covered=False, find_readout=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class LearningFrames:
         )
         azimuths = fine_azimuths(template.grid.view)
         radius = informative_rings(template)
-        grid = polar_grid(template.grid.view, radius, azimuths, self.background.shape)
+        grid = template.grid.refined(radius, azimuths, self.background.shape)
         return align(frames, grid, FINE, self.on_step)
 
 

@@ -1,7 +1,7 @@
 """Polar sampling of a frame about the spindle, in the view of the plate."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -25,8 +25,8 @@ class Grid:
     azimuths : int
     x, y : array, shape (r, n)
         Pixels of the samples.
-    seen : array, shape (r, n)
-        1 where the point is inside the frame, else 0.
+    inside, uncovered : array, shape (r, n)
+        1 where the point is inside the frame; where nothing stands in front of it; else 0.
     """
 
     view: PlateView
@@ -34,7 +34,8 @@ class Grid:
     azimuths: int
     x: Strips
     y: Strips
-    seen: Strips
+    inside: Strips
+    uncovered: Strips
 
     def strip(self, image: Luma) -> Luma:
         """The frame along the rings, shape (r, n)."""
@@ -52,8 +53,22 @@ class Grid:
         return differences
 
     def moved(self, view: PlateView, shape: tuple[int, ...]) -> "Grid":
-        """The same rings in another view."""
-        return polar_grid(view, self.radius, self.azimuths, shape)
+        """The same rings in another view; what was covered stays covered."""
+        return replace(
+            polar_grid(view, self.radius, self.azimuths, shape), uncovered=self.uncovered
+        )
+
+    def refined(self, radius: FloatArray, azimuths: int, shape: tuple[int, ...]) -> "Grid":
+        """Other rings and azimuths of the same view, covered where this grid is."""
+        ring = np.abs(self.radius[None, :] - radius[:, None]).argmin(axis=1)
+        column = np.round(np.arange(azimuths) * self.azimuths / azimuths).astype(int)
+        uncovered = self.uncovered[ring][:, column % self.azimuths]
+        return replace(polar_grid(self.view, radius, azimuths, shape), uncovered=uncovered)
+
+    @property
+    def seen(self) -> Strips:
+        """1 where the point is inside the frame and not covered, else 0; shape (r, n)."""
+        return self.inside * self.uncovered
 
     def weight(self) -> NDArray[np.float32]:
         """Pixels of the clip per sample of each ring, shape (r,), up to a factor, no unit."""
@@ -72,6 +87,7 @@ def polar_grid(view: PlateView, radius: FloatArray, azimuths: int, shape: tuple[
         x.astype(np.float32),
         y.astype(np.float32),
         inside.astype(np.float32),
+        np.ones(x.shape, np.float32),
     )
 
 
