@@ -33,9 +33,11 @@ def test_a_kind_that_is_registered_goes_through_everything(
         tmp_path, SEED, Magnetometer(per_kelvin=PER_KELVIN), fluxgate.name)
     assert pipeline("check", config) == 0
     assert pipeline("run", config) == 0
-    printed = capsys.readouterr().out
-    assert "fluxgate: 'temperature_bias' is missing" in printed
     before = results_in(tmp_path / "config.run")["fluxgate"]
+    missing = before["diagnosis"]
+    assert f"fluxgate: '{missing['name']}' is missing" in capsys.readouterr().out
+    # In poses in which the temperature rises with the time a warm-up and a drift look the same.
+    assert "temperature_bias" in {missing["name"], *missing["group"]}
     assert before["reference"] == {"value": 49.1, "sd": 0.05, "unit": "µT"}
     assert pipeline("add", config, "fluxgate.temperature_bias") == 0
     after = results_in(tmp_path / "config.run")["fluxgate"]
