@@ -1,9 +1,10 @@
 """The verdict on a search: is anything missing, what, and do these data determine it.
 
 Three rules. Nothing is missing at a probability of one half and more, where the noise explains the
-residual. An effect is named when its class is missing at ``name`` and the refit with it lowers the
-exact leave-one-out error. Else all that is credible, with its odds; what of it has no name by its
-kind: bad poses, a course that no effect has, noise.
+residual. An effect is named when its class is missing at ``name``, the refit with it lowers the
+exact leave-one-out error, and what it leaves would not make as much of it by chance. Else all that
+is credible, with its odds; what of it has no name by its kind: bad poses, a course that no effect
+has, noise.
 """
 
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from scipy.special import fdtrc
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
@@ -85,6 +87,8 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     if joint is not None:
         if not explains:
             share, explains = _explained(posterior, joint)
+        if not explains and not _beats_the_rest(posterior.base, joint.fit):
+            return _noise(posterior, kinds_of_noise(posterior.base))
         first = named[0]
         alone = _one_pose(posterior, joint, first.name) if len(named) == 1 else None
         if alone is not None:
@@ -156,6 +160,18 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
             return sorted(kept, key=lambda each: -size[each.name]), joint
         sure.pop()
     return [], None
+
+
+def _beats_the_rest(base: Fit, joint: Fit) -> bool:
+    """Whether what a refit takes of a misfit stands out of what it leaves, by the F-test.
+
+    Among much that nothing explains some effect always takes a little.
+    """
+    more = max(base.dof - joint.dof, 1)  # columns with a prior take no degree of freedom
+    left = _misfit(joint) + joint.dof
+    taken = _misfit(base) + base.dof - left
+    return float(fdtrc(more, joint.dof, taken / more / (left / joint.dof))) < (
+        CONSTANTS.misfit_p_value)
 
 
 def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
