@@ -106,6 +106,7 @@ def require_running(logs: Sequence[ImuLog]) -> None:
     Parameters
     ----------
     logs : sequence of ImuLog
+        Of one run: the noise of one says how long a reading of another may stay.
 
     Raises
     ------

@@ -6,9 +6,11 @@ import pytest
 
 from tests.attack.configured import CONFIGURATIONS
 from tests.attack.grammar import MISTAKES, drawn
+from tests.attack.sound_sessions import SAMPLE_RATE, counted
+from tests.world.sensor_classes import sensors
 
 FIRST_SEED = 500_000  #: used by no bench
-KEPT = {"next pose": 985_000, "backwards": 985_001, "coarse": 985_001, "twice": 985_000}
+KEPT = {"next pose": 985_000, "backwards": 985_001, "twice": 985_000}
 """Seeds that a bench found silent, wrong or without a cause once."""
 
 
@@ -24,3 +26,12 @@ def test_what_a_bench_found_stays_named(what: str, tmp_path: Path) -> None:
     attack = drawn(KEPT[what], what)
     judged = attack.judged(tmp_path)
     assert attack.outcome(judged)[0] == "right", (attack.words, judged.said)
+
+
+@pytest.mark.parametrize("name", ["analogue, 10 bit", "ADXL345 and ITG-3200, 10 bit, ±2 g",
+                                  "ICM-42688, ±16 g, 2000 °/s"])
+def test_a_sound_session_of_a_coarse_converter_is_neither_refused_nor_warned_of(name: str) -> None:
+    """Readings stay for long in the poses at rest, and not where a motor shakes the plate."""
+    sensor = sensors(100 * SAMPLE_RATE)[name]
+    found = counted(sensor, range(988_000, 988_002), ((),))
+    assert found.counts["refused"] + found.counts["warned"] == 0, found.words

@@ -10,30 +10,14 @@ are off. The seeds are not used in any test.
 """
 
 import argparse
-import tempfile
-from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from tests.attack.judged import judge
-from tests.calib.fit.least_squares.coverage import another_evening
-from tests.world.designs import paper_design, rich_design
+from tests.attack.sound_sessions import SAMPLE_RATE, Counted, counted
 from tests.world.hidden import Hidden
-from tests.world.imu import Sensor
 from tests.world.sensor_classes import sensors
-from tests.world.session import simulate
-from tests.world.write import write_session
 
 FIRST_SEED = 97_000
-SAMPLE_RATE = 0.5  #: of the designs' rates, to halve the time
-FASTEST_RAD_S = 4.0  #: of the rich design, with an offset; a smaller range has the paper's alone
-REMARKS = ("are short", "frozen blocks")
-"""Warnings that a sound session may have: what a pose was too short for, readings held."""
-
-
 ONES = np.array([1.0, -0.7, 0.4])
 HIDDEN: tuple[tuple[Hidden, ...], ...] = (
     (),
@@ -61,36 +45,6 @@ def main() -> None:
             seeds = range(options.first, options.first + options.sessions)
             found = counted(sensor, seeds, HIDDEN if options.hidden else ((),))
             print(line_of(name, found, options.sessions), flush=True)
-
-
-@dataclass(frozen=True)
-class Counted:
-    """Sessions that were refused, warned of or given another verdict, why, and errors in sds."""
-
-    counts: Counter[str]
-    words: list[str]
-    off: list[np.ndarray]
-
-
-def counted(sensor: Sensor, seeds: range, hidden: Sequence[tuple[Hidden, ...]]) -> Counted:
-    """What comes of the sessions of a class with these seeds."""
-    found = Counted(Counter(), [], [])
-    for k, seed in enumerate(seeds):
-        rich = k % 2 == 1 and sensor.gyroscope.full_scale > FASTEST_RAD_S
-        design = (rich_design if rich else paper_design)(sensor).scaled(sample_rate=SAMPLE_RATE)
-        session = simulate(another_evening(design, seed), seed, hidden[k // 2 % len(hidden)])
-        with tempfile.TemporaryDirectory() as folder:
-            judged = judge(write_session(Path(folder), session, film=False).config, session)
-        warned = [one for one in judged.warnings if not any(word in one for word in REMARKS)]
-        others = [one for one in judged.verdicts.values() if one != "nothing_missing"]
-        if judged.refusal:
-            found.counts["refused"] += 1
-            found.words.append(f"{seed}: {judged.refusal}")
-        elif warned or others:
-            found.counts["warned" if warned else "other"] += 1
-            found.words.extend(f"{seed}: {one}" for one in (*warned, *others))
-        found.off.extend(judged.off.values())
-    return found
 
 
 def line_of(name: str, found: Counted, sessions: int) -> str:

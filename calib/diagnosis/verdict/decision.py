@@ -12,15 +12,14 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.special import fdtrc
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, refit
+from calib.diagnosis.verdict.explained import explained, stands_out
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
-from calib.fit.least_squares.result import Fit
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare, left_out_square
 from calib.poses.imu_log import FloatArray
@@ -80,14 +79,14 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     """The verdict, by the first of the module's rules that holds."""
     if posterior.is_nothing:
         return Verdict(Code.NOTHING_MISSING, explains=True)
-    share, explains = _explained(posterior, posterior.lead.refit)
+    share, explains = explained(posterior, posterior.lead.refit)
     named, joint = _named(posterior)
     steps = tuple(posterior.hypotheses[j].detail for j in posterior.lead.members
                   if _is_step(posterior.hypotheses[j]))
     if joint is not None:
         if not explains:
-            share, explains = _explained(posterior, joint)
-        if not explains and not _beats_the_rest(posterior.base, joint.fit):
+            share, explains = explained(posterior, joint)
+        if not explains and not stands_out(posterior.base, joint.fit):
             return _noise(posterior, kinds_of_noise(posterior.base))
         first = named[0]
         alone = _one_pose(posterior, joint, first.name) if len(named) == 1 else None
@@ -116,25 +115,6 @@ def _is_step(h: Hypothesis) -> bool:
     return h.kind == "listed" and h.is_placed
 
 
-def _explained(posterior: Posterior, joint: Refit | None) -> tuple[float, bool]:
-    """Part of the misfit that a refit takes, and whether noise explains the rest.
-
-    Of noise that is not known, part of the whole residual.
-    """
-    base = posterior.base
-    whole = _misfit(base)
-    if joint is not None and not posterior.table.noise.is_known:
-        return 1 - joint.fit.chi2 / base.chi2, joint.explains
-    if joint is None or whole <= 0:
-        return 0.0, False
-    return max(1 - max(_misfit(joint.fit), 0.0) / whole, 0.0), joint.explains
-
-
-def _misfit(fit: Fit) -> float:
-    """Chi-square above its degrees of freedom."""
-    return float(fit.weight @ fit.rows.residual**2) - fit.dof
-
-
 def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     """The classes that can be named, the largest signal first, and the refit with their names.
 
@@ -160,18 +140,6 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
             return sorted(kept, key=lambda each: -size[each.name]), joint
         sure.pop()
     return [], None
-
-
-def _beats_the_rest(base: Fit, joint: Fit) -> bool:
-    """Whether what a refit takes of a misfit stands out of what it leaves, by the F-test.
-
-    Among much that nothing explains some effect always takes a little.
-    """
-    more = max(base.dof - joint.dof, 1)  # columns with a prior take no degree of freedom
-    left = _misfit(joint) + joint.dof
-    taken = _misfit(base) + base.dof - left
-    return float(fdtrc(more, joint.dof, taken / more / (left / joint.dof))) < (
-        CONSTANTS.misfit_p_value)
 
 
 def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
