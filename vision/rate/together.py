@@ -39,7 +39,10 @@ THRESHOLDS = TogetherThresholds()
 def judge_together(
     clips: Sequence[tuple[str, PhaseDiagnosis, float]],
 ) -> Mapping[str, PhaseDiagnosis]:
-    """Judge the clips whose verdict is open between a delay and a wave by all clips of a session.
+    """Judge the clips that show a delay or a wave by all clips of a session.
+
+    One clip tells them apart only by what else it shows: a small wave beside the delay looks like a
+    wave alone.
 
     Parameters
     ----------
@@ -49,12 +52,12 @@ def judge_together(
     Returns
     -------
     mapping of name to PhaseDiagnosis
-        The verdicts that are decided by the others; empty where nothing is open or decided.
+        The verdicts that all decide; empty where none is open, or none is decided.
     """
-    open_clips = [name for name, diagnosis, _ in clips if _is_open(diagnosis)]
+    either = [name for name, diagnosis, _ in clips if {DELAY, WAVE} <= set(diagnosis.group)]
     sizes = [(name, *both, rate) for name, diagnosis, rate in clips
              if (both := _sizes(diagnosis)) is not None]
-    if not open_clips or len(sizes) < 2:
+    if not either or len(sizes) < 2:
         return {}
     delay = np.array([size for _, size, _, _ in sizes])
     rate = np.array([each for *_, each in sizes])
@@ -70,11 +73,8 @@ def judge_together(
                f"{steady} is nearly the same in all ({shown[steady]}), that of {other} is not "
                f"({shown[other]}).")
     return {name: _decided(diagnosis, steady, because)
-            for name, diagnosis, _ in clips if name in open_clips}
-
-
-def _is_open(diagnosis: PhaseDiagnosis) -> bool:
-    return diagnosis.verdict == "ambiguous" and {DELAY, WAVE} <= set(diagnosis.group)
+            for name, diagnosis, _ in clips
+            if name in either and (diagnosis.verdict, diagnosis.name) != ("effect", steady)}
 
 
 def _sizes(diagnosis: PhaseDiagnosis) -> tuple[float, float] | None:

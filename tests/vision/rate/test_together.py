@@ -1,6 +1,7 @@
 """Several clips decide between a readout delay and a wave of the plate."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,11 @@ def test_one_speed_in_one_direction_decides_nothing() -> None:
     assert judged((FAST,), (3e-5,), (0.014,)) == ""
 
 
-def test_a_verdict_that_is_not_open_stays() -> None:
-    clips = [("a", verdict(3e-5, 0.007, "effect"), SLOW), ("b", verdict(3e-5, 0.014), FAST)]
+def test_no_clip_says_otherwise_than_all_together() -> None:
+    """A small wave beside the delay has one clip name a wave."""
+    alike = verdict(3e-5, 0.007, "effect")
+    clips = [("a", alike, SLOW), ("b", verdict(3e-5, 0.014), FAST)]
     assert set(judge_together(clips)) == {"b"}
+    clips[0] = ("a", replace(alike, name="once_per_rev"), SLOW)
+    assert {each.name for each in judge_together(clips).values()} == {"rolling_shutter"}
+    assert set(judge_together(clips)) == {"a", "b"}
