@@ -45,26 +45,28 @@ class FrozenStretch:
     of: str
 
 
-def find_frozen(logs: Sequence[ImuLog]) -> list[FrozenStretch]:
+def find_frozen(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> list[FrozenStretch]:
     """Stretches so long of one and the same reading that sensor or logger must have stopped.
 
     A stretch of r equal rows enters the mean of n rows with the noise of one row times r/n; from
     ``r = √n`` on that is more than the noise of the whole mean. Where the steps of the converter
     are larger than the noise, a reading in the middle of a step stays for long: how long follows
-    from the noise that the other readings show. Sensors of two chips stop one at a time, and an
-    axis that is stuck or cut off stands still alone.
+    from the noise that the other readings show, those of ``others`` where no log of the run shows
+    any. Sensors of two chips stop one at a time, and an axis that is stuck or cut off stands still
+    alone.
     """
     for of, columns in STILL_PARTS.items():
         with_all = [i for i, log in enumerate(logs) if all(log.has(triad) for triad, _ in columns)]
-        values = [np.hstack([logs[i].readings(triad)[:, axes] + 0.0 for triad, axes in columns])
-                  for i in with_all]
-        if values and (stretches := _stretches(of, with_all, values)):
+        values, shown = ([np.hstack([log.readings(triad)[:, axes] + 0.0 for triad, axes in columns])
+                          for log in every if all(log.has(triad) for triad, _ in columns)]
+                         for every in (logs, others))
+        if values and (stretches := _stretches(of, with_all, values, shown)):
             return stretches
     return []
 
 
 def _stretches(
-    of: str, index: Sequence[int], logs: Sequence[FloatArray]
+    of: str, index: Sequence[int], logs: Sequence[FloatArray], others: Sequence[FloatArray]
 ) -> list[FrozenStretch]:
     """Find them in some columns, (t, k) of each log."""
     again = [(values[1:] == values[:-1]).all(axis=1) for values in logs]
@@ -73,7 +75,8 @@ def _stretches(
     inside = sum(count - 1 for _, count in stretches)
     rows = sum(map(len, logs))
     shortest = SHORTEST_OF_ONE if logs[0].shape[1] == 1 else 0.0
-    stays = max((equal - inside + 1) / (rows + 2), _stays_in_a_step(logs))
+    noisy = logs if inside < rows - len(logs) else (*logs, *others)
+    stays = max((equal - inside + 1) / (rows + 2), _stays_in_a_step(noisy))
     by_chance = 1 + np.log(FALSE_ALARM / rows) / np.log(min(stays, 1 - 1 / rows))
     return [
         FrozenStretch(i, start, count, of)
@@ -100,20 +103,22 @@ def _stays_in_a_step(logs: Sequence[FloatArray]) -> float:
     return float(np.prod(2 * ndtr(half_step) - 1))
 
 
-def require_running(logs: Sequence[ImuLog]) -> None:
+def require_running(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> None:
     """Refuse poses in which the sensor froze.
 
     Parameters
     ----------
     logs : sequence of ImuLog
         Of one run: the noise of one says how long a reading of another may stay.
+    others : sequence of ImuLog
+        Of all runs, for a run that shows no noise at all. A motor shakes some runs and not all.
 
     Raises
     ------
     Undetermined
         Naming the log and the samples.
     """
-    for frozen in find_frozen(logs):
+    for frozen in find_frozen(logs, others):
         raise Undetermined(
             f"{logs[frozen.index].label}: froze: its samples {frozen.start + 1} to "
             f"{frozen.start + frozen.count} are one and the same reading of {frozen.of}, where the "

@@ -196,9 +196,9 @@ def read_session(config: Config) -> SessionLogs:
     if every:
         _require_one_unit_of_time(every)
         _require_celsius(every)
-        for setting, one in logs.by_setting.items():  # a motor adds noise where the plate turns
+        for setting, one in logs.by_setting.items():
             if not setting.poses.log:  # of long logs the poses are looked at
-                require_running(one)
+                require_running(one, every)
     for triad, spec in specs.items():
         require_no_copies(logs.triad_logs(config, triad), triad)
         for setting in settings_of(config, triad):
