@@ -44,7 +44,7 @@ SIZE = 5.0
 SEED = 2
 
 
-PLACES = tuple(f"calib.fit.least_squares.{room}.minimise" for room in ("solver", "shape_starts"))
+PLACES = tuple(f"calib.fit.least_squares.{room}.minimise" for room in ("solver", "stack_fits"))
 """Where a diagnosis takes its minimiser from."""
 
 
