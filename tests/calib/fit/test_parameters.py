@@ -82,7 +82,7 @@ def test_a_correction_with_effects_undoes_them_on_other_readings() -> None:
 
 
 def test_sds_are_by_the_variance_to_expect_of_the_noise() -> None:
-    """By the stated sds and by the residual, in the end by the residual alone."""
+    """Judged by the stated sds and by the residual, in the end by the residual alone."""
     poses = noisy(made_poses("gyroscope", (SLOW, SLOW)), 3)
     right = calibrate_triad(fit(poses, MODEL), SPECS["gyroscope"])
     assert right.widening == pytest.approx(1.0, abs=0.1)

@@ -45,7 +45,7 @@ def test_no_step_and_much_noise_add_nothing() -> None:
 
 @pytest.mark.parametrize("noise", [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4])
 def test_a_run_shows_the_noise_on_which_its_steps_depend(noise: float) -> None:
-    """By 18 poses; never much too sure, and in no run by chance far from what is so."""
+    """Read from 18 poses; never much too sure, and in no run by chance far from what is so."""
     rng = np.random.default_rng(6)
     by_noise, ratio = (noise**2 + 1 / 12) / 500, []
     for _ in range(60):

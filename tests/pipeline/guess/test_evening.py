@@ -88,7 +88,7 @@ def test_where_nothing_decides_the_range_is_asked_and_not_guessed(
 def test_a_large_bias_and_a_range_that_no_data_sheet_has_are_no_question(
     here: Path, capsys: pytest.CaptureFixture[str], lean_deg: float, says: str
 ) -> None:
-    """As the gyroscope of an MTi: offset binary, 20 °/s of bias, a gain of its own."""
+    """Gyroscope like that of an MTi: offset binary, 20 °/s of bias, a gain of its own."""
     evening = Evening(range_deg_s=197.0, range_g=6.1, bias_deg_s=(-20.0, 17.0, 7.0), zero=32768,
                       lean_deg=lean_deg, rpm=100 / 6)
     files = evening.write(here, "rest", 0.0, 1) + evening.write(here, "at 17 rpm", 100 / 6, 2)

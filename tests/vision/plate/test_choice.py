@@ -40,6 +40,6 @@ def test_what_noise_explains_of_itself_is_not_believed() -> None:
 
 
 def test_a_plate_is_believed_though_most_of_what_varies_is_noise() -> None:
-    """Of a dark film."""
+    """Frames of a dark film."""
     assert candidate(0.25).is_believed
     assert not candidate(0.25).is_certain
