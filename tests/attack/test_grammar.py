@@ -28,6 +28,15 @@ def test_what_a_bench_found_stays_named(what: str, tmp_path: Path) -> None:
     assert attack.outcome(judged)[0] == "right", (attack.words, judged.said)
 
 
+def test_a_name_stands_out_of_the_misfit_that_it_leaves(tmp_path: Path) -> None:
+    """Of axes exchanged in all poses at rest reference_offset takes 2 %, which is chance."""
+    attack = drawn(983_248)
+    assert attack.what == "axes"
+    judged = attack.judged(tmp_path)
+    assert judged.verdicts["gyroscope"] == "noise", judged.said
+    assert "exchanged columns" in judged.said
+
+
 @pytest.mark.parametrize("name", ["analogue, 10 bit", "ADXL345 and ITG-3200, 10 bit, ±2 g",
                                   "ICM-42688, ±16 g, 2000 °/s"])
 def test_a_sound_session_of_a_coarse_converter_is_neither_refused_nor_warned_of(name: str) -> None:
