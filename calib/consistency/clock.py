@@ -18,7 +18,8 @@ import numpy as np
 
 from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.errors import Contradiction
-from calib.numbers import NO_LENGTH, RPM
+from calib.numbers import RPM
+from calib.poses.attitudes import two_across
 from calib.poses.averaging.average_pose import LEAST_PER_TURN
 from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -148,10 +149,8 @@ def across_gravity(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np
     n = len(log.time_s) // per
     force = spec.nominal(log.accelerometer[: n * per]).reshape(n, per, 3).mean(axis=1)
     up = force.mean(axis=0)
-    up = up / max(float(np.linalg.norm(up)), NO_LENGTH)
-    e1 = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    e1 = e1 / max(float(np.linalg.norm(e1)), NO_LENGTH)
-    e2 = np.cross(up, e1)
+    size = float(np.linalg.norm(up))
+    e1, e2 = two_across(up[None] / size if size else np.eye(3)[:1])[0]
     z = force @ e1 + 1j * (force @ e2)
     line = np.column_stack([np.ones(n), np.arange(n) / n])
     z = z - line @ np.linalg.lstsq(line.astype(complex), z)[0]

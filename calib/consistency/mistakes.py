@@ -88,7 +88,7 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
 def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> str | None:
     """The mistake that explains the misfit and what it leaves, in words; None where none does."""
     before = _chi2(poses, base)
-    whole = left_over(*quadric(poses))[0] if before is None else before[0]
+    whole = float(left_over(*quadric(poses))[0][0]) if before is None else before[0]
     tried = [
         (chi2, dof, mistakes[i])
         for fits in fit_sets([mistake.undone for mistake in mistakes], base) if fits.fitted

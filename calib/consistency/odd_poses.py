@@ -6,9 +6,7 @@ likelihood ratio ``d/2 ln(chi2_with / chi2_without)``, the noise's scale free, a
 of the number of sets over the probability of a false alarm.
 """
 
-from collections.abc import Iterator
 from itertools import combinations
-from math import comb
 
 import numpy as np
 
@@ -24,28 +22,21 @@ MOST_SETS = 1000  #: sets of poses left out; a limit of time
 def odd_poses(poses: PoseSet) -> BoolArray | None:
     """The poses that contradict all others, (n,); None where no few of them do."""
     columns, target = quadric(poses)
-    turning = np.flatnonzero(~poses.reference.is_null)
-    sets = [*_few_of(len(turning), len(turning) - columns.shape[1] - 1)]
-    if not sets:
+    n, unknowns = columns.shape
+    kept = np.ones((1, n), dtype=bool)
+    for size in range(1, min(MOST_ODD, n - unknowns - 1) + 1):
+        out = np.array([*combinations(range(n), size)])
+        if len(kept) - 1 + len(out) > MOST_SETS:
+            break
+        kept = np.concatenate([kept, ~(out[..., None] == np.arange(n)).any(axis=1)])
+    if len(kept) == 1:
         return None
-    whole, _ = left_over(columns, target)
-    without = np.array([left_over(np.delete(columns, out, axis=0), np.delete(target, out))
-                        for out in sets])
-    dof = np.maximum(without[:, 1], 1)
-    gained = dof / 2 * np.log(np.maximum(whole, dof) / np.maximum(without[:, 0], dof))
+    chi2, dof = left_over(columns, target, kept)
+    dof = np.maximum(dof[1:], 1)
+    gained = dof / 2 * np.log(np.maximum(chi2[0], dof) / np.maximum(chi2[1:], dof))
     best = int(np.argmax(gained))
-    if gained[best] < np.log(len(sets) / FALSE_ALARM):
+    if gained[best] < np.log(len(gained) / FALSE_ALARM):
         return None
     odd = np.zeros(len(poses), dtype=bool)
-    odd[turning[list(sets[best])]] = True
+    odd[~poses.reference.is_null] = ~kept[1 + best]
     return odd
-
-
-def _few_of(count: int, most: int) -> Iterator[tuple[int, ...]]:
-    """Sets of one place of ``count`` and more, of as many as time and what is left allow."""
-    sets = 0
-    for size in range(1, min(MOST_ODD, most) + 1):
-        sets += comb(count, size)
-        if sets > MOST_SETS:
-            return
-        yield from combinations(range(count), size)

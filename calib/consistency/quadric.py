@@ -7,7 +7,9 @@ linear in its coefficients once its size is fixed by ``trace A = 3``. To first o
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.fit.column_scaling import orthonormal_bases
+from calib.fit.small_systems import times
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 
@@ -23,7 +25,17 @@ def quadric(poses: PoseSet) -> tuple[FloatArray, FloatArray]:
     return columns * weight[:, None], squares.sum(axis=1) * weight
 
 
-def left_over(columns: FloatArray, target: FloatArray) -> tuple[float, int]:
-    """Chi-square that a fit of the columns leaves of the target, and its degrees of freedom."""
-    solution, _, rank, _ = np.linalg.lstsq(columns, target)
-    return float(((target - columns @ solution) ** 2).sum()), len(target) - int(rank)
+def left_over(
+    columns: FloatArray, target: FloatArray, kept: BoolArray | None = None
+) -> tuple[FloatArray, IntArray]:
+    """Chi-square (s,) that fits leave of the target, and degrees of freedom (s,), no unit.
+
+    Each of s fits has the rows that it has ``kept`` (s, m); one has all of them by default.
+    """
+    kept = np.ones((1, len(target)), dtype=bool) if kept is None else kept
+    design = columns * kept[..., None]
+    basis = orthonormal_bases(design)
+    rest = target * kept
+    rest = rest - times(basis, times(basis.swapaxes(1, 2), rest))
+    rank = basis.any(axis=1).sum(axis=1)
+    return (rest**2).sum(axis=1), kept.sum(axis=1) - rank

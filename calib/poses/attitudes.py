@@ -55,6 +55,14 @@ def spread_directions(count: int) -> FloatArray:
     return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), z], axis=1)
 
 
+def two_across(directions: FloatArray) -> FloatArray:
+    """Two unit vectors across each unit vector of ``directions`` (n, 3), and each other, (n, 2, 3).
+    """
+    first = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(directions, first)], axis=1)
+
+
 def nearest_faces(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The faces and edges of a cube nearest to ``directions`` (n, 3), and how far off they are.
 

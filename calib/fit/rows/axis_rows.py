@@ -24,6 +24,7 @@ from calib.fit.rows.wave_rows import WaveRows
 from calib.fit.rows.whitened_rows import Whitening
 from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
+from calib.poses.attitudes import two_across
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
@@ -153,12 +154,19 @@ def _of_attitudes(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray,
     up, s = poses.up[place], poses.reading[place] @ start.matrix.T + start.offset
     spin = poses.spin_rad_s[place] if poses.triad == "gyroscope" else np.zeros(len(place))
     turn = np.where(spin < 0, -1.0, 1.0) * np.linalg.norm(s, axis=1)
-    # Where all poses stand on one side, the frames start parallel in what these leave open.
-    weight = np.r_[np.ones(len(place)), np.full(3, LEAST_WEIGHT)]
-    rotation = Rotation.align_vectors(
-        np.vstack([s / turn[:, None], np.eye(3)]), np.vstack([up, np.eye(3)]), weight)[0]
+    rotation = rotation_onto(s / turn[:, None], up)
     return _rows(poses, start, place, rotation.apply(up), turn,
                  poses.up_sd_rad[place, None], np.zeros((len(place), 0, 3)), ())
+
+
+def rotation_onto(directions: FloatArray, others: FloatArray) -> Rotation:
+    """The rotation that brings ``others`` (w, 3) nearest to ``directions`` (w, 3), unit vectors.
+
+    Where all poses stand on one side, the frames are parallel in what these leave open.
+    """
+    weight = np.r_[np.ones(len(directions)), np.full(3, LEAST_WEIGHT)]
+    return Rotation.align_vectors(
+        np.vstack([directions, np.eye(3)]), np.vstack([others, np.eye(3)]), weight)[0]
 
 
 def _rows(
@@ -170,10 +178,7 @@ def _rows(
     ``turn`` (w,) are the vectors' lengths along n, ``direction_sd`` (w, 1) or (w, 2) rad, and
     ``moved`` (w, a, 3) by how much the common errors ``moved_by`` move n.
     """
-    helper = np.eye(3)[np.argmin(np.abs(n), axis=1)]
-    first = np.cross(n, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    across = np.stack([first, np.cross(n, first)], axis=1)  # (w, 2, 3)
+    across = two_across(n)  # (w, 2, 3)
     by_reading = np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, poses.sd[place] ** 2)
     sd = np.sqrt(by_reading + (np.abs(turn)[:, None] * direction_sd) ** 2)
     names = poses.reference.common_names

@@ -9,24 +9,29 @@ the two directions must agree. Two transverse rows per pose,
 give the rotation vector phi and the lever r that is fixed in the case. What is put on the plate
 anew for every pose, not quite on the spindle, leaves a centripetal part of its own: its size is
 estimated from the scatter of the rows, and weights the fast runs down.
+
+This is another question than the fit's, and the fit does not feel the answer: in it, these rows
+would have the misalignments of the gyroscope rest on the accelerometer and on where each pose lay.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.least_squares.result import Fit
 from calib.fit.model import stack_columns
+from calib.fit.rows.axis_rows import rotation_onto
+from calib.poses.attitudes import two_across
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray
 
 FEWEST_POSES = 6  #: derived: twelve transverse rows for six unknowns
 ITERATIONS = 20  #: numerical limit; the example takes three
+STEADY_RAD = 1e-12  #: rotation that ends the iterations; numerical
 LARGEST_PLACEMENT_M = 0.5  #: fact: beyond the rim of any plate
-PLACEMENT_STEPS = 60  #: numerical limit: a step about doubles a variance that is far too small
-PLACEMENT_TOLERANCE = 1e-12  #: change of chi-square over its degrees of freedom; numerical
 EFFECTIVE_SAMPLES = 100.0
 """Independent samples that a pose of some ten seconds is worth at least. A judgement."""
 
@@ -51,60 +56,6 @@ class FrameRotation:
     lever_m: FloatArray
 
 
-def _transverse(n: FloatArray) -> FloatArray:
-    """Two unit vectors across each direction ``n`` (m, 3), shape (m, 2, 3)."""
-    helper = np.eye(3)[np.argmin(np.abs(n), axis=1)]
-    first = np.cross(n, helper)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(n, first)], axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class _TransverseRows:
-    """Transverse rows (m, 2), their design (m, 2, 6) and what weights them."""
-
-    residual: FloatArray
-    design: FloatArray
-    noise_sd: FloatArray
-    per_metre: FloatArray
-
-    def solve(self, placement_m: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Solution (6,), covariance (6, 6) and what is left of the rows (2m,), in their sds."""
-        inverse, sd = self.inverse(placement_m)
-        b = (self.residual / sd).ravel()
-        solution = inverse @ b
-        rest = b - (self.design / sd[:, :, None]).reshape(-1, 6) @ solution
-        return solution, inverse @ inverse.T, rest
-
-    def inverse(self, placement_m: float) -> tuple[FloatArray, FloatArray]:
-        """What turns whitened rows into the solution, (6, 2m), and the rows' sd, (m, 1)."""
-        sd = np.sqrt(self.noise_sd**2 + (placement_m * self.per_metre) ** 2)[:, None]
-        a = (self.design / sd[:, :, None]).reshape(-1, 6)
-        return pseudo_inverse(a, LEAST_SINGULAR), sd
-
-    def placement(self) -> float:
-        """The scatter of the placement at which chi-square is what it should be, m.
-
-        The equation of Paule and Mandel (J. Res. NBS 87, 1982), by Newton's method: chi-square is
-        convex in the variance and falls, so no step from zero passes the root.
-        """
-        dof = self.residual.size - 6
-        variance = 0.0
-        for _ in range(PLACEMENT_STEPS):
-            rest = self.solve(np.sqrt(variance))[2]
-            sd = np.hypot(self.noise_sd, np.sqrt(variance) * self.per_metre)
-            slope = float((rest.reshape(-1, 2) ** 2).sum(axis=1) @ (self.per_metre / sd) ** 2)
-            excess = float(rest @ rest) - dof
-            if excess <= 0:
-                break
-            variance += excess / slope
-            if variance >= LARGEST_PLACEMENT_M**2:
-                return LARGEST_PLACEMENT_M
-            if excess <= PLACEMENT_TOLERANCE * dof:
-                break
-        return float(np.sqrt(variance))
-
-
 def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> FrameRotation | None:
     """The rotation from the gyro's to the accelerometer's frame, where these poses show it.
 
@@ -126,60 +77,65 @@ def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> Frame
         return None
     spin, force, s = poses.spin_rad_s[used], poses.force[used], fit.rows.vector[used]
     gravity = np.linalg.norm(force, axis=1)
-    speed = np.linalg.norm(s, axis=1)
-    f = force / gravity[:, None]
-    n = np.sign(spin)[:, None] * s / speed[:, None]
-    noise = np.hypot(poses.sd[used].mean(axis=1) / speed, _force_sd(fit, used) / gravity)
+    turn = np.sign(spin) * np.linalg.norm(s, axis=1)
+    f, n = force / gravity[:, None], s / turn[:, None]
+    noise = np.hypot(poses.sd[used].mean(axis=1) / np.abs(turn), _force_sd(fit, used) / gravity)
     per_metre = spin**2 / gravity
-    rotation = _nearest_rotation(f.T @ n)
+    rotation = rotation_onto(f, n).as_matrix()
     for _ in range(ITERATIONS):
         turned = n @ rotation.T
-        across = _transverse(turned)
+        across = two_across(turned)
         residual = np.einsum("mij,mj->mi", across, f - turned)
-        turn = -np.cross(across, turned[:, None])
         lever = -across * per_metre[:, None, None]
-        rows = _TransverseRows(residual, np.concatenate([turn, lever], axis=2), noise, per_metre)
-        placement = rows.placement()
-        solution, cov, _ = rows.solve(placement)
+        design = np.concatenate([np.cross(turned[:, None], across), lever], axis=2)
+        sd = np.hypot(noise, _placement_m(residual, design, noise, per_metre) * per_metre)
+        gain = pseudo_inverse(_whitened(design, sd), LEAST_SINGULAR)
+        solution = gain @ _whitened(residual, sd)
         rotation = Rotation.from_rotvec(solution[:3]).as_matrix() @ rotation
-        if np.abs(solution[:3]).max() < 1e-12:
+        if np.abs(solution[:3]).max() < STEADY_RAD:
             break
-    inverse, row_sd = rows.inverse(placement)
-    gyro = _moved(fit, s) / speed[:, None, None]
-    by_gyro = np.sign(spin)[:, None, None] * np.einsum("ij,mjp->mip", rotation, gyro)
-    cov += _carried(inverse, row_sd, across, -by_gyro, fit)
+    moved = [(fit, -rotation @ _moved(fit, s) / turn[:, None, None])]
     if accelerometer is not None:
-        by_force = _moved(accelerometer, force) / gravity[:, None, None]
-        cov += _carried(inverse, row_sd, across, by_force, accelerometer)
-    sd = np.sqrt(np.diag(cov))
-    angles = Rotation.from_matrix(rotation).as_rotvec()
-    return FrameRotation(angles, sd[:3], solution[3:])
+        moved.append((accelerometer, _moved(accelerometer, force) / gravity[:, None, None]))
+    cov = gain @ gain.T
+    for of_triad, directions in moved:
+        carried = gain @ _whitened(across @ directions, sd)
+        index = of_triad.model.positions(of_triad.model.acting_on("reading"))
+        cov += carried @ of_triad.cov[np.ix_(index, index)] @ carried.T
+    return FrameRotation(Rotation.from_matrix(rotation).as_rotvec(),
+                         np.sqrt(np.diag(cov))[:3], solution[3:])
 
 
-def _nearest_rotation(matrix: FloatArray) -> FloatArray:
-    """The rotation R that maximises tr(Rᵀ ``matrix``), shape (3, 3).
+def _placement_m(
+    residual: FloatArray, design: FloatArray, noise: FloatArray, per_metre: FloatArray
+) -> float:
+    """The scatter of the placement at which chi-square is what it should be, m.
 
-    For ``Σ f nᵀ`` over pairs of directions it takes n nearest to f, also where all lie in one
-    plane: Markley, *J. Astronaut. Sci.* 36 (1988), on Wahba's problem, eq. (12) to (14).
+    The equation of Paule and Mandel (J. Res. NBS 87, 1982): chi-square falls with the variance.
     """
-    u, _, vt = np.linalg.svd(matrix)
-    return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
+    def excess(variance: float) -> float:
+        sd = np.sqrt(noise**2 + variance * per_metre**2)
+        columns, rows = _whitened(design, sd), _whitened(residual, sd)
+        rest = rows - columns @ (pseudo_inverse(columns, LEAST_SINGULAR) @ rows)
+        return float(rest @ rest) - (residual.size - 6)
+
+    largest = LARGEST_PLACEMENT_M**2
+    if excess(0.0) <= 0:
+        return 0.0
+    return float(np.sqrt(brentq(excess, 0.0, largest))) if excess(largest) < 0 else (
+        LARGEST_PLACEMENT_M)
+
+
+def _whitened(rows: FloatArray, sd: FloatArray) -> FloatArray:
+    """Transverse rows (m, 2, ...) over the sds (m,) of their poses, (2m, ...)."""
+    in_sds = rows / sd.reshape(-1, *[1] * (rows.ndim - 1))
+    return np.asarray(in_sds.reshape(2 * len(sd), *rows.shape[2:]))
 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
     """How far each parameter of bias, scale and misalignment moves ``vector`` (m, 3), (m, 3, p)."""
     at = Conditions.of_vectors(vector)
     return np.asarray(-stack_columns(fit.model.acting_on("reading"), at, {}))
-
-
-def _carried(
-    inverse: FloatArray, row_sd: FloatArray, across: FloatArray, moved: FloatArray, fit: Fit
-) -> FloatArray:
-    """Covariance (6, 6) that a triad's parameters carry into the solution."""
-    rows = np.einsum("mij,mjp->mip", across, moved) / row_sd[:, :, None]
-    gain = inverse @ rows.reshape(inverse.shape[1], moved.shape[2])
-    index = fit.model.positions(fit.model.acting_on("reading"))
-    return np.asarray(gain @ fit.cov[np.ix_(index, index)] @ gain.T)
 
 
 def _force_sd(fit: Fit, used: BoolArray) -> FloatArray:

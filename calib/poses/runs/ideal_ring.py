@@ -7,6 +7,7 @@ import numpy as np
 
 from calib.earth import EARTH_RATE_RAD_S
 from calib.errors import Undetermined
+from calib.poses.attitudes import two_across
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray
 from calib.poses.reference import Reference
@@ -21,9 +22,7 @@ from calib.poses.runs.ring import (
     ring_of_run,
     tilt_of_run,
 )
-from calib.poses.runs.ring_errors import (
-    tilt_name,
-)
+from calib.poses.runs.ring_errors import tilt_name
 from calib.poses.samples.in_step import FEWEST_TURNS
 
 ADVISED_TILT_RAD = float(np.radians(9.0))
@@ -42,11 +41,8 @@ def up_round_axis(axis: FloatArray, tilt_rad: float) -> FloatArray:
     tilt_rad : float
         Of the axis against gravity.
     """
-    lean = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=1)])
-    lean /= np.linalg.norm(lean, axis=1, keepdims=True)
-    across = np.stack([lean, np.cross(axis, lean)], axis=1)
     turn = np.column_stack([np.cos(ROUND), np.sin(ROUND)])
-    return np.asarray(np.cos(tilt_rad) * axis[:, None] + np.sin(tilt_rad) * turn @ across)
+    return np.asarray(np.cos(tilt_rad) * axis[:, None] + np.sin(tilt_rad) * turn @ two_across(axis))
 
 
 def ideal_ring(
