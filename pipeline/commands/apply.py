@@ -105,7 +105,7 @@ def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuL
     from pipeline.logs.columns import Renamed
     from pipeline.logs.read import read_log
 
-    for row in stored.contents.get("columns", ()):
+    for row in stored.contents.columns:
         names = Renamed(tuple(row.items())) if isinstance(row, dict) else row
         try:
             return read_log(log, names, clock)

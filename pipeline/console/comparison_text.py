@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+
+import numpy as np
 
 from calib.effects.units import display_unit
 from calib.poses.imu_log import Triad
 from calib.rounding import in_digits
 from pipeline.results.ageing import Ageing
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
-from pipeline.results.fitness import unseen_of
+from pipeline.results.fitness import parts_of_error
+from pipeline.results.schema.triad import TriadSection
 from pipeline.text.formatting import DISPLAY, short_model, with_sd
 from pipeline.text.tables import table_lines
 
@@ -23,19 +25,21 @@ def comparison_lines(compared: ComparedTriad, names: Sequence[str]) -> list[str]
     """The table of one triad, a column for each of ``names``."""
     unit, factor = DISPLAY[compared.triad]
     rows = [[compared.triad, names[0], *(text for name in names[1:] for text in (name, APART))]]
-    of_section: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
-        "model": lambda s: short_model(s["model"]),
-        "verdict": lambda s: str(s["diagnosis"]["verdict"]),
-        f"RMS [{unit}]": lambda s: _scaled(s["residual_rms"], factor),
-        f"leave-one-out [{unit}]": lambda s: _scaled(s["loo_rms"], factor),
-        "chi²/dof": lambda s: f"{s['chi2'] / s['dof']:.2f}" if s["dof"] else NONE,
-        f"to expect [{unit}]": lambda s: _scaled((s["prediction"] or {}).get("sd_median"), factor),
-        "cannot see": lambda s: ", ".join(unseen_of(s)) or NONE,
+    of_section: Mapping[str, Callable[[TriadSection], str]] = {
+        "model": lambda s: short_model(s.model),
+        "verdict": lambda s: s.diagnosis.verdict,
+        f"RMS [{unit}]": lambda s: _scaled(s.residual_rms, factor),
+        f"leave-one-out [{unit}]": lambda s: _scaled(s.loo_rms, factor),
+        "chi²/dof": lambda s: f"{s.chi2 / s.dof:.2f}" if s.dof else NONE,
+        f"to expect [{unit}]": lambda s: NONE if s.prediction is None else _scaled(
+            s.prediction.sd_median, factor),
+        "cannot see": lambda s: ", ".join(parts_of_error(s)[1]) or NONE,
     }
     for title, cell in of_section.items():
-        rows.append(_row(title, [NONE if s is None else cell(s) for s in compared.sections]))
+        rows.append(_row(title, [NONE if one is None else cell(one.section)
+                                  for one in compared.stored]))
     for name, errors in zip(names, compared.error_on_poses, strict=True):
-        if any(error is not None for error in errors):
+        if np.isfinite(errors).any():
             rows.append(_row(f"error on the poses of {name} [{unit}]",
                              [_scaled(error, factor) for error in errors]))
     rows += [_parameter_row(parameter) for parameter in compared.parameters]
@@ -45,7 +49,7 @@ def comparison_lines(compared: ComparedTriad, names: Sequence[str]) -> list[str]
 def conclusions(compared: ComparedTriad, names: Sequence[str]) -> Iterator[str]:
     """A sentence for each calibration on how it differs from the first."""
     for k in range(1, len(names)):
-        if compared.sections[0] is not None and compared.sections[k] is not None:
+        if compared.stored[0] is not None and compared.stored[k] is not None:
             yield f"{compared.triad}: {_conclusion(compared, names, k)}"
 
 
@@ -82,11 +86,11 @@ def _days(days: float) -> str:
     return f"{days:.2g} days" if days < LONG_DAYS else f"{days / YEAR_DAYS:.2g} years"
 
 
-def _row(title: str, cells: Sequence[str], apart: Sequence[float | None] = ()) -> list[str]:
+def _row(title: str, cells: Sequence[str], apart: Sequence[float] = ()) -> list[str]:
     """A row of the table: behind each cell but the first how far it is from the first."""
     row = [f"  {title}", cells[0]]
-    for cell, sds in zip(cells[1:], apart[1:] or [None] * len(cells[1:]), strict=True):
-        row += [cell, "" if sds is None else _sds(sds, "+")]
+    for cell, sds in zip(cells[1:], apart[1:] or [math.nan] * len(cells[1:]), strict=True):
+        row += [cell, _sds(sds, "+") if math.isfinite(sds) else ""]
     return row
 
 
@@ -96,31 +100,31 @@ def _sds(value: float, sign: str = "") -> str:
 
 
 def _scaled(value: float | None, factor: float) -> str:
-    return NONE if value is None else in_digits(value * factor, 3)
+    known = value is not None and math.isfinite(value)
+    return in_digits(value * factor, 3) if value is not None and known else NONE
 
 
 def _parameter_row(parameter: ComparedParameter) -> list[str]:
-    known = [value for value in parameter.values if value is not None]
     unit, factor = parameter.unit, 1.0
     if parameter.is_effect:
-        unit, factor = display_unit(unit, known)
-    cells = [NONE if value is None else with_sd(value * factor, None if sd is None else sd * factor)
+        unit, factor = display_unit(unit, parameter.values[np.isfinite(parameter.values)])
+    cells = [with_sd(value * factor, sd * factor) if math.isfinite(value) else NONE
              for value, sd in zip(parameter.values, parameter.sds, strict=True)]
-    return _row(f"{parameter.name} [{unit}]", cells, parameter.apart_sd)
+    return _row(f"{parameter.name} [{unit}]", cells, parameter.apart_sd.tolist())
 
 
 def _conclusion(compared: ComparedTriad, names: Sequence[str], k: int) -> str:
     first, other = names[0], names[k]
-    if compared.same_poses[k]:
+    if compared.is_same_poses(k):
         return (f"{first} and {other} are of the same poses. What differs is due to the "
                 f"model or the reference, and the sds do not apply to it.")
-    if not compared.same_sheet[k]:
+    if not compared.is_same_sheet(k):
         return (f"{first} and {other} have other data sheets (range, bits or encoding), so counts "
                 f"of one are no counts of the other: only the misalignments are compared.")
     far = compared.farthest(k)
     if far is None:
         return f"{first} and {other} have no fitted parameter in common."
-    apart, limit = abs(far.apart_sd[k] or 0.0), compared.chance_limit_sd(k)
+    apart, limit = abs(float(far.apart_sd[k])), compared.chance_limit_sd(k)
     if apart <= limit:
         return (f"{first} and {other} agree: no parameter differs by more than "
                 f"{apart:.1f} sds, and {limit:.1f} are expected by chance in 1 of 100 cases.")

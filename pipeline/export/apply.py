@@ -80,7 +80,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     _require_writable(log)
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
-    clock = log.time_s - float(stored.contents["session_start_s"] or 0.0)
+    clock = log.time_s - float(stored.contents.session_start_s or 0.0)
     known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
     for triad in stored.triads:
         if not log.has(triad.name):

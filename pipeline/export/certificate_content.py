@@ -3,9 +3,8 @@
 import hashlib
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +17,9 @@ from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray
 from pipeline.export.parts import HASH_DIGITS, stood_for, temperatures
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.schema.file import ResultsFile
+from pipeline.results.schema.rate import RateResult
+from pipeline.results.schema.triad import PoseResult, PredictionResult, TriadSection
 from pipeline.text.formatting import (
     DISPLAY,
     count,
@@ -95,10 +97,10 @@ def certificate_content(stored: Stored) -> CertificateContent:
     """
     contents = stored.contents
     return CertificateContent(
-        title=printable(contents["title"] or "Untitled session"),
-        sensor=printable(contents["sensor"]),
+        title=printable(contents.title or "Untitled session"),
+        sensor=printable(contents.sensor),
         facts=tuple(_facts(stored)),
-        triads=tuple(_part(triad, contents[triad.name]) for triad in stored.triads),
+        triads=tuple(map(_part, stored.triads)),
         references=tuple(_references(contents)),
         notes=tuple(_notes(stored)),
     )
@@ -110,7 +112,7 @@ def printable(text: object) -> str:
 
 
 def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
-    sha = str(stored.contents["config_sha256"])
+    sha = stored.contents.config_sha256
     steps = [step for step in read_history(stored.folder) if step.config_sha256 == sha]
     yield "Date of calibration", steps[-1].when[:16].replace("T", " ") if steps else NOT_RECORDED
     yield "Configuration", f"SHA-256 {sha[:HASH_DIGITS]}"
@@ -121,22 +123,22 @@ def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
         yield "Temperature", f"{min(warmth):.1f} to {max(warmth):.1f} °C"
 
 
-def _part(triad: StoredTriad, section: Mapping[str, Any]) -> TriadPart:
-    diagnosis = section["diagnosis"]
-    short = printable(diagnosis.get("short") or diagnosis["verdict"])
-    blind = [printable(name) for name in diagnosis["blind"]]
+def _part(triad: StoredTriad) -> TriadPart:
+    section, diagnosis = triad.section, triad.section.diagnosis
+    short = printable(diagnosis.short or diagnosis.verdict)
+    blind = [printable(name) for name in diagnosis.blind]
     return TriadPart(
         name=triad.name.capitalize(),
-        model=printable(short_model(section["model"])),
+        model=printable(short_model(section.model)),
         range=_range(triad),
-        standing=diagnosis.get("standing") or "open",
+        standing=diagnosis.standing or "open",
         verdict=f"{short[:1].upper()}{short[1:]}",
-        explanation=_typeset(printable(diagnosis["says"])),
+        explanation=_typeset(printable(diagnosis.in_words)),
         rows=(*_base_rows(triad), *_effect_rows(triad)),
         figures=tuple(_figures(triad.name, section)),
-        prediction=_prediction(triad.name, section["prediction"]),
+        prediction=_prediction(triad.name, section.prediction),
         not_determined=", ".join(blind) or "nothing that was looked for",
-        residuals=_residuals(triad.name, section["poses"]),
+        residuals=_residuals(triad.name, section.poses),
     )
 
 
@@ -149,7 +151,7 @@ def _range(triad: StoredTriad) -> str:
     spec, unit = triad.correction.spec, SI_UNIT[triad.name]
     if not spec.bits:
         return "logged in physical units"
-    by_gain = range_by_gain(triad.scale_counts_per_unit, spec)
+    by_gain = range_by_gain(triad.parameters.scale_counts_per_unit, spec)
     if by_gain is not None:
         return f"about {range_in_words(by_gain, triad.name)} by the measured gain, {spec.bits} bits"
     shown = math.degrees(spec.full_scale) if triad.name == "gyroscope" else spec.full_scale
@@ -158,18 +160,19 @@ def _range(triad: StoredTriad) -> str:
 
 def _base_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
     """Bias, scale and misalignment in the units of Angrisano et al."""
-    yield _row("Bias b [counts]", triad.bias_counts, triad.bias_sd)
-    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[triad.name]})]", triad.scale_counts_per_unit,
-               triad.scale_sd)
-    yield _row("Misalignment α [mrad]", triad.misalignment_rad * 1e3, triad.misalignment_sd * 1e3)
+    nine = triad.parameters
+    misalignment_sd, bias_sd, scale_sd = nine.sd
+    yield _row("Bias b [counts]", nine.bias_counts, bias_sd)
+    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[triad.name]})]", nine.scale_counts_per_unit, scale_sd)
+    yield _row("Misalignment α [mrad]", nine.misalignment_rad * 1e3, misalignment_sd * 1e3)
 
 
 def _effect_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
     """Added effects in units of data sheets, three values in a row; a shape parameter alone."""
-    for name, effect in triad.effects.items():
-        unit, _, shape_unit = effect["unit"].partition("; ")
-        values = np.array(effect["values"], float)
-        sds = np.array([math.nan if sd is None else sd for sd in effect["sd"]], float)
+    for name, effect in triad.section.effects.items():
+        unit, _, shape_unit = effect.unit.partition("; ")
+        values = np.array(effect.values, float)
+        sds = np.array(effect.sd, float)
         linear = len(values) - bool(shape_unit)
         shown, factor = display_unit(unit, list(values[:linear]))
         for i in range(0, linear, len(AXES)):
@@ -195,80 +198,80 @@ def _value(value: float, sd: float) -> tuple[str, str]:
     return with_minus_signs(text), with_minus_signs(f"± {spread}")
 
 
-def _figures(triad: str, section: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _figures(triad: str, section: TriadSection) -> Iterator[tuple[str, str]]:
     unit, factor = DISPLAY[triad]
-    yield "Poses", str(section["n_poses"])
-    yield "Residual RMS", f"{section['residual_rms'] * factor:.3g} {unit}"
-    yield "Leave-one-out", f"{section['loo_rms'] * factor:.3g} {unit}"
-    ratio = section["chi2"] / max(section["dof"], 1)
-    yield "chi²/dof", f"{ratio:.{2 if ratio < 100 else 0}f} ({section['dof']} dof)"
-    yield "p", f"{section['p_value']:.2g}"
-    if section["sd_widened_by"] > TOLD_WIDENING:
-        yield "Sds over those of the noise", f"{section['sd_widened_by']:.2g}"
+    yield "Poses", str(section.n_poses)
+    yield "Residual RMS", f"{section.residual_rms * factor:.3g} {unit}"
+    yield "Leave-one-out", f"{section.loo_rms * factor:.3g} {unit}"
+    ratio = section.chi2 / max(section.dof, 1)
+    yield "chi²/dof", f"{ratio:.{2 if ratio < 100 else 0}f} ({section.dof} dof)"
+    yield "p", f"{section.p_value:.2g}"
+    if section.sd_widened_by > TOLD_WIDENING:
+        yield "Sds over those of the noise", f"{section.sd_widened_by:.2g}"
 
 
-def _prediction(triad: str, prediction: Mapping[str, Any] | None) -> str:
-    if prediction is None or prediction["sd_median"] is None:
+def _prediction(triad: str, prediction: PredictionResult | None) -> str:
+    if prediction is None or prediction.sd_median is None or prediction.sd_worst is None:
         return "Only rest was measured: the gains are not known."
     unit, factor = DISPLAY[triad]
     worst = with_minus_signs(direction_name(
-        np.array(prediction["worst_direction"], float), triad))
-    return (f"Corrected magnitudes err by {prediction['sd_median'] * factor:.2g} {unit} (1 sd, "
-            f"median over all directions), at worst by {prediction['sd_worst'] * factor:.2g} "
+        np.array(prediction.worst_direction, float), triad))
+    return (f"Corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, "
+            f"median over all directions), at worst by {prediction.sd_worst * factor:.2g} "
             f"{unit} ({worst}){_typical(triad, prediction)}.")
 
 
-def _typical(triad: str, prediction: Mapping[str, Any]) -> str:
+def _typical(triad: str, prediction: PredictionResult) -> str:
     """How much of that no pose has measured; empty where nothing is, or where it is not known."""
-    parts = prediction.get("parts")
-    if parts is None or parts["poses"] is None:
+    parts = prediction.parts
+    if parts is None or parts.poses is None:
         return ""
-    return not_measured(triad, parts["poses"], {
-        printable(name): rms for name, rms in parts["unseen"].items() if rms is not None})
+    return not_measured(triad, parts.poses, {
+        printable(name): rms for name, rms in parts.unseen.items() if rms is not None})
 
 
-def _residuals(triad: str, poses: Sequence[Mapping[str, Any]]) -> Residuals:
+def _residuals(triad: str, poses: Sequence[PoseResult]) -> Residuals:
     unit, factor = DISPLAY[triad]
     return Residuals(
         unit,
-        np.array([pose["residual"] for pose in poses], float) * factor,
-        np.array([pose["sd"] for pose in poses], float) * factor,
-        tuple(printable(pose["run"]) for pose in poses),
-        np.array([pose["reference"] == 0 for pose in poses]),
+        np.array([pose.residual for pose in poses]) * factor,
+        np.array([pose.sd for pose in poses]) * factor,
+        tuple(printable(pose.run) for pose in poses),
+        np.array([pose.reference == 0 for pose in poses]),
     )
 
 
 # --- the reference -----------------------------------------------------------------------------
 
 
-def _references(contents: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+def _references(contents: ResultsFile) -> Iterator[tuple[str, str, str]]:
     """Name, value and traceability of every reference."""
-    gravity = (contents["accelerometer"] or {}).get("gravity")
-    if gravity is not None:
-        sd = gravity["sd_m_s2"]
-        value = f"{gravity['value_m_s2']:.5f} m/s²"
-        source = str(gravity["source"])
+    if contents.accelerometer is not None:
+        gravity = contents.accelerometer.gravity
+        sd = gravity.sd_m_s2
+        value = f"{gravity.value_m_s2:.5f} m/s²"
+        source = gravity.source
         if sd:
-            value += f" ± {relative(sd / gravity['value_m_s2'])}"
+            value += f" ± {relative(sd / gravity.value_m_s2)}"
         else:
             source += "; counts as exact, the scale is relative to it"
         yield "Gravity", value, source
-    for name, rate in contents["rate"].items():
-        sign = "clockwise" if rate["direction"] == "cw" else "counter-clockwise"
-        value = (f"{rate['rate_rad_s'] / RPM:.4f} rpm ± "
-                 f"{relative(rate['sd_rad_s'] / rate['rate_rad_s'])}")
-        direction = f", {sign}" if rate["direction"] else ""
+    for name, rate in contents.rate.items():
+        sign = "clockwise" if rate.direction == "cw" else "counter-clockwise"
+        value = (f"{rate.rate_rad_s / RPM:.4f} rpm ± "
+                 f"{relative(rate.sd_rad_s / rate.rate_rad_s)}")
+        direction = f", {sign}" if rate.direction else ""
         yield f"Plate, {printable(name)}", f"{value}{direction}", _rate_source(rate)
 
 
-def _rate_source(rate: Mapping[str, Any]) -> str:
-    if rate["source"] != "video":
+def _rate_source(rate: RateResult) -> str:
+    if rate.source != "video":
         return "stated in the configuration"
-    clips = [printable(clip["clip"]) for clip in rate["clips"]]
-    clock = rate["sd_parts"]["timebase_rad_s"] / rate["rate_rad_s"]
-    image = rate["sd_parts"]["image_rad_s"] / rate["rate_rad_s"]
+    clips = [printable(clip.clip) for clip in rate.clips]
+    clock, image = ((part or 0.0) / rate.rate_rad_s
+                    for part in (rate.sd_parts.timebase_rad_s, rate.sd_parts.image_rad_s))
     named = clips[0] if len(clips) == 1 else f"{count(len(clips), 'clip')}, {clips[0]} first"
-    return (f"{named}: {rate['revolutions']:.1f} turns in {rate['frames']} frames; "
+    return (f"{named}: {rate.revolutions or 0.0:.1f} turns in {rate.frames} frames; "
             f"clock {relative(clock)}, images {relative(image)}")
 
 
@@ -280,18 +283,18 @@ def _notes(stored: Stored) -> Iterator[str]:
            "for the stated ranges and temperatures.")
     for line in stood_for(stored):
         yield f"{printable(line)}."
-    gyroscope = stored.contents["gyroscope"] or {}
-    angles, sds = (gyroscope.get(key) for key in ("frame_to_accelerometer_rad", "frame_sd_rad"))
-    if angles is not None and sds is not None:
+    angles, gyroscope = stored.gyroscope_to_accelerometer_rad, stored.contents.gyroscope
+    if angles is not None and gyroscope is not None and gyroscope.frame_sd_rad is not None:
+        sds = np.array(gyroscope.frame_sd_rad, float)
         words = ", ".join(with_sd(a * 1e3, s * 1e3) for a, s in zip(angles, sds, strict=True))
         yield with_minus_signs(
             f"Rotation of the gyroscope against the accelerometer: {words} mrad.")
-    mounting = stored.contents.get("installation")
+    mounting = stored.contents.installation
     if mounting is not None:
-        roll, pitch = (with_minus_signs(f"{mounting[key]:.3f}")
-                       for key in ("roll_deg", "pitch_deg"))
-        sds = mounting["sd_deg"]
+        roll, pitch = (with_minus_signs(f"{angle:.3f}")
+                       for angle in (mounting.roll_deg, mounting.pitch_deg))
+        sds = np.array(mounting.sd_deg, float)
         yield f"Mounting: roll {roll} ± {sds[0]:.2g}°, pitch {pitch} ± {sds[1]:.2g}°."
-    warnings = [printable(one) for one in stored.contents.get("warnings", [])]
+    warnings = [printable(one) for one in stored.contents.warnings]
     if warnings:
         yield f"Warnings of the run: {' '.join(warnings)}"

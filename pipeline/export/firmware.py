@@ -16,7 +16,6 @@ from pipeline.export.parts import (
     error_text,
     example,
     gains,
-    matrix,
     no_effects,
     no_sds,
     origin,
@@ -34,14 +33,14 @@ ORDERS = (1, 2, 3)  #: fact: theirs are cubics in the temperature
 def held_effects(triad: StoredTriad) -> tuple[str, ...]:
     """The effects that a cubic in the temperature holds: listed, of a column, or the user's own."""
     return tuple(each.name for each in triad.correction.model.effects
-                 if each.name in triad.effects and _polynomials(triad, each) is not None)
+                 if each.name in triad.section.effects and _polynomials(triad, each) is not None)
 
 
 def temperature_courses(triad: StoredTriad) -> list[Polynomial]:
     """Errors of the nominal reading of x, y and z, SI, by the temperature in °C."""
     courses = [Polynomial([0.0]) for _ in AXES]
     for each in triad.correction.model.effects:
-        of_axes = _polynomials(triad, each) if each.name in triad.effects else None
+        of_axes = _polynomials(triad, each) if each.name in triad.section.effects else None
         for axis, course in enumerate(of_axes or ()):
             courses[axis] += course / gains(triad)[axis]
     return courses
@@ -52,14 +51,14 @@ def _polynomials(triad: StoredTriad, effect: Effect) -> list[Polynomial] | None:
     if effect.acts_on != "sensor" or effect.belongs_to == "bench":
         return None
     terms = axis_terms(effect, triad.correction.shapes.get(effect.name))
-    values, courses = triad.effects[effect.name]["values"], []
+    values, courses = triad.section.effects[effect.name].values, []
     for of_axis in terms:
         course = Polynomial([0.0])
         for term in of_axis:
             part = _polynomial(term.value)
             if part is None:
                 return None
-            course += float(values[term.parameter]) * part
+            course += float(values[term.parameter] or 0.0) * part
         courses.append(course.trim())
     return courses if courses and max(one.degree() for one in courses) in ORDERS else None
 
@@ -131,7 +130,7 @@ def to_fusion(stored: Stored) -> Export:
             f"static const FusionVector {triad.name}Sensitivity = "
             f"{{.axis = {{{c_row(triad.units_per_count * per_si)}}}}};",
             f"static const FusionVector {triad.name}Offset = "
-            f"{{.axis = {{{c_row(triad.bias_counts)}}}}};",
+            f"{{.axis = {{{c_row(triad.parameters.bias_counts)}}}}};",
         ]
     lines += ["", "#endif"]
     return Export(
@@ -201,8 +200,7 @@ def to_inav(stored: Stored) -> Export:
         gain = np.round(gains(accelerometer) * INAV_UNIT_GAIN)
         lines += [f"set acczero_{axis} = {v:.0f}" for axis, v in zip(AXES, zero, strict=True)]
         lines += [f"set accgain_{axis} = {v:.0f}" for axis, v in zip(AXES, gain, strict=True)]
-        gravity = stored.contents["accelerometer"]["gravity"]
-        lines.append(f"set ins_gravity_cmss = {100 * gravity['value_m_s2']:.3f}")
+        lines.append(f"set ins_gravity_cmss = {100 * stored.gravity_m_s2:.3f}")
         loses.append(what_is_left(stored, accelerometer, "INAV", keeps_scale=True))
     gyroscope = triad_named(stored, "gyroscope")
     if gyroscope is not None:
@@ -225,11 +223,11 @@ def what_is_left(
     missing = triad.alignment - np.eye(3)
     lost = "misalignment"
     if not keeps_scale:
-        missing = matrix(triad) / triad.correction.spec.nominal_scale - np.eye(3)
+        missing = triad.parameters.matrix() / triad.correction.spec.nominal_scale - np.eye(3)
         lost = "scale and misalignment"
     share = float(np.linalg.svd(missing, compute_uv=False)[0])
-    readings = [pose["reading"] for pose in stored.contents[triad.name]["poses"]
-                if None not in pose["reading"]]
+    readings = [pose.reading for pose in triad.section.poses
+                if None not in pose.reading]
     largest = float(np.linalg.norm(np.array(readings).reshape(-1, 3), axis=1).max(initial=0.0))
     return (
         f"{program} cannot store the {lost} of the {triad.name}: an error of up to "

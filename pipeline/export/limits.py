@@ -14,7 +14,7 @@ from calib.effects.effect import Effect
 from calib.errors import UnusableLog
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
-from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray, ImuLog
+from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray, ImuLog, Triad
 from calib.poses.rests.rest_candidates import WINDOW_S
 from calib.poses.samples.batches import SHORTEST_SAMPLES
 from pipeline.export.apply import Applied, apply_results, saturated_samples
@@ -69,7 +69,7 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
     """
     if "accelerometer" not in applied.triads:
         return ()
-    gravity = float(stored.contents["accelerometer"]["gravity"]["value_m_s2"])
+    gravity = stored.gravity_m_s2
     rest = _magnitude_at_rest(log.time_s, applied.triads["accelerometer"])
     difference = abs(rest - gravity) / gravity
     at_rest = f"{log.label}: at rest the corrected specific force is {rest:.4g} m/s²"
@@ -126,10 +126,10 @@ def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[st
                f"`saturated` marks them with 1.")
 
 
-def _seen(stored: Stored, triad: str, name: str) -> FloatArray:
+def _seen(stored: Stored, triad: Triad, name: str) -> FloatArray:
     """The values of a column in the poses of a triad."""
-    poses = stored.contents[triad]["poses"]
-    values = [pose["time_s"] if name == "time_s" else pose["columns"].get(name) for pose in poses]
+    poses = stored.contents.triads[triad].poses
+    values = [pose.time_s if name == "time_s" else pose.columns.get(name) for pose in poses]
     return np.array([value for value in values if value is not None], float)
 
 
@@ -186,7 +186,7 @@ def _reading_warnings(triad: StoredTriad, stored: Stored, log: ImuLog) -> Iterat
               if _is_curved(effect, triad.correction.shapes.get(effect.name))]
     if not curved:
         return
-    seen = np.array([pose["reading"] for pose in stored.contents[triad.name]["poses"]], float)
+    seen = np.array([pose.reading for pose in triad.section.poses], float)
     largest_seen = float(np.nanmax(np.linalg.norm(seen, axis=1)))
     nominal = triad.correction.spec.nominal(log.readings(triad.name))
     largest = float(np.linalg.norm(nominal, axis=1).max())

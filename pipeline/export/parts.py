@@ -5,14 +5,12 @@ force gravity along every face, edge and corner; of time and of every logged col
 the poses.
 """
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from calib.consistency.data_sheet import range_by_gain
-from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.effect import Effect
 from calib.fit.rows.sensitive_axes import Axes, sensor_columns
 from calib.poses.attitudes import natural_directions
@@ -62,29 +60,21 @@ def session_conditions(
     """Every pose of the session, corrected; once for each direction of gravity where an effect
     needs the specific force.
     """
-    poses = [pose for pose in stored.contents[triad.name]["poses"]
-             if None not in pose["corrected"]]
-    vectors = np.array([pose["corrected"] for pose in poses], float).reshape(-1, 3)
-    names = {name for pose in poses for name in pose["columns"]}
-    columns = {name: _numbers(pose["columns"].get(name) for pose in poses) for name in names}
-    start = float(stored.contents["session_start_s"] or 0.0)
-    time_s = _numbers(pose["time_s"] for pose in poses) - start
+    poses = [pose for pose in triad.section.poses if None not in pose.corrected]
+    vectors = np.array([pose.corrected for pose in poses], float).reshape(-1, 3)
+    names = {name for pose in poses for name in pose.columns}
+    columns = {name: np.array([pose.columns.get(name) for pose in poses], float) for name in names}
+    start = stored.contents.session_start_s or 0.0
+    time_s = np.array([pose.time_s for pose in poses], float) - start
     whole = Conditions.of_vectors(vectors, columns, time_s=time_s)
     if not any("force" in effect.needs for effect in effects):
         return whole
-    accelerometer = stored.contents["accelerometer"]
-    gravity = (STANDARD_GRAVITY_M_S2 if accelerometer is None
-               else accelerometer["gravity"]["value_m_s2"])
     units = natural_directions()
     rows = np.repeat(np.arange(len(whole)), len(units))
     repeated = whole.take(rows)
-    force = np.tile(gravity * units, (len(whole), 1))
+    force = np.tile(stored.gravity_m_s2 * units, (len(whole), 1))
     return Conditions.of_vectors(repeated.vector, repeated.columns, time_s=repeated.time_s,
                                  force=force)
-
-
-def _numbers(values: Iterable[float | None]) -> FloatArray:
-    return np.array([math.nan if value is None else value for value in values], float)
 
 
 #: Direction of the worked example, in units of its size: no axis is zero.
@@ -102,11 +92,6 @@ class Export:
     loses: tuple[str, ...]
 
 
-def matrix(triad: StoredTriad) -> FloatArray:
-    """``T K`` of Angrisano et al. eq. (1), SI units per count, shape (3, 3)."""
-    return np.asarray(triad.alignment * triad.units_per_count)
-
-
 def triad_named(stored: Stored, name: str) -> StoredTriad | None:
     """The triad of this name; None where it was not calibrated."""
     return next((triad for triad in stored.triads if triad.name == name), None)
@@ -120,14 +105,14 @@ def short_name(triad: StoredTriad) -> str:
 def example_counts(triad: StoredTriad) -> FloatArray:
     """The reading of the worked example, counts, (3,)."""
     wanted = EXAMPLE_DIRECTION * (ONE_G if triad.name == "accelerometer" else OF_OTHERS)
-    counts = triad.bias_counts + wanted * triad.scale_counts_per_unit
+    counts = triad.parameters.bias_counts + wanted * triad.parameters.scale_counts_per_unit
     return np.round(counts) if triad.correction.spec.bits else counts
 
 
 def example(triad: StoredTriad) -> tuple[FloatArray, FloatArray]:
     """A reading in counts and what bias, scale and misalignment make of it, SI; both (3,)."""
     counts = example_counts(triad)
-    return counts, matrix(triad) @ (counts - triad.bias_counts)
+    return counts, triad.parameters.correct(counts)
 
 
 def example_text(triad: StoredTriad) -> str:
@@ -154,7 +139,8 @@ def no_effects(
         note for triad in stored.triads
         for note in lost_effects(
             stored, triad,
-            [name for name in triad.effects if name not in (held or {}).get(triad.name, ())],
+            [name for name in triad.section.effects
+             if name not in (held or {}).get(triad.name, ())],
             program)
     )
 
@@ -192,15 +178,15 @@ def error_text(error: float, triad: str) -> str:
 
 def origin(stored: Stored) -> tuple[str, ...]:
     """The origin of the numbers, for the comments of a file; each is one line without controls."""
-    title = one_line(stored.contents["title"]) or "untitled"
+    title = one_line(stored.contents.title) or "untitled"
     lines = [
-        f"Calibration of {one_line(stored.contents['sensor'])}: {title}",
-        f"configuration {one_line(stored.contents['config_sha256'])[:HASH_DIGITS]} (SHA-256)",
+        f"Calibration of {one_line(stored.contents.sensor)}: {title}",
+        f"configuration {one_line(stored.contents.config_sha256)[:HASH_DIGITS]} (SHA-256)",
     ]
     for triad in stored.triads:
         spec = triad.correction.spec
         if spec.bits:
-            by_gain = range_by_gain(triad.scale_counts_per_unit, spec)
+            by_gain = range_by_gain(triad.parameters.scale_counts_per_unit, spec)
             over = f"over +-{spec.full_scale:.6g} {SI_UNIT[triad.name]}"
             if by_gain is not None:
                 over = (f"over about +-{by_gain:.3g} {SI_UNIT[triad.name]} by the measured gain, "
@@ -219,18 +205,18 @@ def stood_for(stored: Stored) -> tuple[str, ...]:
     return tuple(
         f"{name} of the {triad.name} stands for its class: the poses do not tell it from "
         f"{' or '.join(others)}"
-        for triad in stored.triads for name, effect in triad.effects.items()
-        if (others := [one_line(other) for other in effect.get("stands_for", ())])
+        for triad in stored.triads for name, effect in triad.section.effects.items()
+        if (others := [one_line(other) for other in effect.stands_for])
     )
 
 
 def temperatures(stored: Stored) -> list[float]:
     """Temperatures of all poses that have one, degrees Celsius."""
     return [
-        pose["columns"][TEMPERATURE]
+        warmth
         for triad in stored.triads
-        for pose in stored.contents[triad.name]["poses"]
-        if pose["columns"].get(TEMPERATURE) is not None
+        for pose in triad.section.poses
+        if (warmth := pose.columns.get(TEMPERATURE)) is not None
     ]
 
 

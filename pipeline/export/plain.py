@@ -8,10 +8,11 @@ from typing import Any
 
 from calib.effects.effect import EFFECTS
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.export.parts import Export, matrix, no_effects, no_sds, short_name
-from pipeline.results.json_values import numbers, unit_of
+from pipeline.export.parts import Export, no_effects, no_sds, short_name
+from pipeline.results.json_values import unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.schema.triad import PoseResult
 from pipeline.text.plain import cell
 
 
@@ -21,13 +22,13 @@ def to_json(stored: Stored) -> Export:
         triad.name: {
             "unit": SI_UNIT[triad.name],
             "applies_as": "matrix @ (counts - bias_counts)",
-            "matrix": matrix(triad).tolist(),
+            "matrix": triad.parameters.matrix().tolist(),
             **_nine(triad),
-            "effects": triad.effects,
+            "effects": {name: one.as_json() for name, one in triad.section.effects.items()},
         }
         for triad in stored.triads
     }
-    text = json.dumps({"title": stored.contents["title"], **triads}, indent=1, ensure_ascii=False)
+    text = json.dumps({"title": stored.contents.title, **triads}, indent=1, ensure_ascii=False)
     return Export({"calibration.json": text + "\n"}, _effects_by_name(stored))
 
 
@@ -44,13 +45,13 @@ def to_csv(stored: Stored) -> Export:
             unit = unit_of(key, triad.name)
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
                 table.writerow([triad.name, key, axis, value, sd, unit, ""])
-        for name, effect in triad.effects.items():
-            others = " ".join(effect.get("stands_for", ()))
+        for name, effect in triad.section.effects.items():
+            others = " ".join(effect.stands_for)
             for label, value, sd in zip(
-                _labels(name, len(effect["values"])), effect["values"], effect["sd"], strict=True
+                _labels(name, len(effect.values)), effect.values, effect.sd, strict=True
             ):
                 table.writerow([triad.name, cell(name), cell(label), value, sd,
-                                cell(effect["unit"]), cell(others)])
+                                cell(effect.unit), cell(others)])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 
@@ -60,19 +61,16 @@ def to_imu_tk(stored: Stored) -> Export:
     for triad in stored.triads:
         k = triad.units_per_count
         scale = [[float(k[i]) if i == j else 0.0 for j in range(3)] for i in range(3)]
-        parts = (triad.alignment.tolist(), scale, [[float(b)] for b in triad.bias_counts])
+        bias = [[float(b)] for b in triad.parameters.bias_counts]
+        parts = (triad.alignment.tolist(), scale, bias)
         files[f"{short_name(triad)}.calib"] = "\n".join(map(_matrix_text, parts))
     return Export(files, (*no_sds(stored), *no_effects(stored, "imu_tk")))
 
 
 def _nine(triad: StoredTriad) -> dict[str, list[float | None]]:
-    values = (triad.misalignment_rad, triad.bias_counts, triad.scale_counts_per_unit)
-    sds = (triad.misalignment_sd, triad.bias_sd, triad.scale_sd)
-    nine: dict[str, list[float | None]] = {}
-    for key, value, sd in zip(PARAMETERS, values, sds, strict=True):
-        nine[key] = numbers(value)
-        nine[f"{key}_sd"] = numbers(sd)
-    return nine
+    return {name: value for key in PARAMETERS for name, value in (
+        (key, getattr(triad.section.parameters, key)),
+        (f"{key}_sd", getattr(triad.section.sd, key)))}
 
 
 def _labels(name: str, count: int) -> list[str]:
@@ -90,10 +88,10 @@ def _matrix_text(rows: list[list[float]]) -> str:
 
 def _effects_by_name(stored: Stored) -> tuple[str, ...]:
     return tuple(
-        f"The matrix of the {triad.name} does not contain {', '.join(triad.effects)}. The file "
-        f"lists their values; `pipeline apply` corrects them."
+        f"The matrix of the {triad.name} does not contain {', '.join(triad.section.effects)}. "
+        f"The file lists their values; `pipeline apply` corrects them."
         for triad in stored.triads
-        if triad.effects
+        if triad.section.effects
     )
 
 
@@ -104,7 +102,7 @@ def to_residuals(stored: Stored) -> Export:
     poses.
     """
     names = sorted({name for triad in stored.triads
-                    for pose in stored.contents[triad.name]["poses"] for name in pose["columns"]})
+                    for pose in triad.section.poses for name in pose.columns})
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow([
@@ -114,16 +112,16 @@ def to_residuals(stored: Stored) -> Export:
         *(cell(name) for name in names),
     ])
     for triad in stored.triads:
-        for pose in stored.contents[triad.name]["poses"]:
+        for pose in triad.section.poses:
             table.writerow(_row(triad.name, pose, names))
     return Export({"residuals.csv": text.getvalue()}, ())
 
 
-def _row(triad: str, pose: dict[str, Any], names: list[str]) -> Iterator[Any]:
-    yield from (triad, cell(pose["label"]), cell(pose["run"]), pose["time_s"],
+def _row(triad: str, pose: PoseResult, names: list[str]) -> Iterator[Any]:
+    yield from (triad, cell(pose.label), cell(pose.run), pose.time_s,
                 SI_UNIT[triad])
-    residual, sd = pose["residual"], pose["sd"]
-    yield from (pose["reference"], residual, sd, residual / sd if sd > 0 else None,
-                pose["left_out"])
-    yield from (*pose["reading"], *pose["reading_sd"], *pose["corrected"])
-    yield from (pose["columns"].get(name) for name in names)
+    residual, sd = pose.residual, pose.sd
+    yield from (pose.reference, residual, sd, residual / sd if sd > 0 else None,
+                pose.left_out)
+    yield from (*pose.reading, *pose.reading_sd, *pose.corrected)
+    yield from (pose.columns.get(name) for name in names)

@@ -25,14 +25,13 @@ from calib.poses.imu_log import FloatArray
 from pipeline.export.parts import (
     Export,
     example_text,
-    matrix,
     no_effects,
     no_sds,
     origin,
     triad_named,
 )
-from pipeline.results.noise import StoredNoise
 from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.schema.noise import NoiseFile
 
 NOISE_KEYS = (
     "accelerometer_noise_density", "accelerometer_random_walk",
@@ -57,16 +56,17 @@ def lower_and_rotation(square: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def forward_matrix(triad: StoredTriad) -> FloatArray:
     """N of ``y = N s + offset``: from the true vector to the nominal reading, no unit, (3, 3)."""
-    return np.asarray(triad.correction.spec.nominal_scale * np.linalg.inv(matrix(triad)))
+    inverse = np.linalg.inv(triad.parameters.matrix())
+    return np.asarray(triad.correction.spec.nominal_scale * inverse)
 
 
 def nominal_offset(triad: StoredTriad) -> FloatArray:
     """What the data sheet makes of a reading of nothing, SI, shape (3,)."""
-    spec = triad.correction.spec
-    return np.asarray(spec.nominal_scale * (triad.bias_counts - spec.nominal_bias_counts))
+    spec, bias = triad.correction.spec, triad.parameters.bias_counts
+    return np.asarray(spec.nominal_scale * (bias - spec.nominal_bias_counts))
 
 
-def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
+def to_kalibr(stored: Stored, noise: NoiseFile | None = None) -> Export:
     """``imu.yaml`` with the model ``scale-misalignment``; ``noise`` adds Kalibr's noise model."""
     accelerometer = triad_named(stored, "accelerometer")
     gyroscope = triad_named(stored, "gyroscope")
@@ -87,7 +87,7 @@ def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
         lines += _kalibr_gyroscope(stored, gyroscope, body)
         lines += _bias_comment(gyroscope)
     lines += _block({"model": "scale-misalignment", "rostopic": "/imu0", "time_offset": 0.0})
-    noise_lines, absent = _noise(noise)
+    noise_lines, absent, limits = _noise(noise)
     lines += noise_lines
     turned = math.degrees(math.acos(min(1.0, max(-1.0, (np.trace(body) - 1) / 2))))
     loses += [
@@ -101,10 +101,9 @@ def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
             f"{', '.join(absent)} cannot be determined from poses and are missing in the file: "
             f"`pipeline noise LOG` determines them from a long log at rest; then export with "
             f"--noise.")
-    if noise is not None:
-        loses += [f"{name} is an upper limit: {noise.path} does not show it."
-                  for name in noise.limits]
-    if gyroscope is not None and _frame_angles(stored) is None:
+    loses += [f"{name} is an upper limit: {noise.log} does not show it."
+              for name in limits if noise is not None]
+    if gyroscope is not None and stored.gyroscope_to_accelerometer_rad is None:
         loses.append(
             "C_gyro_i assumes that gyroscope and accelerometer have the same frame: these poses do "
             "not determine the rotation between them. Log the accelerometer on the plate too."
@@ -114,40 +113,39 @@ def to_kalibr(stored: Stored, noise: StoredNoise | None = None) -> Export:
     return Export({"imu.yaml": "\n".join(lines) + "\n"}, tuple(loses))
 
 
-def _noise(noise: StoredNoise | None) -> tuple[list[str], list[str]]:
-    """The lines of Kalibr's noise model, and the keys that are not known.
+def _noise(noise: NoiseFile | None) -> tuple[list[str], list[str], list[str]]:
+    """The lines of Kalibr's noise model, the keys that are not known, and those that are limits.
 
     Densities are those of continuous time: m/s²/√Hz and rad/s/√Hz, of the random walks m/s³/√Hz and
     rad/s²/√Hz, one number for the three axes.
     """
-    known: dict[str, float] = {}
+    known: dict[str, tuple[float, bool]] = {}
     if noise is not None:
-        for triad, value in noise.density.items():
-            known[f"{triad}_noise_density"] = value
-            known[f"{triad}_random_walk"] = noise.random_walk[triad]
-        known["update_rate"] = noise.rate_hz
-    lines, absent = [], []
+        known = {f"{name}_{key}": triad.over_axes(key) for name, triad in noise.triads.items()
+                 for key in ("noise_density", "random_walk")}
+        known["update_rate"] = noise.rate_hz, False
+    lines = []
     for key in (*NOISE_KEYS, "update_rate"):
         if key in known:
-            unit = f"  # {NOISE_UNITS[key]}"
-            limit = ", upper limit" if noise and key in noise.limits else ""
-            lines.append(f"{_block({key: float(f'{known[key]:.6g}')})[0]}{unit}{limit}")
+            value, is_limit = known[key]
+            limit = ", upper limit" if is_limit else ""
+            lines.append(f"{_block({key: float(f'{value:.6g}')})[0]}  # {NOISE_UNITS[key]}{limit}")
         else:
-            absent.append(key)
             lines.append(f"  # {key}: not measured; `pipeline noise` determines it")
-    return lines, absent
+    return (lines, [key for key in (*NOISE_KEYS, "update_rate") if key not in known],
+            [key for key, (_, is_limit) in known.items() if is_limit])
 
 
 def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) -> list[str]:
     """The gyroscope's block; ``body`` turns the accelerometer's frame into that of the file."""
     forward = forward_matrix(gyroscope)
     lower, turned = lower_and_rotation(forward)
-    angles = _frame_angles(stored)
+    angles = stored.gyroscope_to_accelerometer_rad
     to_accelerometer = np.eye(3) if angles is None else Rotation.from_rotvec(angles).as_matrix()
     sensitivity = np.zeros((3, 3))
-    effect = gyroscope.effects.get("g_sensitivity")
+    effect = gyroscope.section.effects.get("g_sensitivity")
     if effect is not None:
-        sensitivity = np.array(effect["values"], float).reshape(3, 3)
+        sensitivity = np.array(effect.values, float).reshape(3, 3)
     to_gyroscope = turned @ to_accelerometer.T @ body.T
     return _block({"gyroscopes": {
         "M": _rows(lower),
@@ -156,11 +154,6 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
         # finds the force turned by C_gyro_i.
         "A": _rows(forward @ gyroscope.alignment @ sensitivity @ body.T @ to_gyroscope.T),
     }})
-
-
-def _frame_angles(stored: Stored) -> FloatArray | None:
-    angles = (stored.contents["gyroscope"] or {}).get("frame_to_accelerometer_rad")
-    return None if angles is None else np.array(angles, float)
 
 
 def _bias_comment(triad: StoredTriad) -> list[str]:
@@ -201,10 +194,10 @@ def to_ros(stored: Stored) -> Export:
     if accelerometer is None:
         return Export({}, (*loses, "imu_calib stores an accelerometer; there is none here."))
     spec = accelerometer.correction.spec
-    m = matrix(accelerometer)
-    counts = (m, m @ accelerometer.bias_counts)
+    m = accelerometer.parameters.matrix()
+    counts = (m, m @ accelerometer.parameters.bias_counts)
     nominal = (m / spec.nominal_scale,
-               m @ (accelerometer.bias_counts - spec.nominal_bias_counts))
+               m @ (accelerometer.parameters.bias_counts - spec.nominal_bias_counts))
     lines = [f"# {line}" for line in origin(stored)]
     lines += [
         "# calibrated [m/s²] = SM * raw - bias, raw in counts:",

@@ -1,8 +1,9 @@
 """The rows of a lot, one for each triad of a session, as one table, Parquet and CSV."""
 
 import io
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from pipeline.errors import ConfigError
 from pipeline.fleet.sessions import FleetSession
 from pipeline.results.json_values import unit_of
 from pipeline.results.names import PARAMETERS
+from pipeline.results.schema.file import ResultsFile
+from pipeline.results.schema.triad import TriadSection
 from pipeline.results.written import write_output
 from pipeline.text.names import DISTRIBUTION
 from pipeline.text.plain import cell, one_line
@@ -28,13 +31,13 @@ SIZE, SIZE_SD = "size", "size_sd"
 """Before the name of an effect: columns with its largest parameter, SI, and the sd of that."""
 
 
-def rows_of_results(session: FleetSession, results: Mapping[str, Any]) -> tuple[Row, ...]:
+def rows_of_results(session: FleetSession, results: ResultsFile) -> tuple[Row, ...]:
     """A row for each triad that was calibrated."""
     return tuple(
-        _head(session, triad) | {"exit_code": 0, "reason": ""}
-        | _session_columns(results) | _triad_columns(results[triad])
-        for triad in TRIAD_KINDS if results.get(triad) is not None
-    )
+        _head(session, triad) | {
+            "exit_code": 0, "reason": "", "title": results.title, "sensor_name": results.sensor,
+            "session_start_s": results.session_start_s, "warnings": len(results.warnings),
+        } | _triad_columns(section) for triad, section in results.triads.items())
 
 
 def rows_of_failure(
@@ -50,45 +53,32 @@ def _head(session: FleetSession, triad: str) -> Row:
     return {"session": session.name, "sensor": session.sensor, "triad": triad}
 
 
-def _session_columns(results: Mapping[str, Any]) -> Row:
-    return {
-        "title": results["title"],
-        "sensor_name": results["sensor"],
-        "session_start_s": results["session_start_s"],
-        "warnings": len(results["warnings"]),
-    }
-
-
-def _triad_columns(section: Mapping[str, Any]) -> Row:
-    diagnosis, prediction = section["diagnosis"], section["prediction"] or {}
+def _triad_columns(section: TriadSection) -> Row:
+    diagnosis, prediction = section.diagnosis, section.prediction
     row: Row = {
-        "verdict": diagnosis["verdict"],
-        "missing": " + ".join(diagnosis["names"]),
-        "group": " ".join(diagnosis["group"]),
-        "says": diagnosis["says"],
-        "model": " + ".join(section["model"]),
+        "verdict": diagnosis.verdict,
+        "missing": " + ".join(diagnosis.names),
+        "group": " ".join(diagnosis.group),
+        "says": diagnosis.in_words,
+        "model": " + ".join(section.model),
     }
     for key in ("n_poses", "chi2", "dof", "p_value", "residual_rms", "loo_rms", "sd_widened_by"):
-        row[key] = section[key]
-    row["prediction_sd_median"] = prediction.get("sd_median")
-    row["prediction_sd_worst"] = prediction.get("sd_worst")
-    noise = section["sd_parts"]["noise"]
-    for key in PARAMETERS:
-        for i, axis in enumerate(AXES):
-            row[f"{key}_{axis}"] = section["parameters"][key][i]
-            row[f"{key}_{axis}_sd"] = section["sd"][key][i]
-            row[f"{key}_{axis}_noise_sd"] = noise[key][i]
+        row[key] = getattr(section, key)
+    row["prediction_sd_median"] = prediction and prediction.sd_median
+    row["prediction_sd_worst"] = prediction and prediction.sd_worst
+    parts = {"": section.parameters, "_sd": section.sd, "_noise_sd": section.sd_parts["noise"]}
+    for key, (i, axis), (end, part) in product(PARAMETERS, enumerate(AXES), parts.items()):
+        row[f"{key}_{axis}{end}"] = getattr(part, key)[i]
     return row | dict(_sizes(section))
 
 
-def _sizes(section: Mapping[str, Any]) -> Iterator[tuple[str, float | None]]:
+def _sizes(section: TriadSection) -> Iterator[tuple[str, float | None]]:
     """Largest parameter of every effect that is in the model or named as missing, with its sd."""
-    named = {item["name"]: item for item in section["diagnosis"]["ranking"]
-             if item["name"] in section["diagnosis"]["names"]}
-    fitted = {name: {"size": item["values"], "sd": item["sd"]}
-              for name, item in section["effects"].items()}
-    for name, item in (named | fitted).items():
-        stated = [(abs(size), size, sd) for size, sd in zip(item["size"], item["sd"], strict=True)
+    shown = {one.name: (one.size, one.sd) for one in section.diagnosis.ranking
+             if one.name in section.diagnosis.names}
+    shown |= {name: (one.values, one.sd) for name, one in section.effects.items()}
+    for name, sized in shown.items():
+        stated = [(abs(size), size, sd) for size, sd in zip(*sized, strict=True)
                   if size is not None]
         if stated:
             _, size, sd = max(stated, key=lambda one: one[0])

@@ -15,16 +15,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise
-from typing import Any
+from operator import itemgetter
 
 import numpy as np
 from scipy.special import chdtri
 
-from calib.poses.imu_log import AXES
+from calib.fit.parameters import TriadParameters
+from calib.poses.imu_log import AXES, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.results.comparison import ComparedTriad
 from pipeline.results.history import read_history
-from pipeline.results.read import Stored
+from pipeline.results.read import Stored, StoredTriad
+from pipeline.results.schema.triad import TriadSection
 
 DAY_S = 86_400.0  #: definition
 EPOCH_S = 1e9  #: fact: clocks that count from 1970 passed it in 2001, others never will
@@ -64,9 +66,9 @@ class Ageing:
 
 def recorded_at(stored: Stored) -> float:
     """When a session was recorded, s since 1970: by its logs, else its first run; else NaN."""
-    start = stored.contents["session_start_s"]
+    start = stored.contents.session_start_s
     if start is not None and start > EPOCH_S:
-        return float(start)
+        return start
     try:
         history = read_history(stored.folder)
     except UnreadableInput:
@@ -93,28 +95,29 @@ def ageing_of(
         None where fewer than two sessions of one model, one data sheet and other poses stand at
         least half a day apart.
     """
-    order = [k for k in np.argsort(times_s) if compared.sections[k] is not None
-             and math.isfinite(times_s[k]) and compared.same_sheet[k]]
-    sections = [compared.sections[k] for k in order]
-    if len({tuple(section["model"]) for section in sections if section}) != 1:
+    sessions = sorted(
+        ((time_s, one) for k, (time_s, one) in enumerate(zip(times_s, compared.stored, strict=True))
+         if one is not None and math.isfinite(time_s) and compared.is_same_sheet(k)),
+        key=itemgetter(0))
+    if len({tuple(one.section.model) for _, one in sessions}) != 1:
         return None
     excess, days, pairs, noise2, most = 0.0, 0.0, 0, 0.0, (0.0, "")
-    for i, j in pairwise(range(len(order))):
-        apart = (times_s[order[j]] - times_s[order[i]]) / DAY_S
+    for (begin_s, before), (end_s, after) in pairwise(sessions):
+        apart = (end_s - begin_s) / DAY_S
         if apart < LEAST_DAYS:
             continue
-        change = _change(sections[i], sections[j])
-        variance = _sd(sections[i]) ** 2 + _sd(sections[j]) ** 2
-        noise = _expected(variance, _size(sections[j]))
-        excess += _squared(change, _size(sections[j])) - noise
+        change, size = _change(before.parameters, after.parameters), _size(after.section)
+        variance = _sd(before) ** 2 + _sd(after) ** 2
+        noise = _expected(variance, size)
+        excess += _squared(change, size) - noise
         noise2, days, pairs = noise2 + noise, days + apart, pairs + 1
         with np.errstate(divide="ignore", invalid="ignore"):
             sds = np.nan_to_num(np.abs(change) / np.sqrt(variance))
         most = max(most, (float(sds.max()), _NAMES[int(sds.argmax())]))
-    last = sections[-1] if sections else None
-    if not pairs or last is None or not last["prediction"]:
+    prediction = sessions[-1][1].section.prediction
+    if not pairs or prediction is None or prediction.sd_median is None:
         return None
-    now = float(last["prediction"]["sd_median"])
+    now = prediction.sd_median
     limit = TWICE * now if limit is None else limit
     freedom = FREEDOM * pairs
     due = [_due(limit, now, q / days) for q in (
@@ -132,39 +135,36 @@ def ageing_of(
 _NAMES = [f"{name} {axis}" for name in ("bias", "scale", "misalignment") for axis in AXES]
 
 
-def _change(before: Any, after: Any) -> np.ndarray:
+def _change(before: TriadParameters, after: TriadParameters) -> FloatArray:
     """Change (9,) from a session to the next: biases in SI, scales relative, misalignments."""
-    bias, scale, angle = (
-        (np.array(before["parameters"][key], float), np.array(after["parameters"][key], float))
-        for key in ("bias_counts", "scale_counts_per_unit", "misalignment_rad"))
-    return np.concatenate([(bias[1] - bias[0]) / scale[1], np.log(scale[1] / scale[0]),
-                           angle[1] - angle[0]])
+    scale = after.scale_counts_per_unit
+    return np.concatenate([(after.bias_counts - before.bias_counts) / scale,
+                           np.log(scale / before.scale_counts_per_unit),
+                           after.misalignment_rad - before.misalignment_rad])
 
 
-def _sd(section: Any) -> np.ndarray:
+def _sd(triad: StoredTriad) -> FloatArray:
     """Sds (9,) of the same of one session, by what sessions do not share."""
-    noise = section["sd_parts"]["noise"]
-    scale = np.array(section["parameters"]["scale_counts_per_unit"], float)
-    sds = np.concatenate([
-        np.array(noise[key], float) / by for key, by in (
-            ("bias_counts", scale), ("scale_counts_per_unit", scale), ("misalignment_rad", 1.0))])
-    return np.asarray(np.nan_to_num(sds))
+    noise, scale = triad.section.sd_parts["noise"], triad.parameters.scale_counts_per_unit
+    bias, gain, angle = (np.array(part, float) for part in (
+        noise.bias_counts, noise.scale_counts_per_unit, noise.misalignment_rad))
+    return np.asarray(np.nan_to_num(np.concatenate([bias / scale, gain / scale, angle])))
 
 
-def _size(section: Any) -> float:
+def _size(section: TriadSection) -> float:
     """The typical magnitude that was measured, SI."""
-    return float(np.median([abs(pose["reference"]) for pose in section["poses"]
-                            if pose["reference"]] or [0.0]))
+    return float(np.median([abs(pose.reference) for pose in section.poses
+                            if pose.reference] or [0.0]))
 
 
-def _squared(change: np.ndarray, size: float) -> float:
+def _squared(change: FloatArray, size: float) -> float:
     """D² of a change (9,) of the parameters."""
     bias, scale, angle = change.reshape(3, 3)
     return float(bias @ bias / 3 + size**2 / 15 * (
         2 * scale @ scale + scale.sum() ** 2 + angle @ angle))
 
 
-def _expected(variance: np.ndarray, size: float) -> float:
+def _expected(variance: FloatArray, size: float) -> float:
     """Mean of D² where the parameters differ by noise of these variances (9,) alone."""
     bias, scale, angle = variance.reshape(3, 3).sum(axis=1)
     return float(bias / 3 + size**2 / 15 * (3 * scale + angle))

@@ -1,16 +1,15 @@
 """The history of a session: one line for every run, so that the error is compared by model."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from calib.poses.imu_log import TRIADS
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.errors import UnreadableInput
+from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.noise import HistoryLine, HistoryTriad
-from pipeline.results.schema.types import problems_of
 from pipeline.text.formatting import DISPLAY, short_model
 from pipeline.text.tables import table_lines
 
@@ -39,38 +38,29 @@ def read_history(folder: Path) -> tuple[HistoryLine, ...]:
 
 def _read_line(path: Path, number: int, line: str) -> HistoryLine:
     try:
-        entry = json.loads(line)
-        problems = problems_of(HistoryLine, entry)
+        return HistoryLine.parsed(json.loads(line))
     except (ValueError, RecursionError) as error:
-        problems = str(error)
-    if problems:
         raise UnreadableInput(
-            f"{path}:{number}: is not a line that `pipeline run` writes ({problems}). Delete the "
+            f"{path}:{number}: is not a line that `pipeline run` writes ({error}). Delete the "
             f"line, or the file to begin a new history."
-        )
-    return HistoryLine.model_validate(entry)
+        ) from error
 
 
 def with_step(
-    earlier: Sequence[HistoryLine], results: Mapping[str, Any], when: datetime
+    earlier: Sequence[HistoryLine], results: ResultsFile, when: datetime
 ) -> tuple[HistoryLine, ...]:
     """The history ``earlier`` with one run more, that of ``results``."""
-    steps: dict[str, Any] = {triad: _triad_step(results[triad]) for triad in TRIAD_KINDS
-                             if results.get(triad)}
+    steps = {str(triad): HistoryTriad.of(section, verdict=section.diagnosis.verdict)
+             for triad, section in results.triads.items()}
     triads = {triad: steps.pop(triad, None) for triad in TRIADS}
     return (*earlier, HistoryLine.of(
-        when=when.isoformat(timespec="seconds"), config_sha256=results["config_sha256"],
+        when=when.isoformat(timespec="seconds"), config_sha256=results.config_sha256,
         **triads, **{"further": steps} if steps else {}))
 
 
 def history_text(lines: Sequence[HistoryLine]) -> str:
     """The text of the history, a line for each run."""
     return "".join(json.dumps(line.as_json(), ensure_ascii=False) + "\n" for line in lines)
-
-
-def _triad_step(section: Mapping[str, Any]) -> HistoryTriad:
-    kept = {key: section[key] for key in HistoryTriad.model_fields if key in section}
-    return HistoryTriad.of(**kept, verdict=section["diagnosis"]["verdict"])
 
 
 def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]]]:

@@ -1,7 +1,7 @@
 """Numbers as JSON has them, finite or null, and the units of the nine parameters."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -36,3 +36,21 @@ def number(value: float) -> float | None:
 def numbers(values: Sequence[float] | FloatArray) -> list[float | None]:
     """A JSON array of an array of any shape, row by row; null for what is not finite."""
     return [number(value) for value in np.asarray(values, float).ravel()]
+
+
+def json_value(value: Any) -> Any:
+    """A value as JSON has it: arrays as lists, what is not finite as null; objects as they are."""
+    match value:
+        case np.ndarray():
+            return json_value(value.tolist())
+        case float():
+            return number(value)
+        case str():
+            return str(value)
+        case np.generic():
+            return json_value(value.item())
+        case Mapping():
+            return {str(key): json_value(one) for key, one in value.items()}
+        case tuple() | list():
+            return [json_value(one) for one in value]
+    return value

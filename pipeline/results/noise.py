@@ -1,9 +1,7 @@
 """noise.json written and read back, as every JSON file of ours."""
 
 import json
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +14,6 @@ from pipeline.results.schema.noise import (
     NoiseFile,
     TriadNoiseResult,
 )
-from pipeline.results.schema.types import problems_of
 
 LARGEST_BYTES = 100_000_000  #: a session of a thousand poses has 2 MB
 
@@ -58,21 +55,6 @@ def _not_json(path: Path, problem: str, name: str, command: str) -> UnreadableIn
 NOISE_NAME = "noise.json"
 
 
-@dataclass(frozen=True)
-class StoredNoise:
-    """What Kalibr and OpenVINS take from a noise.json: continuous-time values of each triad.
-
-    ``density`` and ``random_walk`` by triad are root mean squares over the axes; those in
-    ``limits`` are upper limits, because the log does not show them.
-    """
-
-    path: Path
-    rate_hz: float
-    density: Mapping[str, float]
-    random_walk: Mapping[str, float]
-    limits: tuple[str, ...]
-
-
 def noise_json(log: str, rate_hz: float, length_s: float, triads: Mapping[str, Any]) -> str:
     """The text of a noise.json; ``triads`` maps names to the :class:`AxisNoise` of x, y, z."""
     parts = {name: TriadNoiseResult.of(unit=SI_UNIT[name], axes=[*map(_axis, triads[name])])
@@ -87,7 +69,7 @@ def _axis(axis: Any) -> AxisNoiseResult:
         for name, coefficient in axis.coefficients.items()})
 
 
-def load_noise(path: Path) -> StoredNoise:
+def load_noise(path: Path) -> NoiseFile:
     """Read a noise.json; ``path`` is the file or its folder.
 
     Raises
@@ -97,19 +79,8 @@ def load_noise(path: Path) -> StoredNoise:
     """
     path = path / NOISE_NAME if path.is_dir() else path
     contents = read_json(path, NOISE_NAME, "pipeline noise")
-    if problems := problems_of(NoiseFile, contents):
-        raise UnreadableInput(f"{path}: is not what `pipeline noise` writes ({problems}). Write it "
-                              f"anew.")
-    density: dict[str, float] = {}
-    walk: dict[str, float] = {}
-    limits: list[str] = []
-    for name in TRIADS:
-        if contents[name] is None:
-            continue
-        for key, target in (("noise_density", density), ("random_walk", walk)):
-            axes = [axis[key] for axis in contents[name]["axes"]]
-            if any(axis["value"] is None for axis in axes):
-                limits.append(f"{name}_{key}")
-            values = [axis["below"] if axis["value"] is None else axis["value"] for axis in axes]
-            target[name] = math.sqrt(sum(value**2 for value in values) / len(values))
-    return StoredNoise(path, contents["rate_hz"], density, walk, tuple(limits))
+    try:
+        return NoiseFile.parsed(contents)
+    except ValueError as error:
+        raise UnreadableInput(f"{path}: is not what `pipeline noise` writes ({error}). Write it "
+                              f"anew.") from error

@@ -1,9 +1,7 @@
 """The averaged poses in a results.json, and what any calibration of the sensor errs by on them."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,6 +9,7 @@ from calib.errors import CalibrationError
 from calib.fit.triad.correction import Correction
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
+from pipeline.results.read import StoredTriad
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,20 +26,20 @@ class StoredPoses:
     sd: FloatArray
 
     @classmethod
-    def of(cls, triad: str, poses: Sequence[Mapping[str, Any]]) -> "StoredPoses":
-        """The entries of the triad's section, without those at rest of a gyroscope."""
-        used = [pose for pose in poses if pose["reading"] is not None and pose["reference"] != 0]
-        force = "reading" if triad == "accelerometer" else "force_m_s2"
-        names = dict.fromkeys(name for pose in used for name in pose["columns"])
+    def of(cls, triad: StoredTriad) -> "StoredPoses":
+        """The poses of a triad's section, without those at rest of a gyroscope."""
+        used = [pose for pose in triad.section.poses if pose.reference != 0]
+        names = dict.fromkeys(name for pose in used for name in pose.columns)
+        reading = np.array([pose.reading for pose in used], float).reshape(-1, 3)
+        force = reading if triad.name == "accelerometer" else np.array(
+            [pose.force_m_s2 or [None] * 3 for pose in used], float).reshape(-1, 3)
         at = Conditions.of_vectors(
-            _rows([pose["reading"] for pose in used]),
-            {name: _values([pose["columns"].get(name) for pose in used]) for name in names},
-            force=_rows([pose.get(force) for pose in used]),
-            time_s=_values([pose["time_s"] for pose in used]),
-            spin_rad_s=_values([pose.get("spin_rad_s") for pose in used]))
-        return cls(tuple(pose["label"] for pose in used), at,
-                   np.abs(_values([pose["reference"] for pose in used])),
-                   _values([pose["sd"] for pose in used]))
+            reading, {name: _values(pose.columns.get(name) for pose in used) for name in names},
+            force=force, time_s=_values(pose.time_s for pose in used),
+            spin_rad_s=_values(pose.spin_rad_s for pose in used))
+        return cls(tuple(pose.label for pose in used), at,
+                   np.abs(_values(pose.reference for pose in used)),
+                   _values(pose.sd for pose in used))
 
     def errors(self, correction: Correction) -> FloatArray | None:
         """Corrected length less the reference, SI, (n,), by the part of the sensor alone.
@@ -62,10 +61,5 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _values(values: Sequence[float | None]) -> FloatArray:
-    return np.array([math.nan if value is None else value for value in values], float)
-
-
-def _rows(rows: Sequence[Sequence[float | None] | None]) -> FloatArray:
-    return np.array([_values(row if row is not None else [None] * 3) for row in rows],
-                    float).reshape(-1, 3)
+def _values(values: Iterable[float | None]) -> FloatArray:
+    return np.array([*values], float)

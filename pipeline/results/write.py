@@ -17,7 +17,12 @@ from pipeline.logs.columns import Renamed
 from pipeline.results.json_values import Json
 from pipeline.results.rate import rate_section
 from pipeline.results.schema import FORMAT
-from pipeline.results.schema.file import InstallationResult, OrderResult, results_file
+from pipeline.results.schema.file import (
+    InstallationResult,
+    OrderResult,
+    ResultsFile,
+    results_file,
+)
 from pipeline.results.triad import triad_section
 from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
@@ -28,8 +33,8 @@ def config_sha256(outcome: Outcome) -> str:
     return hashlib.sha256(outcome.config.source.text.encode()).hexdigest()
 
 
-def results_of(outcome: Outcome) -> Json:
-    """The results of a run as plain values, as results.json has them."""
+def results_of(outcome: Outcome) -> ResultsFile:
+    """The results of a run, as results.json has them."""
     config = outcome.config
     triads = {
         result.triad: triad_section(result, config.effects, config.source.path.parent,
@@ -47,7 +52,7 @@ def results_of(outcome: Outcome) -> Json:
         installation=outcome.installation and installation_section(outcome.installation),
         columns=stated_columns(config),
         warnings=outcome.warnings,
-    ).as_json()
+    )
 
 
 def installation_section(mounting: Mounting) -> InstallationResult:
@@ -77,6 +82,6 @@ def stated_columns(config: Config) -> list[list[str] | dict[str, str]]:
     return [dict(row.pairs) if isinstance(row, Renamed) else list(row) for row in stated]
 
 
-def results_text(results: Json) -> str:
+def results_text(results: ResultsFile) -> str:
     """The text of ``results.json``."""
-    return json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(results.as_json(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"

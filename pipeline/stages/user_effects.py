@@ -1,4 +1,4 @@
-"""User-defined effects, from the ``effects:`` section of a configuration or from results.json.
+"""User-defined effects, from the ``effects:`` section of a configuration.
 
 An expression is parsed, never run as code. A Python file runs only when the configuration names
 it and the command was given ``--allow-python``; results.json keeps its hash, and a file that has
@@ -22,19 +22,16 @@ from calib.effects.expression import (
     read_expression,
 )
 from calib.effects.user_defined import (
-    PARAMETERS,
     UsersCode,
     ValueOf,
     shape_between,
     user_effect,
 )
-from calib.errors import CalibrationError, Undetermined
-from calib.poses.conditions import Conditions
-from calib.poses.imu_log import FloatArray, Triad
+from calib.errors import CalibrationError
+from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
 from pipeline.config.messages import ConfigProblem, config_error
 from pipeline.config.schema import EffectSection
-from pipeline.errors import UnreadableInput
 from pipeline.stages.logged_columns import logged_columns
 from pipeline.text.names import nearest_name
 
@@ -59,7 +56,7 @@ def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, 
                 else _python_function(config.source.path.parent, section, allow_python)
             )
             effects[name] = user_effect(
-                name, value, section.per, section.unit, triad, _shape(section.shapes))
+                name, value, section.per, section.unit, triad, shape_of(section.shapes))
         except CalibrationError as error:
             problems.append(ConfigProblem(("effects", name), error))
     if problems:
@@ -76,7 +73,14 @@ def _expression(section: EffectSection) -> Expression:
         raise BadExpression(f"{error}{meant}") from error
 
 
-def _shape(shapes: Mapping[str, tuple[str, float, float]]) -> Shape | None:
+def shape_of(shapes: Mapping[str, tuple[str, float, float]]) -> Shape | None:
+    """The shape parameter of an effect, None where it has none, by its name, unit and bounds.
+
+    Raises
+    ------
+    CalibrationError
+        The bounds are none.
+    """
     for name, (unit, low, high) in shapes.items():
         return shape_between(name, unit, low, high)
     return None
@@ -98,7 +102,7 @@ def check_user_effects(config: Config) -> None:
     for name, section in config.effects.items():
         where = ("effects", name)
         try:
-            _shape(section.shapes)
+            shape_of(section.shapes)
             if section.python is not None:
                 require_function(config.source.path.parent, section.python)
                 continue
@@ -176,11 +180,12 @@ def _python_function(folder: Path, section: EffectSection, allow_python: bool) -
     assert section.python is not None  # the rules of the section: an expression or a function
     if not allow_python:
         file = folder / section.python.partition(":")[0]
-        raise CalibrationError(_not_allowed(section.python, file))
-    return _imported(require_function(folder, section.python), section.python)
+        raise CalibrationError(why_not_run(section.python, file))
+    return users_function(require_function(folder, section.python), section.python)
 
 
-def _not_allowed(python: str, path: Path) -> str:
+def why_not_run(python: str, path: Path) -> str:
+    """Why the code in ``path`` is not run, and what allows it."""
     return (f"'{python}' is Python code, which runs only when you allow it: add --allow-python to "
             f"the command if you trust {path}")
 
@@ -193,7 +198,14 @@ class SourceOnly(SourceFileLoader):
         raise OSError(path)
 
 
-def _imported(path: Path, python: str) -> ValueOf:
+def users_function(path: Path, python: str) -> ValueOf:
+    """The function that ``python`` names in the file ``path``, which is run.
+
+    Raises
+    ------
+    CalibrationError
+        The file cannot be run.
+    """
     loader = SourceOnly(path.stem, str(path))
     spec = importlib.util.spec_from_file_location(path.stem, path, loader=loader)
     assert spec is not None
@@ -203,65 +215,3 @@ def _imported(path: Path, python: str) -> ValueOf:
         spec.loader.exec_module(module)
     function: ValueOf = getattr(module, python.partition(":")[2])
     return function
-
-
-# --- results.json --------------------------------------------------------------------------------
-
-
-def stored_effects(
-    stored: Mapping[str, Mapping[str, Any]], triad: Triad, folder: Path, allow_python: bool
-) -> dict[str, Effect]:
-    """The user-defined effects that a results.json carries for ``triad``, by name.
-
-    ``folder`` is that of the results. Without ``allow_python`` a Python effect is there by its
-    name, parameters and unit; to evaluate it is refused.
-
-    Raises
-    ------
-    UnreadableInput
-        The Python file is not there, or not the one that was fitted.
-    CalibrationError
-        An expression or a file cannot be read.
-    """
-    effects = {}
-    for name, one in stored.items():
-        shapes = one.get("shapes") or {}
-        if one["expression"] is not None:
-            value: ValueOf = read_expression(one["expression"], tuple(shapes))
-        elif allow_python:
-            value = _imported(_same_file(one, folder), one["python"])
-        else:
-            value = _refused(name, one["python"])
-        if one["per"] not in PARAMETERS:
-            raise BadExpression(f"effects.{name}: per '{one['per']}' is not known")
-        effects[name] = user_effect(name, value, one["per"], one["unit"], triad, _shape(shapes))
-    return effects
-
-
-def _refused(name: str, python: str) -> ValueOf:
-    def value(_at: Conditions, *_shape: float) -> FloatArray:
-        path = Path(python.partition(":")[0])
-        raise Undetermined(f"effects.{name}: {_not_allowed(python, path)}.")
-
-    return value
-
-
-def _same_file(stored: Mapping[str, Any], folder: Path) -> Path:
-    """The file that was fitted: beside the results, beside the configuration, or here."""
-    python, expected = stored["python"], stored.get("python_sha256")
-    places = [folder, folder.parent, Path()]
-    for place in places:
-        if (place / python.partition(":")[0]).is_file():
-            path = require_function(place, python)
-            if python_sha256(place, python) != expected:
-                raise UnreadableInput(
-                    f"{path}: is not the file that was fitted (its hash is another). Put that one "
-                    f"there, or run the calibration anew."
-                )
-            return path
-    looked = ", ".join(str(place) for place in places)
-    raise UnreadableInput(
-        f"'{python}' was not found in {looked}. Put the file that was fitted into one of them."
-    )
-
-

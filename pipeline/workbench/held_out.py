@@ -26,10 +26,9 @@ class HeldOut:
     @classmethod
     def of(cls, stored: Stored) -> "HeldOut":
         """The session of a results.json."""
-        return cls(stored.contents["title"] or stored.folder.with_suffix("").name, {
-            each.name: (each.correction.spec,
-                         StoredPoses.of(each.name, stored.contents[each.name]["poses"]))
-            for each in stored.triads})
+        return cls(stored.contents.title or stored.folder.with_suffix("").name, {
+            triad.name: (triad.correction.spec, StoredPoses.of(triad))
+            for triad in stored.triads})
 
     @classmethod
     def of_bytes(cls, content: bytes) -> "HeldOut":

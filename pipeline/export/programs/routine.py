@@ -105,7 +105,7 @@ def routine_of(triad: StoredTriad) -> Routine:
     spec = correction.spec
     inputs = _inputs([name for name in names if name not in FORCE])
     return Routine(
-        triad.name, triad.bias_counts, triad.units_per_count, triad.alignment,
+        triad.name, triad.parameters.bias_counts, triad.units_per_count, triad.alignment,
         2**spec.bits if spec.encoding == "unsigned-twos-complement" else None,
         tuple(formulas), any(name in FORCE for name in names), inputs, tuple(left_out),
         _example(triad, {formula.effect for formula in formulas}, inputs,

@@ -51,7 +51,7 @@ def _notes(stored: Stored, routines: Sequence[Routine], program: str) -> tuple[s
     """What the program does not correct, and what it assumes."""
     notes: list[str] = [*no_sds(stored)]
     for triad, routine in zip(stored.triads, routines, strict=True):
-        lost = [name for name in routine.left_out if name in triad.effects]
+        lost = [name for name in routine.left_out if name in triad.section.effects]
         notes += lost_effects(stored, triad, lost, program)
         if any(one.column == "time_s" for one in routine.inputs):
             timed = [one.effect for one in routine.formulas if "time_s" in one.names]

@@ -9,7 +9,12 @@ from pydantic import Field, create_model, model_validator
 from calib.poses.imu_log import TRIADS, Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.results.schema.rate import RateResult
-from pipeline.results.schema.triad import AccelerometerResult, FurtherResult, GyroscopeResult
+from pipeline.results.schema.triad import (
+    AccelerometerResult,
+    FurtherResult,
+    GyroscopeResult,
+    TriadSection,
+)
 from pipeline.results.schema.types import (
     Count,
     Matrix,
@@ -81,6 +86,12 @@ class ResultsFile(Part):
     columns: list[list[Text] | dict[str, Text]] = Field(
         default_factory=list, description="`columns` of the session's logs, each once")
     warnings: list[Text] = Field(default_factory=list, description="warnings of the run in words")
+
+    @property
+    def triads(self) -> dict[Triad, TriadSection]:
+        """The triads that were calibrated, by name."""
+        sections = {triad: getattr(self, triad, None) for triad in TRIAD_KINDS}
+        return {triad: one for triad, one in sections.items() if one is not None}
 
 
 def results_file() -> type[ResultsFile]:

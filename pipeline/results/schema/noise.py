@@ -1,12 +1,13 @@
 """The other files: noise.json, the noise of a sensor at rest, and a line of history.jsonl."""
 
+import math
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from calib.poses.imu_log import TRIADS
+from calib.poses.imu_log import TRIADS, Triad
 from pipeline.results.schema.types import (
     MaybeSd,
     NotNegative,
@@ -50,6 +51,13 @@ class TriadNoiseResult(Part):
     axes: list[AxisNoiseResult] = Field(
         description="x, y, z", min_length=3, max_length=3)
 
+    def over_axes(self, key: str) -> tuple[float, bool]:
+        """Root mean square of a coefficient over the axes, and whether it is an upper limit only.
+        """
+        axes = [getattr(axis, key) for axis in self.axes]
+        values = [axis.below if axis.value is None else axis.value for axis in axes]
+        return math.hypot(*values) / math.sqrt(len(values)), any(a.value is None for a in axes)
+
 
 class NoiseFile(Part):
     """noise.json."""
@@ -60,6 +68,12 @@ class NoiseFile(Part):
     length_s: NotNegative = means("length of the log")
     accelerometer: TriadNoiseResult | None = means("null where the log has none")
     gyroscope: TriadNoiseResult | None = means("null where the log has none")
+
+    @property
+    def triads(self) -> dict[Triad, TriadNoiseResult]:
+        """The triads that the log has, by name."""
+        both = {triad: getattr(self, triad) for triad in TRIADS}
+        return {triad: one for triad, one in both.items() if one is not None}
 
 
 def _moment(text: str) -> str:

@@ -1,12 +1,10 @@
 """The kinds of values in results.json."""
 
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from pipeline.results.json_values import Json, number
+from pipeline.results.json_values import Json, json_value
 
 LARGEST = 1e100  #: far beyond every result, and its cube is still a number
 LONGEST_TEXT = 10_000  #: characters
@@ -41,7 +39,25 @@ class Part(BaseModel):
         """
         keys = {field.alias or name for name, field in cls.model_fields.items()} - {*values}
         there = {key: getattr(source, key) for key in keys if hasattr(source, key)}
-        return cls.model_validate(_json_value(there | values))
+        return cls.model_validate(json_value(there | values))
+
+    @classmethod
+    def parsed(cls, contents: Any) -> Self:
+        """The mapping that ``contents`` of a file are.
+
+        Raises
+        ------
+        ValueError
+            What is wrong with them, in the first few places.
+        """
+        try:
+            return cls.model_validate(contents)
+        except ValidationError as error:
+            details = error.errors(include_url=False, include_input=False)
+        shown = [f"{'.'.join(map(str, detail['loc']))}: {detail['msg'].removeprefix(BEFORE_OURS)}"
+                 for detail in details[:PROBLEMS_SHOWN]]
+        more = len(details) - len(shown)
+        raise ValueError("; ".join(shown) + (f"; and {more} more" if more > 0 else ""))
 
     def as_json(self) -> Json:
         """Plain values for JSON, the keys in the order of their declaration."""
@@ -51,34 +67,3 @@ class Part(BaseModel):
 def means(meaning: str, **limits: Any) -> Any:
     """A key with its meaning."""
     return Field(description=meaning, **limits)
-
-
-def _json_value(value: Any) -> Any:
-    """``value`` as JSON has it; parts are left as they are."""
-    match value:
-        case np.ndarray():
-            return _json_value(value.tolist())
-        case float():
-            return number(value)
-        case str():
-            return str(value)
-        case np.generic():
-            return _json_value(value.item())
-        case Mapping():
-            return {str(key): _json_value(one) for key, one in value.items()}
-        case tuple() | list():
-            return [_json_value(one) for one in value]
-    return value
-
-
-def problems_of(part: type[Part], contents: Any) -> str:
-    """What is wrong with ``contents`` as a ``part``, the first few places; empty if nothing is."""
-    try:
-        part.model_validate(contents)
-    except ValidationError as error:
-        details = error.errors(include_url=False, include_input=False)
-        shown = [f"{'.'.join(map(str, detail['loc']))}: {detail['msg'].removeprefix(BEFORE_OURS)}"
-                 for detail in details[:PROBLEMS_SHOWN]]
-        more = len(details) - len(shown)
-        return "; ".join(shown) + (f"; and {more} more" if more > 0 else "")
-    return ""

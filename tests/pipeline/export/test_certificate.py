@@ -63,11 +63,11 @@ def test_it_identifies_the_session_and_its_references(
 ) -> None:
     content = certificate_content(stored)
     facts = dict(content.facts)
-    assert facts["Configuration"] == f"SHA-256 {stored.contents['config_sha256'][:16]}"
+    assert facts["Configuration"] == f"SHA-256 {stored.contents.config_sha256[:16]}"
     last = json.loads((finished.folder / "history.jsonl").read_text("utf-8").splitlines()[-1])
     assert facts["Date of calibration"] == last["when"][:16].replace("T", " ")
     names = [name for name, _, _ in content.references]
-    assert names == ["Gravity", *(f"Plate, {name}" for name in stored.contents["rate"])]
+    assert names == ["Gravity", *(f"Plate, {name}" for name in stored.contents.rate)]
 
 
 def test_effects_stand_in_units_of_data_sheets(finished: RunSession, tmp_path: Path) -> None:
@@ -112,8 +112,8 @@ def test_the_chart_shows_every_residual_over_its_noise() -> None:
 @pytest.mark.parametrize("name", [
     "<script>alert(1)</script>", "two\nlines\tand\x07 a bell", "{{7*7}} &amp; \"'", "転台 2"])
 def test_no_name_out_of_a_file_spoils_the_page(name: str, stored: Stored) -> None:
-    rates = {f"{name} {i}": rate for i, rate in enumerate(stored.contents["rate"].values())}
-    contents = {**stored.contents, "title": name, "sensor": name, "rate": rates}
+    rates = {f"{name} {i}": rate for i, rate in enumerate(stored.contents.rate.values())}
+    contents = stored.contents.model_copy(update={"title": name, "sensor": name, "rate": rates})
     page = Page(page_of(replace(stored, contents=contents)))
     shown = " ".join("".join(c if c.isprintable() else " " for c in name).split())
     assert not page.open

@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,8 @@ TEXTS = st.one_of(st.sampled_from(HOSTILE), st.text(max_size=40),
 
 def renamed(stored: Stored, name: str, title: str) -> Stored:
     """The results of a sensor and session with these names."""
-    return Stored(stored.path, {**stored.contents, "sensor": name, "title": title}, stored.triads)
+    contents = stored.contents.model_copy(update={"sensor": name, "title": title})
+    return replace(stored, contents=contents)
 
 
 def without_names(text: str, comment: str) -> list[str]:

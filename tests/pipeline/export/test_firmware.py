@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +76,8 @@ def test_a_header_compiles_and_corrects_a_log_and_its_own_worked_number(
 
 def test_a_title_cannot_end_the_header_s_comment(finished: RunSession, tmp_path: Path) -> None:
     stored = with_effects(finished, tmp_path, "gyroscope", {})
-    odd = Stored(stored.path, {**stored.contents, "title": "a */ int x;\n#error"}, stored.triads)
+    contents = stored.contents.model_copy(update={"title": "a */ int x;\n#error"})
+    odd = replace(stored, contents=contents)
     (text,) = EXPORTERS["arduino"](odd).files.values()
     first = text.splitlines()[0]
     assert first.count("*/") == 1
@@ -86,7 +88,7 @@ def test_a_title_cannot_end_the_header_s_comment(finished: RunSession, tmp_path:
 
 
 def without_misalignment(each: StoredTriad, counts: np.ndarray, gains: np.ndarray) -> np.ndarray:
-    return (counts - each.bias_counts) * each.correction.spec.nominal_scale * gains
+    return (counts - each.parameters.bias_counts) * each.correction.spec.nominal_scale * gains
 
 
 def own(stored: Stored, triad: str) -> StoredTriad:
@@ -155,7 +157,7 @@ def test_px4_has_a_curve_in_the_temperature_as_its_cubic(
                   * (warmth[:, None] - centre) ** k for k in range(4))
     own_one = own(stored, triad)
     gain = own_one.units_per_count / own_one.correction.spec.nominal_scale
-    zero = own_one.correction.spec.nominal(own_one.bias_counts)
+    zero = own_one.correction.spec.nominal(own_one.parameters.bias_counts)
     d = (warmth - 27.0)[:, None]
     first, second, third = curve.reshape(3, 3).T
     error = d * first + d**2 / 10 * second + d**3 / 100 * third
@@ -167,7 +169,7 @@ def test_inav_reads_back_up_to_its_whole_counts(finished: RunSession) -> None:
     made = EXPORTERS["inav"](stored)
     value = {name: float(number) for name, number in re.findall(
         r"^set (\w+) = ([-\d.]+)$", made.files["inav.txt"], re.MULTILINE)}
-    gravity = stored.contents["accelerometer"]["gravity"]["value_m_s2"]
+    gravity = stored.gravity_m_s2
     assert value["ins_gravity_cmss"] == pytest.approx(100 * gravity, abs=1e-3)
     gains = np.array([value[f"accgain_{axis}"] for axis in "xyz"]) / 4096
     each = own(stored, "accelerometer")

@@ -55,8 +55,8 @@ def test_csv_has_every_parameter_with_its_sd_and_unit(finished: RunSession, tmp_
     assert (first["triad"], first["parameter"], first["axis"]) == (
         "accelerometer", "misalignment_rad", "x",
     )
-    assert float(first["value"]) == stored.triads[0].misalignment_rad[0]
-    assert float(first["sd"]) == stored.triads[0].misalignment_sd[0]
+    assert float(first["value"]) == stored.triads[0].parameters.misalignment_rad[0]
+    assert float(first["sd"]) == stored.triads[0].parameters.sd[0][0]
     assert rows[8]["unit"] == "counts/(m/s²)"
     assert [(row["parameter"], row["axis"], row["value"]) for row in rows[9:12]] == [
         ("warm_up", "x", "0.1"), ("warm_up", "y", "0.2"), ("warm_up", "z", "0.3"),
@@ -65,7 +65,9 @@ def test_csv_has_every_parameter_with_its_sd_and_unit(finished: RunSession, tmp_
 
 def test_csv_says_what_a_value_may_stand_for(finished: RunSession, tmp_path: Path) -> None:
     stored = with_effects(finished, tmp_path, "accelerometer", {"quadratic": [0.1, 0.2, 0.3]})
-    stored.triads[0].effects["quadratic"]["stands_for"] = ["asymmetry", "cubic"]
+    effects = stored.triads[0].section.effects
+    effects["quadratic"] = effects["quadratic"].model_copy(
+        update={"stands_for": ["asymmetry", "cubic"]})
     rows = list(csv.DictReader(EXPORTERS["csv"](stored).files["calibration.csv"].splitlines()))
     told = {row["parameter"]: row["stands_for"] for row in rows}
     assert told.pop("quadratic") == "asymmetry cubic"

@@ -112,7 +112,7 @@ def a_drive(stored: Stored, triad: str, **more: np.ndarray) -> tuple[np.ndarray,
     warmth = np.linspace(15.0, 45.0, 500)
     log = a_log(temperature_c=warmth, **more)
     expected = apply_results(stored, log, session_clock=True).triads
-    start = float(stored.contents["session_start_s"] or 0.0)
+    start = (stored.contents.session_start_s or 0.0)
     other = next(each for each in stored.triads if each.name != triad)
     nominal = other.correction.spec.nominal(getattr(log, other.name))
     return expected[triad], {
@@ -215,8 +215,7 @@ def unsigned(stored: Stored) -> Stored:
         model, theta = each.correction.model, each.correction.theta
         nine = triad_parameters(model, theta, np.zeros((len(theta),) * 2), spec)
         triads.append(replace(
-            each, correction=replace(each.correction, spec=spec), bias_counts=nine.bias_counts,
-            scale_counts_per_unit=nine.scale_counts_per_unit))
+            each, correction=replace(each.correction, spec=spec), parameters=nine))
     return replace(stored, triads=tuple(triads))
 
 

@@ -46,7 +46,7 @@ def test_the_force_comes_from_every_direction(finished: RunSession, tmp_path: Pa
                           {"g_sensitivity": [1e-3, 0, 0, 0, 0, 0, 0, 0, 0]})
     each = triad_named(stored, "gyroscope")
     assert each is not None
-    gravity = stored.contents["accelerometer"]["gravity"]["value_m_s2"]
+    gravity = stored.gravity_m_s2
     size = remaining_error(stored, each, ["g_sensitivity"])
     assert size == pytest.approx(1e-3 * gravity, rel=1e-3)
     note = next(n for n in EXPORTERS["px4"](stored).loses if "g_sensitivity" in n)
@@ -54,7 +54,7 @@ def test_the_force_comes_from_every_direction(finished: RunSession, tmp_path: Pa
     assert said is not None
     assert float(said[1]) == pytest.approx(math.degrees(size), rel=0.05)
     at = session_conditions(stored, each, [find_effect("g_sensitivity")])
-    assert len(at) == 26 * len(stored.contents["gyroscope"]["poses"])
+    assert len(at) == 26 * len(stored.contents.triads["gyroscope"].poses)
 
 
 def test_errors_of_the_bench_are_no_loss(finished: RunSession, tmp_path: Path) -> None:

@@ -93,7 +93,7 @@ def test_kalibr_reads_back_as_the_same_correction_in_its_frame(
     assert body @ body.T == pytest.approx(np.eye(3), abs=1e-9)  # a rotation, nothing else
     assert force == pytest.approx(applied["accelerometer"] @ body.T, abs=1e-7)
     to_accelerometer = Rotation.from_rotvec(
-        stored.contents["gyroscope"]["frame_to_accelerometer_rad"]).as_matrix()
+        stored.gyroscope_to_accelerometer_rad).as_matrix()
     expected = applied["gyroscope"] @ to_accelerometer.T @ body.T
     assert rate == pytest.approx(expected, abs=1e-8)
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from pipeline.results.history import history_rows, history_text, read_history, with_step
+from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.noise import HistoryLine
 from tests.pipeline.conftest import RunSession
 from tests.sessions import pipeline, results_in
@@ -16,7 +17,10 @@ NOON = datetime.fromisoformat("2026-05-01T12:00:00+02:00")
 
 
 def with_model(found: dict[str, Any], model: list[str], rms: float) -> dict[str, Any]:
-    return found | {"accelerometer": found["accelerometer"] | {"model": model, "residual_rms": rms}}
+    section = found["accelerometer"]
+    return found | {"accelerometer": section | {
+        "model": model, "residual_rms": rms,
+        "correction": section["correction"] | {"model": model}}}
 
 
 def test_a_run_leaves_one_line_with_model_errors_and_verdict(finished: RunSession) -> None:
@@ -40,7 +44,7 @@ def test_the_table_is_a_staircase_and_shows_equal_runs_once(
     base = ["bias", "scale", "misalignment"]
     steps: tuple[HistoryLine, ...] = ()
     for model, rms in ((base, 0.009), (base, 0.009), ([*base, "quadratic"], 0.0005)):
-        steps = with_step(steps, with_model(found, model, rms), NOON)
+        steps = with_step(steps, ResultsFile.parsed(with_model(found, model, rms)), NOON)
     (tmp_path / "history.jsonl").write_text(history_text(steps), encoding="utf-8")
     assert len(read_history(tmp_path)) == 3
     titles, *rows = history_rows(read_history(tmp_path))["accelerometer"]
@@ -73,7 +77,7 @@ def test_a_damaged_history_is_reported_with_its_line_and_nothing_is_written(
     finished: RunSession, tmp_path: Path, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     history = tmp_path / "history.jsonl"
-    steps = with_step((), results_in(finished.folder), NOON)
+    steps = with_step((), ResultsFile.parsed(results_in(finished.folder)), NOON)
     history.write_text(history_text(steps), encoding="utf-8")
     whole = history.read_text(encoding="utf-8") + line + "\n"
     history.write_text(whole, encoding="utf-8")

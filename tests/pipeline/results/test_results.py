@@ -135,9 +135,10 @@ def test_read_back_it_holds_the_same_calibration(
         stored = load_results(given)
         assert [each.name for each in stored.triads] == ["accelerometer", "gyroscope"]
         gyroscope = stored.triads[1]
-        assert gyroscope.bias_counts.tolist() == found["gyroscope"]["parameters"]["bias_counts"]
+        bias = gyroscope.parameters.bias_counts
+        assert bias.tolist() == found["gyroscope"]["parameters"]["bias_counts"]
         matrix, offset = gyroscope.correction.linear_form()
-        nominal = gyroscope.correction.spec.nominal(gyroscope.bias_counts)
+        nominal = gyroscope.correction.spec.nominal(bias)
         assert matrix @ nominal + offset == pytest.approx(np.zeros(3), abs=1e-12)
 
 

@@ -52,7 +52,7 @@ def excluded(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Outcome
 
 
 def without_exclusions(outcome: Outcome) -> dict[str, Any]:
-    results = results_of(outcome)
+    results = results_of(outcome).as_json()
     return {triad: {key: value for key, value in results[triad].items() if key != "excluded"}
             for triad in OUT}
 
@@ -84,7 +84,7 @@ def test_an_excluded_pose_is_named_with_its_error_by_the_fit_without_it(
     assert shown.predicted.residual.residual == pytest.approx(
         float(np.linalg.norm(force)) - gravity.value_m_s2, abs=1e-6)
     assert abs(shown.predicted.residual.in_sd) < 4
-    listed = results_of(excluded)["accelerometer"]["excluded"]
+    listed = results_of(excluded).as_json()["accelerometer"]["excluded"]
     assert [(each["label"], each["residual"] is None) for each in listed] == [
         (ACC.format(3), False), (ACC.format(12), True)]
 
