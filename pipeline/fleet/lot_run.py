@@ -48,11 +48,12 @@ def run_lot(sets: LotSets, output: Path, limits: Limits | None = None) -> FleetS
 
     def pooled(name: str, rows: "DataFrame") -> Pool:
         triad = next(one for one in sets.triads if one == name)
-        used = set(rows["sensor"])
+        of_triad = table.loc[table["triad"] == name, "sensor"]
+        without = set(of_triad[~of_triad.index.isin(rows.index)])  # few: names of all are large
 
         def passes() -> Iterator[list[SensorPoses]]:
             for block in sets.blocks(triad):
-                yield [one for one in block if one.sensor in used]
+                yield [one for one in block if one.sensor not in without]
 
         return pool_of_lot(passes, sets.model(triad))
 

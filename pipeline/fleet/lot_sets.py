@@ -102,6 +102,7 @@ class LotSets:
     rates: Mapping[str, SettingRate]
     allow_python: bool = False
     refusals: dict[str, str] = field(default_factory=dict)
+    _passed: set[Triad] = field(default_factory=set)
 
     @classmethod
     def of(cls, design: Config, table: Path, context: RunContext) -> "LotSets":
@@ -146,7 +147,7 @@ class LotSets:
                 ] if self.design.gyroscope else []
         only = runs[0] if self.design.accelerometer is None and len(set(runs)) == 1 else STOPPED
         examples: dict[tuple[Triad, Pattern], _Example | str] = {}
-        for sensors in sensor_blocks(self.table, needed, only):
+        for sensors in sensor_blocks(self.table, needed, only, is_sorted=triad in self._passed):
             _require_numbers(sensors, needed, self.table)
             corrections = {}
             if triad == "gyroscope" and "accelerometer" in self.triads:
@@ -155,6 +156,7 @@ class LotSets:
             block = self._block(triad, sensors, examples, corrections)
             if block:
                 yield block
+        self._passed.add(triad)
 
     def _block(
         self, triad: Triad, sensors: Sequence[SensorRows],

@@ -39,7 +39,7 @@ def is_table(path: Path) -> bool:
 
 
 def sensor_blocks(
-    path: Path, needed: Sequence[str], without_run: str
+    path: Path, needed: Sequence[str], without_run: str, is_sorted: bool = False
 ) -> Iterator[list[SensorRows]]:
     """The sensors of a table, some hundreds at a time.
 
@@ -51,13 +51,15 @@ def sensor_blocks(
         Columns without which the lot cannot be calibrated.
     without_run : str
         The run of every row where the table has no such column.
+    is_sorted : bool
+        Whether the rows of every sensor are known to stand together.
 
     Raises
     ------
     UnreadableInput
         The table cannot be read, lacks a column, or the rows of a sensor do not stand together.
     """
-    ended: set[str] = set()
+    ended: set[str] | None = None if is_sorted else set()
     rest: dict[str, Any] = {}
     for batch in _batches(path, needed):
         columns = {name: np.concatenate([rest[name], values]) if rest else values
@@ -71,7 +73,7 @@ def sensor_blocks(
 
 
 def _split(
-    columns: Mapping[str, Any], begins: Any, ended: set[str], path: Path, without_run: str
+    columns: Mapping[str, Any], begins: Any, ended: set[str] | None, path: Path, without_run: str
 ) -> list[SensorRows]:
     """The sensors between the rows ``begins``; what follows the last of these is left."""
     blocks = []
@@ -80,11 +82,12 @@ def _split(
     for first, last in pairwise(begins):
         part, n = slice(first, last), int(last - first)
         sensor = str(columns[SENSOR][first])
-        if sensor in ended:
-            raise UnreadableInput(
-                f"{path.name}: the rows of sensor {sensor} do not stand together. Sort the table "
-                f"by its column `{SENSOR}`.")
-        ended.add(sensor)
+        if ended is not None:
+            if sensor in ended:
+                raise UnreadableInput(
+                    f"{path.name}: the rows of sensor {sensor} do not stand together. Sort the "
+                    f"table by its column `{SENSOR}`.")
+            ended.add(sensor)
         blocks.append(SensorRows(
             sensor,
             str(texts[STATION][first]) if STATION in texts else "",

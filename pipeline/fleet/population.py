@@ -69,9 +69,9 @@ Pooled = Callable[[str, "DataFrame"], Pool | None]
 
 def populations_of(table: "DataFrame", pooled: Pooled) -> tuple[TriadPopulation, ...]:
     """Every triad of which a session was calibrated; ``pooled`` says what its lot is missing."""
-    calibrated = table[table["exit_code"] == DONE]
+    done = table["exit_code"] == DONE
     return tuple(_population(triad, rows, pooled) for triad in TRIAD_KINDS
-                 if len(rows := calibrated[calibrated["triad"] == triad]))
+                 if len(rows := table[done & (table["triad"] == triad)]))
 
 
 def _population(triad: str, calibrated: "DataFrame", pooled: Pooled) -> TriadPopulation:
@@ -99,9 +99,9 @@ def _distinct(rows: "DataFrame") -> "tuple[DataFrame, dict[str, str]]":
     """
     key = ["chi2", *(name for name in PARAMETER_NAMES if name in rows)]
     copied = rows.duplicated(key)
-    first = rows[~copied]
     if not copied.any():
-        return first, {}
+        return rows, {}
+    first = rows[~copied]
     of_first = rows[copied].merge(first[[*key, "session"]], on=key, suffixes=("", "_first"))
     return first, dict(zip(of_first["session"], of_first["session_first"], strict=True))
 

@@ -3,7 +3,7 @@
 import io
 from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
-from itertools import product
+from itertools import pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,11 +115,14 @@ def fleet_table(parts: "Iterable[DataFrame]") -> "DataFrame":
 
     table = concat(parts, ignore_index=True)
     order = {triad: i for i, triad in enumerate(TRIAD_KINDS)}
-    sessions = sorted(table["session"].unique(), key=natural_key)
-    place = {name: i for i, name in enumerate(sessions)}
-    rows = table["session"].map(place) * (len(order) + 1) + table["triad"].map(order).fillna(-1)
-    table = table.iloc[rows.argsort(kind="stable")]
-    table.index = RangeIndex(len(table))
+    keys = ((natural_key(session), order.get(triad, -1))
+            for session, triad in zip(table["session"], table["triad"], strict=True))
+    if any(later < before for before, later in pairwise(keys)):  # a large table is in order
+        sessions = sorted(table["session"].unique(), key=natural_key)
+        place = {name: i for i, name in enumerate(sessions)}
+        rows = table["session"].map(place) * (len(order) + 1) + table["triad"].map(order).fillna(-1)
+        table = table.iloc[rows.argsort(kind="stable")]
+        table.index = RangeIndex(len(table))
     columns = [name for name in table.columns if not name.startswith(SIZE)]
     columns += sorted(name for name in table.columns if name.startswith(SIZE))
     return table[columns].astype({name: "Int64" for name in WHOLE if name in columns})
