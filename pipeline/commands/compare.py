@@ -64,7 +64,7 @@ def command(
             click.echo(paragraph(line))
     for one in compared:
         if (seen := ageing[one.triad]) is not None:
-            click.echo(paragraph(ageing_text(seen, one.triad)))
+            click.echo(paragraph(f"{one.triad}: {ageing_text(seen, one.triad)}"))
 
 
 def _limit(text: str) -> tuple[str, float]:

@@ -58,9 +58,9 @@ def ageing_text(ageing: Ageing, triad: Triad) -> str:
     unit, factor = DISPLAY[triad]
     moved, noise, now, limit = (f"{value * factor:.2g} {unit}" for value in (
         ageing.moved, ageing.noise, ageing.now, ageing.limit))
-    over = f"{triad}: over {_days(ageing.days)}"
+    over = f"over {_days(ageing.days)}"
     if limit == now or ageing.limit <= ageing.now:
-        return (f"{triad}: the error to expect of the last calibration, {now}, is not below the "
+        return (f"the error to expect of the last calibration, {now}, is not below the "
                 f"limit of {limit}. Calibrate better: `pipeline plan` shows which poses help most.")
     earliest, estimate, latest = ageing.due_days
     if not ageing.most:
@@ -90,11 +90,11 @@ def _row(title: str, cells: Sequence[str], apart: Sequence[float] = ()) -> list[
     """A row of the table: behind each cell but the first how far it is from the first."""
     row = [f"  {title}", cells[0]]
     for cell, sds in zip(cells[1:], apart[1:] or [math.nan] * len(cells[1:]), strict=True):
-        row += [cell, _sds(sds, "+") if math.isfinite(sds) else ""]
+        row += [cell, sds_text(sds, "+") if math.isfinite(sds) else ""]
     return row
 
 
-def _sds(value: float, sign: str = "") -> str:
+def sds_text(value: float, sign: str = "") -> str:
     """A number of sds, to one decimal or three digits."""
     return f"{value:{sign}.1f}" if abs(value) < WHOLE else f"{value:{sign}.0f}"
 
@@ -128,6 +128,6 @@ def _conclusion(compared: ComparedTriad, names: Sequence[str], k: int) -> str:
     if apart <= limit:
         return (f"{first} and {other} agree: no parameter differs by more than "
                 f"{apart:.1f} sds, and {limit:.1f} are expected by chance in 1 of 100 cases.")
-    return (f"{first} and {other} differ: {far.name} by {_sds(apart)} sds, more than the "
+    return (f"{first} and {other} differ: {far.name} by {sds_text(apart)} sds, more than the "
             f"{limit:.1f} that chance explains. Either the sensor changed between the sessions, or "
             f"a model lacks an effect; the errors on each other's poses show by how much.")

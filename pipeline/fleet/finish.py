@@ -12,6 +12,7 @@ import numpy as np
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
 from pipeline.fleet.limits import Limits, with_limits
+from pipeline.fleet.over_time import sensors_over_time
 from pipeline.fleet.page import PAGE_NAME, fleet_html
 from pipeline.fleet.population import (
     POPULATION_NAME,
@@ -124,10 +125,12 @@ def write_lot(
     if limits is not None:
         table = with_limits(table, limits)
     populations = populations_of(table, pooled)
-    whole = {triad: section | (more or {}).get(triad, {})
-             for triad, section in population_json(populations).items()}
+    over_time = {one.triad: [*sensors_over_time(one, output)] for one in populations}
+    whole = {triad: section | (more or {}).get(triad, {}) | {
+        "over_time": {one.sensor: one.as_json for one in over_time[triad]}}
+        for triad, section in population_json(populations).items()}
     text = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False)
-    page = fleet_html(title, table, populations, reports, datetime.now().astimezone())
+    page = fleet_html(title, table, populations, over_time, reports, datetime.now().astimezone())
     write_table(table, output)
     write_output(output, output / POPULATION_NAME, text + "\n")
     write_output(output, output / PAGE_NAME, page)

@@ -1,7 +1,7 @@
 """The page of a lot."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -16,6 +16,7 @@ from pipeline.drawings.charts import SMALL, Chart, across, pixel, upward
 from pipeline.errors import DONE
 from pipeline.fleet.board import board_of
 from pipeline.fleet.limits import FAIL, limit_lines
+from pipeline.fleet.over_time import MOST_SENSORS, SensorOverTime
 from pipeline.fleet.population import TriadPopulation
 from pipeline.fleet.record import SESSIONS_FOLDER
 from pipeline.fleet.table import parameter_unit
@@ -79,7 +80,8 @@ sensors leave the page under 2 MB."""
 
 
 def fleet_html(
-    title: str, table: "DataFrame", populations: Sequence[TriadPopulation], reports: bool,
+    title: str, table: "DataFrame", populations: Sequence[TriadPopulation],
+    over_time: Mapping[str, Sequence[SensorOverTime]], reports: bool,
     when: datetime | None = None,
 ) -> str:
     """The whole page.
@@ -91,6 +93,8 @@ def fleet_html(
     table : DataFrame
         Its rows.
     populations : sequence of TriadPopulation
+    over_time : mapping of str to sequence of SensorOverTime
+        Sensors with several sessions, by triad.
     reports : bool
         Whether each session has a report to link to.
     when : datetime, optional
@@ -107,18 +111,21 @@ def fleet_html(
         sensors=table["sensor"].nunique(),
         limits=list(limit_lines(table))[: MOST_ROWS + 1],
         beyond=FAIL,
-        triads=[_triad_view(one, reports) for one in populations],
+        triads=[_triad_view(one, over_time[one.triad], reports) for one in populations],
         failed=[{"name": row.session, "code": row.exit_code, "reason": row.reason}
                 for row in failed[:MOST_ROWS].itertuples()],
         failed_count=len(failed),
         most=MOST_ROWS,
+        most_over_time=MOST_SENSORS,
         level=FALSE_ALARM,
         p_text=p_text,
         parameter_name=parameter_name,
     )
 
 
-def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
+def _triad_view(
+    population: TriadPopulation, over_time: Sequence[SensorOverTime], reports: bool
+) -> dict[str, Any]:
     """What the page shows of one triad."""
     verdicts = Counter(population.rows["verdict"])
     named = Counter(name for missing in population.rows["missing"]
@@ -144,6 +151,7 @@ def _triad_view(population: TriadPopulation, reports: bool) -> dict[str, Any]:
         "repeats": population.repeats,
         "moved": moved[:MOST_ROWS],
         "moved_count": len(moved),
+        "over_time": [(one, _links(one.sessions, reports)) for one in over_time],
     }
 
 

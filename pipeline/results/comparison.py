@@ -9,6 +9,7 @@ residual is smaller, because it was fitted to it.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -60,27 +61,31 @@ class ComparedTriad:
     stored : tuple of StoredTriad or None
         None where a session has no such.
     parameters : tuple of ComparedParameter
-    error_on_poses : array, shape (S, S)
-        ``error_on_poses[b, a]`` is what calibration a errs by on the poses of b, rms, SI; NaN where
-        one of its effects needs what the results of b do not hold.
     """
 
     triad: Triad
     stored: tuple[StoredTriad | None, ...]
     parameters: tuple[ComparedParameter, ...]
-    error_on_poses: FloatArray
+
+    @cached_property
+    def error_on_poses(self) -> FloatArray:
+        """What calibration a errs by on the poses of b in row b, column a, rms, SI, (S, S).
+
+        NaN where one of its effects needs what the results of b do not hold.
+        """
+        return np.array([[_error_on(one, by) for by in self.stored] for one in self.stored])
 
     def farthest(self, k: int) -> ComparedParameter | None:
         """The parameter of calibration k that is the most sds from that of the first."""
         known = [one for one in self.parameters if np.isfinite(one.apart_sd[k])]
         return max(known, key=lambda one: abs(float(one.apart_sd[k])), default=None)
 
-    def chance_limit_sd(self, k: int) -> float:
-        """Sds that the farthest of so many parameters exceeds by chance alone in one of a hundred
-        cases (Šidák, *Rectangular Confidence Regions for the Means of Multivariate Normal
-        Distributions*, 1967).
+    def chance_limit_sd(self, *others: int) -> float:
+        """Sds that the farthest of so many parameters of the other calibrations exceeds by chance
+        alone in one of a hundred cases (Šidák, *Rectangular Confidence Regions for the Means of
+        Multivariate Normal Distributions*, 1967).
         """
-        count = sum(bool(np.isfinite(one.apart_sd[k])) for one in self.parameters)
+        count = sum(int(np.isfinite(one.apart_sd[[*others]]).sum()) for one in self.parameters)
         return float(-ndtri((1 - (1 - CHANCE) ** (1 / max(count, 1))) / 2))
 
     def is_same_sheet(self, k: int) -> bool:
@@ -107,9 +112,7 @@ def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]
     for triad in TRIAD_KINDS:
         stored = tuple(next((t for t in one.triads if t.name == triad), None) for one in results)
         if sum(one is not None for one in stored) >= 2:
-            compared.append(ComparedTriad(
-                triad, stored, tuple(_parameters(triad, stored)),
-                np.array([[_error_on(one, by) for by in stored] for one in stored])))
+            compared.append(ComparedTriad(triad, stored, tuple(_parameters(triad, stored))))
     return tuple(compared)
 
 

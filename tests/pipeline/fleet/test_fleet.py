@@ -140,6 +140,16 @@ def test_the_table_is_the_same_whatever_the_number_of_workers(survived: Path, ta
         assert (survived / name).read_bytes() == (table / name).read_bytes()
 
 
+def test_sessions_without_dates_are_shown_in_their_order(table: Path) -> None:
+    lot = json.loads((table / "population.json").read_text(encoding="utf-8"))
+    for triad in ("accelerometer", "gyroscope"):
+        seen = lot[triad]["over_time"]
+        assert {name: one["sessions"] for name, one in seen.items()} == {
+            "a": ["a/1", "a/2"], "b": ["b/1", "b/2"]}
+        assert all(one["days"] == [None, None] for one in seen.values())
+        assert all(one["ageing"] is None for one in seen.values())
+
+
 def test_the_evidence_of_each_triad_is_kept(table: Path) -> None:
     evidence = kept_evidence(folder_of(table, "b/2") / "evidence_gyroscope.npz")
     assert evidence is not None

@@ -1,6 +1,7 @@
 """When to calibrate again: sensors that move, judged by what the simulated ones really err by."""
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,10 @@ import numpy as np
 import pytest
 
 from calib.poses.attitudes import spread_directions
+from pipeline.fleet.finish import finish_fleet
+from pipeline.fleet.record import SessionRecord, folder_of, write_record
+from pipeline.fleet.sessions import FleetSession
+from pipeline.fleet.table import rows_of_results
 from pipeline.results.ageing import DAY_S, Ageing, ageing_of, recorded_at
 from pipeline.results.comparison import compare_calibrations
 from pipeline.results.read import Stored, load_results
@@ -127,3 +132,49 @@ def test_the_command_says_when(printed: Callable[..., tuple[int, str]]) -> None:
     code, words = printed("--limit", "accelerometer=soon")
     assert code == 2
     assert "accelerometer=20" in words
+
+
+@pytest.fixture(scope="module")
+def fleet(folders: list[Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a fleet of two sensors: one moves between four evenings, one rests for two."""
+    output = tmp_path_factory.mktemp("fleet")
+    records = []
+    for sensor, evenings in {"moves": [0, 1, 2, 3], "rests": [4, 5]}.items():
+        for k, evening in enumerate(evenings):
+            stored = dated(folders[evening], 10.0 * k)
+            session = FleetSession(stored.folder, f"{sensor}/e{k}", sensor)
+            record = SessionRecord(session.name, sensor, "", 0, "",
+                                   rows_of_results(session, stored.contents))
+            write_record(output, record)
+            shutil.copy(stored.path, folder_of(output, session.name))
+            records.append(record)
+    finish_fleet(records, output, reports=False)
+    return output
+
+
+def test_a_fleet_shows_what_moved_in_which_sensor_and_when(
+    fleet: Path, folders: list[Path]
+) -> None:
+    whole = json.loads((fleet / "population.json").read_text(encoding="utf-8"))
+    seen = whole["accelerometer"]["over_time"]
+    assert seen["moves"]["days"] == [0.0, 10.0, 20.0, 30.0]
+    apart = seen["moves"]["moved"]
+    assert set(apart) == {"bias x", "bias y", "bias z"}  # a step there, back, and there again
+    assert apart["bias y"][1] < -10 < apart["bias y"][2] < 10 < -apart["bias y"][3]
+    compared = of_days(folders[:4], [0.0, 10.0, 20.0, 30.0])
+    assert compared is not None
+    assert seen["moves"]["ageing"]["moved"] == compared.moved
+    assert seen["rests"]["moved"] == {}
+    assert whole["gyroscope"]["over_time"]["moves"]["moved"] == {}
+
+
+def test_the_page_of_a_fleet_draws_the_sensors_the_one_that_moved_first(fleet: Path) -> None:
+    page = (fleet / "fleet.html").read_text(encoding="utf-8")
+    cards = page.split("Sensors over time</h3>")[1].split("</section>")[0].split("<figure")[1:]
+    assert [card.partition("<figcaption>")[2].partition("<")[0] for card in cards] == [
+        "moves", "rests"]
+    assert cards[0].count('class="line axis') == 3
+    assert "bias y by −" in cards[0]
+    assert "recalibrate then" in cards[0]
+    assert cards[1].count('class="line axis') == 0
+    assert "Nothing moved by more than" in cards[1]
