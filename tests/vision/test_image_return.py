@@ -114,3 +114,16 @@ def test_things_that_move_vary_and_a_lamp_that_flickers_does_not() -> None:
     assert not much_varies(np.rint(noise).astype(np.uint8))
     assert not much_varies(np.rint(lamp).astype(np.uint8))
     assert much_varies(np.rint(moves).astype(np.uint8))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_turn_of_a_part_of_a_frame_more_is_not_taken_for_three_turns(seed: int) -> None:
+    """A narrow mark returns better after the three turns that are a whole number of frames."""
+    rng = np.random.default_rng(seed)
+    turn = 33.63  # frames
+    away = 2 * np.pi * np.arange(FRAMES)[:, None] / turn - rng.uniform(0, 2 * np.pi, 40)
+    seen = 60 + 120 * np.exp(-((np.angle(np.exp(1j * away)) / 0.12) ** 2))
+    seen += 2 * rng.standard_normal(seen.shape)
+    returned = image_return(np.rint(seen).astype(np.uint8)[:, :, None], FRAME_S, 1)
+    assert returned is not None
+    assert returned.period_s / FRAME_S == pytest.approx(turn, rel=0.005)

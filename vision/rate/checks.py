@@ -31,9 +31,8 @@ class CheckThresholds:
     turns : float
         That the plate must make. Fact: less shows no point of the plate twice.
     unsteady : float
-        Relative change of the rate within a clip that is refused, and relative sd by frames that
-        may have been dropped. Fact: the scale of a sensor calibrated against a mean rate errs by up
-        to as much.
+        Relative change of the rate within a clip that is refused. Fact: the scale of a sensor
+        calibrated against a mean rate errs by up to as much.
     uneven : float
         Relative change that is worth a warning. Fact: ten times a poor clock (100 ppm).
     stopped : float
@@ -154,15 +153,6 @@ def _jumps(seen: Seen) -> str:
             f"{np.degrees(seen.dropped.at_rad) % 360:.0f}° of plate angle")
 
 
-def _says_undecided(seen: Seen) -> str:
-    return (
-        f"{_jumps(seen)}. This clip cannot determine whether frames were dropped or the angle is "
-        f"mismeasured there (the odds of dropped frames are {seen.dropped.probability:.0%}), and "
-        f"the rates differ by {seen.dropped.change:.1%}. Put a bold mark near the rim; where there "
-        f"is one, film over more turns."
-    )
-
-
 def _says_unsteady(seen: Seen) -> str:
     rate, history = seen.even_history[0], seen.history
     first, last, fastest = rate[0] / RPM, rate[-1] / RPM, rate.max() / RPM
@@ -205,7 +195,8 @@ def _says_jumps(seen: Seen) -> str:
     if dropped.sd_of_rate > THRESHOLDS.uneven:
         return (
             f"{_jumps(seen)}. This clip cannot determine whether frames were dropped or the angle "
-            f"is mismeasured there; the sd covers both ({dropped.sd_of_rate:.2%} of the rate). "
+            f"is mismeasured there (the odds of dropped frames are {dropped.probability:.0%}); "
+            f"the sd covers both ({dropped.sd_of_rate:.2%} of the rate). "
             f"Film over more turns, or put a bold mark near the rim."
         )
     if dropped.count:
@@ -260,7 +251,6 @@ def _says_two_rates(seen: Seen) -> str:
 
 
 REFUSALS = (
-    Check(lambda seen: seen.dropped.sd_of_rate / THRESHOLDS.unsteady, _says_undecided),
     Check(lambda seen: seen.unsteady, _says_unsteady),
     Check(lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
     Check(lambda seen: seen.scatter_rad / max(

@@ -10,15 +10,16 @@ blended by an encoder,
 The probabilities of all levels in every frame follow from those before and after it (forward and
 backward sums: Rabiner, Proc. IEEE 77, 1989). That the level grew is not yet that frames were
 dropped: a plate that shows little at one angle jumps there as well, once per turn, and creeps back.
-Two things tell them apart. With t_i the stamp of a frame, m_i its turn, s_i its sector of the turn,
-f_i its angle within the sector, and K_i the frames dropped so far,
+Two things tell them apart. What the angle errs by at each place of the plate comes again with every
+turn, so that the time of a turn, t_i - t(θ_i - 2π), is free of it; where K frames were dropped
+within it the stamps make it K T too short. So A in
 
-    t_i = P m_i + h(s_i) + c(s_i) f_i - A T K_i + noise,
+    t_i - t(θ_i - 2π) = P - A T K_i + noise
 
-h and c take whatever the angle errs by at each place of the plate, turn after turn, so A is 1 for
-dropped frames and 0 for errors of the angle. And frames are dropped at any angle of the plate,
-errors come at one: the resultant R of n jumps has the probability exp(-n R²) of chance (Mardia and
-Jupp, Directional Statistics, 2000, section 6.3). Both together are the odds of dropped frames.
+is 1 for dropped frames and 0 for errors of the angle. And frames are dropped at any angle of the
+plate, errors come at one: the resultant R of n jumps has the probability exp(-n R²) of chance
+(Mardia and Jupp, Directional Statistics, 2000, section 6.3). Both together are the odds of dropped
+frames.
 """
 
 from dataclasses import dataclass, replace
@@ -29,11 +30,9 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
 from vision.phase_track import PlateAngle
-from vision.rate.least_squares import least_squares
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
-SECTORS = 24  # of a turn, each with its own error of the angle
-FEWEST_FREE = 6  # frames more than parameters, for a share to be determined
+FEWEST_FRAMES = 6  # a turn after another one, for a share to be determined
 LOCAL_S = 1.0  # over which the usual rate is taken, at least
 LEVELS = 8  #: steps of the level in a frame time; numerical
 MOST_AT_ONCE = 6  #: frames dropped in one place, at most
@@ -60,11 +59,10 @@ class DroppedFrameThresholds:
     clear : float
         Times the noise of a level, that a frame time must be for a jump to be seen. Derived: half
         of it is then three sds.
-    some_false : float
-        Sd of the share where frames were dropped: one jump in ten may be none. A judgement.
-    creeps : float
-        Sd of the share where the angle errs. Measured by ``tests.bench.rate_thresholds``: -0.05 to
-        0.53.
+    amiss : float
+        Sd of the share: where frames were dropped one jump in ten may be none, where the angle errs
+        it does not quite come again. Measured: 0.87 to 1.00, and -0.03 to 0.19 (300 tracks each of
+        ``tests.bench.simulated_tracks``).
     blind : float
         Frames from one that shows its angle to the next; over more of them the angle is carried on
         by the usual rate, which a view that is off by some degrees makes a few per cent too large
@@ -76,8 +74,7 @@ class DroppedFrameThresholds:
     stray: float = 0.01
     stays: float = 0.5
     clear: float = 6.0
-    some_false: float = 0.1
-    creeps: float = 0.3
+    amiss: float = 0.1
     blind: float = 6.0
 
 
@@ -142,15 +139,10 @@ def dropped_frames(angle: PlateAngle) -> DroppedFrames:
     resultant = complex(np.exp(1j * angle.angle_rad[count > 0]).mean())
     log_odds = 1 - np.count_nonzero(count) * abs(resultant) ** 2  # 0 on average of uniform angles
     if np.isfinite(sd):
-        log_odds += _log_normal(share - 1, np.hypot(sd, THRESHOLDS.some_false))
-        log_odds -= _log_normal(share, np.hypot(sd, THRESHOLDS.creeps))
+        log_odds += (share - 0.5) / (sd**2 + THRESHOLDS.amiss**2)  # of 1 against 0
     probability = float(1 / (1 + np.exp(-np.clip(log_odds, -SURE, SURE))))
     return DroppedFrames(repaired if probability > 0.5 else angle, jumps, probability, share, sd,
                       float(np.angle(resultant)))
-
-
-def _log_normal(away: float, sd: float) -> float:
-    return float(-0.5 * (away / sd) ** 2 - np.log(sd))
 
 
 def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
@@ -250,33 +242,19 @@ def confirmed_share(angle: PlateAngle) -> tuple[float, float]:
     share, sd : float
         NaN and infinity where the share is not determined.
     """
-    turned = np.abs(angle.angle_rad - angle.angle_rad[0]) / (2 * np.pi)
-    place = np.floor(SECTORS * turned).astype(np.intp)
-    within = SECTORS * turned - place - 0.5
-    put_back = -angle.frame_s * np.cumsum(angle.dropped)
-    rows = np.stack([angle.time_s, np.floor(turned), put_back], axis=1)
-    place %= SECTORS
-    free = len(rows) - 2 * int(np.count_nonzero(np.bincount(place))) - 2
-    if free < FEWEST_FREE:
+    turned = np.maximum.accumulate(np.abs(angle.angle_rad - angle.angle_rad[0]))
+    later = turned >= 2 * np.pi
+    counted = np.cumsum(angle.dropped)
+    took, lost = (now[later] - np.interp(turned[later] - 2 * np.pi, turned, now)
+                  for now in (angle.time_s, counted))
+    between = lost != np.round(lost)  # a turn ago was within a jump
+    took, lost = took[~between], lost[~between]
+    if len(took) < FEWEST_FRAMES or not np.ptp(lost):
         return np.nan, np.inf
-    rows = _without_place(rows, place, within)
-    try:
-        fit = least_squares(rows[:, 1:], rows[:, 0], turn_rad=angle.angle_rad)
-    except np.linalg.LinAlgError:
-        return np.nan, np.inf
-    return float(fit.beta[1]), float(fit.sd[1] * np.sqrt(len(rows) / free))
-
-
-def _without_place(rows: FloatArray, place: NDArray[np.intp], within: FloatArray) -> FloatArray:
-    """Columns less their mean and their slope against ``within`` in each place, shape (u, k)."""
-    count = np.maximum(np.bincount(place, minlength=SECTORS), 1)
-
-    def centred(values: FloatArray) -> FloatArray:
-        return np.asarray(values - (np.bincount(place, values, SECTORS) / count)[place])
-
-    aside = centred(within)
-    square = np.maximum(np.bincount(place, aside**2, SECTORS), 1e-12)
-    columns = [centred(column) for column in rows.T]
-    slopes = [np.bincount(place, aside * column, SECTORS) / square for column in columns]
-    pairs = zip(columns, slopes, strict=True)
-    return np.stack([column - slope[place] * aside for column, slope in pairs], axis=1)
+    more = lost - lost.mean()
+    slope = float(more @ took / (more @ more))
+    rest = took - took.mean() - slope * more
+    # All frames of a turn see the same jump.
+    sd = SD_PER_MAD * float(np.median(np.abs(rest))) / more.std()
+    sd /= np.sqrt(np.count_nonzero(angle.dropped))
+    return -slope / angle.frame_s, sd / angle.frame_s

@@ -7,8 +7,8 @@ that is no repetition and T the camera's own frame time,
     s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
 
 Every line (c, T) that keeps all stamps in that band is as likely as any other. The probability of T
-is therefore proportional to the range of c that it leaves, and the stamps' convex hull holds all of
-that. The plate must turn more evenly by T k than by the stamps.
+is therefore proportional to the range of c that it leaves. The plate must turn more evenly by T k
+than by the stamps.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ from vision.rate.unwrap import (
 )
 
 FEWEST_FRAMES = 12  #: frames that the camera took; two per parameter of the phase's model
-SLOPES = 51  #: numerical
+SLOPES, ZOOMS = 51, 6  #: numerical
 
 
 @dataclass(frozen=True)
@@ -138,32 +138,19 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
 
 def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | None:
     """Mean and sd of the slopes of lines with 0 ≤ values - line ≤ width; None without one."""
-    below, above = _lower_corners(values), _lower_corners(-values)
-    low, high = values[below], values[above] - width
-    apart = below[:, None] - above
-    slope = (low[:, None] - high) / np.where(apart == 0, 1, apart)
-    least = np.max(slope, initial=-np.inf, where=apart < 0)
-    most = np.min(slope, initial=np.inf, where=apart > 0)
-    if least > most:
+    number = np.arange(len(values))
+    middle, reach = float(values[-1] - values[0]) / number[-1], width / number[-1]
+    low, high = middle - reach, middle + reach
+    for _ in range(ZOOMS):  # what the line's beginning has room for is concave in its slope
+        tried = np.linspace(low, high, SLOPES)
+        room = width - np.ptp(values - np.outer(tried, number), axis=1)
+        within = np.flatnonzero(room >= min(room.max(), 0.0))
+        low, high = tried[max(within[0] - 1, 0)], tried[min(within[-1] + 1, SLOPES - 1)]
+    if room.max() < -1e-9 * width:
         return None
-    tried = np.linspace(least, most, SLOPES)
-    room = (low - np.outer(tried, below)).min(axis=1) - (high - np.outer(tried, above)).max(axis=1)
     weight = np.maximum(room, 0.0) + 1e-9 * width  # never all zero
     mean = float(np.average(tried, weights=weight))
     return mean, float(np.sqrt(np.average((tried - mean) ** 2, weights=weight)))
-
-
-def _lower_corners(values: FloatArray) -> NDArray[np.intp]:
-    """Corners of the lower convex hull of (number, value) (Andrew's monotone chain, 1979)."""
-    corners: list[int] = []
-    for k, value in enumerate(values.tolist()):
-        while len(corners) > 1:
-            i, j = corners[-2:]
-            if (values[j] - values[i]) * (k - i) < (value - values[i]) * (j - i):
-                break
-            corners.pop()
-        corners.append(k)
-    return np.array(corners)
 
 
 def _scatter(frames: FrameTimes) -> float:

@@ -148,13 +148,14 @@ def test_dropping_in_step_with_the_plate_cannot_be_separated_and_is_no_dropped_f
     assert not np.isfinite(found.share_sd) or found.share_sd > 0.1
 
 
-def test_where_neither_can_be_excluded_the_clip_is_refused() -> None:
+def test_where_neither_can_be_excluded_the_sd_covers_both() -> None:
     """Two turns with a jump in each are too few for a test of their plate angles."""
     time, angle = steady(33.3, seconds=4.0)
     error = cut_label(angle, jump_rad=STEP, over_rad=0.05, at_rad=4.0)
     assert 0.05 < judged(time, angle + error).probability < 0.95
-    with pytest.raises(RateRefused, match=r"cannot determine whether frames were dropped or"):
-        measured(time, angle + error)
+    rate = measured(time, angle + error)
+    assert any("cannot determine whether frames were dropped or" in text for text in rate.warnings)
+    assert abs(rate.rate_rad_s - RATE) < 2 * rate.uncertainty.image_rad_s
     # Seven jumps at one angle are no chance.
     time, angle = steady(33.3, seconds=12.0)
     error = cut_label(angle, jump_rad=STEP, over_rad=0.05, at_rad=4.0)
