@@ -20,7 +20,7 @@ from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
 from calib.errors import CalibrationError
-from calib.fit.least_squares.fitted_sets import FittedSets
+from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit_sets
 from calib.fit.least_squares.unknown_sd import tests_the_model
 from calib.fit.model import Model
@@ -116,11 +116,11 @@ def calibrate_blocks(passes: Passes, model: Model, spec: TriadSpec) -> Iterator[
 
 
 def _determined(
-    index: IntArray, fitted: FittedSets, spec: TriadSpec
-) -> tuple[IntArray, FittedSets | None, dict[int, CalibrationError]]:
+    index: IntArray, fitted: Fit, spec: TriadSpec
+) -> tuple[IntArray, Fit | None, dict[int, CalibrationError]]:
     """The sets ``index`` whose parameters are determined, their fits, and why others are not."""
     sets = fitted.equations.surroundings.sets
-    value = triad_parameters(fitted.model, fitted.at.theta, _theta_cov(fitted), spec)
+    value = triad_parameters(fitted.model, fitted.theta, fitted.cov, spec)
     largest = np.array([poses.reference.magnitude.max(initial=0.0) for poses in sets])
     lost = is_undetermined(value, np.where(largest > 0, largest, np.nan)).any(axis=(1, 2))
     refused: dict[int, CalibrationError] = {}
@@ -135,13 +135,8 @@ def _determined(
     return index[kept], fitted.take(kept) if kept.size else None, refused
 
 
-def _theta_cov(fitted: FittedSets) -> FloatArray:
-    p = fitted.model.size
-    return fitted.cov[:, :p, :p]
-
-
 def _calibrated(
-    block: Sequence[SensorPoses], fitted: FittedSets | None, model: Model, spec: TriadSpec,
+    block: Sequence[SensorPoses], fitted: Fit | None, model: Model, spec: TriadSpec,
     refusals: dict[str, CalibrationError],
 ) -> CalibratedBlock:
     names = tuple(one.sensor for one in block), tuple(one.station for one in block)
@@ -154,11 +149,9 @@ def _calibrated(
     known = np.array([tests_the_model(one) for one in fitted.equations.surroundings.sets])
     noise = Noise(fitted.dof, fitted.noise_dof, known)
     widened = noise.expected_variance(fitted.chi2)[:, None, None]
-    p = model.size
-    shift = fitted.cov[:, :p, p:]
-    common = shift @ shift.swapaxes(1, 2)
-    cov = common + widened * (_theta_cov(fitted) - common)
-    parameters = triad_parameters(model, fitted.at.theta, cov, spec)
+    common = fitted.common_shift @ fitted.common_shift.swapaxes(1, 2)
+    cov = common + widened * (fitted.cov - common)
+    parameters = triad_parameters(model, fitted.theta, cov, spec)
     return CalibratedBlock(*names, parameters, fitted.chi2, fitted.dof,
                            fitted.p_value, poses, refusals)
 

@@ -101,7 +101,7 @@ def predicts_better(change: ModelChange) -> bool:
         return True
     effect = EFFECTS.get(change.target.name)
     if effect is not None and effect.acts_on == "noise":
-        explained = after.calibration.p_value > before.calibration.p_value
+        explained = after.calibration.fit.p_value > before.calibration.fit.p_value
         rise = after.comparison.loo_rms / before.comparison.loo_rms - 1
         return explained and rise < LARGEST_RISE
     return after.comparison.predicts_better_than(before.comparison)

@@ -64,7 +64,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.fit.least_squares": [
         ("identifiability", "square_start", "gauss_newton", "result"),
-        ("visible_basis", "fitted_sets", "widened"),
+        ("visible_basis", "finish", "widened"),
         ("stack_fits", "drawn_sizes"), ("solver", "angrisano"),
         ("unknown_sd",),
     ],

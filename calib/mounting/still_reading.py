@@ -221,8 +221,8 @@ def calibration_covariance(
     for j, step in enumerate(sd):
         move = np.zeros(len(sd))
         move[j] = step
-        up = replace(accelerometer, fit=replace(fit, theta=fit.theta + move))
-        down = replace(accelerometer, fit=replace(fit, theta=fit.theta - move))
+        up = replace(accelerometer, fit=replace(fit, at=replace(fit.at, theta=fit.theta + move)))
+        down = replace(accelerometer, fit=replace(fit, at=replace(fit.at, theta=fit.theta - move)))
         slope = (quantity(up) - quantity(down)) / (2 * step) if step > 0 else quantity(up) * 0.0
         columns.append(slope)
     jacobian = np.column_stack(columns)

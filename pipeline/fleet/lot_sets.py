@@ -181,8 +181,8 @@ class LotSets:
         spec, model = self.spec("accelerometer"), self.model("accelerometer")
         return {
             block[int(i)].sensor: Correction(
-                spec, model, fits.fitted.at.theta[k],
-                {name: float(value[k]) for name, value in fits.fitted.at.shapes.items()})
+                spec, model, fits.fitted.theta[k],
+                {name: float(value[k]) for name, value in fits.fitted.shapes.items()})
             for fits in fit_sets([one.poses for one in block], model) if fits.fitted
             for k, i in enumerate(fits.index)
         }

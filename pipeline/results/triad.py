@@ -51,7 +51,7 @@ def triad_section(
         "n_poses": len(fit.poses),
         "chi2": fit.chi2,
         "dof": fit.dof,
-        "p_value": calibration.p_value,
+        "p_value": calibration.fit.p_value,
         "residual_rms": comparison.residual_rms,
         "loo_rms": comparison.loo_rms,
         "iterations": fit.iterations,

@@ -14,7 +14,6 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
 from calib.fit.column_scaling import NORM_FLOOR, orthonormal_columns
-from calib.fit.least_squares.fitted_sets import FittedSets
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
@@ -124,7 +123,7 @@ class Projector:
 
 
 def effect_columns(
-    fit: Fit | FittedSets, effect: Effect, shape: float | None = None
+    fit: Fit, effect: Effect, shape: float | None = None
 ) -> FloatArray:
     """Columns (..., d, k) of ``effect`` over the data rows of a fit, or of many, whitened.
 
@@ -137,7 +136,7 @@ def effect_columns(
 
 
 def whole_columns(
-    fit: Fit | FittedSets, effect: Effect, shape: float | None = None
+    fit: Fit, effect: Effect, shape: float | None = None
 ) -> FloatArray:
     """Whitened columns (..., d, k) of ``effect`` as its formula is, a bias or a gain included."""
     if effect.acts_on == "reference":
@@ -146,7 +145,7 @@ def whole_columns(
 
 
 def with_waves(
-    fit: Fit | FittedSets, columns: FloatArray, effect: Effect, shape: float | None = None
+    fit: Fit, columns: FloatArray, effect: Effect, shape: float | None = None
 ) -> FloatArray:
     """``columns`` (..., d, k) with what it leaves in the waves of a leaning plate, in sds."""
     waves = fit.equations.waves
@@ -155,7 +154,7 @@ def with_waves(
     return columns
 
 
-def _whole_vectors(fit: Fit | FittedSets, effect: Effect, shape: float | None) -> FloatArray:
+def _whole_vectors(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
     equations, lead = fit.equations, fit.rows.residual.shape[:-1]
     shapes = {} if shape is None else {effect.name: np.full(lead, shape)}
     if effect.acts_on == "reading":
@@ -175,14 +174,14 @@ def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
     return vectors
 
 
-def reference_columns(fit: Fit | FittedSets, effect: Effect) -> FloatArray:
+def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
     """Whitened columns (..., d, k) of an effect on the reference."""
     equations, lead = fit.equations, fit.rows.residual.shape[:-1]
     return equations.of_reference(
         evaluate_for(lead, effect, equations.conditions(fit.rows.vector), {}))
 
 
-def vector_columns(fit: Fit | FittedSets, vectors: FloatArray) -> FloatArray:
+def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
     """Whitened columns (..., d, k) of errors (..., n, 3, k) ahead of what follows the vector."""
     pose = fit.equations.row_pose
     directions = fit.equations.directions(fit.rows.vector, fit.rows.slope)
@@ -192,14 +191,14 @@ def vector_columns(fit: Fit | FittedSets, vectors: FloatArray) -> FloatArray:
     return np.where(rounding[..., None, :], 0.0, rows) if rounding.any() else np.asarray(rows)
 
 
-def is_rounding(fit: Fit | FittedSets, shown: FloatArray, whole: FloatArray) -> BoolArray:
+def is_rounding(fit: Fit, shown: FloatArray, whole: FloatArray) -> BoolArray:
     """Which columns are rounding, not a signal, (..., k).
 
     A rotation is perpendicular to every reading: what its rows show is next to nothing of it.
 
     Parameters
     ----------
-    fit : Fit or FittedSets
+    fit : Fit
     shown : array, shape (..., k)
         Sum of the squares of the whitened rows.
     whole : array, shape (..., k)

@@ -18,6 +18,7 @@ from calib.diagnosis.next_measurement.kind import (
     shares_a_rate,
 )
 from calib.fit.least_squares.result import Fit
+from calib.fit.rows.problem import Estimate
 from calib.fit.rows.residuals import Equations
 from calib.numbers import RPM
 from calib.poses.attitudes import natural_directions, uncovered
@@ -273,16 +274,8 @@ def with_block(fit: Fit, block: Block) -> Fit:
         if factor and not block.filmed:
             poses = _own_rate_error(poses, part)
     equations = Equations.of(poses, fit.model)
-    eta = np.zeros(equations.common_count)
-    rows = equations.rows(fit.theta, eta, fit.shapes)
-    return replace(
-        fit,
-        poses=poses,
-        equations=equations,
-        eta=eta,
-        rows=rows,
-        weight=np.ones(len(rows.residual)),
-    )
+    at = Estimate.of(equations, fit.theta, np.zeros(equations.common_count), fit.shapes)
+    return replace(fit, equations=equations, at=at, weight=np.ones(len(at.rows.residual)))
 
 
 def hypothetical(fit: Fit, full_scale: float = np.inf) -> Iterator[tuple[Block, Fit]]:

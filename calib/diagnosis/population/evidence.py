@@ -18,7 +18,6 @@ from calib.diagnosis.hypotheses.listed import effects_beside
 from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import NORM_FLOOR, orthonormal_bases
-from calib.fit.least_squares.fitted_sets import FittedSets
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
@@ -75,14 +74,14 @@ def trials_of(effect: Effect, triad: str) -> list[Trial]:
 
 
 def evidence_of(
-    fit: Fit | FittedSets, user_effects: Sequence[Effect] = (),
+    fit: Fit, user_effects: Sequence[Effect] = (),
     covariates: Sequence[str] | None = None,
 ) -> Evidence:
     """The evidence of every candidate at ``fit``, or at each of many.
 
     Parameters
     ----------
-    fit : Fit or FittedSets
+    fit : Fit
     user_effects : sequence of Effect
         User-defined effects.
     covariates : sequence of str, optional
@@ -118,8 +117,7 @@ def evidence_of(
         information=transposed @ x,
         chi2=(residual[..., 0] ** 2).sum(axis=-1),
         dof=np.asarray(fit.dof, float),
-        noise_dof=np.asarray(
-            fit.poses.noise_dof if isinstance(fit, Fit) else fit.noise_dof, float),
+        noise_dof=np.asarray(fit.noise_dof, float),
     )
 
 

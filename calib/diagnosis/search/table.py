@@ -88,7 +88,7 @@ class Table:
     @property
     def dof(self) -> int:
         """Data rows less what the model fits."""
-        return self.projector.dof
+        return int(self.projector.dof)
 
     def is_blind(self, j: int) -> bool:
         """Whether the base swallows all of hypothesis ``j``."""

@@ -20,7 +20,7 @@ import numpy as np
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.fit.column_scaling import unit_columns
-from calib.fit.least_squares.fitted_sets import finish
+from calib.fit.least_squares.finish import finish
 from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit

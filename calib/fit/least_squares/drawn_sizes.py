@@ -276,4 +276,4 @@ def _with_sizes(fitted: Fit, sizes: Mapping[str, Drawn]) -> Fit:
         theta[where], cov[where, where] = each.size, each.sd**2
         if each.effect.shape is not None:
             shapes[name] = each.shape
-    return replace(fitted, theta=theta, cov=cov, shapes=shapes)
+    return replace(fitted, at=replace(fitted.at, theta=theta, shapes=shapes), cov=cov)

@@ -1,8 +1,9 @@
 """A fitted model, with everything that comparison and diagnosis need."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.special import fdtrc
@@ -10,10 +11,11 @@ from scipy.special import fdtrc
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns
 from calib.fit.model import Model
-from calib.fit.rows.problem import with_common
+from calib.fit.rows.problem import Estimate, with_common
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
+from calib.fit.stacked import Stacked
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring_errors import is_free
@@ -32,46 +34,105 @@ A judgement, as ``VISIBLE_SHARE``."""
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
-    """A fitted model.
+class Fit(Stacked):
+    """A fitted model: of the n poses of a session, or of S sets of them with a leading axis.
+
+    What says so is of one set alone (:meth:`one`).
 
     Attributes
     ----------
-    poses : PoseSet, length n
-    model : Model
-    theta, cov : array, shapes (p,) and (p, p)
-        SI, in the order of the model; the covariance is by the stated sds.
-    common_shift, eta : array, shapes (p, q) and (q,)
-        How far one sd of each common error moves theta, and these errors in sds.
-    shapes, log_shape_sd : mapping of str to float
-        Fitted shape parameters by effect, and sds of their logarithms if they had no bounds.
-    equations, rows : Equations, WhitenedRows
-        The r rows, and what they are at the solution.
-    weight : array, shape (r,)
+    equations : Equations
+        The r rows.
+    at : Estimate
+        The solution: theta (..., p), SI, in the order of the model, the common errors eta (..., q)
+        in sds, the shape parameters by effect, and what the rows are there.
+    weight : array, shape (..., r)
         What the robust loss left of each row; 1 without it.
-    basis : array, shape (p, v)
-        The combinations of parameters that were fitted.
-    iterations : int
+    basis : array, shape (..., p, v)
+        The combinations of parameters that were fitted; zero columns are none.
+    cov : array, shape (..., p, p)
+        Of theta, by the stated sds.
+    common_shift : array, shape (..., p, q)
+        How far one sd of each common error moves theta.
+    log_shape_sd : mapping of str to array, shape (...,)
+        Sds of the logarithms of fitted shape parameters if they had no bounds.
+    iterations : int, or array of int, shape (S,)
     """
 
-    poses: PoseSet
-    model: Model
-    theta: FloatArray
-    cov: FloatArray
-    common_shift: FloatArray
-    eta: FloatArray
-    shapes: Mapping[str, float]
-    log_shape_sd: Mapping[str, float]
     equations: Equations
-    rows: WhitenedRows
+    at: Estimate
     weight: FloatArray
     basis: FloatArray
-    iterations: int
+    cov: FloatArray
+    common_shift: FloatArray
+    log_shape_sd: Mapping[str, Any]
+    iterations: Any
+
+    def __len__(self) -> int:
+        return len(self.equations.surroundings.sets)
+
+    def one(self, k: int) -> "Fit":
+        """The fit of set ``k``: what a session gets, without the leading axis."""
+        one = self.take(k)
+        return replace(one, basis=one.basis[:, one.basis.any(axis=0)],
+                       iterations=int(one.iterations))
 
     @property
-    def chi2(self) -> float:
-        """Sum of the squared whitened residuals."""
-        return float(self.rows.chi2)
+    def poses(self) -> PoseSet:
+        """The poses of the only set, or of the first."""
+        return self.equations.poses
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.equations.model
+
+    @property
+    def theta(self) -> FloatArray:
+        """The parameters, SI, (..., p)."""
+        return self.at.theta
+
+    @property
+    def eta(self) -> FloatArray:
+        """The common errors in their sds, (..., q)."""
+        return self.at.eta
+
+    @property
+    def shapes(self) -> Mapping[str, Any]:
+        """The shape parameters by effect."""
+        return self.at.shapes
+
+    @property
+    def rows(self) -> WhitenedRows:
+        """What the rows are at the solution."""
+        return self.at.rows
+
+    @property
+    def chi2(self) -> Any:
+        """Sum of the squared whitened residuals; (S,) of S sets, as all that follow here."""
+        return _number(self.rows.chi2)
+
+    @property
+    def dof(self) -> Any:
+        """Data rows less parameters; the prior rows pay for the common errors."""
+        free = sum(map(is_free, self.poses.reference.common_names))
+        fitted = self.basis.any(axis=-2).sum(axis=-1) + len(self.log_shape_sd) + free
+        return _number(self.equations.data_count - fitted)
+
+    @property
+    def noise_dof(self) -> Any:
+        """Degrees of freedom behind the sds of the poses."""
+        every = [poses.noise_dof for poses in self.equations.surroundings.sets]
+        return np.array(every) if self.theta.ndim > 1 else every[0]
+
+    @property
+    def p_value(self) -> Any:
+        """Probability of residuals so large when the model and the stated sds are right.
+
+        The sds come from the same samples with ``noise_dof`` degrees of freedom, so chi-square
+        over its degrees of freedom is an F ratio.
+        """
+        return _number(fdtrc(self.dof, self.noise_dof, self.chi2 / self.dof))
 
     @property
     def bounded_chi2(self) -> float:
@@ -81,7 +142,7 @@ class Fit:
         set aside does not widen the sds of all.
         """
         if not self.is_robust:
-            return self.chi2
+            return float(self.chi2)
         data = slice(self.equations.data_count)
         bounded = self.weight * self.rows.residual
         prior = self.rows.residual[self.equations.data_count :]
@@ -90,22 +151,7 @@ class Fit:
     @property
     def bounded_p_value(self) -> float:
         """:attr:`p_value` of :attr:`bounded_chi2`."""
-        return float(fdtrc(self.dof, self.poses.noise_dof, self.bounded_chi2 / self.dof))
-
-    @property
-    def p_value(self) -> float:
-        """Probability of a residual this large when the model and the stated sds are right.
-
-        The sds come from the same samples with ``noise_dof`` degrees of freedom, so chi-square
-        over its degrees of freedom is an F ratio.
-        """
-        return float(fdtrc(self.dof, self.poses.noise_dof, self.chi2 / self.dof))
-
-    @property
-    def dof(self) -> int:
-        """Data rows less parameters; the prior rows pay for the common errors."""
-        free = sum(map(is_free, self.poses.reference.common_names))
-        return int(self.equations.data_count - self.basis.shape[1] - len(self.log_shape_sd) - free)
+        return float(fdtrc(self.dof, self.noise_dof, self.bounded_chi2 / self.dof))
 
     @property
     def sensed(self) -> FloatArray:
@@ -174,6 +220,11 @@ class Fit:
     def residual_rms(self) -> float:
         """Root mean square of the data rows' residuals, SI."""
         return float(np.sqrt(np.mean(self.residual_si**2)))
+
+
+def _number(value: Any) -> Any:
+    """A number of one set as Python has it; an array (S,) as it is."""
+    return np.asarray(value) if np.ndim(value) else np.asarray(value).item()
 
 
 def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:

@@ -3,7 +3,7 @@
 Two ways to the same minimum, one contract. ``default``, here, starts from the ellipsoid and takes
 Gauss-Newton steps with the exact Jacobian of the linear form; ``paper``
 (:mod:`calib.fit.least_squares.angrisano`) walks the equations of Angrisano et al. in (alpha, b, k).
-Both end in :func:`calib.fit.least_squares.fitted_sets.finish`, which judges whether the poses
+Both end in :func:`calib.fit.least_squares.finish.finish`, which judges whether the poses
 determine the model at all.
 
 Everything is computed for a stack of S sets: :func:`fit` is a stack of one, :func:`fit_sets` makes
@@ -275,7 +275,7 @@ def _with_steady_memory(first: Fits, again: Callable[[Fit], Fits], rounds: int) 
     """
     best = latest = first
     if first.fitted is None or not any(
-        "previous" in effect.needs for effect in first.fitted.problem.equations.model.effects
+        "previous" in effect.needs for effect in first.fitted.model.effects
     ):
         return first
     for _ in range(rounds):

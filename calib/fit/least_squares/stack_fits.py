@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.errors import FitFailed, Remedy
 from calib.fit.column_scaling import orthonormal_bases
-from calib.fit.least_squares.fitted_sets import FittedSets, finish
+from calib.fit.least_squares.finish import finish
 from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import Refusals, too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
@@ -119,14 +119,14 @@ class Fits:
     ----------
     index : array of int, shape (S,)
         Which of all sets they are.
-    fitted : FittedSets or None
+    fitted : Fit or None
         Their fits; None where all are refused.
     refusals : dict of int to CalibrationError
         Why other sets of the stack have none: what :func:`fit` raises for them.
     """
 
     index: IntArray
-    fitted: FittedSets | None
+    fitted: Fit | None
     refusals: Refusals
 
 

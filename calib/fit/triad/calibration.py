@@ -88,11 +88,6 @@ class TriadCalibration:
         common = self.fit.common_shift
         return np.asarray(self.fit.cov - common @ common.T - self.between_runs)
 
-    @property
-    def p_value(self) -> float:
-        """See :attr:`calib.fit.least_squares.result.Fit.p_value`."""
-        return self.fit.p_value
-
     def effect_values(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Value and sd of each added effect's parameters, by its name.
 

@@ -91,11 +91,12 @@ def test_a_creeping_vehicle_is_refused() -> None:
 
 def test_effects_that_the_log_cannot_evaluate_are_named() -> None:
     found = calibration()
-    model = found.fit.model + find_effect("temperature_bias")
+    equations = found.fit.equations.extended([find_effect("temperature_bias")])
     theta = np.append(found.fit.theta, [0.001, 0.0, 0.0])
     cov = np.zeros((12, 12))
     cov[:9, :9] = found.fit.cov
-    warm = replace(found, fit=replace(found.fit, model=model, theta=theta, cov=cov))
+    at = replace(found.fit.at, theta=theta)
+    warm = replace(found, fit=replace(found.fit, equations=equations, at=at, cov=cov))
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
     with pytest.raises(Undetermined, match="model has temperature_bias"):
         mounting_from_logs(MountingLogs([mounted.still(30, 1)]), warm, G)
