@@ -1,5 +1,6 @@
 """``pipeline.load("config.yaml")``: the calibrations of a session as objects of a notebook."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,19 +10,24 @@ from pipeline.config.load import load_config
 from pipeline.stages.context import CACHE_NAME, RunContext
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome, run_stages
-from pipeline.stages.user_effects import user_effects
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadedSession:
-    """A session that was run; None for a triad that it does not calibrate.
-
-    ``rates`` are those of the plate settings by name.
-    """
+    """A session that was run; ``triads`` are its calibrations by name."""
 
     outcome: Outcome
-    accelerometer: Calibration | None
-    gyroscope: Calibration | None
+    triads: Mapping[Triad, Calibration]
+
+    @property
+    def accelerometer(self) -> Calibration | None:
+        """The calibrated accelerometer; None where the session has none."""
+        return self.triads.get("accelerometer")
+
+    @property
+    def gyroscope(self) -> Calibration | None:
+        """The calibrated gyroscope; None where the session has none."""
+        return self.triads.get("gyroscope")
 
     @property
     def rates(self) -> dict[str, SettingRate]:
@@ -29,8 +35,10 @@ class LoadedSession:
         return dict(self.outcome.rates)
 
     def __repr__(self) -> str:
-        every = [each for each in (self.accelerometer, self.gyroscope) if each is not None]
-        return "\n\n".join(map(repr, every)) or "no triad is calibrated"
+        return "\n\n".join(map(repr, self.triads.values())) or "no triad is calibrated"
+
+    def _repr_html_(self) -> str:
+        return "".join(one._repr_html_() for one in self.triads.values()) or repr(self)
 
 
 def load(config: str | Path, *, allow_python: bool = False) -> LoadedSession:
@@ -55,13 +63,11 @@ def load(config: str | Path, *, allow_python: bool = False) -> LoadedSession:
     outcome = run_stages(loaded, RunContext(folder if folder.is_dir() else None,
                                             allow_python=allow_python))
 
-    def calibration(triad: Triad) -> Calibration | None:
-        result = outcome.triad(triad)
-        if result is None:
-            return None
-        defined = user_effects(loaded, triad, allow_python)
-        names = getattr(loaded, triad).model
-        return Calibration(result.calibration.fit.poses,
-                           tuple(defined.get(name, name) for name in names), result)
-
-    return LoadedSession(outcome, calibration("accelerometer"), calibration("gyroscope"))
+    triads = {}
+    for result in outcome.triads:
+        defined = result.made_from.defined
+        triads[result.triad] = Calibration(
+            result.calibration.fit.poses,
+            tuple(defined.get(name, name) for name in result.made_from.section.model), result,
+            tuple(defined.values()), result.made_from.options)
+    return LoadedSession(outcome, triads)

@@ -1,7 +1,7 @@
 """The calibration of one triad as an object to ask, extend and show."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
+IN_SI: Mapping[str, Any] = {"spec": SI}  #: options of a table in m/s² or rad/s
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
@@ -41,11 +43,17 @@ class Calibration:
         The effects of the model.
     assessed : AssessedTriad
         Fit, comparison with the poses, diagnosis, prediction.
+    candidates : tuple of Effect
+        Effects of one's own that the diagnosis considers beside the catalogue's.
+    options : mapping of str to object
+        What else :func:`calib.assess.assess` was told, the data sheet of the readings among it.
     """
 
     poses: PoseSet
     model: tuple[str | Effect, ...]
     assessed: AssessedTriad
+    candidates: tuple[Effect, ...]
+    options: Mapping[str, Any]
 
     @property
     def triad(self) -> Triad:
@@ -66,12 +74,12 @@ class Calibration:
         Undetermined
             The poses lack a column that it needs, or do not determine it.
         """
-        return calibrated(self.poses, (*self.model, *effects))
+        return calibrated(self.poses, (*self.model, *effects), self.candidates, self.options)
 
     def remove(self, *names: str) -> "Calibration":
         """The calibration without these effects."""
-        return calibrated(self.poses, tuple(
-            one for one in self.model if display.name_of(one) not in names))
+        kept = tuple(one for one in self.model if display.name_of(one) not in names)
+        return calibrated(self.poses, kept, self.candidates, self.options)
 
     def correct(self, table: Any) -> FloatArray:
         """Correct a table of readings.
@@ -79,7 +87,8 @@ class Calibration:
         Parameters
         ----------
         table : DataFrame, mapping of name to sequence, structured array, or array of shape (n, 3)
-            Readings as those of the calibration, with the columns that its effects follow.
+            Readings in the unit of those of the calibration, as logged, with the columns that its
+            effects follow.
 
         Returns
         -------
@@ -94,7 +103,8 @@ class Calibration:
             The effects are larger than the readings.
         """
         columns, _ = columns_of(table, self.triad)
-        vector = np.column_stack([columns.pop(name) for name in triad_columns(self.triad)])
+        vector = self.assessed.calibration.spec.nominal(
+            np.column_stack([columns.pop(name) for name in triad_columns(self.triad)]))
         known = {TIME: columns.pop(TIME)} if TIME in columns else {}
         return self.assessed.calibration.correct(Conditions.of_vectors(vector, columns, **known))
 
@@ -121,7 +131,8 @@ class Calibration:
 
     def _known(self, effect: str | Effect) -> Effect:
         """The effect, if it acts on this triad and is not in the model."""
-        known = effect if isinstance(effect, Effect) else named_model([effect], {}).effects[0]
+        defined = {one.name: one for one in self.candidates}
+        known = effect if isinstance(effect, Effect) else named_model([effect], defined).effects[0]
         if known.name in self.assessed.calibration.fit.model.names:
             raise CalibrationError(f"{known.name} is in the model already; remove it first, as in "
                                    f"remove({known.name!r}).plot({known.name!r}).")
@@ -135,8 +146,11 @@ class Calibration:
         return display.html(self.assessed)
 
 
-def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration:
-    """The calibration of one sensor by the effects of a model.
+def calibrated(
+    poses: PoseSet, effects: tuple[str | Effect, ...], candidates: Sequence[Effect] = (),
+    options: Mapping[str, Any] = IN_SI,
+) -> Calibration:
+    """The calibration of one sensor by the effects of a model; arguments as :class:`Calibration`.
 
     Raises
     ------
@@ -145,7 +159,7 @@ def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration
         contradict each other, or the fit does not converge.
     """
     require_effects(effects)
-    defined = {one.name: one for one in effects if isinstance(one, Effect)}
+    defined = {one.name: one for one in (*candidates, *effects) if isinstance(one, Effect)}
     model = named_model([display.name_of(one) for one in effects], defined)
     at = poses.conditions(poses.reading)
     for effect in model.effects:
@@ -154,10 +168,11 @@ def calibrated(poses: PoseSet, effects: tuple[str | Effect, ...]) -> Calibration
             known = ", ".join(poses.columns) or "none"
             raise Undetermined(f"{effect.name} cannot be evaluated in these poses: {reason}. Their "
                                f"columns are: {known}.")
-    assessed = assess(poses, model, SI, candidates=tuple(defined.values()))
-    for doubt in gain_off_the_sheet(assessed.calibration.parameters, SI, poses.triad):
+    assessed = assess(poses, model, candidates=tuple(defined.values()), **options)
+    of_sheet = assessed.calibration.parameters, assessed.calibration.spec
+    for doubt in gain_off_the_sheet(*of_sheet, poses.triad):
         warnings.warn(doubt, stacklevel=3)
-    return Calibration(poses, effects, assessed)
+    return Calibration(poses, effects, assessed, tuple(defined.values()), options)
 
 
 def require_effects(model: Any) -> None:

@@ -29,13 +29,16 @@ def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":
     Raises
     ------
     UnusableLog
-        They are of different triads.
+        They are of different triads, or of different data sheets.
     """
     from pandas import DataFrame
 
     if one.triad != other.triad:
         raise UnusableLog(f"one calibration is of the {one.triad}, the other of the {other.triad}: "
                           "compare two of the same triad.")
+    if one.assessed.calibration.spec != other.assessed.calibration.spec:
+        raise UnusableLog("the calibrations are of readings in different units or ranges: a count "
+                          "of the one is no count of the other.")
     values = [{name: (value, sd, unit) for name, unit, value, sd in parameters_of(item.assessed)}
               for item in (one, other)]
     names = list(dict.fromkeys([*values[0], *values[1]]))

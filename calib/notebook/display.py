@@ -38,13 +38,15 @@ def name_of(effect: str | Effect) -> str:
 def parameters_of(assessed: AssessedTriad) -> list[Parameter]:
     """Every parameter: misalignment, bias and scale as in Angrisano et al., and those added."""
     calibration = assessed.calibration
-    unit = SI_UNIT[calibration.triad]
-    base = calibration.parameters
+    unit, base = SI_UNIT[calibration.triad], calibration.parameters
+    in_si = calibration.spec.encoding == "si" and calibration.spec.si_per_unit == 1
+    of_bias, of_scale = (unit, "1") if in_si else ("counts", f"counts/({unit})")
     values = (base.misalignment_rad, base.bias_counts, base.scale_counts_per_unit)
     rows = [
         (f"{name} {axis}", of, float(value[i]), float(sd[i]))
         for name, of, value, sd in zip(
-            ("misalignment", "bias", "scale"), ("rad", unit, "1"), values, base.sd, strict=True)
+            ("misalignment", "bias", "scale"), ("rad", of_bias, of_scale), values, base.sd,
+            strict=True)
         for i, axis in enumerate(AXES)
     ]
     effects = {effect.name: effect for effect in calibration.fit.model.effects}

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.numbers import RPM
 from calib.poses.reference import PlateRate
 from pipeline.cameras import CameraClock
 from pipeline.files import write_whole
@@ -59,6 +60,10 @@ class SettingRate:
     clips: "tuple[RateMeasurement, ...]"
     annotated: tuple[NDArray[np.uint8], ...] = ()
     timebase: "Timebase | None" = None
+
+    def __repr__(self) -> str:
+        return (f"{self.rate_rad_s:.7g} rad/s ± {self.sd_rad_s:.2g} "
+                f"({self.rate_rad_s / RPM:.6g} rpm)")
 
     @property
     def rate_rad_s(self) -> float:

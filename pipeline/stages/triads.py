@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from calib.assess import AssessedTriad, assess, calibrate
 from calib.consistency.data_sheet import (
@@ -48,18 +49,22 @@ FRAME = "frame_rotation"  #: what rows of direction make a parameter
 class TriadResult(AssessedTriad):
     """An assessed triad with what else a session knows of it.
 
-    ``unseen`` the sds by what these poses cannot see, if the sensor is typical of its class;
-    ``gravity`` is the reference of an accelerometer, None for others; ``frame`` the rotation of a
-    gyroscope against it, None for others and where the poses do not show it;
-    ``warnings`` where two stages contradict each other; ``excluded`` the poses that the
-    configuration leaves out.
+    ``made_from`` is what it was calibrated from, ``unseen`` the sds by what these poses cannot see,
+    if the sensor is typical of its class; ``frame`` the rotation of a gyroscope against the
+    accelerometer, None for others and where the poses do not show it; ``warnings`` where two stages
+    contradict each other; ``excluded`` the poses that the configuration leaves out.
     """
 
+    made_from: "TriadInput"
     unseen: Mapping[str, FloatArray]
-    gravity: Gravity | None = None
     frame: FrameRotation | None = None
     warnings: tuple[str, ...] = ()
     excluded: tuple[ExcludedPose, ...] = ()
+
+    @property
+    def gravity(self) -> Gravity | None:
+        """The reference of an accelerometer; None for others."""
+        return self.made_from.gravity
 
     @property
     def triad(self) -> Triad:
@@ -78,8 +83,8 @@ class TriadInput:
     """What a triad is calibrated from.
 
     ``recorded`` are all its poses and ``poses`` those that the configuration uses; ``defined`` the
-    user's effects; ``senses`` as :func:`calib.assess.assess` takes them; ``notes`` what is not
-    known of the specific force in its poses.
+    user's effects; ``covariates``, ``part`` and ``senses`` as :func:`calib.assess.assess` takes
+    them; ``notes`` what is not known of the specific force in its poses.
     """
 
     section: TriadFitSection
@@ -87,6 +92,8 @@ class TriadInput:
     poses: PoseSet
     spec: TriadSpec
     defined: Mapping[str, Effect]
+    covariates: tuple[str, ...] | None
+    part: str
     gravity: Gravity | None = None
     senses: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
@@ -96,6 +103,12 @@ class TriadInput:
         """The poses with what the user's effects read of the past of their columns."""
         return with_pasts(
             self.poses, [past for each in self.defined.values() for past in each.pasts])
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """What :func:`calib.assess.assess` is told beside poses, model and candidates."""
+        return {"spec": self.spec, "solver": self.section.solver, "loss": self.section.loss,
+                "covariates": self.covariates, "senses": self.senses, "part": self.part}
 
     def calibrated(self, seek_mistakes: bool = True) -> TriadCalibration:
         """The calibration alone, without what it leaves and misses.
@@ -182,7 +195,7 @@ def triad_result(
         The poses do not determine the model.
     """
     read_in = triad_input(triad, config, context, rates, recordings, accelerometer)
-    result = _calibrated(read_in, config)
+    result = _calibrated(read_in)
     if triad != "gyroscope":
         return result
     poses = read_in.poses
@@ -216,35 +229,36 @@ def triad_input(
     """
     # The configuration's rules refuse a triad without a data sheet, and gravity without a site.
     section, spec = config.triads[triad], triad_spec(config.sensor.sheets[triad])
-    defined = user_effects(config, triad, context.allow_python)
     gravity = gravity_of(config.site) if config.site is not None else None
+
+    def read_in(recorded: TriadPoses, **more: Any) -> TriadInput:
+        return TriadInput(
+            section, recorded, recorded.used, spec,
+            user_effects(config, triad, context.allow_python), config.covariates, part_of(config),
+            **more)
+
     if triad == "accelerometer":
         assert gravity is not None
-        recorded = leaning_poses(config, recordings, gravity)
-        return TriadInput(section, recorded, recorded.used, spec, defined, gravity)
+        return read_in(leaning_poses(config, recordings, gravity), gravity=gravity)
     if triad != "gyroscope":
-        recorded = resting_poses(triad, config, recordings)
-        return TriadInput(section, recorded, recorded.used, spec, defined)
-    recorded = gyroscope_poses(config, rates, recordings, accelerometer)
-    poses, force = recorded.used, KNOWN_FORCE
+        return read_in(resting_poses(triad, config, recordings))
+    recorded, force = gyroscope_poses(config, rates, recordings, accelerometer), KNOWN_FORCE
     if accelerometer is not None and gravity is not None:
-        force = check_force(poses, accelerometer, gravity.value_m_s2)
-    return TriadInput(
-        section, recorded, poses, spec, defined, notes=force.notes,
+        force = check_force(recorded.used, accelerometer, gravity.value_m_s2)
+    return read_in(
+        recorded, notes=force.notes,
         senses=senses_of(config, recordings) if accelerometer and force.is_known else None)
 
 
-def _calibrated(triad: TriadInput, config: Config) -> TriadResult:
-    poses, section, spec = triad.with_pasts, triad.section, triad.spec
-    model, usable, notes = model_on(section.model, triad.defined, poses)
-    assessed = assess(poses, model, spec, solver=section.solver, loss=section.loss,
-                      candidates=tuple(usable.values()), covariates=config.covariates,
-                      senses=triad.senses, part=part_of(config))
+def _calibrated(triad: TriadInput) -> TriadResult:
+    poses = triad.with_pasts
+    model, usable, notes = model_on(triad.section.model, triad.defined, poses)
+    assessed = assess(poses, model, candidates=tuple(usable.values()), **triad.options)
     fitted = assessed.calibration.fit
     return TriadResult(
         **vars(assessed),
-        unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, part_of(config)),
-        gravity=triad.gravity,
+        made_from=triad,
+        unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, triad.part),
         warnings=(*notes, *doubts_of(assessed.calibration),
                   *(sds_too_large(fitted) if triad.recorded.has_stated_sds else ())),
         excluded=triad.recorded.excluded(fitted),

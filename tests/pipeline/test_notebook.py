@@ -2,11 +2,12 @@
 
 
 import numpy as np
+import pandas
 import pytest
 
 import calib
 import pipeline
-from calib.errors import CalibrationError, Undetermined
+from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.notebook.display import partial_residuals
 from tests.sessions import quick_session
 
@@ -64,3 +65,48 @@ def test_calibrations_are_compared_and_their_parameters_correlated(
     matrix = one.correlations()
     np.testing.assert_allclose(np.diag(matrix), 1.0)
     assert (np.abs(matrix.to_numpy()) <= 1 + 1e-9).all()
+
+
+def test_what_is_added_to_a_session_keeps_its_data_sheet_and_options(
+    loaded: "pipeline.LoadedSession",
+) -> None:
+    one = loaded.accelerometer
+    assert one is not None
+    assert "counts" in repr(one)
+    table = one.to_pandas()
+    assert table.loc["bias x", "unit"] == "counts"
+    assert table.loc["scale x", "unit"] == "counts/(m/s²)"
+    more = one.add("quadratic")
+    assert more.options == one.options
+    beside = calib.compare(one, more)
+    assert (beside["in_sd"].dropna().abs() < 5).all()  # counts beside counts
+    again = more.remove("quadratic").to_pandas()
+    np.testing.assert_allclose(again["value"], table["value"], rtol=1e-6)
+
+
+def test_a_log_of_the_session_is_corrected_from_its_counts(
+    loaded: "pipeline.LoadedSession",
+) -> None:
+    one = loaded.accelerometer
+    assert one is not None
+    log = pandas.read_csv(loaded.outcome.config.source.path.parent / one.poses.label[0])
+    force = one.correct(log)
+    gravity = one.poses.reference.magnitude[0]
+    assert np.linalg.norm(force.mean(axis=0)) == pytest.approx(gravity, abs=0.02)
+
+
+def test_calibrations_of_different_data_sheets_are_not_compared(
+    loaded: "pipeline.LoadedSession",
+) -> None:
+    rng = np.random.default_rng(1)
+    axes = rng.standard_normal((24, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    in_si = calib.calibrate(9.81 * axes + rng.normal(0, 0.002, axes.shape), gravity=9.81)
+    with pytest.raises(UnusableLog, match="a count of the one is no count of the other"):
+        calib.compare(loaded.accelerometer, in_si)
+
+
+def test_rates_are_said_in_a_line(loaded: "pipeline.LoadedSession") -> None:
+    for rate in loaded.rates.values():
+        assert "rpm)" in repr(rate)
+        assert len(repr(rate)) < 60
