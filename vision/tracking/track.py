@@ -104,7 +104,7 @@ def track_phase(
         picture = _returning(task)
         returned = _by_return(picture, by_luma)
     nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NothingRepeats)
-    if not _turns(by_luma) and not nothing:
+    if not _turns(by_luma) and not nothing and not _good(returned):
         tracks.append(_track_or_refusal(task, ClipPass(colours=True)))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
         raise by_luma  # nor does anything turn in the colours
@@ -155,9 +155,9 @@ def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     return result.apparent_turns * result.plate.symmetry >= THRESHOLDS.fewest_turns
 
 
-def _good(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
+def _good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
     """Whether a plate was followed so well that no other way to its angle is looked for."""
-    return _turns(result) and scatter_rad(result) < THRESHOLDS.scatter_rad
+    return result is not None and _turns(result) and scatter_rad(result) < THRESHOLDS.scatter_rad
 
 
 def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefused":
