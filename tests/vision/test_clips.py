@@ -1,8 +1,11 @@
 """Rendered clips: plate found, angle followed, rate right, or an honest refusal."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from vision.camera import ClipWriter
 from vision.errors import RateRefused
 from vision.rate.measure import measure_rate
 from vision.tracking.track import track_phase
@@ -247,3 +250,24 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
     rate = measure_rate(track, timebase=CLOCK)
     assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4
+
+
+def test_of_two_plates_side_by_side_both_rates_are_said(tmp_path: Path) -> None:
+    """One was measured, and of the other not a word."""
+    y, x = np.mgrid[:180, :320]
+    writer = ClipWriter(tmp_path / "twins.mkv")
+    for time_s in np.arange(200) / 25.0:
+        image = np.full((180, 320), 150.0)
+        for middle, rad_s in ((85, 2.1), (235, 3.3)):
+            away, radius = x - middle + 1j * (y - 90), np.hypot(x - middle, y - 90)
+            near = np.abs(np.angle(away * np.exp(-1j * rad_s * time_s))) < 0.15
+            image[radius < 60] = 60
+            image[near & (radius > 45) & (radius < 60)] = 140
+        writer.write(np.repeat(np.rint(image).astype(np.uint8)[:, :, None], 3, axis=2), time_s)
+    writer.end(keep=True)
+    rate = measure_rate(track_phase(tmp_path / "twins.mkv"), timebase=CLOCK)
+    second = rate.cross_checks.second
+    assert second is not None
+    both = sorted((rate.rate_rad_s, second.rate_rad_s))
+    assert both == pytest.approx([2.1, 3.3], rel=0.005)
+    assert any("two things turn in the frame at two rates" in text for text in rate.warnings)

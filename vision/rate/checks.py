@@ -175,8 +175,9 @@ def _says_unsteady(seen: Seen) -> str:
 
 def _says_less_than_a_turn(seen: Seen) -> str:
     return (
-        f"the plate makes {seen.history.revolutions:.2f} of a turn in the clip, at least one is "
-        f"needed to separate the rate from an off-centre view. {seen.aliases.advice}"
+        f"what was taken for the plate makes {seen.history.revolutions:.2f} of a turn in the clip, "
+        f"at least one is needed to separate the rate from an off-centre view. "
+        f"{seen.aliases.advice}"
     )
 
 

@@ -256,8 +256,8 @@ def _require_usable(track: PhaseTrack) -> None:
     count = int(usable(track).sum())
     if count < FEWEST_USABLE:
         raise RateRefused(
-            f"{track.source}: the plate is seen clearly in {count} frame(s), at least "
-            f"{FEWEST_USABLE} are needed. Film it with nothing in the way."
+            f"{track.source}: what was taken for the plate is seen clearly in {count} frame(s), at "
+            f"least {FEWEST_USABLE} are needed. Film it with nothing in the way."
         )
 
 

@@ -14,6 +14,7 @@ from vision.video.reader import ClipReader, Frame, Luma
 
 LOOKED_EVERY_S = 0.9  # seconds: a camera moves slowly
 THUMBNAIL = 20  # samples across the plate and what is around it, each way
+WIDE = 16  # samples across the longer side of the frame, for what else turns
 
 
 class FrameMeasurements:
@@ -39,7 +40,8 @@ class FrameMeasurements:
         self._tracker = PlateTracker(plate.template, plate.rate_rad_s)
         x, y = view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = shown.luma.shape
-        self._columns, self._rows = _samples(x, w), _samples(y, h)
+        everywhere = slice(None, None, max(1, max(h, w) // WIDE))
+        self._parts = (_samples(y, h), _samples(x, w)), (everywhere, everywhere)
         self._around, self._looked_s = around, -np.inf
         self._shown, self._shown_index = shown.bgr, shown_index
         self._image = np.empty((h, w), np.uint8)
@@ -74,15 +76,15 @@ class FrameMeasurements:
         self._time_s += time_s.tolist()
         self._coding += [frame.coding for frame in frames]
         self._motion += [frame.motion for frame in frames]
-        part = self._rows, self._columns
-        around = np.stack([frame.luma[part] for frame in frames])
+        around = np.stack([frame.luma[self._parts[0]] for frame in frames])
         self._brightness += around.mean(axis=(1, 2)).tolist()
 
     def _strip(self, image: Luma) -> Luma:
         # Copied into the processor's cache as a whole: the rings jump about in a frame, which
         # was decoded some time ago, and each jump would wait for the memory.
         self._image[:] = image
-        self._thumbnails.append(self._image[self._rows, self._columns].ravel())
+        self._thumbnails.append(
+            np.concatenate([self._image[part].ravel() for part in self._parts]))
         return self._plate.template.grid.strip(self._image)
 
     def track(self, clip: ClipReader, notes: tuple[str, ...]) -> PhaseTrack:
