@@ -15,13 +15,14 @@ from html import escape
 import numpy as np
 
 from calib.poses.imu_log import FloatArray, IntArray
-from pipeline.text.formatting import with_minus_signs
+from pipeline.text.formatting import shortened, with_minus_signs
 
 NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axis, in any decade
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  #: steps of a linear axis, in any decade
 LABELLED_DECADE = (1.0, 2.0, 5.0)  #: labels of a logarithmic axis
 
 SQUARE = 5.4  #: side of an open square
+LETTER = 8.0  #: px, width of a letter of a number under an axis; layout
 
 #: Outlines about the origin: runs differ in shape as well as in colour.
 SHAPES = (
@@ -168,18 +169,18 @@ class Chart:
         """
         start = self.canvas.margin_left
         for (value, text), attribute in zip(ticks, attributes or [""] * len(ticks), strict=True):
-            at = pixel(self.y(value))
-            self.parts.append(f'<path class="grid" d="M{start:g} {at}H{self.right:g}"/>')
+            self.level(value, "grid")
             self.parts.append(
-                f'<text class="tick" x="{start - 5:g}" y="{at}" dy="4" text-anchor="end"'
+                f'<text class="tick" x="{start - 5:g}" y="{pixel(self.y(value))}" dy="4" '
+                f'text-anchor="end"'
                 f"{attribute}>{escape(text)}</text>"
             )
         self.parts.append(f'<text class="title" x="2" y="12">{escape(self.y_title)}</text>')
 
     def x_axis(self, ticks: Sequence[tuple[float, str]]) -> None:
         """Numbers under the axis and its title."""
-        bottom, start = self.canvas.height - self.canvas.margin_bottom, self.canvas.margin_left
-        self.parts.append(f'<path class="axis" d="M{start:g} {bottom:g}H{self.right:g}"/>')
+        bottom = self.canvas.height - self.canvas.margin_bottom
+        self.level(self.y.low, "axis")
         for value, text in ticks:
             at = pixel(self.x(value))
             self.parts.append(
@@ -190,6 +191,23 @@ class Chart:
             f'<text class="title" x="{self.right:g}" y="{self.canvas.height - 6:g}" '
             f'text-anchor="end">{escape(self.x_title)}</text>'
         )
+
+    def groups(self, names: Sequence[str]) -> None:
+        """An x axis of n places from 0, with the name of every run of equal ``names`` (n,).
+
+        Lines stand between them; one name alone leaves numbers from 1.
+        """
+        starts = [i for i, name in enumerate(names) if i == 0 or names[i - 1] != name]
+        if len(starts) == 1:
+            return self.x_axis([(i, str(i + 1)) for i in range(0, len(names),
+                                                              max(1, len(names) // 6))])
+        ends = [*starts[1:], len(names)]
+        room = (self.right - self.canvas.margin_left) / len(names) / LETTER
+        self.x_axis([((start + end - 1) / 2, shortened(names[start], int(room * (end - start))))
+                     for start, end in zip(starts, ends, strict=True)])
+        for start in starts[1:]:
+            self.bar(start - 0.5, self.y.low, self.y.high, "grid")
+        return None
 
     def level(self, value: float, kind: str = "zero") -> None:
         """A horizontal line over the whole width."""
@@ -278,10 +296,3 @@ def drawing(
         f'viewBox="0 0 {canvas.width:g} {canvas.height:g}" role="img" '
         f'aria-label="{escape(alternative)}"{attribute}>{"".join(parts)}</svg>'
     )
-
-
-def thinned(count: int, most: int) -> np.ndarray:
-    """Indices (≤ most,) of rows out of ``count``, evenly spread, first and last included."""
-    if count <= most:
-        return np.arange(count)
-    return np.unique(np.linspace(0, count - 1, most).round().astype(int))

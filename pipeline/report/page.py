@@ -16,12 +16,7 @@ from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.axis_charts import axis_charts, lead_panel
 from pipeline.report.triad.effect_cards import effect_cards
 from pipeline.report.triad.history_chart import staircase
-from pipeline.report.triad.pose_charts import (
-    covariate_figures,
-    coverage_figure,
-    residual_figure,
-    run_legend,
-)
+from pipeline.report.triad.pose_charts import residual_figure, run_legend
 from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits
@@ -157,8 +152,6 @@ def _triad_view(
         "axes": axes,
         "lead": lead.figure if lead else None,
         "lead_effect": lead.effect if lead else "",
-        "covariates": tuple(covariate_figures(result)),
-        "coverage": coverage_figure(result),
         "pose_rows": pose_rows(result),
         "excluded_rows": excluded_rows(result),
         "staircase": staircase(result.triad, history),

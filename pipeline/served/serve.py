@@ -7,7 +7,7 @@ import socket
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from functools import cache, partial
+from functools import partial
 from importlib import resources
 from multiprocessing.pool import ThreadPool
 from types import FrameType
@@ -25,7 +25,6 @@ from pipeline.served.guard import LOOPBACK, Guard, TooLarge
 from vision.errors import VisionError
 
 REFUSED = (CalibrationError, PipelineError, VisionError)
-WORKERS = 16  #: number of questions that are answered at the same time. Chosen
 Json = dict[str, Any]
 T = TypeVar("T")
 
@@ -65,14 +64,11 @@ async def answered(request: Request, answer: Callable[[Json], Json]) -> Response
     return JSONResponse(await beside(lambda: answer(question)))
 
 
-@cache
-def _workers() -> ThreadPool:
-    """Threads that the program does not wait for when it ends, unlike those of asyncio."""
-    return ThreadPool(WORKERS)
-
-
 async def beside(work: Callable[[], T]) -> T:
-    """What ``work`` gives, computed beside the loop that serves the others."""
+    """What ``work`` gives, computed beside the loop that serves the others.
+
+    The program does not wait for the thread when it ends, unlike for those of asyncio.
+    """
     loop = asyncio.get_running_loop()
     done: asyncio.Future[T] = loop.create_future()
 
@@ -80,8 +76,10 @@ async def beside(work: Callable[[], T]) -> T:
         with suppress(RuntimeError):  # the server has ended
             loop.call_soon_threadsafe(lambda: None if done.cancelled() else give(value))
 
-    _workers().apply_async(work, callback=partial(settle, done.set_result),
-                           error_callback=partial(settle, done.set_exception))
+    thread = ThreadPool(1)
+    thread.apply_async(work, callback=partial(settle, done.set_result),
+                       error_callback=partial(settle, done.set_exception))
+    thread.close()  # once this is answered
     return await done
 
 

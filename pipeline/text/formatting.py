@@ -67,3 +67,12 @@ def short_model(names: Sequence[str]) -> str:
     base = [name for name in names if name in BASE]
     stem = "base" if set(base) == set(BASE) else " ".join(base)
     return " ".join([stem, *added]).strip()
+
+
+FEWEST_LETTERS = 3  #: letters of a name that is shortened; layout
+
+
+def shortened(name: str, most: int) -> str:
+    """``name`` in at most so many letters, three at least, with the sign of what is left out."""
+    most = max(most, FEWEST_LETTERS)
+    return name if len(name) <= most else f"{name[: most - 1]}…"

@@ -17,8 +17,7 @@ from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.drawings.charts import Chart, Figure, across, nice_limit, upward
 from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
 from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure
-from pipeline.report.plate.term_cards import term_cards
-from pipeline.report.triad.effect_cards import Card
+from pipeline.report.plate.term_sizes import term_sizes
 from pipeline.report.triad.partial_residuals import PPM
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
@@ -43,7 +42,6 @@ class RateView:
     frame_caption: str = ""
     figures: tuple[Figure, ...] = ()
     terms: Json | None = None
-    cards: tuple[Card, ...] = ()
 
 
 def rate_view(
@@ -72,7 +70,6 @@ def rate_view(
         ),
         figures=tuple(_figures(rate, worst)),
         terms=rate_terms_json(rate, worst),
-        cards=term_cards(rate, worst),
     )
 
 
@@ -110,6 +107,7 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     if coloured:
         yield "tracked by colour", ", ".join(coloured)
     worst = worst_clip(rate)
+    yield from term_sizes(rate.clips[worst])
     yield from _speed_facts(rate.clips[worst], rate.sources[worst])
     rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"

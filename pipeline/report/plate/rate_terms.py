@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.fit.column_scaling import RANK_TOLERANCE
 from calib.poses.imu_log import FloatArray, IntArray
-from pipeline.drawings.charts import nice_limit, thinned
+from pipeline.drawings.charts import nice_limit
 from pipeline.report.layout.page_templates import rounded
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
@@ -51,7 +51,8 @@ def angle_bins(angle_deg: FloatArray) -> AngleBins:
 
 def shown_frames(fit: StatedFit) -> tuple[IntArray, float]:
     """Indices (≤ MOST_DOTS,) of frames that charts show, and the limit of their axis in degrees."""
-    kept = np.flatnonzero(fit.used)[thinned(int(fit.used.sum()), MOST_DOTS)]
+    used = np.flatnonzero(fit.used)
+    kept = used[np.unique(np.linspace(0, len(used) - 1, min(len(used), MOST_DOTS)).astype(int))]
     residual = np.degrees(fit.residual_rad)
     largest = float(np.percentile(np.abs(residual[fit.used]), SHOWN_SHARE))
     limit = nice_limit(max(largest, LEAST_LIMIT_DEG))

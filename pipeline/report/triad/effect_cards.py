@@ -69,10 +69,7 @@ class SizeTable:
 
 @dataclass(frozen=True)
 class Card:
-    """What the page shows of one effect, or of one term of a plate's phase.
-
-    ``size`` is under ``size_title`` a table, or a text of one size; None where nothing was fitted.
-    """
+    """What the page shows of one effect; ``size`` is None where nothing was fitted."""
 
     name: str
     drawing: str
@@ -83,7 +80,7 @@ class Card:
     typical: tuple[tuple[str, str], ...]
     source: str
     size_title: str
-    size: SizeTable | str | None
+    size: SizeTable | None
     fingerprint: str
     caption: str
     confused: str

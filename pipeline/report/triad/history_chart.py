@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.drawings.charts import Chart, Figure, rightward, upward
 from pipeline.results.schema.noise import HistoryLine, HistoryTriad
-from pipeline.text.formatting import DISPLAY, count, short_model
+from pipeline.text.formatting import DISPLAY, count, short_model, shortened
 
 MOST_STEPS = 12  #: the last ones are shown
 NAMED_STEPS = 4  #: so many names have room under the axis; more steps are numbered
@@ -30,12 +30,12 @@ class Stair:
 
 @dataclass(frozen=True)
 class Staircase:
-    """All steps of one triad; no figures where there is one step only."""
+    """All steps of one triad; no figure where there is one step only."""
 
     triad: str
     unit: str
     stairs: tuple[Stair, ...]
-    figures: tuple[Figure, ...]
+    figure: Figure | None
 
 
 def staircase(triad: str, steps: Sequence[HistoryLine]) -> Staircase:
@@ -52,8 +52,8 @@ def staircase(triad: str, steps: Sequence[HistoryLine]) -> Staircase:
         )
         for i, (step, change) in enumerate(zip(kept, changes, strict=True), 1)
     )
-    figures = (_errors(kept, unit, factor), _chi2(kept)) if len(kept) > 1 else ()
-    return Staircase(triad, unit, stairs, figures)
+    figure = _errors(kept, unit, factor) if len(kept) > 1 else None
+    return Staircase(triad, unit, stairs, figure)
 
 
 def step_names(models: Sequence[Sequence[str]]) -> list[str]:
@@ -71,11 +71,24 @@ def step_names(models: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _errors(kept: Sequence[HistoryTriad], unit: str, factor: float) -> Figure:
-    rms = np.array([step.residual_rms * factor for step in kept])
-    loo = np.array([step.loo_rms * factor for step in kept])
-    chart = _stairs_chart(np.concatenate([rms, loo]), kept, f"error [{unit}]")
-    _draw(chart, loo, "loo", 1)
-    _draw(chart, rms, "rms", 0)
+    """Residual and leave-one-out error of every step, the steps named where there is room."""
+    errors = {name: np.array([getattr(step, f"{name}_rms") * factor for step in kept])
+              for name in ("loo", "residual")}
+    shown = np.concatenate(list(errors.values()))
+    low, high = shown[shown > 0].min() / 1.6, shown.max() * 1.6
+    named, longest = len(kept) <= NAMED_STEPS, LONGEST_NAME.get(len(kept), 0)
+    chart = Chart(rightward(0.5, len(kept) + 0.5), upward(low, high, logarithmic=True),
+                  "" if named else "step", f"error [{unit}]")
+    names = step_names([one.model for one in kept])
+    chart.axes([(i, shortened(name, longest) if named else str(i))
+                for i, name in enumerate(names, 1)])
+    at = np.arange(1, len(kept) + 1, dtype=float)
+    for shape, (name, values) in zip((1, 0), errors.items(), strict=True):
+        heights = np.maximum(values, low)
+        chart.line(np.stack([at - 0.5, at + 0.5], axis=1).ravel(), np.repeat(heights, 2), name)
+        for x, y in zip(at, heights, strict=True):
+            chart.mark(x, y, shape, f"mark {name}")
+    rms, loo = errors["residual"], errors["loo"]
     caption = (
         f"The residual (dots) changed from {rms[0]:.3g} to {rms[-1]:.3g} {unit}, the leave-one-out "
         f"error (squares) from {loo[0]:.3g} to {loo[-1]:.3g} {unit}, in {count(len(kept), 'step')}."
@@ -86,43 +99,3 @@ def _errors(kept: Sequence[HistoryTriad], unit: str, factor: float) -> Figure:
         "the model fits the noise: remove the effect again.",
         caption,
     )
-
-
-def _chi2(kept: Sequence[HistoryTriad]) -> Figure:
-    values = np.array([step.chi2 / step.dof for step in kept])
-    chart = _stairs_chart(np.append(values, 1.0), kept, "chi²/dof")
-    chart.level(1.0, "diagonal")
-    _draw(chart, values, "rms", 0)
-    caption = f"chi²/dof changed from {values[0]:.3g} to {values[-1]:.3g}; the dashed line is 1."
-    return Figure(
-        "chi²/dof, step by step", chart.svg(f"chi²/dof, step by step. {caption}"),
-        "the last step is near 1: the noise of the poses explains the residuals.",
-        caption,
-    )
-
-
-def _stairs_chart(values: np.ndarray, kept: Sequence[HistoryTriad], y_title: str) -> Chart:
-    positive = values[values > 0]
-    low, high = float(positive.min()), float(positive.max())
-    named = len(kept) <= NAMED_STEPS
-    chart = Chart(
-        rightward(0.5, len(kept) + 0.5),
-        upward(low / 1.6, high * 1.6, logarithmic=True), "" if named else "step", y_title,
-    )
-    names = step_names([one.model for one in kept])
-    longest = LONGEST_NAME.get(len(kept), 0)
-    chart.axes([(i, _shortened(name, longest) if named else str(i))
-                for i, name in enumerate(names, 1)])
-    return chart
-
-
-def _shortened(name: str, longest: int) -> str:
-    return name if len(name) <= longest else f"{name[: longest - 1]}…"
-
-
-def _draw(chart: Chart, values: np.ndarray, kind: str, shape: int) -> None:
-    at = np.arange(1, len(values) + 1, dtype=float)
-    shown = np.maximum(values, chart.y.low)
-    chart.line(np.stack([at - 0.5, at + 0.5], axis=1).ravel(), np.repeat(shown, 2), kind)
-    for x, y in zip(at, shown, strict=True):
-        chart.mark(x, y, shape, f"mark {kind}")

@@ -1,8 +1,7 @@
 """The attitudes that the poses cover, and the residuals over the sphere of them.
 
 A pose stands where the vertical points in the axes of the sensor: the side that faces up. The
-script of the page draws the sphere, so that it can be rotated; on paper the two hemispheres of
-:func:`pipeline.report.triad.pose_charts.coverage_figure` take its place.
+script of the page draws the sphere, so that it can be rotated.
 """
 
 import base64

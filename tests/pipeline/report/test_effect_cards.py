@@ -21,7 +21,6 @@ from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
 from tests.pipeline.report.html_page import Page
 from tests.pipeline.report.tab import PHONE, Browser
-from vision.rate.terms import TERMS
 
 G = 9.80665
 
@@ -46,7 +45,7 @@ def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[st
     return {card.name: card for card in every}
 
 
-@pytest.mark.parametrize("name", [*EFFECTS, *TERMS, "column", "user_defined"])
+@pytest.mark.parametrize("name", [*EFFECTS, "column", "user_defined"])
 def test_every_effect_has_a_drawing_that_says_in_words_what_it_shows(
     name: str, drawings: dict[str, object]
 ) -> None:
@@ -61,9 +60,9 @@ def test_every_effect_has_a_drawing_that_says_in_words_what_it_shows(
 
 
 def test_no_two_drawings_are_the_same(drawings: dict[str, object]) -> None:
-    drawn = [str(drawings[name]()) for name in (*EFFECTS, *TERMS)]  # type: ignore[operator]
+    drawn = [str(drawings[name]()) for name in EFFECTS]  # type: ignore[operator]
     without_words = {text.split("</desc>")[1] for text in drawn}
-    assert len(without_words) == len(EFFECTS) + len(TERMS)
+    assert len(without_words) == len(EFFECTS)
 
 
 def test_every_effect_of_the_triad_has_a_card(cards: dict[str, Card]) -> None:

@@ -11,7 +11,8 @@ from calib.diagnosis.search.posterior import Inclusion
 from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
-from pipeline.report.triad.pose_charts import coverage_figure, residual_figure
+from pipeline.report.triad.pose_charts import residual_figure
+from pipeline.report.triad.pose_sphere import coverage_of, up_directions
 from pipeline.report.triad.tables import budget_rows, candidate_rows
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
@@ -99,32 +100,13 @@ def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero
     outcome = run_stages(load_config(config), RunContext())
     assert outcome.triad("gyroscope") is not None
     assert outcome.triad("accelerometer") is not None
-    assert coverage_figure(outcome.triad("gyroscope")) is None
     assert "about zero" not in residual_figure(outcome.triad("gyroscope")).good
     assert "about zero" in residual_figure(outcome.triad("accelerometer")).good
-    covered = coverage_figure(outcome.triad("accelerometer"))
-    assert covered is not None
+    covered = coverage_of(up_directions(outcome.triad("accelerometer")))
     assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
     page = Page(report_html(outcome, ()))
     assert page.open == []
     assert "0 of the 18" not in page.text
-
-
-def test_poses_that_are_laid_by_hand_are_not_asked_for_faces(
-    finished: RunSession, tmp_path: Path
-) -> None:
-    shutil.copytree(finished.config.parent, tmp_path, dirs_exist_ok=True)
-    config = tmp_path / finished.config.name
-    few = ", ".join(f"accelerometer/pose_{n:02d}.csv" for n in range(1, 9))
-    head, _, _ = config.read_text(encoding="utf-8").partition("gyroscope:  #")
-    config.write_text(head.replace("accelerometer/pose_*.csv\n  model: [bias, scale, misalignment]",
-                                   f"[{few}]\n  model: [bias, scale]"), encoding="utf-8")
-    outcome = run_stages(load_config(config), RunContext())
-    assert outcome.triad("accelerometer") is not None
-    figure = coverage_figure(outcome.triad("accelerometer"))
-    assert figure is not None
-    assert "missing:" not in figure.caption
-    assert 'class="natural' not in figure.drawing
 
 
 # --- plate settings ----------------------------------------------------------------------------

@@ -33,10 +33,8 @@ class ResidualChart {
     this.marks.forEach((mark) => {
       const k = Number(mark.dataset.i);
       place(mark, value[k]);
-      if (mark.dataset.titled) {
-        mark.querySelector("title").textContent = `${labels[k]}: ${withSd(value[k], sd[k])} ${unit}, `
-          + `${short(value[k] / sd[k])} sd`;
-      }
+      mark.querySelector("title").textContent = `${labels[k]}: ${withSd(value[k], sd[k])} ${unit}, `
+        + `${short(value[k] / sd[k])} sd`;
     });
     this.svg.querySelectorAll("g.excluded").forEach((mark) => {
       place(mark, Math.max(-limit, Math.min(limit, Number(mark.dataset.value))));
