@@ -126,8 +126,11 @@ def _batches(path: Path, needed: Sequence[str]) -> Iterator[dict[str, Any]]:
 
 
 def _values(path: Path, name: str, column: Any) -> Any:
+    """The values of a column (n,); of a text each once, so that one that is kept pins no others."""
     if name in TEXTS:
-        return np.array(column.to_pylist(), dtype=object)
+        texts, index = np.unique(np.array(column.to_pylist(), dtype=object).astype(str),
+                                 return_inverse=True)
+        return np.array(texts.tolist(), dtype=object)[index]
     try:
         return np.asarray(column.to_numpy(zero_copy_only=False), dtype=float)
     except (TypeError, ValueError) as error:
