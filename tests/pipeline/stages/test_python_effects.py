@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.stages.user_physics import HEATING, SQUARE, corrected, variant, with_models
+from pipeline.stages.user_effects import users_function
+from tests.pipeline.stages.user_physics import SQUARE, corrected, variant, with_models
 from tests.sessions import pipeline, results_in
 
 IN_PYTHON = """
@@ -25,25 +26,6 @@ TOUCHING = (
 )
 
 
-def test_a_python_function_gives_the_same_as_the_expression(damp_once: Path) -> None:
-    damp_once.with_name("physics.py").write_text(
-        "import numpy as np\n"
-        "def damp(at):\n"
-        "    square = (at.column('humidity_pct') - 45) ** 2\n"
-        "    return np.tile(square[:, None], 3)\n",
-        encoding="utf-8",
-    )
-    effects = []
-    for name, extra in (("one", HEATING), ("two", IN_PYTHON)):
-        text = extra.replace("effects:", "effects:", 1)
-        config = variant(damp_once, name, text)
-        allowed = ["--allow-python"] if name == "two" else []
-        assert pipeline("add", config, "gyroscope.damp", *allowed) == 0
-        effects.append(results_in(config.with_suffix(".run"))["gyroscope"]["effects"]["damp"])
-    assert effects[0]["values"] == pytest.approx(effects[1]["values"], rel=1e-9)
-    assert effects[0]["sd"] == pytest.approx(effects[1]["sd"], rel=1e-6)
-
-
 def test_python_does_not_run_unless_the_command_allows_it(
     damp_once: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -55,10 +37,10 @@ def test_python_does_not_run_unless_the_command_allows_it(
 
 
 def test_neither_is_bytecode_run_in_place_of_the_file_nor_left_beside_it(
-    damp_once: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Bytecode that says it is of this file, which holds something else than the file."""
-    physics = damp_once.with_name("physics.py")
+    physics = tmp_path / "physics.py"
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     physics.write_text(TOUCHING, encoding="utf-8")
     planted = Path(py_compile.compile(str(physics), doraise=True) or "")
@@ -66,11 +48,10 @@ def test_neither_is_bytecode_run_in_place_of_the_file_nor_left_beside_it(
     harmless = "def damp(at):\n    return at.vector\n"
     physics.write_text(harmless.ljust(len(TOUCHING)), encoding="utf-8")
     os.utime(physics, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-    config = variant(damp_once, "python", IN_PYTHON)
-    assert pipeline("run", config, "--allow-python") == 0
-    assert not damp_once.with_name("ran").exists()
+    users_function(physics, "physics.py:damp")
+    assert not (tmp_path / "ran").exists()
     planted.unlink()
-    assert pipeline("run", config, "--allow-python") == 0
+    users_function(physics, "physics.py:damp")
     assert not planted.exists()
 
 
@@ -120,6 +101,10 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     expression = with_models(damp_once, "expressed", "", "damp")
     assert pipeline("run", expression) == 0
     by_expression = corrected(expression.with_suffix(".run"), log)
+    one, other = (results_in(folder)["gyroscope"]["effects"]["damp"]
+                  for folder in (results, expression.with_suffix(".run")))
+    assert one["values"] == pytest.approx(other["values"], rel=1e-9)
+    assert one["sd"] == pytest.approx(other["sd"], rel=1e-6)
     assert by_python["gyr_x_rad_s"] == pytest.approx(by_expression["gyr_x_rad_s"], abs=1e-7)
 
     physics.write_text(SQUARE + "# changed\n", encoding="utf-8")

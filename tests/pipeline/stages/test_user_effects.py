@@ -20,9 +20,6 @@ effects:
 def test_an_expression_is_ranked_named_and_added_like_a_listed_effect(
     damp: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plain = variant(damp, "plain", "")
-    assert pipeline("run", plain) == 0
-    assert results_in(plain.with_suffix(".run"))["gyroscope"]["diagnosis"]["verdict"] == "unknown"
     config = variant(damp, "heated", HEATING)
     assert pipeline("run", config) == 0
     found = results_in(config.with_suffix(".run"))["gyroscope"]["diagnosis"]
@@ -102,13 +99,11 @@ def test_user_effects_that_the_data_cannot_see_are_listed_as_blind(damp_once: Pa
     assert pipeline("run", config) == 0
     found = results_in(config.with_suffix(".run"))["gyroscope"]["diagnosis"]
     assert "damp" in found["blind"]
-    assert pipeline("add", config, "gyroscope.damp") == 4
 
 
-def test_a_reference_effect_of_ones_own_acts_on_the_turning_plate_only(damp: Path) -> None:
+def test_a_reference_effect_of_ones_own_acts_on_the_turning_plate_only(damp_once: Path) -> None:
     extra = HEATING.replace("triad: gyroscope", "triad: gyroscope\n    per: reference")
-    config = variant(damp, "reference", extra.replace("(humidity_pct - 45)**2", "time_s"))
-    assert pipeline("add", config, "gyroscope.damp") == 4  # there is no such drift of the plate
+    config = variant(damp_once, "reference", extra.replace("(humidity_pct - 45)**2", "time_s"))
     assert pipeline("add", config, "gyroscope.damp", "--anyway") == 0
     found = results_in(config.with_suffix(".run"))["gyroscope"]["effects"]["damp"]
     assert len(found["values"]) == 1
@@ -118,55 +113,52 @@ def test_a_reference_effect_of_ones_own_acts_on_the_turning_plate_only(damp: Pat
 # --- what effects may be made of, from the fit to the correction ---------------------------------
 
 
-def test_every_kind_of_effect_is_fitted_planned_and_has_its_parameters(damp: Path) -> None:
-    config = with_models(damp, "kinds", "memory", "lean, settle, once, damp")
+@pytest.fixture(scope="module")
+def kinds(damp: Path) -> Path:
+    """Results of a session whose models have an effect of every kind that corrects a log."""
+    config = with_models(damp, "kinds", "bent, cross", "lean, settle, once, damp")
     assert pipeline("run", config) == 0
-    found = results_in(config.with_suffix(".run"))
-    lean = found["gyroscope"]["effects"]["lean"]
-    assert len(lean["values"]) == 9
+    return config.with_suffix(".run")
+
+
+def log_of(results: Path) -> Path:
+    return results.parent / "gyroscope" / "17rpm" / "pose_01.csv"
+
+
+def test_every_kind_of_effect_is_fitted_and_has_its_parameters(kinds: Path) -> None:
+    found = results_in(kinds)
+    effects = found["gyroscope"]["effects"] | found["accelerometer"]["effects"]
+    assert {name: len(one["values"]) for name, one in effects.items()} == {
+        "bent": 3, "cross": 1, "lean": 9, "settle": 4, "once": 3, "damp": 3}
+    lean = effects["lean"]
     assert np.abs(np.array(lean["values"]) / np.array(lean["sd"])).max() < 5  # there is none
-    assert len(found["gyroscope"]["effects"]["settle"]["values"]) == 4
-    assert found["gyroscope"]["effects"]["settle"]["unit"] == "rad/s; tau: s"
-    assert len(found["gyroscope"]["effects"]["once"]["values"]) == 3
-    assert len(found["accelerometer"]["effects"]["memory"]["values"]) == 3
-    assert pipeline("plan", config) == 0
-    assert pipeline("plan", config, "--effect", "damp") == 0
+    assert effects["settle"]["unit"] == "rad/s; tau: s"
 
 
-def test_what_belongs_to_one_run_is_no_error_of_the_sensor(
-    damp: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    config = with_models(damp, "once", "", "once, damp")
-    assert pipeline("run", config) == 0
-    log = damp.parent / "gyroscope" / "17rpm" / "pose_01.csv"
-    corrected(config.with_suffix(".run"), log)
-    assert "once is an effect of the bench" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("names", ["bent", "cross"])
-def test_a_correction_is_the_fit_s_own(damp: Path, names: str) -> None:
+def test_a_correction_is_the_fit_s_own(kinds: Path) -> None:
     """The mean of a corrected pose is what the fit made of the pose's mean."""
-    config = with_models(damp, names, names, "damp")
-    assert pipeline("run", config) == 0
-    results = config.with_suffix(".run")
-    pose = results_in(results)["accelerometer"]["poses"][3]
-    rows = corrected(results, damp.parent / pose["label"])
+    pose = results_in(kinds)["accelerometer"]["poses"][3]
+    rows = corrected(kinds, kinds.parent / pose["label"], "--session-clock")
     mean = [rows[f"acc_{axis}_m_s2"].mean() for axis in "xyz"]
     assert mean == pytest.approx(pose["corrected"], abs=2e-4)
 
 
-def test_a_settling_needs_the_session_s_clock(
-    damp_once: Path, capsys: pytest.CaptureFixture[str]
+def test_a_settling_needs_the_session_s_clock_and_what_belongs_to_one_run_is_of_the_bench(
+    kinds: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = with_models(damp_once, "settling", "", "settle, damp")
-    assert pipeline("run", config) == 0
-    log = damp_once.parent / "gyroscope" / "17rpm" / "pose_01.csv"
-    assert pipeline("apply", config.with_suffix(".run"), log) == 4
+    assert pipeline("apply", kinds, log_of(kinds)) == 4
     assert "add --session-clock" in capsys.readouterr().err
-    corrected(config.with_suffix(".run"), log, "--session-clock")
+    corrected(kinds, log_of(kinds), "--session-clock")
+    assert "once is an effect of the bench" in capsys.readouterr().err
 
 
-# --- Python beyond the fit -----------------------------------------------------------------------
+def test_what_a_pose_has_of_the_one_before_is_fitted_and_planned(damp_once: Path) -> None:
+    config = with_models(damp_once, "memory", "memory", "damp")
+    assert pipeline("run", config) == 0
+    found = results_in(config.with_suffix(".run"))["accelerometer"]
+    assert len(found["effects"]["memory"]["values"]) == 3
+    assert pipeline("plan", config) == 0
+    assert pipeline("plan", config, "--effect", "damp") == 0
 
 
 # --- plan ----------------------------------------------------------------------------------------
