@@ -20,13 +20,13 @@ from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
 from pipeline.stages.context import RunContext
-from pipeline.stages.logged_columns import require_logged_columns
+from pipeline.stages.fittable import require_fittable
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import SessionLogs, read_session
-from pipeline.stages.triads import TriadResult, require_fittable, triad_result
+from pipeline.stages.triads import TriadResult, triad_result
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +76,7 @@ def check_session(config: Config) -> SessionLogs:
         configuration or each other.
     """
     require_fittable(config)
-    logs = read_session(config)
-    require_logged_columns(config, logs)
-    return logs
+    return read_session(config)
 
 
 def run_stages(

@@ -231,11 +231,14 @@ def model_on(
             notes.append(f"{problem} No model has it; the diagnosis of the {poses.triad} leaves "
                          f"it out.")
     model = Model.of(names, usable)
+    at = poses.conditions(poses.reading)
     for effect in model.effects:
-        reason = unavailable(effect, poses.conditions(poses.reading))
+        reason = unavailable(effect, at)
         if reason is not None:
+            complete = np.isfinite(effect.evaluate(at)).reshape(len(poses), -1).all(axis=1)
             raise Undetermined(
-                f"{poses.triad}: '{effect.name}' cannot be evaluated in these poses: {reason}.",
+                f"{poses.triad}: '{effect.name}' cannot be evaluated in these poses: {reason}, "
+                f"first in {poses.label[int(np.argmin(complete))]}.",
                 Remedy("remove_effect", poses.triad),
             )
     return model, usable, notes

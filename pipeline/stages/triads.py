@@ -13,7 +13,6 @@ from calib.consistency.data_sheet import (
 )
 from calib.consistency.stated_sds import sds_too_large
 from calib.diagnosis.unseen import unseen_budget
-from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
@@ -23,14 +22,12 @@ from calib.poses.past import with_pasts
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
-from pipeline.config.messages import ConfigProblem, config_error
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.force_check import KNOWN_FORCE, check_force
 from pipeline.stages.leaning_poses import leaning_poses
-from pipeline.stages.logged_columns import check_covariates
 from pipeline.stages.poses import Recordings
 from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
@@ -40,7 +37,7 @@ from pipeline.stages.triad_poses import (
     resting_poses,
     senses_of,
 )
-from pipeline.stages.user_effects import check_user_effects, user_effects
+from pipeline.stages.user_effects import user_effects
 
 FRAME = "frame_rotation"  #: what rows of direction make a parameter
 
@@ -123,41 +120,6 @@ class TriadInput:
         model, _, _ = model_on(self.section.model, self.defined, self.with_pasts)
         return calibrate(self.with_pasts, model, self.spec, solver=self.section.solver,
                          loss=self.section.loss, senses=self.senses, seek_mistakes=seek_mistakes)
-
-
-def require_fittable(config: Config) -> None:
-    """Refuse, before anything slow, a model that its triad or its solver does not have.
-
-    Raises
-    ------
-    ConfigError
-        With the line of every such model.
-    """
-    problems = []
-    for triad, section in config.triads.items():
-        where = (triad, "model")
-        for name in section.model:
-            if name in config.effects:
-                if config.effects[name].triad not in (None, triad):
-                    problems.append(ConfigProblem(where, (
-                        f"'{name}' is defined for the {config.effects[name].triad}. Take it out "
-                        f"of this model")))
-                continue
-            if triad not in find_effect(name).triads:
-                problems.append(ConfigProblem(where, (
-                    f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
-                    f"it acts on. Take it out of this model")))
-        if section.solver == "paper" and section.loss != "squares":
-            problems.append(ConfigProblem((triad, "loss"), (
-                "'paper' knows plain least squares only. Use `solver: default` with another loss")))
-        if section.solver == "paper" and set(section.model) != set(BASE):
-            problems.append(ConfigProblem((triad, "solver"), (
-                f"'paper' knows bias, scale and misalignment only, the model is "
-                f"[{', '.join(section.model)}]. Use `solver: default` with any other model")))
-    if problems:
-        raise config_error(config.source, problems)
-    check_user_effects(config)
-    check_covariates(config)
 
 
 def part_of(config: Config) -> str:

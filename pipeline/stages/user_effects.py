@@ -8,15 +8,13 @@ changed since is refused.
 import ast
 import hashlib
 import importlib.util
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-from calib.effects.arithmetic import FUNCTIONS
 from calib.effects.effect import Effect, Shape
 from calib.effects.expression import (
-    KNOWN_NAMES,
     BadExpression,
     Expression,
     read_expression,
@@ -32,7 +30,6 @@ from calib.poses.imu_log import Triad
 from pipeline.config.load import Config
 from pipeline.config.messages import ConfigProblem, config_error
 from pipeline.config.schema import EffectSection
-from pipeline.stages.logged_columns import logged_columns
 from pipeline.text.names import nearest_name
 
 
@@ -51,7 +48,7 @@ def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, 
             continue
         try:
             value = (
-                _expression(section)
+                expression_of(section)
                 if section.expression is not None
                 else _python_function(config.source.path.parent, section, allow_python)
             )
@@ -64,7 +61,14 @@ def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, 
     return effects
 
 
-def _expression(section: EffectSection) -> Expression:
+def expression_of(section: EffectSection) -> Expression:
+    """The expression of an effect that has one.
+
+    Raises
+    ------
+    BadExpression
+        It cannot be read; with the nearest right name.
+    """
     assert section.expression is not None
     try:
         return read_expression(section.expression, tuple(section.shapes))
@@ -84,61 +88,6 @@ def shape_of(shapes: Mapping[str, tuple[str, float, float]]) -> Shape | None:
     for name, (unit, low, high) in shapes.items():
         return shape_between(name, unit, low, high)
     return None
-
-
-# --- before anything slow ------------------------------------------------------------------------
-
-
-def check_user_effects(config: Config) -> None:
-    """Refuse effects that no pose can have; no Python file runs.
-
-    Raises
-    ------
-    ConfigError
-        With the line of every expression or file that cannot be read, and of every name in them
-        that the logs do not have, with the nearest that they have.
-    """
-    problems = []
-    for name, section in config.effects.items():
-        where = ("effects", name)
-        try:
-            shape_of(section.shapes)
-            if section.python is not None:
-                require_function(config.source.path.parent, section.python)
-                continue
-            expression = _expression(section)
-        except CalibrationError as error:
-            problems.append(ConfigProblem(where, error))
-            continue
-        problems += [ConfigProblem((*where, "expression"), problem)
-                     for problem in _unknown_names(config, section, expression)]
-    if problems:
-        raise config_error(config.source, problems)
-
-
-def _unknown_names(
-    config: Config, section: EffectSection, expression: Expression
-) -> Iterator[str]:
-    columns = logged_columns(config, section.triad)
-    if columns is not None:
-        right = (*columns, *KNOWN_NAMES, *section.shapes, *FUNCTIONS)
-        for name in expression.columns:
-            if name not in columns:
-                listed = ", ".join(columns) or "no further column"
-                yield (f"'{name}' is no logged column, name or shape parameter"
-                       f"{nearest_name(name, right)}. The logs have: {listed}. Log it, or name "
-                       f"it under `shapes` with its unit and bounds.")
-    runs = _runs(config, section.triad)
-    for run in expression.runs:
-        if run not in runs:
-            yield (f"run('{run}') is no run{nearest_name(run, runs)}. There are: "
-                   f"{', '.join(runs)}.")
-
-
-def _runs(config: Config, triad: Triad | None) -> tuple[str, ...]:
-    """Names of the runs of one triad, or of both."""
-    return tuple(dict.fromkeys(run.rate for path, run in config.placed_runs()
-                               if triad in (None, path[0])))
 
 
 # --- Python --------------------------------------------------------------------------------------

@@ -25,12 +25,13 @@ from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import short_names
 from pipeline.stages.fewer_poses import recordings_without
+from pipeline.stages.fittable import require_fittable
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import check_session
 from pipeline.stages.session_logs import settings_of
-from pipeline.stages.triads import TriadInput, require_fittable, triad_input
+from pipeline.stages.triads import TriadInput, triad_input
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.state import Screen, TriadScreen, config_of, text_of

@@ -95,7 +95,8 @@ CASES = (
          append(f"installation: {{log: {POSE}, reverse_log: {POSE}}}")),
     Case("a column that is not there", "check CONFIG", 2, "needs the column nope",
          effect("column:nope")),
-    Case("an empty cell of a column", "check CONFIG", 4, "has no number at sample 40",
+    Case("an empty cell of a column", "check CONFIG", 4,
+         "no complete column temperature_c, first in accelerometer/pose_07.csv",
          both(empty_cell, effect("temperature_bias"))),
 )
 RUN_17 = "- {poses: gyroscope/17rpm/pose_*.csv, rate: 17rpm}"

@@ -1,0 +1,137 @@
+"""Everything that the models of a configuration name, against triads, solvers and the logs' heads.
+
+No log is read whole, and no Python file runs.
+"""
+
+from collections.abc import Iterator
+from itertools import chain
+
+from calib.effects.arithmetic import FUNCTIONS
+from calib.effects.catalogue import BASE, find_effect
+from calib.effects.expression import KNOWN_NAMES
+from calib.errors import CalibrationError
+from calib.poses.averaging.pose_mean import is_stated
+from calib.poses.imu_log import Triad
+from pipeline.config.load import Config
+from pipeline.config.messages import ConfigProblem, config_error
+from pipeline.config.schema import EffectSection, PosesSection
+from pipeline.errors import UnreadableInput
+from pipeline.logs.columns import READINGS
+from pipeline.logs.read import column_names
+from pipeline.stages.user_effects import expression_of, require_function, shape_of
+from pipeline.text.names import nearest_name
+
+Problems = Iterator[ConfigProblem]
+
+
+def require_fittable(config: Config) -> None:
+    """Refuse, before anything slow, what no fit of this configuration can have.
+
+    Raises
+    ------
+    ConfigError
+        With the line of every model that its triad or its solver does not have, of every
+        expression or Python file that cannot be read, and of every name in them, in a model or
+        under ``covariates`` that the logs do not have, with the nearest that they have.
+    """
+    problems = [*_models(config), *chain(*(
+        _user_effect(config, name, section) for name, section in config.effects.items())),
+        *_covariates(config)]
+    if problems:
+        raise config_error(config.source, problems)
+
+
+def _models(config: Config) -> Problems:
+    for triad, section in config.triads.items():
+        where, columns = (triad, "model"), logged_columns(config, triad)
+        for name in section.model:
+            if name in config.effects:
+                if config.effects[name].triad not in (None, triad):
+                    yield ConfigProblem(where, (
+                        f"'{name}' is defined for the {config.effects[name].triad}. Take it out "
+                        f"of this model"))
+                continue
+            effect = find_effect(name)
+            if triad not in effect.triads:
+                yield ConfigProblem(where, (
+                    f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
+                    f"it acts on. Take it out of this model"))
+            for column in effect.logged:
+                if columns is not None and column not in columns:
+                    yield ConfigProblem(where, (
+                        f"'{name}' needs the column {column}, which is not in all logs of the "
+                        f"{triad}{nearest_name(column, columns)}. They have: {_listed(columns)}. "
+                        f"Log it, or take the effect out of the model"))
+        if section.solver == "paper" and section.loss != "squares":
+            yield ConfigProblem((triad, "loss"), (
+                "'paper' knows plain least squares only. Use `solver: default` with another loss"))
+        if section.solver == "paper" and set(section.model) != set(BASE):
+            yield ConfigProblem((triad, "solver"), (
+                f"'paper' knows bias, scale and misalignment only, the model is "
+                f"[{', '.join(section.model)}]. Use `solver: default` with any other model"))
+
+
+def _user_effect(config: Config, name: str, section: EffectSection) -> Problems:
+    where = ("effects", name)
+    try:
+        shape_of(section.shapes)
+        if section.python is not None:
+            require_function(config.source.path.parent, section.python)
+            return
+        expression = expression_of(section)
+    except CalibrationError as error:
+        yield ConfigProblem(where, error)
+        return
+    columns = logged_columns(config, section.triad)
+    right = (*(columns or ()), *KNOWN_NAMES, *section.shapes, *FUNCTIONS)
+    for column in expression.columns if columns is not None else ():
+        if column not in (columns or ()):
+            yield ConfigProblem((*where, "expression"), (
+                f"'{column}' is no logged column, name or shape parameter"
+                f"{nearest_name(column, right)}. The logs have: {_listed(columns)}. Log it, or "
+                f"name it under `shapes` with its unit and bounds."))
+    runs = tuple(dict.fromkeys(run.rate for path, run in config.placed_runs()
+                               if section.triad in (None, path[0])))
+    for run in expression.runs:
+        if run not in runs:
+            yield ConfigProblem((*where, "expression"), (
+                f"run('{run}') is no run{nearest_name(run, runs)}. There are: {', '.join(runs)}."))
+
+
+def _covariates(config: Config) -> Problems:
+    known = [columns for triad in config.triads
+             if (columns := logged_columns(config, triad)) is not None]
+    logged = tuple(dict.fromkeys(chain(*known)))
+    for i, name in enumerate(config.covariates or () if known else ()):
+        if name not in logged:
+            yield ConfigProblem(("covariates", i), (
+                f"'{name}' is no logged column{nearest_name(name, logged)}. The logs have: "
+                f"{_listed(logged)}. Name one of these, or log it."))
+
+
+def _listed(columns: tuple[str, ...] | None) -> str:
+    return ", ".join(columns or ()) or "no further column"
+
+
+def logged_columns(config: Config, triad: Triad | None) -> tuple[str, ...] | None:
+    """Columns that every log of the triad has beside time and readings; None before recording."""
+    poses = [run.poses for path, run in config.placed_runs() if triad in (None, path[0])]
+    heads = [names for pose in poses if (names := _columns_of(pose)) is not None]
+    if not heads:
+        return None
+    return tuple(name for name in heads[0] if all(name in names for names in heads))
+
+
+def _columns_of(poses: PosesSection) -> list[str] | None:
+    """Further columns of a set of poses, by its first file or by all files of its long log.
+
+    Of a table of means those that are neither sds nor numbers of samples.
+    """
+    names: list[str] = []
+    for i, path in enumerate(poses.log or poses.files[:1] or poses.means[:1]):
+        try:
+            head = column_names(path, poses.columns_of(i))
+        except UnreadableInput:  # said where the log itself is read
+            return None
+        names += [name for name in head if name not in READINGS and not is_stated(name)]
+    return names if poses.log or poses.files or poses.means else None
