@@ -130,7 +130,7 @@ def _triad_view(
     verdicts = Counter(population.rows["verdict"])
     named = Counter(name for missing in population.rows["missing"]
                     for name in missing.split(" + ") if name)
-    unlike, moved = _unlike(population, reports), _moved(population, reports)
+    unlike = _unlike(population, reports)
     return {
         "name": population.triad,
         "sensors": len(population.sensors),
@@ -149,8 +149,6 @@ def _triad_view(
         "unlike_count": len(unlike),
         "repeat": repeat_text(population),
         "repeats": population.repeats,
-        "moved": moved[:MOST_ROWS],
-        "moved_count": len(moved),
         "over_time": [(one, _links(one.sessions, reports)) for one in over_time],
     }
 
@@ -206,20 +204,6 @@ def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
             rows.append({"sensor": sensor, "what": what, "size": off[0][0],
                          "links": _links(population.sessions_of(i), reports)})
     return sorted(rows, key=lambda row: -row["size"])
-
-
-def _moved(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
-    """Sensors whose sessions differ by more than is stated, the largest first."""
-    rows = []
-    for i, sensor in enumerate(population.sensors):
-        moved = [repeat for repeat in population.repeats if repeat.moved[i]]
-        if moved:
-            worst = max(moved, key=lambda one: one.of_sensor[i])
-            what = (f"{parameter_name(worst.name)} by {worst.change[i]:.3g} "
-                    f"{parameter_unit(worst.name, population.triad)}")
-            rows.append({"sensor": sensor, "what": what, "birge": worst.of_sensor[i],
-                         "links": _links(population.sessions_of(i), reports)})
-    return sorted(rows, key=lambda row: -row["birge"])
 
 
 def _links(sessions: Sequence[str], reports: bool) -> list[tuple[str, str]]:

@@ -28,7 +28,12 @@ from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.session_logs import SessionLogs, Setting, sections_by_setting
+from pipeline.stages.session_logs import (
+    SessionLogs,
+    Setting,
+    SettingLogs,
+    sections_by_setting,
+)
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
@@ -106,10 +111,10 @@ def average_recordings(
         if setting.poses.means:
             recording = _tabled(section, config, specs)
         elif setting.poses.log:
-            recording = _searched(section, config, specs, rates, logs.by_setting[setting])
+            recording = _searched(section, config, specs, rates, logs[setting].logs)
         else:
-            recording = _averaged(setting, specs, rates, logs)
-        notes = (*logs.notes[setting], *recording.warnings)
+            recording = _averaged(setting, specs, rates, logs[setting])
+        notes = (*logs[setting].notes, *recording.warnings)
         recordings[setting] = replace(recording, warnings=notes)
     return Recordings(recordings)
 
@@ -126,10 +131,11 @@ def _tabled(
 
 
 def _averaged(
-    setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], logs: SessionLogs
+    setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], read: SettingLogs
 ) -> Recording:
     """One file for every pose."""
-    choice, used = logs.choices[setting], logs.by_setting[setting]
+    choice, used = read.choice, read.logs
+    assert choice is not None
     rate = rates.get(setting.rate)
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     of_all = np.broadcast_to(plate, len(setting.poses.files))
@@ -146,7 +152,7 @@ def _averaged(
     means = average_poses(used, specs, [float(rate) for rate in turning])
     excluded = tuple(
         ExcludedMean(label, int(i), _excluded_mean(log, specs, float(of_all[i])))
-        for (label, log), i in zip(logs.excluded[setting], choice.excluded, strict=True))
+        for (label, log), i in zip(read.excluded, choice.excluded, strict=True))
     notes = (ratio.warning(f"rate.{setting.rate}"),) if ratio and ratio.contradicts else ()
     return Recording(tuple(means), tuple(float(log.time_s[0]) for log in used), choice.kept, notes,
                      sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)

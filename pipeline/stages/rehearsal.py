@@ -152,8 +152,8 @@ def _felt(
     """
     recordings, rates = {}, {}
     for setting in settings:
-        one = logs.by_setting[setting]
-        if setting.poses.log or not one:
+        one, choice = logs[setting].logs, logs[setting].choice
+        if choice is None:
             return None
         means = tuple(average_pose(log, specs, 0.0, UNLIMITED) for log in one)
         turning = np.linalg.norm([mean.gyroscope.mean for mean in means], axis=1)
@@ -161,6 +161,6 @@ def _felt(
             return None
         rate = float(np.median(turning))
         recordings[setting] = Recording(
-            means, tuple(float(log.time_s[0]) for log in one), logs.choices[setting].kept)
+            means, tuple(float(log.time_s[0]) for log in one), choice.kept)
         rates[setting.rate] = PlateRate(setting.rate, np.array([rate]), np.array([READ_SD * rate]))
     return recordings, rates

@@ -4,7 +4,7 @@ Each log is labelled by its path from the configuration.
 """
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import check_counts, check_range
 from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs
-from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, IntArray, Triad
+from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
     LogsSection,
@@ -84,22 +84,21 @@ class Setting:
 
 
 @dataclass(frozen=True, eq=False)
-class SessionLogs:
-    """The logs of all settings, one for each pose or the long ones that hold all of them.
+class SettingLogs:
+    """The logs of one setting, one for each pose or the long ones that hold all of them.
 
     Of files of one pose frozen blocks and stray samples are taken out; ``notes`` say where. A table
-    of means has no logs. ``choices`` say which files of one pose the configuration excludes;
+    of means has no logs. ``choice`` says which files of one pose the configuration excludes;
     ``excluded`` are these with their labels, None where a log cannot be read.
     """
 
-    by_setting: Mapping[Setting, tuple[ImuLog, ...]]
-    notes: Mapping[Setting, tuple[str, ...]]
-    choices: Mapping[Setting, Choice]
-    excluded: Mapping[Setting, tuple[tuple[str, ImuLog | None], ...]]
+    logs: tuple[ImuLog, ...] = ()
+    notes: tuple[str, ...] = ()
+    choice: Choice | None = None
+    excluded: tuple[tuple[str, ImuLog | None], ...] = ()
 
-    def triad_logs(self, config: Config, triad: Triad) -> list[ImuLog]:
-        """The logs that ``triad`` is calibrated by, run after run."""
-        return [log for setting in settings_of(config, triad) for log in self.by_setting[setting]]
+
+SessionLogs = Mapping[Setting, SettingLogs]
 
 
 def settings_of(config: Config, triad: Triad) -> list[Setting]:
@@ -183,49 +182,58 @@ def read_session(config: Config) -> SessionLogs:
                                section, config)
                for setting, section in sections.items() if setting.poses.files}
     specs = sensor_specs(config.sensor)
-    read = {setting: _read(setting, folder, choices.get(setting), specs) for setting in sections}
-    logs = SessionLogs(
-        {setting: tuple(log for log, _ in one) for setting, one in read.items()},
-        {setting: _few(setting.rate, [note for _, note in one if note])
-         for setting, one in read.items()},
-        choices,
-        {setting: tuple(_readable(setting, folder, choice.excluded, specs))
-         for setting, choice in choices.items()},
-    )
-    every = [log for one in logs.by_setting.values() for log in one]
+    session = {setting: _read(setting, folder, choices.get(setting), specs)
+               for setting in sections}
+    every = [log for one in session.values() for log in one.logs]
     if every:
         _require_one_unit_of_time(every)
         _require_celsius(every)
-        for setting, one in logs.by_setting.items():
+        for setting, one in session.items():
             if not setting.poses.log:  # of long logs the poses are looked at
-                require_running(one, every)
+                require_running(one.logs, every)
     for triad, spec in specs.items():
-        require_no_copies(logs.triad_logs(config, triad), triad)
-        for setting in settings_of(config, triad):
-            require_unclipped(logs.by_setting[setting], triad, spec)
+        settings = settings_of(config, triad)
+        require_no_copies([log for setting in settings for log in session[setting].logs], triad)
+        for setting in settings:
+            require_unclipped(session[setting].logs, triad, spec)
             if triad == "accelerometer" and setting.rate == STOPPED and not setting.poses.log:
-                require_raw(logs.by_setting[setting], spec)
-    return logs
+                require_raw(session[setting].logs, spec)
+    return session
 
 
-def _read(
-    setting: Setting, folder: Path, choice: Choice | None, specs: Specs
-) -> list[tuple[ImuLog, str | None]]:
+def _read(setting: Setting, folder: Path, choice: Choice | None, specs: Specs) -> SettingLogs:
     poses, turning = setting.poses, setting.rate != STOPPED
     if poses.means:
-        return []
+        return SettingLogs()
     if choice is None:
-        return [(log, _note(log)) for log in long_logs(poses, folder)]
-    measured = (measured_samples(_read_one(poses, i, poses.files[i], folder, turning), turning,
-                                 specs) for i in map(int, choice.kept))
-    return [(log, " ".join(filter(None, [_note(log), note])) or None) for log, note in measured]
+        logs = long_logs(poses, folder)
+        return SettingLogs(tuple(logs), _few(setting.rate, filter(None, map(_note, logs))))
+
+    def measured(i: int) -> tuple[ImuLog, str]:
+        log = _read_one(poses, i, poses.files[i], folder, turning)
+        cleaned, note = measured_samples(log, turning, specs)
+        return cleaned, " ".join(filter(None, [_note(log), note]))
+
+    def readable(i: int) -> ImuLog | None:
+        try:
+            return measured(i)[0]
+        except (PipelineError, CalibrationError):  # that may be why it is excluded
+            return None
+
+    read = [measured(i) for i in map(int, choice.kept)]
+    return SettingLogs(
+        tuple(log for log, _ in read),
+        _few(setting.rate, filter(None, (note for _, note in read))), choice,
+        tuple((_shown_name(poses.files[i], folder), readable(i))
+              for i in map(int, choice.excluded)))
 
 
-def _few(run: str, notes: Sequence[str]) -> tuple[str, ...]:
+def _few(run: str, notes: Iterable[str]) -> tuple[str, ...]:
     """Keep those of the first poses; one line says that there are more."""
+    notes = tuple(notes)
     more = len(notes) - NOTES_SHOWN
     if more < 2:
-        return tuple(notes)
+        return notes
     return (*notes[:NOTES_SHOWN],
             f"{run}: {more} more poses have a warning of this kind.")
 
@@ -233,20 +241,6 @@ def _few(run: str, notes: Sequence[str]) -> tuple[str, ...]:
 def _note(log: ImuLog) -> str | None:
     """What its reader changed, with its name."""
     return " ".join(f"{log.label}: {note}." for note in log.notes) or None
-
-
-def _readable(
-    setting: Setting, folder: Path, places: IntArray, specs: Specs
-) -> Iterator[tuple[str, ImuLog | None]]:
-    """The logs of excluded poses; that one cannot be read may be why it is excluded."""
-    poses, turning = setting.poses, setting.rate != STOPPED
-    for i in map(int, places):
-        label = _shown_name(poses.files[i], folder)
-        try:
-            log = _read_one(poses, i, poses.files[i], folder, turning)
-            yield label, measured_samples(log, turning, specs)[0]
-        except (PipelineError, CalibrationError):
-            yield label, None
 
 
 def _require_celsius(logs: Sequence[ImuLog]) -> None:

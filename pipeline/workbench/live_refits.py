@@ -59,7 +59,7 @@ class OpenSession:
         self._lock = Lock()
         logs = check_session(self.config)
         self._turning_logs: dict[tuple[str, str], Sequence[ImuLog]] = {
-            (triad, setting.rate): logs.by_setting[setting] for triad in self.config.triads
+            (triad, setting.rate): logs[setting].logs for triad in self.config.triads
             for setting in settings_of(self.config, triad) if setting.rate != STOPPED}
         self.recordings = average_recordings(self.config, logs, self.rates)
         self.sections = {triad: self._sections_of(triad) for triad in self.config.triads}

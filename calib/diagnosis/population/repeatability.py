@@ -38,8 +38,6 @@ class Repeatability:
     dof : int
     of_sensor : array, shape (S,)
         Birge ratio of each sensor; NaN where it has one evening.
-    change : array, shape (S,)
-        Largest difference of two of its evenings, in the parameter's unit.
     moved : array of bool, shape (S,)
         Sensors that moved by more than the stated sds allow.
     """
@@ -49,7 +47,6 @@ class Repeatability:
     p_value: float
     dof: int
     of_sensor: FloatArray
-    change: FloatArray
     moved: BoolArray
 
 
@@ -82,9 +79,6 @@ def repeatability(
     several = dof > 0
     ratio = np.where(several, np.sqrt(chi2 / np.maximum(dof, 1)), np.nan)
     p_each = np.where(several, chdtrc(np.maximum(dof, 1), chi2), 1.0)
-    low, high = np.full(sensors, np.inf), np.full(sensors, -np.inf)
-    np.minimum.at(low, sensor, value)
-    np.maximum.at(high, sensor, value)
     total, free = float(chi2[several].sum()), int(dof.sum())
     return Repeatability(
         name=name,
@@ -92,6 +86,5 @@ def repeatability(
         p_value=float(chdtrc(free, total)) if free else np.nan,
         dof=free,
         of_sensor=ratio,
-        change=np.where(several, high - np.where(several, low, 0.0), np.nan),
         moved=p_each < DRIFT_LEVEL / max(int(several.sum()), 1),
     )

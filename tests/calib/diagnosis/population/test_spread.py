@@ -96,7 +96,6 @@ def test_the_sensor_that_moved_is_told() -> None:
     value[3 * 41] += 20.0
     compared = repeatability("bias_x", *known((value, sd, sensor)), 100)
     assert 41 in np.flatnonzero(compared.moved)
-    assert compared.change[41] > 15
 
 
 def test_one_evening_each_repeats_nothing() -> None:
