@@ -12,7 +12,6 @@ poses, an effect that these hardly determine) contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -219,17 +218,9 @@ def unknown_force(poses: PoseSet, accelerometer: TriadCalibration) -> tuple[str,
 
 def _sd_of_size(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
     """Sd of ``|f|`` by the parameters' covariance, m/s², (n,)."""
-    correction, cov = accelerometer.correction, accelerometer.fit.cov
-
-    def size(theta: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.norm(replace(correction, theta=theta).correct(at), axis=1))
-
-    steps = np.diag(np.sqrt(np.diag(cov)))
-    by_sd = np.array([(size(correction.theta + step) - size(correction.theta - step)) / 2
-                      for step in steps])  # (p, n), per sd of each parameter
-    sd = np.diag(steps)
-    correlation = cov / np.outer(sd, sd)
-    return np.asarray(np.sqrt(np.maximum(np.einsum("pn,pq,qn->n", by_sd, correlation, by_sd), 0)))
+    cov = accelerometer.covariance_of(
+        lambda correction: np.asarray(np.linalg.norm(correction.correct(at), axis=1)))
+    return np.asarray(np.sqrt(np.maximum(np.diag(cov), 0.0)))
 
 
 def _left_over(accelerometer: TriadCalibration) -> float:

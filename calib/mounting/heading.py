@@ -21,7 +21,8 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.fit.triad.calibration import TriadCalibration
-from calib.mounting.still_reading import calibration_covariance, log_conditions, require_evaluable
+from calib.fit.triad.correction import Correction
+from calib.mounting.still_reading import log_conditions, require_evaluable
 from calib.poses.imu_log import FloatArray, ImuLog
 
 FirstPush = Literal["forward", "backward"]
@@ -86,13 +87,10 @@ def measure_yaw(
         Too short, no marked push, or no clear direction.
     """
 
-    def pushes(calibration: TriadCalibration) -> list[FloatArray]:
-        return [_horizontal(log, calibration, levelled) for log in logs]
+    def pushes(by: Correction) -> list[FloatArray]:
+        return [_horizontal(log, by, levelled) for log in logs]
 
-    def yaw_of(calibration: TriadCalibration) -> FloatArray:
-        return np.array([_yaw(pushes(calibration), first_push)])
-
-    parts = pushes(accelerometer)
+    parts = pushes(accelerometer.correction)
     yaw = _yaw(parts, first_push)
     forward = np.array([math.cos(yaw), -math.sin(yaw)])
     across = np.array([-forward[1], forward[0]])
@@ -100,17 +98,13 @@ def measure_yaw(
     across_rms = _rms([_centred(part) @ across for part in parts])
     _refuse_unclear(logs[0].label, along_rms, across_rms)
 
-    calibrated = calibration_covariance(
-        lambda calibration: np.array(
-            [math.remainder(float(yaw_of(calibration)[0]) - yaw, 2 * math.pi)]
-        ),
-        accelerometer,
-    )
+    calibrated = accelerometer.covariance_of(
+        lambda by: np.array([math.remainder(_yaw(pushes(by), first_push) - yaw, 2 * math.pi)]))
     variance = _jackknife_variance(parts, forward, across) + float(calibrated[0, 0])
     return Yaw(yaw, math.sqrt(variance))
 
 
-def _horizontal(log: ImuLog, calibration: TriadCalibration, levelled: FloatArray) -> FloatArray:
+def _horizontal(log: ImuLog, calibration: Correction, levelled: FloatArray) -> FloatArray:
     """Horizontal specific force, averaged over MEAN_S, shape (b, 2)."""
     duration = float(log.time_s[-1] - log.time_s[0])
     if not log.has("accelerometer") or duration < SHORTEST_DRIVE_S:

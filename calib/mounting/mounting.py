@@ -24,6 +24,7 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.correction import Correction
 from calib.mounting.both_orders import LevelledReadings, OrderTrial, levelled_readings, try_orders
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
@@ -39,8 +40,6 @@ from calib.mounting.levelling import (
 )
 from calib.mounting.still_reading import (
     StillReading,
-    calibration_covariance,
-    corrected,
     noise_covariance,
     still_reading,
 )
@@ -214,15 +213,16 @@ def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> HeadingForc
     headings = (logs.still, logs.reverse) if logs.reverse else (logs.still,)
     readings = [still_reading(heading, accelerometer) for heading in headings]
 
-    def forces(calibration: TriadCalibration) -> FloatArray:
-        return np.array([corrected(reading, calibration) for reading in readings])
+    correction = accelerometer.correction
 
-    def up(calibration: TriadCalibration) -> FloatArray:
-        return np.asarray(forces(calibration).mean(axis=0))
+    def forces(by: Correction) -> FloatArray:
+        return np.array([by.correct(reading.at)[0] for reading in readings])
 
-    noise = np.array([noise_covariance(reading, accelerometer) for reading in readings])
-    cov = noise.sum(axis=0) / len(noise) ** 2 + calibration_covariance(up, accelerometer)
-    return HeadingForces(readings, forces(accelerometer), noise, up(accelerometer), cov)
+    noise = np.array([noise_covariance(reading, correction) for reading in readings])
+    of_calibration = accelerometer.covariance_of(lambda by: np.asarray(forces(by).mean(axis=0)))
+    cov = noise.sum(axis=0) / len(noise) ** 2 + of_calibration
+    force = forces(correction)
+    return HeadingForces(readings, force, noise, force.mean(axis=0), cov)
 
 
 def _with_drift(

@@ -2,19 +2,16 @@
 
 A log in which the vehicle moved is refused (:func:`calib.poses.averaging.average_pose`) where its
 halves differ by more than 0.1°; one that settles by less is neither noticed nor in the sd.
-
-A quantity q that is computed from corrected readings depends on the calibration's parameters
-theta. ``J = dq/dtheta`` by central differences, one sd of each parameter to both sides, takes
-their covariance to q: ``J cov Jᵀ``, with every correlation that the fit found.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.errors import Remedy, Undetermined
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.correction import Correction
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.mean_noise import variance_of_mean
 from calib.poses.averaging.step_noise import variance_by_steps
@@ -153,7 +150,7 @@ def still_reading(logs: Sequence[ImuLog], accelerometer: TriadCalibration) -> St
         columns=columns,
     )
     label = parts[0].label if len(parts) == 1 else f"{parts[0].label} and {len(parts) - 1} more"
-    require_evaluable(label, at, accelerometer)
+    require_evaluable(label, at, accelerometer.correction)
     longest_s = max(part.longest_s for part in parts)
     return StillReading(label, at, share**2 @ variances, int(counts.sum()), longest_s)
 
@@ -176,14 +173,9 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
     return StillReading(log.label, row, variance, len(nominal), mean.duration_s)
 
 
-def require_evaluable(label: str, at: Conditions, accelerometer: TriadCalibration) -> None:
+def require_evaluable(label: str, at: Conditions, accelerometer: Correction) -> None:
     """Refuse a log that lacks what the calibration's effects depend on."""
-    shapes = accelerometer.fit.shapes
-    lost = [
-        effect.name
-        for effect in accelerometer.fit.model.acting_on("sensor")
-        if not np.isfinite(effect.evaluate(at, shapes.get(effect.name))).all()
-    ]
+    lost = accelerometer.not_evaluable(at)
     if lost:
         raise Undetermined(
             f"{label}: the accelerometer's model has {', '.join(lost)}, which this log cannot "
@@ -193,37 +185,11 @@ def require_evaluable(label: str, at: Conditions, accelerometer: TriadCalibratio
         )
 
 
-def corrected(reading: StillReading, accelerometer: TriadCalibration) -> FloatArray:
-    """Specific force of the mean reading in the sensor's axes, m/s², shape (3,)."""
-    return np.asarray(accelerometer.correct(reading.at)[0])
-
-
-def noise_covariance(reading: StillReading, accelerometer: TriadCalibration) -> FloatArray:
+def noise_covariance(reading: StillReading, accelerometer: Correction) -> FloatArray:
     """Covariance of the corrected mean by the sensor's noise alone, (m/s²)², shape (3, 3)."""
     y = reading.at.vector[0]
     step = DIFFERENCE_SHARE * float(np.linalg.norm(y))
-    slope = np.empty((3, 3))
-    for j in range(3):
-        move = step * np.eye(3)[j]
-        up = replace(reading, at=replace(reading.at, vector=(y + move)[None]))
-        down = replace(reading, at=replace(reading.at, vector=(y - move)[None]))
-        slope[:, j] = (corrected(up, accelerometer) - corrected(down, accelerometer)) / (2 * step)
+    moved = y + step * np.concatenate([np.eye(3), -np.eye(3)])
+    force = accelerometer.correct(reading.at.take(np.zeros(6, dtype=int)).with_vector(moved))
+    slope = (force[:3] - force[3:]).T / (2 * step)
     return np.asarray(slope * reading.variance @ slope.T)
-
-
-def calibration_covariance(
-    quantity: Callable[[TriadCalibration], FloatArray], accelerometer: TriadCalibration
-) -> FloatArray:
-    """Covariance (q, q) that the calibration's parameters give ``quantity`` (q,), any unit."""
-    fit = accelerometer.fit
-    sd = np.sqrt(np.diag(fit.cov))
-    columns = []
-    for j, step in enumerate(sd):
-        move = np.zeros(len(sd))
-        move[j] = step
-        up = replace(accelerometer, fit=replace(fit, at=replace(fit.at, theta=fit.theta + move)))
-        down = replace(accelerometer, fit=replace(fit, at=replace(fit.at, theta=fit.theta - move)))
-        slope = (quantity(up) - quantity(down)) / (2 * step) if step > 0 else quantity(up) * 0.0
-        columns.append(slope)
-    jacobian = np.column_stack(columns)
-    return np.asarray(jacobian @ fit.cov @ jacobian.T)

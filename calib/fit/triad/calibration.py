@@ -7,7 +7,7 @@ the rate of a setting) does to the parameters; what remains is noise, and misfit
 widened.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -116,6 +116,18 @@ class TriadCalibration:
     def correction(self) -> Correction:
         """What corrects readings, without the fit it came from."""
         return Correction(self.spec, self.fit.model, self.fit.theta, self.fit.shapes)
+
+    def covariance_of(self, quantity: Callable[[Correction], FloatArray]) -> FloatArray:
+        """Covariance (q, q) that the parameters give a ``quantity`` (q,) of their correction.
+
+        In the square of its unit; by central differences, one sd of each parameter to both sides.
+        """
+        at, sd = self.correction, np.sqrt(np.diag(self.fit.cov))
+        by_sd = np.array([(quantity(replace(at, theta=at.theta + step))
+                           - quantity(replace(at, theta=at.theta - step))) / 2
+                          for step in np.diag(sd)])  # (p, q)
+        unit = np.where(sd > 0, sd, 1.0)
+        return np.asarray(by_sd.T @ (self.fit.cov / np.outer(unit, unit)) @ by_sd)
 
     def correct(self, at: Conditions) -> FloatArray:
         """Corrected vectors.

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.effects.needs import why_not_finite
 from calib.fit.model import Model, stack_columns
 from calib.fit.rows.sensitive_axes import axes_of, solve_sensor
 from calib.poses.conditions import Conditions
@@ -49,6 +50,19 @@ class Correction:
             and (held is None or effect.acts_on == "reading" or effect.name in held)
         )
         return replace(self, model=Model(effects), theta=self.theta[self.model.positions(effects)])
+
+    def without(self, names: Container[str]) -> "Correction":
+        """The correction without these effects."""
+        kept = [effect for effect in self.model.effects if effect.name not in names]
+        return replace(self, model=Model(tuple(kept)), theta=self.theta[self.model.positions(kept)])
+
+    def not_evaluable(self, at: Conditions) -> dict[str, str]:
+        """The effects on the sensor that these conditions cannot evaluate, with their reasons."""
+        return {
+            effect.name: why_not_finite(effect, at)
+            for effect in self.model.acting_on("sensor")
+            if not np.isfinite(effect.evaluate(at, self.shapes.get(effect.name))).all()
+        }
 
     def linear_form(self) -> tuple[FloatArray, FloatArray]:
         """M (3, 3) and c (3,), SI, of ``M y + c``: what bias, scale and misalignment make up."""

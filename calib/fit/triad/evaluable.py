@@ -9,10 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.effects.needs import why_not_finite
-from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.triad.correction import Correction
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
@@ -24,7 +21,7 @@ def correct_other_poses(calibration: TriadCalibration) -> Callable[[Conditions],
     def correct(at: Conditions) -> FloatArray:
         at = replace(at, columns={**at.columns, **_typical_columns(calibration, at)})
         correction = calibration.correction
-        return _without(correction, _not_evaluable(correction, at)).correct(at)
+        return correction.without(correction.not_evaluable(at)).correct(at)
 
     return correct
 
@@ -37,7 +34,7 @@ def with_typical_columns(calibration: TriadCalibration, poses: PoseSet) -> PoseS
 
 def missing_in(calibration: TriadCalibration, poses: PoseSet) -> dict[str, str]:
     """The effects of the accelerometer that these poses cannot evaluate, with their reasons."""
-    return _not_evaluable(calibration.correction, poses.accelerometer_conditions(poses.force))
+    return calibration.correction.not_evaluable(poses.accelerometer_conditions(poses.force))
 
 
 def _typical_columns(calibration: TriadCalibration, at: Conditions) -> dict[str, FloatArray]:
@@ -46,20 +43,3 @@ def _typical_columns(calibration: TriadCalibration, at: Conditions) -> dict[str,
     names = {name for effect in calibration.fit.model.effects for name in effect.logged}
     return {name: np.full(len(at.vector), known[name].mean()) for name in sorted(names)
             if name in known and not np.isfinite(at.column(name)).all()}
-
-
-def _not_evaluable(correction: Correction, at: Conditions) -> dict[str, str]:
-    return {
-        effect.name: why_not_finite(effect, at)
-        for effect in correction.model.acting_on("sensor")
-        if not np.isfinite(effect.evaluate(at, correction.shapes.get(effect.name))).all()
-    }
-
-
-def _without(correction: Correction, names: dict[str, str]) -> Correction:
-    """The correction without these effects."""
-    if not names:
-        return correction
-    kept = [effect for effect in correction.model.effects if effect.name not in names]
-    return replace(correction, model=Model(tuple(kept)),
-                   theta=correction.theta[correction.model.positions(kept)])
