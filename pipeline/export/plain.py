@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from calib.effects.effect import EFFECTS
 from calib.poses.imu_log import AXES, SI_UNIT
 from pipeline.export.parts import Export, no_effects, no_sds, short_name
 from pipeline.results.json_values import unit_of
@@ -47,11 +46,11 @@ def to_csv(stored: Stored) -> Export:
                 table.writerow([triad.name, key, axis, value, sd, unit, ""])
         for name, effect in triad.section.effects.items():
             others = " ".join(effect.stands_for)
-            for label, value, sd in zip(
-                _labels(name, len(effect.values)), effect.values, effect.sd, strict=True
+            for (label, unit), value, sd in zip(
+                triad.parts_of(name), effect.values, effect.sd, strict=True
             ):
-                table.writerow([triad.name, cell(name), cell(label), value, sd,
-                                cell(effect.unit), cell(others)])
+                table.writerow([triad.name, cell(name), cell(label), value, sd, cell(unit),
+                                cell(others)])
     return Export({"calibration.csv": text.getvalue()}, ())
 
 
@@ -71,15 +70,6 @@ def _nine(triad: StoredTriad) -> dict[str, list[float | None]]:
     return {name: value for key in PARAMETERS for name, value in (
         (key, getattr(triad.section.parameters, key)),
         (f"{key}_sd", getattr(triad.section.sd, key)))}
-
-
-def _labels(name: str, count: int) -> list[str]:
-    """What the values of an effect are called: its parameters, then its shape parameter."""
-    effect = EFFECTS.get(name, EFFECTS.get(name.partition(":")[0]))  # extra_noise:RUN
-    if effect is None:  # column:NAME has one value for each axis
-        return list(AXES)
-    shape = [] if effect.shape is None else [effect.shape.name]
-    return [*effect.parameters, *shape][:count]
 
 
 def _matrix_text(rows: list[list[float]]) -> str:

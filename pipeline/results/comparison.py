@@ -16,14 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import ndtri
 
-from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.results.json_values import Json, json_value, numbers, unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.results.poses import StoredPoses, rms
 from pipeline.results.read import Stored, StoredTriad
-from pipeline.results.schema.triad import EffectResult
 
 if TYPE_CHECKING:
     from pipeline.results.ageing import Ageing
@@ -129,23 +127,11 @@ def _parameters(
     effects = [{} if one is None else one.section.effects for one in stored]
     for name in dict.fromkeys(name for one in effects for name in one):
         entries = [one.get(name) for one in effects]
-        most = max(filter(None, entries), key=lambda entry: len(entry.values))
-        for i, (part, unit) in enumerate(_parts(name, most)):
+        known = [one.parts_of(name) for one, entry in zip(stored, entries, strict=True)
+                 if one is not None and entry is not None]
+        for i, (part, unit) in enumerate(max(known, key=lambda parts: len(parts))):
             yield _compared(f"{name} {part}".strip(), unit, [
                 UNKNOWN if entry is None else (entry.values[i], entry.sd[i]) for entry in entries])
-
-
-def _parts(name: str, entry: EffectResult) -> list[tuple[str, str]]:
-    """What the parameters of an effect are called, and their units; the last may be its shape."""
-    count = len(entry.values)
-    try:
-        effect = find_effect(name)
-    except UnknownEffect:  # a user's
-        return [(str(i + 1) if count > 1 else "", entry.unit) for i in range(count)]
-    parts = [(part, entry.unit) for part in effect.parameters]
-    if effect.shape is not None:
-        parts.append((effect.shape.name, effect.shape.unit))
-    return parts[:count]
 
 
 def _compared(

@@ -45,6 +45,15 @@ class StoredTriad:
     parameters: TriadParameters
     correction: Correction
 
+    def parts_of(self, name: str) -> list[tuple[str, str]]:
+        """Name and unit of every value of an added effect; that of its shape comes last."""
+        effect = next(one for one in self.correction.model.effects if one.name == name)
+        unit = self.section.effects[name].unit.partition("; ")[0]
+        parts = [(parameter, unit) for parameter in effect.parameters]
+        if effect.shape is not None:
+            parts.append((effect.shape.name, effect.shape.unit))
+        return parts[: len(self.section.effects[name].values)]
+
     @property
     def alignment(self) -> FloatArray:
         """T of Angrisano et al. eq. (2), shape (3, 3), no unit."""

@@ -135,6 +135,17 @@ def test_every_kind_of_effect_is_fitted_and_has_its_parameters(kinds: Path) -> N
     assert effects["settle"]["unit"] == "rad/s; tau: s"
 
 
+def test_every_value_of_an_effect_is_a_row_of_the_table_under_its_name(kinds: Path) -> None:
+    assert pipeline("export", kinds, "--to", "csv") == 0
+    rows = [line.split(",") for line in (kinds / "calibration.csv").read_text().splitlines()]
+    named = [tuple(row[1:3]) for row in rows]
+    assert [part for name, part in named if name == "lean"] == [
+        f"{i}{j}" for i in "xyz" for j in "xyz"]
+    assert ("settle", "tau") in named
+    assert [row[5] for row in rows if row[1] == "settle"] == ["rad/s", "rad/s", "rad/s", "s"]
+    assert sum(name == "cross" for name, _ in named) == 1
+
+
 def test_a_correction_is_the_fit_s_own(kinds: Path) -> None:
     """The mean of a corrected pose is what the fit made of the pose's mean."""
     pose = results_in(kinds)["accelerometer"]["poses"][3]
