@@ -278,8 +278,8 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
 
 
 def _require_stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> None:
-    """Refuse means that are no numbers, and sds that are none."""
-    names, sd_names = triad_columns(triad), triad_columns(triad, SD)
+    """Refuse means that are no numbers."""
+    names = triad_columns(triad)
     if any(name not in columns for name in names):
         return
     missing = ~np.isfinite([columns[name] for name in names]).all(axis=0)
@@ -287,6 +287,3 @@ def _require_stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> No
         raise UnusableLog(f"table: {' or '.join(names)} has no number in "
                           f"{labels[int(np.argmax(missing))]}. Leave that row out: "
                           f"table.dropna().")
-    if all(name in columns for name in sd_names) and not all(
-            (columns[name] > 0).all() for name in sd_names):
-        raise UnusableLog(f"table: an sd in {', '.join(sd_names)} is not a positive number.")

@@ -129,7 +129,8 @@ def _parameters(
         entries = [one.get(name) for one in effects]
         known = [one.parts_of(name) for one, entry in zip(stored, entries, strict=True)
                  if one is not None and entry is not None]
-        for i, (part, unit) in enumerate(max(known, key=lambda parts: len(parts))):
+        parts = max(known, key=len)
+        for i, (part, unit) in enumerate(parts):
             yield _compared(f"{name} {part}".strip(), unit, [
                 UNKNOWN if entry is None else (entry.values[i], entry.sd[i]) for entry in entries])
 
