@@ -60,7 +60,7 @@ class FrameTimes:
     Attributes
     ----------
     track : PhaseTrack
-        Without the repetitions, where the camera is slower than its clip.
+        Without the repetitions, where they are those of a camera slower than its clip.
     time_s : array, shape (f,)
         Of each of its frames.
     repetitions : array of int, shape (f,)
@@ -126,14 +126,12 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     if slope is None or (repetitions > np.ceil(slope[0] / clip_s)).any():
         return stamped
     camera_s, sd_s = slope
-    even = FrameTimes(
-        track.frames(~track.duplicate),
-        stamp_s[0] + camera_s * np.arange(len(fresh)),
-        repetitions,
-        1 / camera_s,
-        sd_s / camera_s,
-    )
-    return even if _scatter(even) < THRESHOLDS.evener * _scatter(stamped) else stamped
+    once = replace(track, phase_rad=np.where(track.duplicate, np.nan, track.phase_rad))
+    seen = replace(stamped, track=once)
+    even = FrameTimes(track.frames(~track.duplicate),
+                      stamp_s[0] + camera_s * np.arange(len(fresh)), repetitions,
+                      1 / camera_s, sd_s / camera_s)
+    return even if _scatter(even) < THRESHOLDS.evener * _scatter(seen) else seen
 
 
 def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | None:

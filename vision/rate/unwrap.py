@@ -24,53 +24,28 @@ class FrameThresholds:
         is something in the way.
     least_unexplained : float
         That ratio in a frame without noise to speak of.
-    at_rest : float
-        Of the usual step; slower before or after frames that repeat is a plate at rest.
     """
 
     unexplained: float = 3.0
     least_unexplained: float = 0.01
-    at_rest: float = 0.75
 
 
 THRESHOLDS = FrameThresholds()
 
 
 def usable(track: PhaseTrack) -> BoolArray:
-    """Frames in which the plate was seen well and which repeat no other, shape (f,)."""
+    """Frames in which the plate was seen well, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
     usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
     limit = THRESHOLDS.unexplained * max(float(_unexplained(usual)), THRESHOLDS.least_unexplained)
     clear = (track.quality > 0) & (_unexplained(track.quality) <= limit)
-    return seen & clear & ~_repeated(track, seen)
+    return seen & clear
 
 
 def _unexplained(correlation: FloatArray | float) -> FloatArray:
     """Power of a frame that the template does not explain, over that which it does."""
     square = np.square(correlation)
     return np.asarray((1 - square) / np.maximum(square, 1e-12))
-
-
-def _repeated(track: PhaseTrack, seen: BoolArray) -> BoolArray:
-    """Frames delivered again, shape (f,).
-
-    A plate at rest repeats itself too, and must not vanish: before and after its rest it is slow.
-    A frame that is delivered again stands between frames of a plate at its usual rate.
-    """
-    fresh = np.flatnonzero(seen & ~track.duplicate)
-    if len(fresh) < 2:
-        return track.duplicate
-    step = np.abs(np.angle(np.exp(1j * np.diff(track.phase_rad[fresh]))))
-    slow = step < THRESHOLDS.at_rest * np.median(step)
-    repeated = track.duplicate.copy()
-    edges = np.flatnonzero(np.diff(track.duplicate.astype(int), prepend=0, append=0))
-    for start, stop in edges.reshape(-1, 2):
-        # Not the step across the run itself: that is a jump where the recorder caught up.
-        after = int(np.searchsorted(fresh, start))
-        around = [i for i in (after - 2, after) if 0 <= i < len(slow)]
-        if slow[around].any():
-            repeated[start:stop] = False
-    return repeated
 
 
 def frame_time(time_s: FloatArray) -> float:
