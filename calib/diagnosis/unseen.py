@@ -233,21 +233,34 @@ def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
 def _left_open(
     prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis
 ) -> FloatArray:
-    """Variance (m, d) by effects that may be missing, each class by its most probable member."""
+    """Variance (m, d) by what may be missing, each class by its most probable member.
+
+    An error that follows the temperature or the time vanishes under typical conditions, and one of
+    unknown shape has no formula: a class counts at least as much as it takes off the mean square
+    error of poses left out. What is drawn anew, a bad pose or an error of the reference is not
+    part of the next log.
+    """
     total = np.zeros_like(prediction.variance)
     if diagnosis.verdict == Code.NOTHING_MISSING:
         return total
-    listed = {each.name: each for each in diagnosis.ranking if each.kind == "listed"}
+    ranking = {(each.name, each.kind): each for each in diagnosis.ranking}
+    without = ranking["noise", "noise"].loo_after ** 2
     for each in diagnosis.inclusion:
-        effect, candidate = EFFECTS.get(each.name), listed.get(each.name)
-        if effect is None or effect.name == STEP or candidate is None or not candidate.size.size:
+        effect = EFFECTS.get(each.name)
+        candidate = ranking.get((each.follows or each.name, each.kind))
+        if candidate is None or each.kind not in ("listed", "unknown"):
             continue
-        size = candidate.size
-        if effect.in_square:
-            size = np.outer(size, size)[np.triu_indices(len(size))]
-        variance = error_by_missing(calibration, prediction, effect,
-                                    absorbed(calibration, effect), size[:, None])
-        total += each.probability * np.where(np.isfinite(variance), variance, 0.0)
+        of_reference = effect is not None and effect.belongs_to != "sensor"
+        taken_off = 0.0 if of_reference else np.fmax(without - candidate.loo_after**2, 0.0)
+        variance = np.full_like(total, taken_off)
+        if effect is not None and effect.name != STEP and candidate.size.size:
+            size = candidate.size
+            if effect.in_square:
+                size = np.outer(size, size)[np.triu_indices(len(size))]
+            by_formula = error_by_missing(calibration, prediction, effect,
+                                          absorbed(calibration, effect), size[:, None])
+            variance = np.fmax(variance, np.where(np.isfinite(by_formula), by_formula, 0.0))
+        total += each.probability * variance
     return total
 
 

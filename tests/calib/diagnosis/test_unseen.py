@@ -16,7 +16,7 @@ from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import gyro_poses
-from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy
+from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy, rich_poses
 from tests.calib.plate_poses import on_the_plate
 from tests.fitting import spec_of
 from tests.world.imu import mpu6050
@@ -154,3 +154,22 @@ def test_a_stopped_plate_and_a_lever_in_the_model_leave_no_lever_open() -> None:
     assert fitted.diagnosis.verdict == "nothing_missing"
     assert fitted.prediction is not None
     assert "lever_arm" not in fitted.prediction.by_unseen
+
+
+@pytest.mark.parametrize(("column", "verdict"), [
+    ("temperature_c", "effect"), ("humidity_pct", "effect"), ("humidity_squared", "unknown"),
+    ("slow_course", "unknown")])
+def test_a_missing_course_counts_in_what_the_next_log_errs_by(column: str, verdict: str) -> None:
+    """Under the typical conditions of the session it is zero, and the next log has others."""
+    poses = noisy(rich_poses("accelerometer"), 3)
+    humidity = poses.columns["humidity_pct"]
+    course = {"humidity_squared": (humidity - humidity.mean())**2,
+              "slow_course": np.sin(poses.time_s / 250.0)}.get(column)
+    course = poses.columns[column] if course is None else course
+    unit = (course - course.mean()) / course.std()
+    hidden = 20 * poses.sd[0, 0] * np.array([1.0, -0.8, 0.6])
+    poses = replace(poses, reading=poses.reading + unit[:, None] * hidden)
+    assessed = assess(poses, MODEL, SPECS["accelerometer"])
+    assert (assessed.diagnosis.verdict, assessed.prediction is not None) == (verdict, True)
+    on_a_length = np.linalg.norm(hidden) / np.sqrt(3)  # rms over the sphere
+    assert 0.7 < assessed.prediction.sd_median / on_a_length < 1.6
