@@ -5,7 +5,7 @@ The comparison and the pace are those of `pipeline compare`
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -28,7 +28,8 @@ MOST_SENSORS = 24
 """Sensors that are shown over time, those that moved most; derived: a page of charts, and a second
 of reading results where each sensor has four sessions."""
 COLOURS = 3  #: parameters with a line in a colour of its own; there are so many
-NAME_PX = 13.0  #: height of a name in a chart; a height of text
+NAME_PX = 14.0  #: height of a name in a chart; a height of text
+NAMED = replace(SMALL, margin_right=70.0)  #: with room for names at the ends of lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +86,8 @@ class SensorOverTime:
         shown = [one for one in self.compared.parameters if np.isfinite(one.apart_sd).sum() > 1]
         apart = np.array([one.apart_sd for one in shown]).reshape(len(shown), len(at))
         reach = nice_limit(1.05 * max(float(np.nanmax(np.abs(apart), initial=0.0)), self.limit_sd))
-        chart = Chart(across(at, SMALL), upward(-reach, reach, canvas=SMALL),
-                      "days" if dated else "session", "from the first session [sd]", SMALL)
+        chart = Chart(across(at, NAMED), upward(-reach, reach, canvas=NAMED),
+                      "days" if dated else "session", "from the first session [sd]", NAMED)
         chart.stripe(-self.limit_sd, self.limit_sd)
         chart.axes(None if dated else [(k, f"{k:g}") for k in at])
         chart.level(0.0)
@@ -104,9 +105,9 @@ class SensorOverTime:
                 for one in self.moved[:COLOURS]]
         below = np.inf
         for i in sorted(range(len(last)), key=lambda i: last[i]):
-            below = min(chart.y(last[i]) - NAME_PX / 2, below - NAME_PX)
-            chart.parts.append(f'<text class="title" x="{chart.right:g}" y="{pixel(below)}" '
-                               f'text-anchor="end">{escape(self.moved[i].name)}</text>')
+            below = min(chart.y(last[i]) + NAME_PX / 3, below - NAME_PX)
+            chart.parts.append(f'<text class="title" x="{chart.right + 3:g}" y="{pixel(below)}">'
+                               f'{escape(self.moved[i].name)}</text>')
 
     @property
     def as_json(self) -> Json:
