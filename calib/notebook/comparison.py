@@ -6,7 +6,7 @@ import numpy as np
 
 from calib.errors import UnusableLog
 from calib.notebook.calibration import Calibration
-from calib.notebook.display import parameters_of
+from calib.notebook.display import parameter_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -39,14 +39,10 @@ def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":
     if one.assessed.calibration.spec != other.assessed.calibration.spec:
         raise UnusableLog("the calibrations are of readings in different units or ranges: a count "
                           "of the one is no count of the other.")
-    values = [{name: (value, sd, unit) for name, unit, value, sd in parameters_of(item.assessed)}
-              for item in (one, other)]
-    names = list(dict.fromkeys([*values[0], *values[1]]))
-    lacking = (np.nan, np.nan, "")
-    first, second = ([item.get(name, lacking) for name in names] for item in values)
-    difference = np.array([b[0] - a[0] for a, b in zip(first, second, strict=True)])
-    sd = np.array([np.hypot(a[1], b[1]) for a, b in zip(first, second, strict=True)])
+    first, second = (parameter_frame(item.assessed) for item in (one, other))
+    names = first.index.union(second.index, sort=False)
+    first, second = first.reindex(names), second.reindex(names)
+    difference, sd = second["value"] - first["value"], np.hypot(first["sd"], second["sd"])
     return DataFrame({
-        "one": [a[0] for a in first], "other": [b[0] for b in second], "difference": difference,
-        "sd": sd, "in_sd": difference / sd,
-        "unit": [a[2] or b[2] for a, b in zip(first, second, strict=True)]}, index=names)
+        "one": first["value"], "other": second["value"], "difference": difference, "sd": sd,
+        "in_sd": difference / sd, "unit": first["unit"].fillna(second["unit"])})

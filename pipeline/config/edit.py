@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import PathTo, YamlSource
 
+Splice = tuple[int, int, str]
+"""From where to where a text is replaced, positions in characters, and by what."""
+
 
 def add_item(
     source: YamlSource, section: PathTo, name: str, default: Sequence[str], remark: str = ""
@@ -17,42 +20,30 @@ def add_item(
     Where the section has no such list, one is written that starts from ``default``. A ``remark``
     becomes a comment at the end of the line, unless that ends on one already.
     """
-    text = _add_item(source, section, name, default)
-    if not remark:
-        return text
-    where = _added_at(source.text, text)
-    line = text[text.rfind("\n", 0, where) + 1 : _line_end(text, where)]
+    start, end, new = _new_item(source, section, yaml_word(name), [*map(yaml_word, default)])
+    text = _spliced(source.text, start, end, new)
+    where = start + len(new.rstrip())
     end = _line_end(text, where)
-    return text if "#" in line else _spliced(text, end, end, f"  # {remark}")
+    has_comment = "#" in text[text.rfind("\n", 0, where) + 1 : end]
+    return text if has_comment or not remark else _spliced(text, end, end, f"  # {remark}")
 
 
-def _added_at(before: str, after: str) -> int:
-    """The last position at which a text that was added to differs from what it was."""
-    same = 0
-    while same < len(before) and before[-1 - same] == after[-1 - same]:
-        same += 1
-    return len(after) - same - 1
-
-
-def _add_item(
+def _new_item(
     source: YamlSource, section: PathTo, name: str, default: Sequence[str]
-) -> str:
-    """The text with ``name`` added, without a remark."""
+) -> Splice:
     path = (*section, "model")
-    name, default = yaml_word(name), [yaml_word(item) for item in default]
+    whole = f"[{', '.join([*default, name])}]"
     if path not in source.spans:
-        return _add_key(source, section, f"model: [{', '.join([*default, name])}]")
-    items = source.value(path)
+        return _new_key(source, section, f"model: {whole}")
+    items, span = source.value(path), source.span(path)
     if not isinstance(items, list) or not items:
-        span = source.span(path)
-        return _spliced(source.text, span.start, span.end, f"[{', '.join([*default, name])}]")
+        return span.start, span.end, whole
     last = source.span((*path, len(items) - 1))
-    if source.span(path).flow:
-        return _spliced(source.text, last.end, last.end, f", {name}")
-    line_start = source.text.rindex("\n", 0, last.start) + 1
-    bullet = source.text[line_start : last.start]
+    if span.flow:
+        return last.end, last.end, f", {name}"
+    bullet = source.text[source.text.rindex("\n", 0, last.start) + 1 : last.start]
     end = _line_end(source.text, last.end)
-    return _spliced(source.text, end, end, f"\n{bullet}{name}")
+    return end, end, f"\n{bullet}{name}"
 
 
 def add_effect(source: YamlSource, name: str, definition: str) -> str:
@@ -64,7 +55,7 @@ def add_effect(source: YamlSource, name: str, definition: str) -> str:
     if ("effects",) not in source.spans:
         body = source.text if source.text.endswith("\n") else f"{source.text}\n"
         return f"{body}effects:\n  {entry}\n"
-    return _add_key(source, ("effects",), entry)
+    return _spliced(source.text, *_new_key(source, ("effects",), entry))
 
 
 def remove_item(source: YamlSource, section: PathTo, name: str) -> str:
@@ -86,22 +77,21 @@ def set_list(source: YamlSource, section: PathTo, key: str, items: Sequence[str]
     """The text with ``key`` of ``section`` set to a list of ``items``, as YAML writes each."""
     listed = f"[{', '.join(items)}]"
     if (*section, key) not in source.spans:
-        return _add_key(source, section, f"{key}: {listed}")
+        return _spliced(source.text, *_new_key(source, section, f"{key}: {listed}"))
     span = source.span((*section, key))
     return _spliced(source.text, span.start, span.end, listed)
 
 
-def _add_key(source: YamlSource, section: PathTo, listed: str) -> str:
+def _new_key(source: YamlSource, section: PathTo, listed: str) -> Splice:
     span = source.span(section)
     if span.flow:  # {poses: a_*.csv} -> {poses: a_*.csv, model: [...]}
         end = source.text.rindex("}", span.start, span.end)
-        text = source.text[:end].rstrip()
-        return f"{text}, {listed}{source.text[end:]}"
+        return len(source.text[:end].rstrip()), end, f", {listed}"
     first = min(
         (s for path, s in source.key_spans.items() if path[:-1] == section), key=lambda s: s.start
     )
     column = first.start - source.text.rfind("\n", 0, first.start) - 1  # after "- " too
-    return _spliced(source.text, first.start, first.start, f"{listed}\n{' ' * column}")
+    return first.start, first.start, f"{listed}\n{' ' * column}"
 
 
 def _line_end(text: str, position: int) -> int:

@@ -3,6 +3,8 @@
 import json
 from collections.abc import Sequence
 from datetime import datetime
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 
 from calib.poses.imu_log import TRIADS
@@ -70,6 +72,7 @@ def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]
         steps_of = [(step, step.triads[triad]) for step in steps if triad in step.triads]
         if not steps_of:
             continue
+        last = [[*equal][-1] for _, equal in groupby(steps_of, key=itemgetter(1))]
         unit, factor = DISPLAY[triad]
         tables[triad] = [("when", "model", f"RMS [{unit}]", "leave-one-out", "chi²/dof", "verdict")]
         tables[triad] += [
@@ -81,7 +84,7 @@ def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]
                 f"{result.chi2 / result.dof:.2f}",
                 result.verdict,
             )
-            for step, result in _merged(steps_of)
+            for step, result in last
         ]
     return tables
 
@@ -90,11 +93,3 @@ def run_history_lines(steps: Sequence[HistoryLine]) -> list[str]:
     """The same, aligned for a terminal."""
     tables = history_rows(steps)
     return [line for triad, rows in tables.items() for line in (triad, *table_lines(rows))]
-
-
-def _merged(
-    steps_of: list[tuple[HistoryLine, HistoryTriad]]
-) -> list[tuple[HistoryLine, HistoryTriad]]:
-    """The last of neighbouring runs with the same result."""
-    following = [result for _, result in steps_of[1:]] + [None]
-    return [pair for pair, after in zip(steps_of, following, strict=True) if pair[1] != after]
