@@ -1,6 +1,7 @@
 """A session with something hidden, opened in a workbench of its own process."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -68,9 +69,20 @@ def opened_workbench(
             assert process.wait(30) == 130  # on a busy machine
 
 
+@pytest.fixture(scope="session")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The session, not run; nobody changes it."""
+    return written_session(tmp_path_factory.mktemp("written"))
+
+
+def copied(config: Path, folder: Path) -> Path:
+    """The same session in another folder."""
+    shutil.copytree(config.parent, folder, dirs_exist_ok=True)
+    return folder / config.name
+
+
 @pytest.fixture(scope="module")
-def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
-    """The session, opened."""
-    config = written_session(tmp_path_factory.mktemp("opened"))
-    with opened_workbench(config) as opened:
+def opened(written: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    """The session, opened; nobody writes it."""
+    with opened_workbench(copied(written, tmp_path_factory.mktemp("opened"))) as opened:
         yield opened

@@ -13,7 +13,7 @@ import pytest
 from pipeline.served.guard import LARGEST_QUESTION, LOOPBACK, POLICY
 from pipeline.served.serve import beside, listening_socket
 from tests.pipeline.workbench.asked import GIGABYTE, Asked
-from tests.pipeline.workbench.conftest import Opened, opened_workbench, written_session
+from tests.pipeline.workbench.conftest import Opened, copied, opened_workbench
 from tests.sessions import pipeline
 
 
@@ -141,8 +141,10 @@ def test_what_is_still_computed_holds_up_no_end() -> None:
     assert time.monotonic() - begun < 10
 
 
-def test_ctrl_c_ends_it_at_once_and_python_runs_only_if_allowed(tmp_path: Path) -> None:
-    config = written_session(tmp_path)
+def test_ctrl_c_ends_it_at_once_and_python_runs_only_if_allowed(
+    written: Path, tmp_path: Path
+) -> None:
+    config = copied(written, tmp_path)
     with opened_workbench(config) as opened:
         asked = Asked(opened)
         flag = tmp_path / "ran"

@@ -13,7 +13,7 @@ from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.state import Screen, TriadScreen
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import Browser
-from tests.pipeline.workbench.conftest import opened_workbench, written_session
+from tests.pipeline.workbench.conftest import copied, opened_workbench, written_session
 from tests.sessions import pipeline, results_in
 
 SHOWN = DISPLAY["gyroscope"][1]
@@ -21,11 +21,11 @@ WORDS = "document.querySelector('#gyroscope [data-bench-held-words]').textConten
 
 
 @pytest.fixture(scope="module")
-def evenings(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def evenings(written: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Two evenings of one sensor, the second one run."""
     folder = tmp_path_factory.mktemp("evenings")
-    monday, tuesday = (written_session(folder / name, seed)
-                       for name, seed in (("monday", 3), ("tuesday", 4)))
+    monday = copied(written, folder / "monday")
+    tuesday = written_session(folder / "tuesday", 4)
     assert pipeline("run", tuesday) == 0
     return monday, tuesday
 
@@ -69,9 +69,9 @@ def test_what_is_no_session_of_the_sensor_is_said(evenings: tuple[Path, Path]) -
 
 @needs_browser
 def test_a_session_named_or_dropped_stands_beside_every_tick(
-    evenings: tuple[Path, Path], browser: Browser, tmp_path: Path
+    evenings: tuple[Path, Path], browser: Browser, written: Path, tmp_path: Path
 ) -> None:
-    config = written_session(tmp_path)
+    config = copied(written, tmp_path)
     results = evenings[1].with_suffix(".run") / "results.json"
     assert results_in(results.parent)["gyroscope"]["n_poses"] == 90
     with opened_workbench(config, "--held-out", str(evenings[1])) as opened, browser.tab() as tab:

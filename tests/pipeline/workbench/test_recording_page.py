@@ -5,7 +5,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -25,17 +24,18 @@ CLIP = session_folder() / "video/33rpm.mp4"
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "PATH": "/nowhere"}
 
 
-@pytest.fixture
-def rehearsal(tmp_path: Path) -> Iterator[Opened]:
+@pytest.fixture(scope="module")
+def rehearsal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
     """A rehearsal that shows itself on a page."""
+    folder = tmp_path_factory.mktemp("rehearsal")
     process = subprocess.Popen(
-        [sys.executable, "-m", "pipeline", "record", "--demo", "--page"], cwd=tmp_path,
+        [sys.executable, "-m", "pipeline", "record", "--demo", "--page"], cwd=folder,
         env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     assert process.stdout is not None
     try:
         address = next(line.strip() for line in iter(process.stdout.readline, "")
                        if line.startswith("http://"))
-        yield Opened(tmp_path, address, process)
+        yield Opened(folder, address, process)
     finally:
         process.kill()
         process.wait(10)

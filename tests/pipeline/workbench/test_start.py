@@ -19,12 +19,19 @@ from tests.sessions import results_in
 LOGS = sorted((DATA / "example/accelerometer").glob("*.csv*"))
 
 
-@pytest.fixture
-def started(tmp_path: Path) -> Iterator[Opened]:
-    """The page of an empty folder."""
-    (tmp_path / "lab").mkdir()
-    with opened_workbench(tmp_path / "lab") as opened:
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
+    with opened_workbench(tmp_path_factory.mktemp("lab")) as opened:
         yield opened
+
+
+@pytest.fixture
+def started(served: Opened) -> Iterator[Opened]:
+    """The page of a folder that is empty again after each test."""
+    yield served
+    Asked(served).post("/forget", {})
+    for path in served.config.iterdir():
+        shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 
 def brought(asked: Asked, name: str, content: bytes, **headers: str) -> int:
@@ -67,7 +74,8 @@ def test_no_name_leads_out_of_the_folder_or_to_a_program(started: Opened) -> Non
                  "a/b/c/d/e.csv", "run.py", "evil.sh", "config.yaml", "a\\b.csv", "con\x00.csv",
                  "a:b.csv"):
         assert brought(asked, name, b"time_s,acc_x\n") in (404, 422), name
-    assert [path for path in started.config.parent.rglob("*") if path.is_file()] == []
+    assert [path for path in started.config.rglob("*") if path.is_file()] == []
+    assert [path.name for path in started.config.parent.glob("evil*")] == []
 
 
 def test_a_name_has_plain_parts() -> None:

@@ -2,9 +2,8 @@
 
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.state import Screen, TriadScreen, changed_lines
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import PHONE, Browser, Tab
-from tests.pipeline.workbench.conftest import opened_workbench, written_session
+from tests.pipeline.workbench.conftest import Opened, copied, opened_workbench
 from tests.sessions import magnetometer_session, pipeline, results_in
 from tests.world.magnetometer import Magnetometer
 
@@ -40,17 +39,31 @@ def tried(tab: Tab) -> list[str]:
 
 
 @pytest.fixture
-def config(tmp_path: Path) -> Path:
-    return written_session(tmp_path)
+def config(written: Path, tmp_path: Path) -> Path:
+    return copied(written, tmp_path)
 
 
-@pytest.fixture
-def tab(config: Path, browser: Browser) -> Iterator[Tab]:
-    with opened_workbench(config) as opened, browser.tab() as tab:
+@contextmanager
+def page_of(opened: Opened, browser: Browser) -> Iterator[Tab]:
+    with browser.tab() as tab:
         tab.visit(opened.address)
         tab.wait("document.querySelectorAll('#gyroscope [data-bench-scatter] circle').length > 0")
         yield tab
         assert tab.errors == []
+
+
+@pytest.fixture
+def tab(config: Path, browser: Browser) -> Iterator[Tab]:
+    """A page whose session is the test's own: it may be written."""
+    with opened_workbench(config) as own, page_of(own, browser) as tab:
+        yield tab
+
+
+@pytest.fixture
+def reading(opened: Opened, browser: Browser) -> Iterator[Tab]:
+    """A page of the session that nobody writes."""
+    with page_of(opened, browser) as tab:
+        yield tab
 
 
 def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
@@ -101,15 +114,15 @@ def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
 
 def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
     tab.evaluate("window.before = true")
-    subprocess.run([sys.executable, "-m", "pipeline", "add", str(config),
-                    "gyroscope.g_sensitivity"], check=True, capture_output=True)
+    assert pipeline("add", config, "gyroscope.g_sensitivity") == 0
     tab.wait("window.before === undefined && document.readyState === 'complete'")
     loo = results_in(config.with_suffix(".run"))["gyroscope"]["loo_rms"] * SHOWN
     assert float(tab.wait(figure("loo"))) == loo
     assert tab.evaluate(f"document.querySelector('{BOX.format('g_sensitivity')}').checked")
 
 
-def test_models_tried_are_kept_compared_and_returned_to(tab: Tab) -> None:
+def test_models_tried_are_kept_compared_and_returned_to(reading: Tab) -> None:
+    tab = reading
     tab.unfold()
     before = tab.evaluate(figure("rms"))
     for name in ("g_sensitivity", "bias_drift", "quadratic"):  # more than a file holds
@@ -126,7 +139,8 @@ def test_models_tried_are_kept_compared_and_returned_to(tab: Tab) -> None:
     assert not tab.evaluate(f"document.querySelector('{BOX.format('quadratic')}').checked")
 
 
-def test_axes_are_chosen_and_a_dot_picks_its_pose(tab: Tab) -> None:
+def test_axes_are_chosen_and_a_dot_picks_its_pose(reading: Tab) -> None:
+    tab = reading
     tab.evaluate(
         f"const select = {GYRO}.querySelector('[data-bench-x]'); select.value = 'temperature_c';"
         "select.dispatchEvent(new Event('change', {bubbles: true})); return true;")
@@ -166,7 +180,8 @@ def test_an_expression_is_tried_while_it_is_typed_and_errors_point_at_the_charac
         f"/At character 5: f \\+ ▸temperatur_c/.test({words}) && {words}")
 
 
-def test_it_works_at_the_width_of_a_phone_and_says_its_verdict_aloud(tab: Tab) -> None:
+def test_it_works_at_the_width_of_a_phone_and_says_its_verdict_aloud(reading: Tab) -> None:
+    tab = reading
     tab.send("Emulation.setDeviceMetricsOverride", **PHONE)
     tab.painted()
     needed, there = tab.evaluate(
