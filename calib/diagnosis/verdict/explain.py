@@ -13,6 +13,7 @@ from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.case import Case
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explanation import Explanation, Step
+from calib.diagnosis.verdict.kinds_of_noise import SHAPELESS
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
     NOTHING_MISSING,
@@ -238,8 +239,8 @@ def _noise(case: Case) -> Explanation:
                            f"Film the plate with each pose ({CLIPS.minutes:.0f} min)")
     text = (
         f"The residual is {two_digits(factor)} times what the poses' own noise explains, "
-        f"without a shape that any effect has ({case.misfit}). {instead}"
-        f"{kind_of_noise(case.verdict.group)}{remedy_of_noise(factor)}"
+        f"without a shape that any effect has ({case.misfit}). "
+        f"{kind_of_noise(case.verdict.group)}{instead}{remedy_of_noise(factor)}"
     )
     short = "the residual is larger than the noise, without any shape"
     if name is None:
@@ -250,7 +251,8 @@ def _noise(case: Case) -> Explanation:
 def _instead_of_noise(case: Case) -> str:
     """What else it may be than the noise that is named, with odds."""
     lead = case.verdict.name or "noise"
-    words = [_with_odds(case, each) for each in case.verdict.beside if each.name != lead]
+    itself = (lead, "noise") if lead in SHAPELESS else (lead,)
+    words = [_with_odds(case, each) for each in case.verdict.beside if each.name not in itself]
     return f"It may be {enumeration(words, 'or')} instead, or beside it. " if words else ""
 
 

@@ -172,7 +172,7 @@ def unsupported(fit: Fit, prediction: Prediction) -> str:
         worst = direction_name(prediction.worst_direction, fit.poses.triad)
         text = (
             f"But with {worst} the error of a magnitude may be "
-            f"{prediction.times_a_pose:.2g} times that of one pose there: record one. "
+            f"{two_digits(prediction.times_a_pose)} times that of one pose there: record one. "
         )
     if prediction.unchecked:
         text += (
