@@ -95,9 +95,11 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
                if not read_name(name).stem.strip("0123456789")]
     since_1970 = [name for name, values in columns.items() if name not in named
                   and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
-    return [*named, *since_1970] or [
-        name for name in unnamed if len(columns) > FEWEST_BESIDE
-        and (np.diff(unwrapped_ticks(columns[name])) > 0).all()]
+    steps = {name: np.diff(unwrapped_ticks(columns[name])) for name in unnamed}
+    growing = [name for name in unnamed
+               if len(columns) > FEWEST_BESIDE and (steps[name] > 0).all()]
+    # A number of the row comes last, whether it begins again after 255 or not.
+    return [*named, *since_1970] or sorted(growing, key=lambda name: bool((steps[name] == 1).all()))
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:

@@ -29,8 +29,9 @@ COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 200
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
 OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200.0))
 """Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
-USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 16.0, 14.286)
-"""Facts: those, of ST's parts 8.75, 17.5, 35 and 70 m°/s per count, and 16 of a BNO055."""
+USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
+"""Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
+BNO055_PER_G, BNO055_PER_DEG_S = 980.665, 16.0  #: facts: 100 counts per m/s², and 16 per °/s
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 SMALL_UNITS = ("mrad_s", "mdeg_s")
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
@@ -193,16 +194,21 @@ def rate_scale(
 
 
 def nearest_rate_unit(
-    si_per_unit: float, encoding: str, whole_units: bool
+    si_per_unit: float, encoding: str, beside_m_s2: float | None
 ) -> tuple[str, float | None]:
     """The unit that is nearest to a scale in rad/s, and counts per °/s where it is none.
 
-    ``whole_units`` says that whole numbers may be of a small unit, as those beside them are mg.
+    ``beside_m_s2`` are the m/s² per unit of the accelerometer: beside mg, whole numbers may be of a
+    small unit, and the counts of a BNO055 come together.
     """
+    gain = beside_m_s2 / FORCE_UNITS["mg"] if beside_m_s2 else 0.0
+    whole_units = 1 - GRAVITY_TOLERANCE < gain < 1 + GRAVITY_TOLERANCE
+    is_bno055 = math.isclose(gain * BNO055_PER_G, 1000)
     per_deg = math.radians(1) / si_per_unit
     units = () if encoding and not whole_units else SMALL_UNITS if encoding else RATE_UNITS
     counts = (() if not encoding else
-              OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else USUAL_COUNTS_PER_DEG_S)
+              OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else
+              (BNO055_PER_DEG_S,) if is_bno055 else USUAL_COUNTS_PER_DEG_S)
     known = [*((unit, RATE_UNITS[unit], None) for unit in units),
              *(("counts", math.radians(1) / usual, usual) for usual in counts)]
     off, unit, usual = min(((abs(math.log(si_per_unit / size)), unit, usual)

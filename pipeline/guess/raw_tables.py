@@ -10,16 +10,25 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.guess.no_log import no_table, require_samples
-from pipeline.logs.columns import bare
+from pipeline.logs.columns import SECONDS_PER, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import find_head
+from pipeline.logs.header_words import read_name
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
+from pipeline.text.names import word
 
-#: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz".
+#: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
+#: "at 100 Hz".
 STATED_RATE = re.compile(
-    r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output)[ _]?(?:rate|frequency|freq))"
-    r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)", re.IGNORECASE)
+    r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
+    r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)|\bat ([0-9.]+) ?hz\b", re.IGNORECASE)
+
+
+TRIAD = 3  #: fact: columns of a sensor beside its clock
+CLOCKS_APART = 0.01
+"""Logarithm of the rates of two clocks in one row, at most, that tick alike. A judgement: clocks of
+one device differ by 1e-4, and one in whole seconds misses less than one in a minute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +99,10 @@ def _continued(values: FloatArray) -> FloatArray:
 def _text_table(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
-    rate_hz = text.rate_hz or (float(stated.group(1)) if stated else None)
-    columns = {name: _continued(values) for name, values in columns_of_text(text).items()}
+    rate_hz = text.rate_hz or (float(stated.group(1) or stated.group(2)) if stated else None)
+    columns = columns_of_text(text)
+    _require_one_clock(text, columns)
+    columns = {name: _continued(values) for name, values in columns.items()}
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
     without_header = all(name.isdecimal() for name in columns)
@@ -99,3 +110,34 @@ def _text_table(text: LogText) -> RawTable:
     names = find_head(text.lines).names or ()
     return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz,
                     header=tuple(map(bare, names)))
+
+
+def _require_one_clock(text: LogText, columns: Mapping[str, FloatArray]) -> None:
+    """Refuse sensors side by side whose clocks differ: no row is one time."""
+    times = [i for i, name in enumerate(text.names) if read_name(name).quantity == "time"]
+    if len(times) < 2:
+        return
+    ends = [*times[1:], len(text.names)]
+    wide = all(end - begin > TRIAD for begin, end in zip(times, ends, strict=True))
+    apart = [i for i in times[1:] if _is_another_clock(columns[text.names[times[0]]],
+                                                       columns[text.names[i]])]
+    if wide and apart:
+        sign = text.dialect.delimiter or " "
+        cut = " and ".join(f"`cut -d'{sign}' -f{begin + 1}-{end} {word(text.path.name)} > "
+                           f"part_{i}.csv`" for i, (begin, end) in enumerate(
+                               zip(times, ends, strict=True), 1))
+        raise UnreadableInput(
+            f"{text.path}: '{text.names[times[0]]}' and '{text.names[apart[0]]}' are two clocks "
+            f"that go at different rates, so that its rows are no samples of both sensors. Write a "
+            f"file for each, by {cut}, and import these files together.")
+
+
+def _is_another_clock(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two clocks (t,) that stand in one row count at rates no two units have."""
+    both = np.isfinite(one) & np.isfinite(other)
+    if both.sum() < 2 or not (np.diff(one[both]) >= 0).all() or not np.ptp(one[both]):
+        return False
+    ratio = np.ptp(other[both]) / np.ptp(one[both])
+    units = np.divide.outer([*SECONDS_PER.values()], [*SECONDS_PER.values()])
+    return bool((np.diff(other[both]) >= 0).all() and ratio > 0
+                and np.abs(np.log(ratio / units)).min() > CLOCKS_APART)

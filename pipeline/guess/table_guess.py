@@ -243,7 +243,8 @@ def _further(
     """Temperature, sds and numbers of samples."""
     for name in table.columns:
         words = read_name(name)
-        if words.quantity == "temperature" and _is_celsius(table.columns[name]):
+        if (words.quantity == "temperature" and words.unit in ("", "celsius")
+                and _is_celsius(table.columns[name])):
             yield TEMPERATURE, name
             break
     for name in table.columns:

@@ -164,9 +164,11 @@ class PossibleTriad:
                           self.pool.step_s)
 
     def turns_about(self, force: "PossibleTriad") -> tuple[str, float]:
-        """The axes of ``force`` about which they turn it best, and the correlation."""
+        """The axes of ``force`` about which they turn it best, of either hand, and the
+        correlation."""
         every = {}
-        for axes in Rotation.create_group("O").as_matrix().round():
+        rotations = Rotation.create_group("O").as_matrix().round()
+        for axes in (*rotations, *-rotations):
             seen = self.turns(force, axes)
             every[", ".join(f"{'-' if row.sum() < 0 else '+'}{AXES[int(np.abs(row).argmax())]}"
                             for row in axes.T)] = seen[1] if seen else 0.0

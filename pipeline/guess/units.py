@@ -10,7 +10,6 @@ from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
-    GRAVITY_TOLERANCE,
     LEAST_AGREEMENT,
     LOOSEST,
     OFFSET_BINARY,
@@ -123,9 +122,8 @@ def gyroscope_in(
         return rate_triad(rate.columns, words.unit, None, "",
                           f"{because}, which state the unit", "")
     if seen is not None:
-        in_mg = accelerometer is not None and abs(
-            math.log(accelerometer.si_per_unit / FORCE_UNITS["mg"])) < GRAVITY_TOLERANCE
-        unit, per_deg = nearest_rate_unit(seen[0], encoding, in_mg)
+        unit, per_deg = nearest_rate_unit(seen[0], encoding,
+                                          accelerometer and accelerometer.si_per_unit)
         doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
                  f"{RATE_UNITS[words.unit] / seen[0]:.3g} times what the accelerometer sees"
                  if words.unit in RATE_UNITS else "")

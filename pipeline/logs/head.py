@@ -1,6 +1,7 @@
 """The head and the foot of a text log: where the rows begin and end, and the names above them."""
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,8 @@ FEWEST_NUMBERS = 3  #: numbers in a row: a triad
 
 #: In front of the names, of which there is then one more than cells; C is Fortran's.
 OF_COMMENTS = ("#", "//", "%", "C", "c", "!", "*")
+REMARKS = ("comment", "comments", "remark", "notes")
+"""Names of a last column that rows end before where there is nothing to say: LabVIEW's."""
 LONGEST_SHOWN, CELLS_SHOWN = 30, 12  #: letters and cells of a wrong header in a message
 
 MISSING_TRIAD = ("The header needs time_s and acc_x, acc_y, acc_z or gyr_x, gyr_y, gyr_z or both; "
@@ -78,6 +81,7 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     rate_hz: float | None = None
     header: tuple[int, list[str]] | None = None
     above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
+    usual = _usual_shape(lines)
     for i, line in enumerate(lines[:LONGEST_HEAD]):
         text = line.strip()
         comment = text.startswith(COMMENT_SIGNS)
@@ -92,6 +96,8 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
             header = (i, cells)
         elif not comment and (header or _is_row(text, columns)):
             width = len(dialect_of(text).cells(text))
+            if header is None and usual not in (None, _shape(text)):
+                continue  # a setting, or the end of a line that the logger began amid
             if header and width_of_numbers(text) == 0 and len(cells) == len(header[1]):
                 continue  # a line of units
             if delimiter_of(text):  # what a board says between blanks is no header of such rows
@@ -103,6 +109,20 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     return Head(None, names, at, rate_hz)
 
 
+def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
+    """The shape of most rows in the middle of a text; None where there are no rows."""
+    middle = map(str.strip, lines[len(lines) // 2 :][:LONGEST_HEAD])
+    shapes = Counter(_shape(line) for line in middle if _is_row(line, None))
+    return shapes.most_common(1)[0][0] if shapes else None
+
+
+def _shape(line: str) -> tuple[int, bool]:
+    """How many cells a row has, and whether the first is a number or a time."""
+    dialect = dialect_of(line)
+    cells = dialect.cells(line)
+    return len(cells), bool(cells) and is_time(dialect.decimal_points(cells[0]))
+
+
 def _head(
     first: int,
     header: tuple[int, list[str]] | None,
@@ -110,7 +130,8 @@ def _head(
     width: int,
     rate_hz: float | None,
 ) -> Head:
-    fitting = [line for line in above if len(line[1]) in (width, width - 1)]
+    fitting = [(at, names) for at, names in above
+               if len(without_sign(names, width) or ()) in (width, width - 1)]
     if header is None and fitting:
         header = fitting[-1]
         units = all(unit_like(cell) for cell in header[1] if cell)
@@ -235,9 +256,11 @@ def without_footer(lines: list[str], dialect: Dialect, width: int) -> list[str]:
 
 
 def without_sign(names: Sequence[str] | None, cells: int) -> Sequence[str] | None:
-    """The names of so many cells without a sign of a comment in front of them."""
-    more = names is not None and len(names) == cells + 1 and names[0] in OF_COMMENTS
-    return names[1:] if names is not None and more else names
+    """The names of so many cells without a sign of a comment in front, or a column of remarks."""
+    if names is None or len(names) != cells + 1:
+        return names
+    return (names[1:] if names[0] in OF_COMMENTS else
+            names[:-1] if names[-1].lower() in REMARKS else names)
 
 
 def date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:

@@ -30,6 +30,8 @@ UNITS = {
     "min": ("min", "minutes"),
     "d": ("days", "day"),
     "counts": ("counts", "count", "lsb", "raw"),
+    "fahrenheit": ("°f", "℉", "ºf", "f", "degf", "deg f", "fahrenheit"),
+    "kelvin": ("kelvin", "°k"),
     "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
 FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {

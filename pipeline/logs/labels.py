@@ -13,7 +13,7 @@ from itertools import islice, pairwise
 
 from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of
-from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, rows_of_sentences
+from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_sentences
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
@@ -131,6 +131,9 @@ def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     if not labels or len(cycle) > MOST_LINES or () in cycle:
         return ()
     follows = {one: cycle[(i + 1) % len(cycle)] for i, one in enumerate(cycle)}
+    numbers = sum(len(SLOT.findall(line)) for line in shown)
+    if sum(map(len, labels)) < numbers / 2:
+        return ()  # a label names a triad: "Acc[mg]: 12 -3 1001"
     kept = sum(follows.get(one) == other for one, other in pairwise(labels))
     return cycle if kept >= LEAST_SHARE * (len(labels) - 1) else ()
 

@@ -36,6 +36,9 @@ from pipeline.text.names import nearest_name
 MOST_DISTINCT = 0.9
 """Share of distinct rows in a log that is no copy of itself in part. A judgement: the readings of a
 board that was reset differ by noise, whatever its clock does."""
+MOST_LACKING = 0.1
+"""Share of rows without a time or a reading that a log may have: lost samples leave steps of its
+clock. A judgement: a card or a radio that loses more is broken."""
 TABLES = 6  #: tables that a message lists
 
 
@@ -213,8 +216,8 @@ def _log_table(
 
 
 def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
+    table, gaps = _without_gaps(table)
     values = dict(table.values)
-    _require_finite(table)
     time_s, notes = sample_times(
         table.label, values, table.time_factor, stated, table.rate_hz, table.place)
     if notes:
@@ -223,7 +226,7 @@ def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     triads = {triad: np.column_stack([values.pop(name) for name in triad])
               if triad[0] in values else absent for triad in (ACCELEROMETER, GYROSCOPE)}
     values.pop(TIME, None)
-    return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values, notes)
+    return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values, (*gaps, *notes))
 
 
 def _require_no_copy(table: LogTable) -> None:
@@ -236,13 +239,24 @@ def _require_no_copy(table: LogTable) -> None:
             "times and readings alike. The file was joined to itself; delete the second copy.")
 
 
-def _require_finite(table: LogTable) -> None:
-    """Time and readings must be numbers; further columns may be NaN, as absent telemetry is."""
-    for name in READINGS:
-        values = table.values.get(name)
-        if values is not None and not np.isfinite(values).all():
-            row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise UnreadableInput(
-                f"{table.place(row)}: column {name}: found {values[row]}, a finite number is "
-                "expected. Delete the damaged lines, or record the log again."
-            )
+def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
+    """The table without the few rows that lack a time or a reading, and how many these are.
+
+    Further columns may be NaN, as absent telemetry is.
+    """
+    read = [name for name in READINGS if name in table.values]
+    lacking = ~np.isfinite([table.values[name] for name in read])
+    rows = lacking.any(axis=0)
+    if not rows.any():
+        return table, ()
+    if rows.mean() > MOST_LACKING:
+        row = int(np.flatnonzero(rows)[0])
+        name = read[int(np.flatnonzero(lacking[:, row])[0])]
+        raise UnreadableInput(
+            f"{table.place(row)}: column {name}: found {table.values[name][row]}, a finite number "
+            f"is expected; {rows.mean():.0%} of the rows lack one. Delete the damaged lines, or "
+            f"record the log again.")
+    at = np.flatnonzero(~rows)
+    whole = {name: values[at] for name, values in table.values.items()}
+    return replace(table, values=whole, place=_row_of(table, at)), (
+        f"{rows.sum()} of its {len(rows)} rows lack a reading and are left out",)

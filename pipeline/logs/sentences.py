@@ -8,7 +8,7 @@ text between the numbers names them, or the header does, whose cells are as many
 import re
 from collections import Counter
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import groupby, pairwise
 
 from calib.poses.imu_log import AXES
 from pipeline.logs.columns import TIME
@@ -24,6 +24,7 @@ SLOT = re.compile(rf"(?<![\w.:^])(?:{DAY}(?![\w:])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|"
+BEHIND = {"[": "]", "(": ")"}
 MARK = "\0"  #: stands for a number
 
 
@@ -41,7 +42,7 @@ def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | Non
     rows = [",".join(slot.replace(",", ".") for slot in SLOT.findall(COLOURS.sub("", line)))
             if _text(line) == text else f"# {line}" for line in lines]
     first = next(i for i, row in enumerate(rows) if not row.startswith("# "))
-    clock = TIME if ":" in rows[first].split(",")[0] else ""
+    clock = TIME if ":" in rows[first].split(",")[0] else "t" if _grows(shown) else ""
     above = next((line for line in reversed(lines[:first]) if line.strip()), "")
     names = _names_of_header(text, above) or _names_of_text(text, clock)
     if names:
@@ -54,14 +55,23 @@ def _text(line: str) -> str:
     return " ".join(SLOT.sub(MARK, COLOURS.sub("", line)).split())
 
 
+def _grows(lines: Sequence[str]) -> bool:
+    """Whether the first number of the lines grows from line to line, as a clock does."""
+    firsts = [float(match[0].replace(",", ".")) for line in lines
+              if (match := SLOT.search(COLOURS.sub("", line))) and ":" not in match[0]]
+    return len(firsts) > FEWEST and all(one < other for one, other in pairwise(firsts))
+
+
 def _hides_numbers(line: str) -> bool:
-    """Whether the line is no plain table: a triad stands in cells that are no numbers."""
+    """Whether the line is no plain table: numbers stand with their units or in vectors."""
     plain = COLOURS.sub("", line)
     dialect = dialect_of(plain)
     hidden = [cell for cell in dialect.cells(plain)
               if not dialect.holds_number(cell) and seconds_of(cell) is None
               and local_date_seconds(cell) is None]
-    return sum(len(SLOT.findall(cell)) for cell in hidden) >= FEWEST
+    with_units = any(spelled_unit(cell[slot.end() :]) for cell in hidden
+                     if (slot := SLOT.match(cell)))
+    return with_units or sum(len(SLOT.findall(cell)) for cell in hidden) >= FEWEST
 
 
 def _names_of_header(text: str, above: str) -> list[str]:
@@ -89,6 +99,8 @@ def _names_of_text(text: str, first: str) -> list[str]:
     units: dict[int, str] = {}
     for part in text.split(MARK)[:-1]:
         words = re.split(r"[,;|]", part)[-1].replace(":", " ").strip(AROUND)
+        words += "".join(BEHIND[sign] for sign in BEHIND if words.count(sign) > words.count(
+            BEHIND[sign]))
         behind, _, others = " ".join(words.split()).partition(" ")
         if labels and spelled_unit(behind.strip(AROUND)):
             units[len(labels) - 1] = behind.strip(AROUND)

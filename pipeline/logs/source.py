@@ -21,6 +21,8 @@ MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
 """Signs that a word processor makes of a minus."""
 NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
 """Between decimal numbers of a fixed width where the sign of the second touches the first."""
+SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
+"""What a spreadsheet writes where there is no value: no comment begins there."""
 UNIT_BEHIND = re.compile(r"[\[(].*")  #: in brackets, which any code page has
 CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
 """Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first."""
@@ -129,6 +131,8 @@ def decimal_numbers(text: str) -> str:
     """
     if not text.isascii():
         text = MINUS.sub("-", text)
+    if "#" in text:
+        text = SPREADSHEET_ERROR.sub("nan", text)
     text = NO_BLANK.sub(r"\1 ", text)
     if "0x" in text or "0X" in text:
         text = REGISTER.sub(_signed, text)

@@ -39,6 +39,9 @@ from pipeline.logs.head import (
 )
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
+MOST_WORDS = 0.1
+"""Share of cells that are no numbers in a column of numbers. A judgement: damaged rows are few, and
+of checksums in hexadecimal half are letters."""
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
 #: What loggers write, in lower case, where there is no value.
 MISSING = ("", "nan", "null", "none", "na", "n/a", "-", "--")
@@ -153,17 +156,17 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
 
 
 def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
-    """The dialect of the rows from line ``first`` on, and the first cell of each column that is
-    not empty: sensors of another rate leave it so in most rows."""
+    """The dialect of the rows from line ``first`` on, and of each column a cell that shows what it
+    holds: the first that is not empty, or one of text where a column has more than a few."""
     rows = lines[first : first + DIALECT_ROWS]
     dialect = dialect_of_rows(rows)
     cells = dialect.cells(rows[0])
-    for row in rows[1:]:
-        if all(cells[:-1]):
-            break
-        later = dialect.cells(row)
-        if len(later) == len(cells):
-            cells = [cell or other for cell, other in zip(cells, later, strict=True)]
+    alike = [other for row in rows if len(other := dialect.cells(row)) == len(cells)]
+    for i, column in enumerate(zip(*alike, strict=True)):
+        there = [cell for cell in column if cell.lower() not in MISSING]
+        words = [cell for cell in there if not dialect.holds_number(cell)]
+        of_text = len(words) > MOST_WORDS * len(there)
+        cells[i] = next(iter(words if of_text else there), cells[i])
     return dialect, cells
 
 
@@ -213,13 +216,6 @@ def numbers_of(text: LogText) -> FloatArray:
     if not there.any():
         raise UnreadableInput(f"{text.path}: no row holds a reading. Record the log again.")
     return np.asarray(full[there])
-
-
-def _are_missing(text: LogText, cells: Sequence[str], name: str) -> bool:
-    """Whether the whole triad of a column is missing in a row."""
-    triad = next((triad for triad in (ACCELEROMETER, GYROSCOPE) if name in triad), ())
-    return bool(triad) and all(cell.lower() in MISSING for ours, cell in zip(
-        text.names, cells, strict=True) if ours in triad)
 
 
 def _gap_table(text: LogText, rows: Sequence[Sequence[str]]) -> FloatArray:
@@ -287,12 +283,10 @@ def _first_fault(text: LogText) -> str | None:
         for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
             if name == SKIP or is_number(text.dialect.decimal_points(cell)):
                 continue
-            may_lack = name not in READINGS or _are_missing(text, cells, name)
-            if may_lack and cell.lower() in MISSING:
+            if cell.lower() in MISSING:
                 continue
             if i == text.dated and is_time(cell):
                 continue
-            shown = f"'{cell}'" if cell else "nothing"
-            return (f"{text.path}:{line}: column {name}: found {shown}, a number is expected. "
+            return (f"{text.path}:{line}: column {name}: found '{cell}', a number is expected. "
                     "Delete the damaged line, or record the log again.")
     return None

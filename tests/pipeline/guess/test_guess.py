@@ -16,6 +16,7 @@ from pipeline.stages.run import run_stages
 from tests.pipeline.guess.container_files import CONTAINERS, CONTAINERS_REFUSED
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
+from tests.pipeline.guess.lab_files import LAB, LAB_REFUSED
 from tests.pipeline.guess.late_files import LATE
 from tests.pipeline.guess.mixed_files import MIXED, android_lines
 from tests.pipeline.guess.odd_files import ODD
@@ -24,8 +25,10 @@ from tests.pipeline.guess.strange_files import REFUSED, STRANGE
 from tests.pipeline.guess.unseen_files import UNSEEN, UNSEEN_REFUSED
 from tests.sessions import pipeline
 
-EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES, **UNSEEN, **CONTAINERS}
-EVERY_REFUSED = {**REFUSED, **SENTENCES_REFUSED, **UNSEEN_REFUSED, **CONTAINERS_REFUSED}
+EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES, **UNSEEN, **CONTAINERS,
+         **LAB}
+EVERY_REFUSED = {**REFUSED, **SENTENCES_REFUSED, **UNSEEN_REFUSED, **CONTAINERS_REFUSED,
+                 **LAB_REFUSED}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -104,3 +107,15 @@ def test_columns_that_count_rows_are_no_causes(tmp_path: Path, log: HandLog) -> 
     checked = imported(STRANGE["german_excel_mg"](tmp_path, log), tmp_path)
     assert "covariates: [temperature_c]" in checked.text
     assert "unit: mg" in checked.text
+
+
+def test_a_temperature_in_fahrenheit_is_no_temperature_in_celsius(
+    tmp_path: Path, log: HandLog
+) -> None:
+    assert "temperature_c" not in imported(LAB["fahrenheit"](tmp_path, log), tmp_path).text
+
+
+def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: HandLog) -> None:
+    outcome = imported(LAB["lost_samples"](tmp_path, log), tmp_path).outcome
+    assert outcome is not None
+    assert "59 of its 2531 rows lack a reading and are left out" in " ".join(outcome.warnings)

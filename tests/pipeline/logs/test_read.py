@@ -99,7 +99,7 @@ FAULTS = [
     (HEAD + "0,1,2,3\n1,1,2\n", "pose.csv:3: 3 values found.*cut off"),
     (HEAD + "0,1,2,3\n1,one,2,3\n", "pose.csv:3: column acc_x: found 'one', a number"),
     (HEAD + "0,a,b,c\n1,1,2,3\n2,1,2,3\n", "pose.csv:2: column acc_x: found 'a'"),
-    (HEAD + "0,1,2,3\n1,,2,3\n", "pose.csv:3: column acc_x: found nothing"),
+    (HEAD + "0,1,2,3\n1,,2,3\n", "pose.csv:3: column acc_x: found nan, a finite"),
     (HEAD + "0,1,2,3\n1,1_0,2,3\n", "pose.csv:3: column acc_x: found '1_0'"),
     (HEAD + "0,1,2,3\n# note\n\n1,nan,2,3\n", "pose.csv:5: column acc_x: found nan, a finite"),
     (HEAD + "0,1,2,3\n1,1,2,inf\n", "pose.csv:3: column acc_z: found inf"),

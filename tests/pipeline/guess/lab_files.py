@@ -1,0 +1,100 @@
+"""Logs of laboratories and of boards on a line, each of a class that a first try failed on."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from tests.pipeline.guess.foreign_files import DEG, Foreign, G
+from tests.pipeline.guess.hand_log import HandLog
+from tests.pipeline.guess.text_rows import counts_of, si_rows, write_lines
+
+
+def labview_measurement(folder: Path, log: HandLog) -> Foreign:
+    """LVM: settings in rows of numbers above the header, a column of comments that rows leave out.
+    """
+    def row(name: str, cell: str) -> str:
+        return "\t".join([name, *[cell] * 6, ""])
+
+    head = ["LabVIEW Measurement\t", "Decimal_Separator\t,", "***End_of_Header***\t", "\t",
+            row("Samples", "100"), row("Date", "2024/05/01"), row("X0", "0,00E+0"),
+            row("Delta_X", "0,010000"), "***End_of_Header***\t\t\t\t\t\t\t",
+            "X_Value\tAccel_X\tAccel_Y\tAccel_Z\tGyro_X\tGyro_Y\tGyro_Z\tComment"]
+    rows = ["\t".join(cells).replace(".", ",") for cells in si_rows(log, 1 / G, 1 / DEG)]
+    return Foreign([write_lines(folder / "m.lvm", [*head, *rows], end="\r\n")], 1 / G, 1 / DEG)
+
+
+def groups_with_units(folder: Path, log: HandLog) -> Foreign:
+    """A name with its unit before three numbers, and a clock that nothing names."""
+    rows = [f"[{1000 * t:8.0f}] Acc[mg]: {a[0]:5.0f} {a[1]:5.0f} {a[2]:5.0f} | Gyr[mdps]: "
+            f"{w[0]:7.0f} {w[1]:7.0f} {w[2]:7.0f} | T[degC]: 24.5"
+            for t, a, w in zip(log.time_s, log.acc / G * 1000, log.gyr / DEG * 1000, strict=True)]
+    return Foreign([write_lines(folder / "st.log", ["WHO_AM_I = 0x6C", *rows])], 1000 / G,
+                   1000 / DEG)
+
+
+def durations(folder: Path, log: HandLog) -> Foreign:
+    """A timetable of MATLAB: `0.02 sec`."""
+    rows = [",".join([f"{row[0]} sec", *row[1:]]) for row in si_rows(log)]
+    return Foreign([write_lines(folder / "tt.csv", [
+        "Time,Acceleration_1,Acceleration_2,Acceleration_3,AngularVelocity_1,AngularVelocity_2,"
+        "AngularVelocity_3", *rows])])
+
+
+def lost_samples(folder: Path, log: HandLog) -> Foreign:
+    """Rows that were lost, and a spreadsheet's error in one reading of a few."""
+    rng = np.random.default_rng(4)
+    rows = []
+    for row in si_rows(log, 1 / G, 1 / DEG):
+        cells = [*row]
+        if rng.random() < 0.02:
+            cells[int(rng.integers(1, 7))] = "#N/A"
+        if rng.random() > 0.06:
+            rows.append(";".join(cells))
+    return Foreign([write_lines(folder / "lossy.csv", [
+        "Time_s;Ax_g;Ay_g;Az_g;Gx_dps;Gy_dps;Gz_dps", *rows])], 1 / G, 1 / DEG)
+
+
+def radio(folder: Path, log: HandLog) -> Foreign:
+    """A counter of one byte before the clock, a checksum behind, the first line cut."""
+    rows = [",".join(map(str, ("0x1A", i % 256, round(1000 * t), *counts, f"{i * 73 % 256:02X}")))
+            for i, (t, counts) in enumerate(zip(log.time_s, counts_of(log, 8192.0, 65.536),
+                                                strict=True))]
+    return Foreign([write_lines(folder / "radio.log", ["02,-881,12,7F", *rows])], 8192 / G,
+                   65.536 / DEG)
+
+
+def bno055_counts(folder: Path, log: HandLog) -> Foreign:
+    """100 counts per m/s² and 16 per °/s, which lie close to 16.384."""
+    rows = [",".join([f"{t:.3f}", *map(str, counts)]) for t, counts in
+            zip(log.time_s, counts_of(log, 100 * G, 16.0), strict=True)]
+    return Foreign([write_lines(folder / "bno.csv", [
+        "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", *rows])], 100.0, 16 / DEG)
+
+
+def fahrenheit(folder: Path, log: HandLog) -> Foreign:
+    """Columns in no order, and a temperature that is not in °C."""
+    rows = [",".join([row[6], row[2], "77.5", row[4], row[3], row[5], row[1], row[0]])
+            for row in si_rows(log, 1 / G, 1 / DEG)]
+    return Foreign([write_lines(folder / "log.csv", ["gz,ay,temp_F,gx,az,gy,ax,time_s", *rows])],
+                   1 / G, 1 / DEG)
+
+
+def two_clocks(folder: Path, log: HandLog) -> Foreign:
+    """Two sensors side by side, each with its clock, the gyroscope at half the rate."""
+    half = [f"{t:.4f},{w[0]:.6f},{w[1]:.6f},{w[2]:.6f}"
+            for t, w in zip(log.time_s[::2], log.gyr[::2], strict=True)]
+    rows = [f"{','.join(row[:4])},{half[i] if i < len(half) else ',,,'}"
+            for i, row in enumerate(si_rows(log))]
+    return Foreign([write_lines(folder / "merged.csv", [
+        "time_acc,acc_x,acc_y,acc_z,time_gyr,gyr_x,gyr_y,gyr_z", *rows])])
+
+
+LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
+    tool.__name__: tool for tool in (
+        labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
+        fahrenheit)
+}
+LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
+    "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
+}
