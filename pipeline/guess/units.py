@@ -123,7 +123,7 @@ def gyroscope_in(
                           f"{because}, which state the unit", "")
     if seen is not None:
         unit, per_deg = nearest_rate_unit(seen[0], encoding,
-                                          accelerometer and accelerometer.si_per_unit)
+                                          accelerometer.si_per_unit if accelerometer else None)
         doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
                  f"{RATE_UNITS[words.unit] / seen[0]:.3g} times what the accelerometer sees"
                  if words.unit in RATE_UNITS else "")

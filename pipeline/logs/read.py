@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from calib.poses.imu_log import FloatArray, ImuLog, IntArray
 from pipeline.errors import UnreadableInput
@@ -245,8 +246,8 @@ def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
     Further columns may be NaN, as absent telemetry is.
     """
     read = [name for name in READINGS if name in table.values]
-    lacking = ~np.isfinite([table.values[name] for name in read])
-    rows = lacking.any(axis=0)
+    lacking = ~np.isfinite(np.array([table.values[name] for name in read]))
+    rows: NDArray[np.bool_] = lacking.any(axis=0)
     if not rows.any():
         return table, ()
     if rows.mean() > MOST_LACKING:

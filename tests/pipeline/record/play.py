@@ -23,6 +23,7 @@ from calib.poses.runs.reference_runs import gravity_run
 from pipeline.config.load import load_config
 from pipeline.config.sensor import triad_spec
 from pipeline.record.session import RecordingView
+from pipeline.record.session import Session as RecordingSession
 from pipeline.record.start import open_session
 from pipeline.stages.poses import average_recordings
 from pipeline.stages.session_logs import read_session
@@ -35,6 +36,7 @@ from tests.world.designs import paper_design
 from tests.world.imu import Sensor
 from tests.world.session import Session, simulate
 
+AT_ONCE = 10  #: samples that a port without a line gives together
 SPEED = 20.0  #: times as fast as in life
 
 
@@ -101,6 +103,46 @@ def playing(
         on.set()
         thread.join()
         port.unplug()
+
+
+class PlayedPort:
+    """A played device without a line or a clock between, read as fast as a program can.
+
+    It starts anew after ``restart_after`` samples; see `pipeline.record`'s Port.
+    """
+
+    def __init__(
+        self, session: Session, protocol: Protocol, *, hold_s: float = 5.5, turning: bool = False,
+        faults: Faults | None = None, restart_after: int | None = None,
+    ) -> None:
+        self._begin = lambda: PlaybackDevice(
+            protocol, poses_of(session, turning), session.design.sample_rate_hz, hold_s,
+            specs_of(session), faults=faults)
+        self._device, self._left = self._begin(), restart_after
+        self._answers = b""
+
+    def read(self) -> tuple[bytes, float]:
+        data, self._answers = self._answers, b""
+        if self._left is not None:
+            self._left -= AT_ONCE
+            self._device = self._begin() if self._left == 0 else self._device
+        if self._device.measuring:
+            data += b"".join(self._device.next_sample() for _ in range(AT_ONCE))
+        return data, time.monotonic()
+
+    def write(self, data: bytes) -> None:
+        self._answers += self._device.answer(data)
+
+    def set_baud(self, baud: int) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def record_from(config: Path, port: PlayedPort) -> "Onlooker":
+    """Record what the configuration asks for from a port without a line."""
+    watcher = onlooker()
+    RecordingSession(load_config(config, files_may_be_missing=True), lambda _: port, watcher).run()
+    return watcher
 
 
 @dataclass
