@@ -91,15 +91,17 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     named = [name for name in columns if read_name(name).quantity == "time"]
     # A unit in the name settles it; of several, the time of the sample comes before others.
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower()))
-    unnamed = [name for name in islice(columns, FIRST)
-               if not read_name(name).stem.strip("0123456789")]
     since_1970 = [name for name, values in columns.items() if name not in named
                   and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
-    steps = {name: np.diff(unwrapped_ticks(columns[name])) for name in unnamed}
-    growing = [name for name in unnamed
-               if len(columns) > FEWEST_BESIDE and (steps[name] > 0).all()]
-    # A number of the row comes last, whether it begins again after 255 or not.
-    return [*named, *since_1970] or sorted(growing, key=lambda name: bool((steps[name] == 1).all()))
+    if named or since_1970:
+        return [*named, *since_1970]
+    # In front; a number of the row comes last, whether it begins again after 255 or not.
+    steps = {name: np.diff(unwrapped_ticks(columns[name])) for name in islice(columns, FIRST)}
+    growing = {name: bool((step == 1).all()) for name, step in steps.items()
+               if len(columns) > FEWEST_BESIDE and (step > 0).all()}
+    return sorted((name for name, counts in growing.items()
+                   if not counts or not read_name(name).stem.strip("0123456789")),
+                  key=lambda name: growing[name])
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:

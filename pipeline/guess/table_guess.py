@@ -241,14 +241,13 @@ def _further(
     table: RawTable, accelerometer: TriadGuess | None, gyroscope: TriadGuess | None
 ) -> Iterator[tuple[str, str]]:
     """Temperature, sds and numbers of samples."""
-    for name in table.columns:
-        words = read_name(name)
+    every = [(name, read_name(name)) for name in table.columns]
+    for name, words in every:
         if (words.quantity == "temperature" and words.unit in ("", "celsius")
                 and _is_celsius(table.columns[name])):
             yield TEMPERATURE, name
             break
-    for name in table.columns:
-        words = read_name(name)
+    for name, words in every:
         if words.quantity == "samples":
             yield "samples", name
         if words.quantity == "sd" and words.axis is not None:

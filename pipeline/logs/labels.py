@@ -17,7 +17,7 @@ from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_s
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
-                   rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:])")
+                   rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:.])")
 BRACKETS = re.compile(r"\s*+[(\[{](.*)[)\]}]\s*+[,;]?\s*+")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
@@ -47,8 +47,12 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
     if (documents := _documents(lines)) is not None:
         return documents
     cycle = _cycle(shown)
+    numbers = sum(len(SLOT.findall(line)) for line in shown)
     if sum(map(len, cycle)) >= FEWEST:
-        return _table_rows(lines, cycle)
+        if sum(len(labels_of(line)) for line in shown) >= numbers - len(shown):
+            return _table_rows(lines, cycle)
+        # A name of a triad, or numbers with units behind them: "Acc[mg]: 12 -3 1001".
+        return rows_of_sentences(lines, shown) or _table_rows(lines, cycle)
     tags = Counter(match[1] for line in shown if (match := SENTENCE.fullmatch(line)))
     if tags and (tag := tags.most_common(1)[0])[1] >= len(shown) / 2:
         return [match[2] if (match := SENTENCE.fullmatch(line)) and match[1] == tag[0]
@@ -131,9 +135,6 @@ def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     if not labels or len(cycle) > MOST_LINES or () in cycle:
         return ()
     follows = {one: cycle[(i + 1) % len(cycle)] for i, one in enumerate(cycle)}
-    numbers = sum(len(SLOT.findall(line)) for line in shown)
-    if sum(map(len, labels)) < numbers / 2:
-        return ()  # a label names a triad: "Acc[mg]: 12 -3 1001"
     kept = sum(follows.get(one) == other for one, other in pairwise(labels))
     return cycle if kept >= LEAST_SHARE * (len(labels) - 1) else ()
 

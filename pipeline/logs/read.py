@@ -27,8 +27,7 @@ from pipeline.logs.columns import (
 from pipeline.logs.formats.archive import member_lines
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_of
-from pipeline.logs.head import named_columns
-from pipeline.logs.header import our_names
+from pipeline.logs.header import named_columns, our_names
 from pipeline.logs.join import join_logs
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, log_text, numbers_of

@@ -19,6 +19,8 @@ REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])"
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
 """Signs that a word processor makes of a minus."""
+THOUSANDS = re.compile(r"(?<=\d)[\u00a0\u202f\u2009](?=\d{3}(?!\d))")
+"""Blanks that a spreadsheet puts between thousands, and no table between columns."""
 NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
 """Between decimal numbers of a fixed width where the sign of the second touches the first."""
 SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
@@ -130,7 +132,7 @@ def decimal_numbers(text: str) -> str:
     ('16 -2', '-0.25E+01')
     """
     if not text.isascii():
-        text = MINUS.sub("-", text)
+        text = THOUSANDS.sub("", MINUS.sub("-", text))
     if "#" in text:
         text = SPREADSHEET_ERROR.sub("nan", text)
     text = NO_BLANK.sub(r"\1 ", text)

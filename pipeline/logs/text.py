@@ -32,11 +32,11 @@ from pipeline.logs.head import (
     date_column,
     find_head,
     is_time,
-    named_columns,
     no_rows,
     without_footer,
     without_sign,
 )
+from pipeline.logs.header import named_columns
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
 MOST_WORDS = 0.1
@@ -124,7 +124,8 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
         raise no_rows(path, head)
     dialect, cells = _first_row(lines, head.first)
     lines = without_footer(lines, dialect, len(cells))
-    names = named_columns(f"{path}:{head.names_line + 1}", without_sign(head.names, len(cells)),
+    names = named_columns(f"{path}:{head.names_line + 1}",
+                          without_sign(head.names, len(cells), cells[0][:1] == '"'),
                           len(cells), columns,
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
@@ -143,7 +144,8 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     if head.first is None:
         return None
     dialect, cells = _first_row(lines, head.first)
-    names = [bare(name) for name in without_sign(head.names, len(cells)) or ()]
+    names = [bare(name) for name in without_sign(
+        head.names, len(cells), cells[0][:1] == '"') or ()]
     if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # twice names nothing
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))

@@ -90,10 +90,37 @@ def two_clocks(folder: Path, log: HandLog) -> Foreign:
         "time_acc,acc_x,acc_y,acc_z,time_gyr,gyr_x,gyr_y,gyr_z", *rows])])
 
 
+def row_names(folder: Path, log: HandLog) -> Foreign:
+    """R's write.table: quoted row names, which the header has no name for."""
+    head = " ".join(f'"{name}"' for name in ("time", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y",
+                                             "gyr_z"))
+    rows = [f'"{i}" {" ".join(row)}' for i, row in enumerate(si_rows(log, 1.0, 1 / DEG), 1)]
+    return Foreign([write_lines(folder / "r.txt", [head, *rows])], 1.0, 1 / DEG)
+
+
+def glued_units(folder: Path, log: HandLog) -> Foreign:
+    """A unit without a blank behind every number, of which none may be cut at its point."""
+    rows = [f"ESF-MEAS t={1000 * t:.0f}ms " + " ".join(
+        f"{name}{axis}={v:.4f}{unit}" for name, unit, values in (
+            ("acc", "m/s^2", a), ("gyr", "deg/s", w)) for axis, v in zip("XYZ", values, strict=True)
+    ) for t, a, w in zip(log.time_s, log.acc, log.gyr / DEG, strict=True)]
+    return Foreign([write_lines(folder / "ucenter.txt", rows)], 1.0, 1 / DEG)
+
+
+def narrow_blanks(folder: Path, log: HandLog) -> Foreign:
+    """A French spreadsheet: narrow blanks between thousands, decimal commas, a row of units."""
+    rows = [";".join(f"{float(cell):,.2f}".replace(",", "\u202f").replace(".", ",")
+                     for cell in (1000 * float(row[0]), *row[1:]))
+            for row in si_rows(log, 1000 / G, 1000 / DEG)]
+    return Foreign([write_lines(folder / "classeur.csv", [
+        "Temps;Acc X;Acc Y;Acc Z;Gyro X;Gyro Y;Gyro Z", "ms;mg;mg;mg;mdps;mdps;mdps", *rows])],
+        1000 / G, 1000 / DEG)
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
-        fahrenheit)
+        fahrenheit, row_names, glued_units, narrow_blanks)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
