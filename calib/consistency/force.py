@@ -12,6 +12,7 @@ poses, an effect that these hardly determine) contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -82,6 +83,30 @@ def require_gravity(
             _check_run(str(name), poses.take(member), nominal[member], accelerometer, gravity_m_s2)
 
 
+@dataclass(frozen=True, eq=False)
+class _Allowed:
+    """Lengths (n,) of the force that nothing contradicts, m/s², over ``lean``, a plate's share."""
+
+    least: FloatArray
+    largest: FloatArray
+    lean: float
+
+    @classmethod
+    def of(
+        cls, poses: PoseSet, at: Conditions, accelerometer: TriadCalibration, gravity: float
+    ) -> "_Allowed":
+        """Lengths by gravity and the plate, ``UNKNOWN_SD`` of the calibration beyond them."""
+        unknown = UNKNOWN_SD * _open(accelerometer, at)
+        lean = 1.0 if poses.ring is None else float(np.cos(poses.ring.tilt_rad).mean())
+        return cls(gravity - unknown,
+                   np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown, lean)
+
+    def misfit(self, size: FloatArray) -> FloatArray:
+        """How far lengths (n,) lie outside."""
+        size = size / self.lean
+        return np.asarray(np.maximum(size - self.largest, 0) + np.minimum(size - self.least, 0))
+
+
 def _check_run(
     run: str,
     poses: PoseSet,
@@ -89,16 +114,11 @@ def _check_run(
     accelerometer: TriadCalibration,
     gravity: float,
 ) -> None:
-    at = poses.accelerometer_conditions(nominal)
-    unknown = UNKNOWN_SD * np.hypot(_sd_of_size(accelerometer, at), _left_over(accelerometer))
-    largest = np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown
-    correct = accelerometer.correct
-    lean = 1.0 if poses.ring is None else float(np.cos(poses.ring.tilt_rad).mean())
+    allowed = _Allowed.of(poses, poses.accelerometer_conditions(nominal), accelerometer, gravity)
 
     def misfit(readings: FloatArray) -> FloatArray:
-        size = np.linalg.norm(correct(poses.accelerometer_conditions(readings)), axis=1) / lean
-        return np.asarray(np.maximum(size - largest, 0.0)
-                          + np.minimum(size - (gravity - unknown), 0.0))
+        at = poses.accelerometer_conditions(readings)
+        return allowed.misfit(np.linalg.norm(accelerometer.correct(at), axis=1))
 
     as_logged = misfit(nominal)
     impossible = float(np.median(np.abs(as_logged))) > LARGEST_DRIFT * gravity
@@ -107,7 +127,7 @@ def _check_run(
     likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
     if likely is None and not impossible:
         return
-    sizes = np.linalg.norm(correct(poses.accelerometer_conditions(nominal)), axis=1)
+    sizes = np.linalg.norm(accelerometer.correct(poses.accelerometer_conditions(nominal)), axis=1)
     kind = "on the turning plate" if poses.spin_rad_s.any() else "with the plate stopped"
     leans = _as_on_a_plate_that_leans(poses, sizes, gravity)
     raise Contradiction(
@@ -139,95 +159,56 @@ def _as_on_a_plate_that_leans(poses: PoseSet, size: FloatArray, gravity: float) 
     return "".join(sentences)
 
 
-def other_than_at_rest(
+def force_notes(
     poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
-) -> tuple[str, ...]:
-    """A warning where the calibrated accelerometer is off in the poses of the gyro.
+) -> tuple[str | None, str | None]:
+    """What to say of the calibrated accelerometer in the poses of the gyro, or None, twice.
 
-    By more than warmth within a session explains, and not by enough for :func:`require_gravity`.
-
-    Parameters
-    ----------
-    poses : PoseSet
-        Of the gyro, with calibrated specific force.
-    accelerometer : TriadCalibration
-    gravity_m_s2 : float
-
-    Returns
-    -------
-    tuple of str
-        The warning, or nothing.
+    That its calibration hardly holds there, since an effect of its model rests on conditions that
+    its own poses did not have, so that nothing is to be compared with the specific force; and that
+    it is off by more than warmth within a session explains, and not by enough for
+    :func:`require_gravity`. The arguments are those of that function.
     """
-    assert poses.other_reading is not None  # only ideal poses have none
-    sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))
-    if sound.size < FEWEST_POSES or poses.ring is not None:
-        return ()
-    member = poses.take(sound)
-    assert member.other_reading is not None
-    at = member.accelerometer_conditions(member.other_reading)
-    unknown = UNKNOWN_SD * np.hypot(_sd_of_size(accelerometer, at), _left_over(accelerometer))
-    size = np.linalg.norm(accelerometer.correct(at), axis=1)
-    centripetal = np.hypot(gravity_m_s2, member.spin_rad_s**2 * PLATE_RADIUS_M)
-    off = np.maximum(size - centripetal - unknown, 0.0) - np.maximum(
-        gravity_m_s2 - unknown - size, 0.0)
-    share = float(np.sqrt(np.mean(off**2))) / gravity_m_s2
-    if share <= WITHIN_A_SESSION:
-        return ()
-    leans = _as_on_a_plate_that_leans(member, size, gravity_m_s2)
-    return (
-        f"in the poses of the gyroscope the calibrated accelerometer reads {np.median(size):.5g} "
-        f"m/s² (median) where gravity is {gravity_m_s2:.5g} m/s², off by {100 * share:.2g} % (root "
-        f"mean square), more than a sensor drifts within a session. {leans}Are the poses at rest "
-        f"those of another unit, another range or another day? Record both with the same sensor.",
-    )
-
-
-def unknown_force(poses: PoseSet, accelerometer: TriadCalibration) -> tuple[str, ...]:
-    """A warning where the accelerometer's calibration hardly holds in the poses of the gyro.
-
-    Then an effect of its model rests on conditions that its own poses did not have, and nothing is
-    to be compared with the specific force.
-
-    Parameters
-    ----------
-    poses : PoseSet
-        Of the gyro, with calibrated specific force.
-    accelerometer : TriadCalibration
-
-    Returns
-    -------
-    tuple of str
-        The warning, or nothing.
-    """
-    assert poses.other_reading is not None  # only ideal poses have none
     sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))
     if not sound.size:
-        return ()
+        return None, None
     member = poses.take(sound)
-    at = member.accelerometer_conditions(poses.other_reading[sound])
-    sd = np.hypot(_sd_of_size(accelerometer, at).max(), _left_over(accelerometer))
-    if UNKNOWN_SD * sd < LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
-        return ()
-    return (
-        f"in the poses of the gyroscope the accelerometer's model determines the specific force to "
-        f"{sd:.2g} m/s² only: it leaves as much in its own poses, or an effect in it goes far "
-        f"beyond them. The axes of the triads were not compared, and effects of the specific "
-        f"force on the gyroscope are as uncertain.",
-    )
+    assert member.other_reading is not None  # only ideal poses have none
+    at = member.accelerometer_conditions(member.other_reading)
+    hardly, off = None, None
+    sd = float(_open(accelerometer, at).max())
+    if UNKNOWN_SD * sd >= LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
+        hardly = (
+            f"in the poses of the gyroscope the accelerometer's model determines the specific "
+            f"force to {sd:.2g} m/s² only: it leaves as much in its own poses, or an effect in it "
+            f"goes far beyond them. The axes of the triads were not compared, and effects of the "
+            f"specific force on the gyroscope are as uncertain."
+        )
+    size = np.linalg.norm(accelerometer.correct(at), axis=1)
+    misfit = _Allowed.of(member, at, accelerometer, gravity_m_s2).misfit(size)
+    share = float(np.sqrt(np.mean(misfit**2))) / gravity_m_s2
+    if share > WITHIN_A_SESSION and sound.size >= FEWEST_POSES and poses.ring is None:
+        leans = _as_on_a_plate_that_leans(member, size, gravity_m_s2)
+        off = (
+            f"in the poses of the gyroscope the calibrated accelerometer reads "
+            f"{np.median(size):.5g} m/s² (median) where gravity is {gravity_m_s2:.5g} m/s², off by "
+            f"{100 * share:.2g} % (root mean square), more than a sensor drifts within a session. "
+            f"{leans}Are the poses at rest those of another unit, another range or another day? "
+            f"Record both with the same sensor."
+        )
+    return hardly, off
 
 
-def _sd_of_size(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
-    """Sd of ``|f|`` by the parameters' covariance, m/s², (n,)."""
+def _open(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
+    """What is not known of ``|f|`` by the calibration, m/s², (n,).
+
+    The covariance of its parameters, and what its model leaves in its own poses, make it.
+    """
     cov = accelerometer.covariance_of(
         lambda correction: np.asarray(np.linalg.norm(correction.correct(at), axis=1)))
-    return np.asarray(np.sqrt(np.maximum(np.diag(cov), 0.0)))
-
-
-def _left_over(accelerometer: TriadCalibration) -> float:
-    """Root mean square of what the accelerometer's model leaves in its own poses, m/s²."""
     fitted = accelerometer.fit
-    size = np.linalg.norm(fitted.rows.vector, axis=1)
-    return float(np.sqrt(np.mean((size - fitted.poses.reference.magnitude) ** 2)))
+    misfit = np.linalg.norm(fitted.rows.vector, axis=1) - fitted.poses.reference.magnitude
+    return np.asarray(np.sqrt(np.maximum(np.diag(cov), 0.0) + np.mean(misfit**2)))
 
 
 def _likely_mistake(

@@ -19,7 +19,7 @@ Four places where an effect can act, and the vector its columns are evaluated on
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal, Required, TypedDict, Unpack
+from typing import Any, Literal
 
 import numpy as np
 
@@ -237,30 +237,10 @@ EFFECTS: dict[str, Effect] = {}
 """Every listed effect by name, in the order of the catalogue."""
 
 
-class EffectFields(TypedDict, total=False):
-    """The fields of :class:`Effect` that its decorator takes by name."""
-
-    acts_on: Place
-    unit: Required[str]
-    page: Required[Page]
-    only_for: tuple[Triad, ...]
-    shape: Shape | None
-    needs: tuple[Need, ...]
-    logged: tuple[str, ...]
-    belongs_to: Owner
-    orthogonal: bool
-    in_square: bool
-    constant_is: ConstantPart | None
-    names_column: str | None
-    contains: tuple[str, ...]
-    follows_words: str
-    largest: float | None
-    drawn: Draw
-    starts_in: Callable[[Conditions], tuple[float, ...]] | None
-
-
-def effect(*parameters: str, **fields: Unpack[EffectFields]) -> Callable[[Columns], Columns]:
+def effect(*parameters: str, **fields: Any) -> Callable[[Columns], Columns]:
     """Register the decorated column function under its own name; its docstring is the physics.
+
+    ``fields`` are those of :class:`Effect`, by name.
 
     Registered, the effect has its page in the catalogue and can be named in a model, diagnosed,
     added, applied to other logs, and exported where its page has expressions.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.consistency.force import other_than_at_rest, require_gravity, unknown_force
+from calib.consistency.force import force_notes, require_gravity
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.evaluable import missing_in, with_typical_columns
 from calib.poses.pose_set import PoseSet
@@ -43,12 +43,11 @@ def check_force(
             f"({reasons}). The specific force there is corrected without them, and the axes of "
             f"the triads were not compared.",))
     require_gravity(whole, accelerometer, gravity_m_s2)
-    notes = unknown_force(whole, accelerometer)
-    is_known = not notes
-    notes += other_than_at_rest(whole, accelerometer, gravity_m_s2)
+    hardly, off = force_notes(whole, accelerometer, gravity_m_s2)
+    notes = tuple(note for note in (hardly, off) if note)
     if missing and np.isfinite(poses.force).all():
         reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
         notes += (f"in the poses of the gyroscope the accelerometer is corrected as in its own "
                   f"poses on average, because they cannot evaluate all of its effects "
                   f"({reasons}).",)
-    return ForceCheck(is_known, notes)
+    return ForceCheck(hardly is None, notes)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from calib.consistency.data_sheet import SHEET_TOLERANCE
-from calib.fit.least_squares.solver import require_determinable
+from calib.fit.least_squares.stack_fits import require_determinable
 from calib.fit.triad.calibration import TriadCalibration
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose

@@ -20,13 +20,16 @@ import numpy as np
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
 from calib.fit.column_scaling import unit_columns
-from calib.fit.least_squares.finish import finish
 from calib.fit.least_squares.gauss_newton import minimise
-from calib.fit.least_squares.identifiability import too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.stack_fits import (
+    at_ellipsoids,
+    fits_of_stack,
+    only_fit,
+    require_determinable,
+)
 from calib.fit.model import Model
 from calib.fit.parameters import TriadParameters, theta_of
-from calib.fit.rows.problem import Estimate, Problem
 from calib.fit.rows.residuals import Equations
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
@@ -167,17 +170,11 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
             f"[{', '.join(model.names)}]. Use the default solver with any other model.",
             Remedy("default_solver"),
         )
+    require_determinable(poses, model)
     stack = Equations.of_sets((poses,), model)
-    equations, basis = stack.take(0), np.eye(model.size)[None]
-    for error in too_few(stack, np.array([model.size])).values():
-        raise error
-    eta = np.zeros((1, stack.common_count))
     counts = poses.reading / spec.nominal_scale + spec.nominal_bias_counts
-    steps, stopped = iterations_from(data_sheet_start(spec), equations, counts)
+    steps, stopped = iterations_from(data_sheet_start(spec), stack.take(0), counts)
     if not stopped:
-        start = Estimate.of(stack, stack.start.theta(model), eta, {})
-        for error in undetermined_sets(stack, start, basis).values():
-            raise error
         raise FitFailed(
             f"solver 'paper' did not converge for the {poses.triad} from the data-sheet values in "
             f"{ITERATIONS} iterations: they lie outside its convergence interval. Check the full "
@@ -190,9 +187,5 @@ def fit_paper(poses: PoseSet, model: Model, spec: TriadSpec) -> Fit:
     theta = np.empty(model.size)
     for i, name in enumerate(BASE):
         theta[model.slices()[name]] = linear[3 * i : 3 * i + 3]
-    problem = Problem.of(stack, basis)
-    ended = minimise(problem, Estimate.of(stack, theta[None], eta, {}))
-    fitted, refusals = finish(problem, replace(ended, iterations=np.array([len(steps)])))
-    for error in refusals.values():
-        raise error
-    return fitted.one(0)
+    fits = fits_of_stack(stack, at_ellipsoids(stack, theta[None]), None, minimise)
+    return replace(only_fit(fits), iterations=len(steps))

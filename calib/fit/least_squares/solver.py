@@ -27,18 +27,17 @@ from calib.effects.effect import EFFECTS, Effect
 from calib.errors import Undetermined
 from calib.fit.least_squares.drawn_sizes import fit_with_drawn
 from calib.fit.least_squares.gauss_newton import minimise
-from calib.fit.least_squares.identifiability import too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_start
 from calib.fit.least_squares.stack_fits import (
     Fits,
+    at_ellipsoids,
     fits_of_stack,
     from_best_shapes,
     most_promising,
     near_warm_start,
     only_fit,
 )
-from calib.fit.least_squares.visible_basis import visible_bases
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem, Solution
 from calib.fit.rows.residuals import Equations
@@ -178,24 +177,6 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     return only_fit(_with_steady_memory(first, again, WEIGHING_MEMORY_ROUNDS))
 
 
-def require_determinable(poses: PoseSet, model: Model) -> None:
-    """Refuse poses that cannot determine ``model``, judged where the fit would start.
-
-    Raises
-    ------
-    Undetermined
-        Too few poses, none that turns, or combinations of parameters that they do not show.
-    """
-    equations = Equations.of_sets((poses,), model)
-    at = _at_ellipsoids(equations, equations.start.theta(model))
-    basis, blind = visible_bases(equations, at.rows, at.shapes)
-    problem = Problem.of(equations, basis)
-    for refusals in (blind, too_few(equations, problem.moves + len(problem.free)),
-                     undetermined_sets(equations, at, basis)):
-        for error in refusals.values():
-            raise error
-
-
 def memory_change(fit: Fit) -> float:
     """Number of sds that a row moves if the poses before are taken from the solution."""
     equations, terms = fit.equations, fit.equations.terms
@@ -214,14 +195,6 @@ def _of_stack(shapes: Mapping[str, float]) -> dict[str, FloatArray]:
     return {name: np.array([value]) for name, value in shapes.items()}
 
 
-def _at_ellipsoids(equations: Equations, theta: FloatArray) -> Estimate:
-    """The estimates at ``theta`` (S, p) and the first of the shapes' starts."""
-    shapes = {e.name: np.full(len(theta), e.shape.starts[0])
-              for e in equations.model.effects if e.shape is not None}
-    eta = np.zeros((len(theta), equations.common_count))
-    return Estimate.of(equations, theta, eta, shapes)
-
-
 def _remembering(latest: Fit) -> tuple[Equations, Estimate]:
     """The rows after what the axes sensed by a fit in the poses before, and the fit there."""
     equations = latest.remembering.take(None)
@@ -233,7 +206,7 @@ def _cold_fits(equations: Equations, robust: bool) -> Fits:
     """The fits of a stack from the ellipsoids."""
 
     def cold(start: FloatArray) -> Fits:
-        at = _at_ellipsoids(equations, start)
+        at = at_ellipsoids(equations, start)
         return fits_of_stack(equations, at, None, from_best_shapes, robust, exact=True)
 
     def again(latest: Fit) -> Fits:

@@ -16,12 +16,14 @@ from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import Refusals, too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.visible_basis import visible_bases
+from calib.fit.model import Model
 from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import too_large_effects
 from calib.fit.small_systems import times
 from calib.fit.stacked import taken
 from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.pose_set import PoseSet
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 """Precision of a fit that is weighed against others: chi-square is then exact to 1e-4.
@@ -191,6 +193,32 @@ def _restless(problem: Problem, solution: Solution) -> Refusals:
         Remedy("data_sheet", triad),
     )
     return {int(k): why.get(i, failed) for i, k in enumerate(restless)}
+
+
+def at_ellipsoids(equations: Equations, theta: FloatArray) -> Estimate:
+    """The estimates at ``theta`` (S, p), SI, and the first of the shapes' starts."""
+    shapes = {e.name: np.full(len(theta), e.shape.starts[0])
+              for e in equations.model.effects if e.shape is not None}
+    eta = np.zeros((len(theta), equations.common_count))
+    return Estimate.of(equations, theta, eta, shapes)
+
+
+def require_determinable(poses: PoseSet, model: Model) -> None:
+    """Refuse poses that cannot determine ``model``, judged where the fit would start.
+
+    Raises
+    ------
+    Undetermined
+        Too few poses, none that turns, or combinations of parameters that they do not show.
+    """
+    equations = Equations.of_sets((poses,), model)
+    at = at_ellipsoids(equations, equations.start.theta(model))
+    basis, blind = visible_bases(equations, at.rows, at.shapes)
+    problem = Problem.of(equations, basis)
+    for refusals in (blind, too_few(equations, problem.moves + len(problem.free)),
+                     undetermined_sets(equations, at, basis)):
+        for error in refusals.values():
+            raise error
 
 
 def only_fit(fits: Fits) -> Fit:
