@@ -41,7 +41,7 @@ def _triad_lines(change: ModelChange, before: TriadResult, after: TriadResult) -
                                for r in (before, after))])
     rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
     yield from table_lines(rows, indent="")
-    for shown in shown_effects(after):
+    for shown in shown_effects(after.calibration):
         if shown.effect.name == change.target.name:
             yield from table_lines(effect_rows(shown), indent="")
     yield verdict_line(after)

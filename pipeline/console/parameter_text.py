@@ -10,6 +10,7 @@ from calib.consistency.certificate import CertificateComparison
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.fit.parameters import TriadParameters
+from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES
@@ -42,13 +43,13 @@ class ShownEffect:
     shape: str | None
 
 
-def shown_effects(result: TriadResult) -> Iterator[ShownEffect]:
+def shown_effects(calibration: TriadCalibration) -> Iterator[ShownEffect]:
     """The effects that were added to bias, scale and misalignment."""
-    model = {effect.name: effect for effect in result.calibration.fit.model.effects}
-    for name, (values, sds) in result.calibration.effect_values().items():
+    model = {effect.name: effect for effect in calibration.fit.model.effects}
+    for name, (values, sds) in calibration.effect_values().items():
         effect = model[name]
         linear = len(effect.parameters)
-        unit, factor = display_unit(effect.unit_for(result.triad), values[:linear])
+        unit, factor = display_unit(effect.unit_for(calibration.triad), values[:linear])
         texts = tuple(_size(value * factor, sd * factor)
                       for value, sd in zip(values[:linear], sds[:linear], strict=True))
         shape = None if effect.shape is None else _size(values[-1], sds[-1])
@@ -68,7 +69,7 @@ def parameter_lines(result: TriadResult) -> list[str]:
     """The parameters ± sd of a triad as an aligned table."""
     rows = [[result.triad, *AXES]]
     rows += _nine_rows(result.triad, result.calibration.parameters)
-    rows += [row for shown in shown_effects(result) for row in effect_rows(shown)]
+    rows += [row for shown in shown_effects(result.calibration) for row in effect_rows(shown)]
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
         rows.append(["  to accelerometer [rad]", *(with_sd(v, s) for v, s in angles)])

@@ -13,7 +13,6 @@ import numpy as np
 from calib.assess import AssessedTriad
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
-from calib.effects.units import display_unit
 from calib.effects.variation import about_mean
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
@@ -21,8 +20,9 @@ from calib.fit.least_squares.solver import extend, fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.leave_one_out import Comparison, compare
+from pipeline.console.parameter_text import shown_effects
 from pipeline.results.json_values import Json
-from pipeline.text.formatting import DISPLAY, with_minus_signs, with_sd
+from pipeline.text.formatting import DISPLAY, with_minus_signs
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,13 +164,11 @@ def refitted_json(refitted: Refitted) -> Json:
 def size_rows(calibration: TriadCalibration) -> list[list[str]]:
     """Parameter, size ± sd and unit of every added effect, as texts."""
     rows = []
-    effects = {e.name: e for e in calibration.fit.model.effects}
-    for name, (values, sds) in calibration.effect_values().items():
-        effect, k = effects[name], len(effects[name].parameters)
-        unit, factor = display_unit(effect.unit_for(calibration.triad), list(values[:k]))
-        rows += [[f"{name} {parameter}", with_minus_signs(with_sd(v * factor, sd * factor)), unit]
-                 for parameter, v, sd in zip(effect.parameters, values, sds, strict=False)]
-        if effect.shape is not None:
-            rows.append([f"{name} {effect.shape.name}",
-                         with_minus_signs(with_sd(values[k], sds[k])), effect.shape.unit])
+    for shown in shown_effects(calibration):
+        effect = shown.effect
+        rows += [[f"{effect.name} {parameter}", with_minus_signs(size), shown.unit]
+                 for parameter, size in zip(effect.parameters, shown.values, strict=True)]
+        if effect.shape is not None and shown.shape is not None:
+            rows.append([f"{effect.name} {effect.shape.name}", with_minus_signs(shown.shape),
+                         effect.shape.unit])
     return rows

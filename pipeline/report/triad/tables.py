@@ -9,10 +9,12 @@ import numpy as np
 from calib.consistency.certificate import CertificateComparison
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
+from calib.effects.catalogue import EFFECTS
+from calib.effects.typical import largest_for
 from calib.effects.units import display_unit
 from calib.fit.triad.calibration import NOISE, uncertainty_budget
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import AXES, SI_UNIT
+from calib.poses.imu_log import AXES, SI_UNIT, Triad
 from calib.rounding import in_digits, two_digits
 from pipeline.console.parameter_text import fitted_text, shown_effects
 from pipeline.drawings.charts import tick_text
@@ -115,7 +117,7 @@ def _base_groups(
 
 
 def _effect_groups(result: TriadResult) -> Iterator[Group]:
-    for shown in shown_effects(result):
+    for shown in shown_effects(result.calibration):
         effect = shown.effect
         rows = [Row(name, value, "0", "", "", "")
                 for name, value in zip(effect.parameters, shown.values, strict=True)]
@@ -153,6 +155,7 @@ def _certified(
 
 
 RANKED = 8  #: rows that are always shown; the others unfold
+BEYOND_PARTS = "larger than any part has"
 LEAST_SHARE = 1e-3  #: share of chi²: smaller drops are written as none
 
 
@@ -190,15 +193,20 @@ def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
     return CandidateRow(
         name, f"one of {shared}: {odds}" if shared > 1 else odds,
         f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
-        _size(candidate), rms, loo,
+        _size(candidate, result.triad), rms, loo,
         bool(candidate.loo_after > result.comparison.loo_rms), ", ".join(candidate.aliases))
 
 
-def _size(candidate: Candidate) -> str:
-    """The largest parameter with its sd, in the units of a data sheet."""
+def _size(candidate: Candidate, triad: Triad) -> str:
+    """The largest parameter with its sd, in the units of a data sheet; words where no part has it.
+    """
     if not candidate.size.size:
         return ""
-    largest = max(range(len(candidate.size)), key=lambda j: abs(float(candidate.size[j])))
+    largest = int(np.abs(candidate.size).argmax())
+    effect = EFFECTS.get(candidate.name)
+    if effect is not None and abs(candidate.size[largest]) > largest_for(
+            triad, effect.page.typical.values()):
+        return BEYOND_PARTS
     unit, factor = display_unit(candidate.unit, candidate.size)
     value = with_sd(float(candidate.size[largest]) * factor, float(candidate.sd[largest]) * factor)
     return with_minus_signs(f"{value} {unit}")

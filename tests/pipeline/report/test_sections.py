@@ -166,3 +166,17 @@ def test_a_probability_that_a_class_shares_is_not_told_as_that_of_each(outcome: 
     assert told[one].startswith("one of 2: ")
     assert told[other].startswith("one of 2: ")
     assert "one of" not in told[alone]
+
+
+def test_a_size_that_no_part_has_is_told_in_words(outcome: Outcome) -> None:
+    result = outcome.triad("gyroscope")
+    assert result is not None
+    first = next(c for c in result.diagnosis.ranking if c.name == "scale_drift")
+    sizes = []
+    for size in (1e-9, 1e3):  # of itself per second
+        one = replace(first, size=np.array([size]), sd=np.array([0.3 * size]))
+        (row,) = candidate_rows(
+            replace(result, diagnosis=replace(result.diagnosis, ranking=(one,))))
+        sizes.append(row.size)
+    assert "±" in sizes[0]
+    assert sizes[1] == "larger than any part has"
