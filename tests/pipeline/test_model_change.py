@@ -275,18 +275,19 @@ def test_one_effect_or_auto_must_be_asked_for(
 
 
 def test_several_effects_are_added_and_removed_in_one_command(
-    drifting: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = drifting.read_text(encoding="utf-8")
-    both = ("gyroscope.bias_drift", "accelerometer.cubic")
-    assert pipeline("add", drifting, *both) == 4  # the second is not seen: neither is added
+    path = session(tmp_path, PAPER, "quadratic", 12.0)
+    before = path.read_text(encoding="utf-8")
+    both = ("gyroscope.quadratic", "accelerometer.cubic")
+    assert pipeline("add", path, *both) == 4  # the second is not seen: neither is added
     assert "was not changed: accelerometer.cubic is refused" in capsys.readouterr().err
-    assert drifting.read_text(encoding="utf-8") == before
-    assert pipeline("add", drifting, *both, "--anyway") == 0
-    model = load_config(drifting)
+    assert path.read_text(encoding="utf-8") == before
+    assert pipeline("add", path, *both, "--anyway") == 0
+    model = load_config(path)
     assert model.gyroscope is not None
     assert model.accelerometer is not None
-    assert "bias_drift" in model.gyroscope.model
+    assert "quadratic" in model.gyroscope.model
     assert "cubic" in model.accelerometer.model
-    assert pipeline("remove", drifting, *both) == 0
-    assert drifting.read_text(encoding="utf-8") == before
+    assert pipeline("remove", path, *both) == 0
+    assert path.read_text(encoding="utf-8") == before
