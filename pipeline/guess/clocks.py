@@ -95,13 +95,10 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
                   and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
     if named or since_1970:
         return [*named, *since_1970]
-    # In front; a number of the row comes last, whether it begins again after 255 or not.
-    steps = {name: np.diff(unwrapped_ticks(columns[name])) for name in islice(columns, FIRST)}
-    growing = {name: bool((step == 1).all()) for name, step in steps.items()
-               if len(columns) > FEWEST_BESIDE and (step > 0).all()}
-    return sorted((name for name, counts in growing.items()
-                   if not counts or not read_name(name).stem.strip("0123456789")),
-                  key=lambda name: growing[name])
+    # In front, but for a number of the row, whether it begins again after 255 or not.
+    return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_BESIDE
+            and (step := np.diff(unwrapped_ticks(columns[name]))).min(initial=1) > 0
+            and not (step == 1).all()]
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:

@@ -3,15 +3,25 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from pipeline.errors import UnreadableInput
+from pipeline.guess.magnitudes import typical_length
 from pipeline.guess.plate import MeasuredClip
-from pipeline.guess.raw_tables import raw_tables
-from pipeline.guess.table_guess import TableGuess, guess_tables, why_no_log
+from pipeline.guess.pool import sphere_through, still_means
+from pipeline.guess.raw_tables import RawTable, raw_tables
+from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables, hint_of
+from pipeline.guess.triads import is_direction, possible_triples, triples_by_name
+from pipeline.logs.clock import ASSUMED_HZ
+from pipeline.logs.header_words import read_name
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measure_setting
 
 #: Ends of the names of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
+REMOVED = 0.3
+"""Share of gravity below which a typical reading had gravity removed: half of the rows of a log are
+at rest."""
 
 
 def guess_files(
@@ -70,3 +80,36 @@ def measured_clips(rates: Mapping[Path, SettingRate]) -> list[MeasuredClip]:
     """The signed rate of each clip, of which ``rates`` has the setting."""
     return [MeasuredClip(path, -rate.rate_rad_s if rate.plate.direction == "cw"
                          else rate.rate_rad_s) for path, rate in rates.items()]
+
+
+def why_no_log(table: RawTable) -> str:
+    """Why a table cannot be used, as the end of a sentence that names it."""
+    names = list(table.columns)
+    hint = hint_of(table.path)
+    called = triples_by_name(names, "acc") or [
+        triple for triple in possible_triples(names) if hint == "acc"
+        and [read_name(name).axis for name in triple] == [0, 1, 2]]
+    for triple in called:
+        values = np.column_stack([table.columns[name] for name in triple])
+        values = values[np.isfinite(values).all(axis=1)]
+        if len(values) and is_direction(values):
+            return ("all its readings have the length 1, so they were normalised and show no "
+                    "scale; record the raw readings")
+        if len(values) and not values.any():
+            return "all its readings are 0: the sensor did not answer. Check wiring and supply"
+        if len(values) and typical_length(values) < REMOVED:
+            return ("gravity is removed from its readings (half of them are shorter than "
+                    f"{typical_length(values):.2g}), and what is left shows no scale; record the "
+                    "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
+                    "Uncalibrated; phyphox: Acceleration (with g))")
+    for triple in possible_triples(names):
+        values = np.column_stack([table.columns[name] for name in triple])
+        values = values[np.isfinite(values).all(axis=1)]
+        rests = sphere_through(still_means(values, np.zeros(len(values), np.int64), 1 / ASSUMED_HZ))
+        if rests is not None and rests.is_far and (values > 0).all():
+            zero = ", ".join(f"{value:.4g}" for value in rests.centre)
+            return (f"{', '.join(triple)} have one length at rest only about {zero}, as the volts "
+                    f"and readings of an analog sensor do, whose zero is no 0. Subtract these and "
+                    f"divide by {rests.radius:.4g}: that is g")
+    shown = ", ".join(names[:SHOWN])
+    return f"no accelerometer and no gyroscope among its columns ({shown})"

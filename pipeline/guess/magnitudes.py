@@ -20,7 +20,8 @@ from pipeline.guess.pool import ROUNDEST, Sphere, block_rows, sphere_through, st
 
 CODES = 65536.0  #: fact: of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
-COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, 980.665, 512, 256)
+BNO055_PER_G, BNO055_PER_DEG_S = 980.665, 16.0  #: facts: 100 counts per m/s², and 16 per °/s
+COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 100 counts per m/s² of a BNO055;
 10 bits over ±2 g."""
 OFFSET_COUNTS_PER_G = tuple(CODES / 2 * STANDARD_GRAVITY_M_S2 / full for full in (17.0, 50.0))
@@ -31,7 +32,6 @@ OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200
 """Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
 """Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
-BNO055_PER_G, BNO055_PER_DEG_S = 980.665, 16.0  #: facts: 100 counts per m/s², and 16 per °/s
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 SMALL_UNITS = ("mrad_s", "mdeg_s")
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)

@@ -8,18 +8,21 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.magnitudes import LEAST_AGREEMENT, typical_length
-from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled, sphere_through, still_means
+from pipeline.guess.magnitudes import LEAST_AGREEMENT
+from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
     AXIS_COUNT,
     PossibleTriad,
-    is_direction,
-    possible_triples,
-    triples_by_name,
     weighed_triads,
 )
-from pipeline.guess.units import UNIT_WORDS, TriadGuess, accelerometer_in, gyroscope_in
+from pipeline.guess.units import (
+    UNIT_WORDS,
+    TriadGuess,
+    accelerometer_in,
+    gyroscope_in,
+    mg_or_bno055,
+)
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
@@ -32,9 +35,6 @@ MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tu
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
 SENSOR_LOGGER = {"time", "seconds_elapsed", "x", "y", "z"}  #: columns of this app; fact
-REMOVED = 0.3
-"""Share of gravity below which a typical reading had gravity removed: half of the rows of a log are
-at rest."""
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
 TURNING_RAD_S = 0.3
 
@@ -172,6 +172,7 @@ def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess
             return [_alike([table], rate_hz)[0] for table in tables]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
+        accelerometer = mg_or_bno055(accelerometer, gyroscope)
         if gyroscope and gyroscope.doubt and tables[0].columns.keys() >= SENSOR_LOGGER:
             gyroscope = replace(gyroscope, sheet=(("unit", "rad_s"),), unit=UNIT_WORDS["rad_s"],
                                 si_per_unit=1.0, because="Sensor Logger writes rad/s", doubt="")
@@ -265,36 +266,3 @@ def _is_celsius(values: FloatArray) -> bool:
 def _are_means(values: FloatArray) -> bool:
     """Whether each row of readings (t, 3) in SI units is a pose of its own."""
     return FEWEST_MEANS <= len(values) <= MOST_MEANS and are_apart(values)
-
-
-def why_no_log(table: RawTable) -> str:
-    """Why a table cannot be used, as the end of a sentence that names it."""
-    names = list(table.columns)
-    hint = hint_of(table.path)
-    called = triples_by_name(names, "acc") or [
-        triple for triple in possible_triples(names) if hint == "acc"
-        and [read_name(name).axis for name in triple] == [0, 1, 2]]
-    for triple in called:
-        values = np.column_stack([table.columns[name] for name in triple])
-        values = values[np.isfinite(values).all(axis=1)]
-        if len(values) and is_direction(values):
-            return ("all its readings have the length 1, so they were normalised and show no "
-                    "scale; record the raw readings")
-        if len(values) and not values.any():
-            return "all its readings are 0: the sensor did not answer. Check wiring and supply"
-        if len(values) and typical_length(values) < REMOVED:
-            return ("gravity is removed from its readings (half of them are shorter than "
-                    f"{typical_length(values):.2g}), and what is left shows no scale; record the "
-                    "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
-                    "Uncalibrated; phyphox: Acceleration (with g))")
-    for triple in possible_triples(names):
-        values = np.column_stack([table.columns[name] for name in triple])
-        values = values[np.isfinite(values).all(axis=1)]
-        rests = sphere_through(still_means(values, np.zeros(len(values), np.int64), 1 / ASSUMED_HZ))
-        if rests is not None and rests.is_far and (values > 0).all():
-            zero = ", ".join(f"{value:.4g}" for value in rests.centre)
-            return (f"{', '.join(triple)} have one length at rest only about {zero}, as the volts "
-                    f"and readings of an analog sensor do, whose zero is no 0. Subtract these and "
-                    f"divide by {rests.radius:.4g}: that is g")
-    shown = ", ".join(names[:SHOWN])
-    return f"no accelerometer and no gyroscope among its columns ({shown})"

@@ -1,12 +1,14 @@
 """What the numbers of a triad are: its unit or counts, why, and what is not sure of it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
+    BNO055_PER_DEG_S,
+    BNO055_PER_G,
     CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
@@ -103,6 +105,20 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     return TriadGuess(force.columns, sheet, _unit_text(unit),
                       f"{because}; a reading at rest is {unit.length:.4g} long", unit.si_per_unit,
                       "; ".join(doubts), encoding=unit.encoding)
+
+
+def mg_or_bno055(
+    accelerometer: TriadGuess | None, gyroscope: TriadGuess | None
+) -> TriadGuess | None:
+    """Whole numbers of about a thousand per g as mg, where no gyroscope shows a BNO055 beside."""
+    if accelerometer is None or ("counts_per_g", BNO055_PER_G) not in accelerometer.sheet or (
+            gyroscope and ("counts_per_deg_s", BNO055_PER_DEG_S) in gyroscope.sheet):
+        return accelerometer
+    return replace(
+        accelerometer, sheet=(("unit", "mg"),), unit="mg", si_per_unit=FORCE_UNITS["mg"],
+        encoding="", doubt="; ".join(filter(None, [accelerometer.doubt, (
+            f"whole numbers of about a thousand may be mg or {BNO055_PER_G:g} counts per g, which "
+            f"differ by 2 %; mg is taken. See what your sensor or its program states")])))
 
 
 def gyroscope_in(

@@ -45,7 +45,7 @@ def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | Non
     clock = TIME if ":" in rows[first].split(",")[0] else "t" if _grows(shown) else ""
     above = next((line for line in reversed(lines[:first]) if line.strip()), "")
     names = _names_of_header(text, above) or _names_of_text(text, clock)
-    if names:
+    if not all(map(str.isdecimal, names)):  # places alone would be a row of numbers
         rows[max(first - 1, 0)] = ",".join(names)
     return rows
 

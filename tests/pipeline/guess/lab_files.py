@@ -117,10 +117,26 @@ def narrow_blanks(folder: Path, log: HandLog) -> Foreign:
         1000 / G, 1000 / DEG)
 
 
+def sql_dump(folder: Path, log: HandLog) -> Foreign:
+    """Statements of a data base: nothing names their numbers."""
+    rows = [f"INSERT INTO imu VALUES({i},{1714557600 + float(row[0]):.3f},{','.join(row[1:])});"
+            for i, row in enumerate(si_rows(log), 1)]
+    return Foreign([write_lines(folder / "dump.sql", [
+        "PRAGMA foreign_keys=OFF;", "BEGIN TRANSACTION;", *rows, "COMMIT;"])])
+
+
+def whole_mg(folder: Path, log: HandLog) -> Foreign:
+    """Whole mg without a unit beside a gyroscope that is no BNO055's."""
+    rows = [",".join([f"{t:.3f}", *map(str, counts)]) for t, counts in
+            zip(log.time_s, counts_of(log, 1000.0, 32.768), strict=True)]
+    return Foreign([write_lines(folder / "board.csv", [
+        "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", *rows])], 1000 / G, 32.768 / DEG)
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
-        fahrenheit, row_names, glued_units, narrow_blanks)
+        fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),

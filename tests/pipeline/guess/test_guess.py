@@ -119,3 +119,9 @@ def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: Hand
     outcome = imported(LAB["lost_samples"](tmp_path, log), tmp_path).outcome
     assert outcome is not None
     assert "59 of its 2531 rows lack a reading and are left out" in " ".join(outcome.warnings)
+
+
+def test_whole_mg_are_no_counts_of_a_bno055(tmp_path: Path, log: HandLog) -> None:
+    text = imported(LAB["whole_mg"](tmp_path, log), tmp_path).text
+    assert "accelerometer: {unit: mg}" in text
+    assert "may be mg or 980.665 counts per g" in text
