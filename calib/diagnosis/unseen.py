@@ -20,6 +20,7 @@ from scipy.special import expit
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.hypotheses.signature import square_vectors, vector_columns, whole_columns
 from calib.diagnosis.verdict.decision import Code
+from calib.diagnosis.verdict.kinds_of_noise import WANDER
 from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
@@ -237,23 +238,27 @@ def _left_open(
 
     An error that follows the temperature or the time vanishes under typical conditions, and one of
     unknown shape has no formula: a class counts at least as much as it takes off the mean square
-    error of poses left out. What is drawn anew, a bad pose or an error of the reference is not
-    part of the next log.
+    error of poses left out. A bias that wanders goes on in the next log, also where the model has
+    it; noise, a bad pose or an error of the bench is not part of that.
     """
-    total = np.zeros_like(prediction.variance)
+    wander = calibration.effect_values().get(WANDER)
+    total = np.full_like(prediction.variance, 0.0 if wander is None else wander[0][0] ** 2)
     if diagnosis.verdict == Code.NOTHING_MISSING:
         return total
     ranking = {(each.name, each.kind): each for each in diagnosis.ranking}
     without = ranking["noise", "noise"].loo_after ** 2
+    pose_sd = float(np.median(calibration.fit.equations.magnitude_sd))
     for each in diagnosis.inclusion:
         effect = EFFECTS.get(each.name)
         candidate = ranking.get((each.follows or each.name, each.kind))
-        if candidate is None or each.kind not in ("listed", "unknown"):
+        lasts = each.kind in ("listed", "unknown") or each.name == WANDER
+        if candidate is None or not lasts:
             continue
-        of_reference = effect is not None and effect.belongs_to != "sensor"
-        taken_off = 0.0 if of_reference else np.fmax(without - candidate.loo_after**2, 0.0)
+        of_bench = effect is not None and effect.belongs_to == "bench"
+        with_it = pose_sd if each.name == WANDER else candidate.loo_after
+        taken_off = 0.0 if of_bench else np.fmax(without - with_it**2, 0.0)
         variance = np.full_like(total, taken_off)
-        if effect is not None and effect.name != STEP and candidate.size.size:
+        if effect and effect.name not in (STEP, WANDER) and candidate.size.size:
             size = candidate.size
             if effect.in_square:
                 size = np.outer(size, size)[np.triu_indices(len(size))]

@@ -69,7 +69,7 @@ class Prediction:
     unseen : mapping of str to array, shape (m, d)
         Variance by each effect that the poses cannot see, at the size typical of the sensor.
     open : array, shape (m, d)
-        Variance by effects that may be missing, weighed by their probability.
+        Variance by what may be missing, weighed by its probability, and by a bias that wanders.
     """
 
     magnitude: FloatArray

@@ -78,7 +78,8 @@ class PredictionParts(Part):
     poses: MaybeSd = means("by what the poses determine")
     unseen: dict[str, MaybeSd] = means(
         "by each effect that the poses cannot see, if the sensor is typical")
-    open: MaybeSd = means("by effects that may be missing, weighed by their probability")
+    open: MaybeSd = means(
+        "by what may be missing, weighed by its probability, and by a bias that wanders")
 
 
 class PredictionResult(Part):

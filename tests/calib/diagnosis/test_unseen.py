@@ -8,7 +8,7 @@ import pytest
 from calib.assess import AssessedTriad, assess
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.unseen import absorbed, together, typical_size, unseen_budget
-from calib.effects.catalogue import BASE
+from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -16,7 +16,7 @@ from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.imu_log import TRIADS
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import gyro_poses
-from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy, rich_poses
+from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy, rich_poses, walk
 from tests.calib.plate_poses import on_the_plate
 from tests.fitting import spec_of
 from tests.world.imu import mpu6050
@@ -173,3 +173,15 @@ def test_a_missing_course_counts_in_what_the_next_log_errs_by(column: str, verdi
     assert (assessed.diagnosis.verdict, assessed.prediction is not None) == (verdict, True)
     on_a_length = np.linalg.norm(hidden) / np.sqrt(3)  # rms over the sphere
     assert 0.7 < assessed.prediction.sd_median / on_a_length < 1.6
+
+
+def test_a_bias_that_wanders_goes_on_in_the_next_log() -> None:
+    """Also where the model has it: no correction takes it away."""
+    poses = noisy(rich_poses("accelerometer"), 3)
+    hidden = 10 * poses.sd[0, 0]
+    course = hidden * walk(poses.time_s, np.random.default_rng(1))
+    poses = replace(poses, reading=poses.reading + course)
+    for model in (MODEL, MODEL + find_effect("bias_wander")):
+        assessed = assess(poses, model, SPECS["accelerometer"])
+        assert assessed.prediction is not None
+        assert 0.5 < assessed.prediction.sd_median / hidden < 2
