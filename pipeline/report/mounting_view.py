@@ -13,7 +13,7 @@ from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.console.parameter_text import mounting_text
 from pipeline.drawings.charts import Chart, Figure, across, upward
-from pipeline.text.formatting import with_sd
+from pipeline.text.formatting import with_minus_signs, with_sd
 
 ROOM = 0.08  #: share of the range of the forces, above and below; layout
 DIGITS = 4  #: digits of a force that the page shows
@@ -35,11 +35,9 @@ class OrderRow:
 
 @dataclass(frozen=True)
 class MountingView:
-    """What the page shows of the mounting; ``before`` and ``after`` are mean forces in m/s²."""
+    """What the page shows of the mounting."""
 
     text: str
-    before: tuple[float, ...]
-    after: tuple[float, ...]
     notes: tuple[str, ...]
     orders: tuple[OrderRow, ...]
     figures: tuple[Figure, ...]
@@ -55,21 +53,15 @@ def mounting_view(mounting: Mounting | None) -> MountingView | None:
     limits = (float(forces.min()) - room, float(forces.max()) + room)
     return MountingView(
         text=mounting_text(mounting),
-        before=_without_minus_zero(mounting.before),
-        after=_without_minus_zero(mounting.after),
         notes=mounting.notes,
         orders=tuple(_row(trial, mounting.order) for trial in mounting.orders),
         figures=(
-            _curves("Readings in the sensor's axes", readings.time_s, readings.before, limits,
-                    "three level lines: the sensor stood still."),
-            _curves("Readings in the vehicle's axes", readings.time_s, readings.after, limits,
-                    "x and y on zero, z on the magnitude of gravity."),
+            _curves("Readings in the sensor's axes", readings.time_s, readings.before,
+                    mounting.before, limits, "three level lines: the sensor stood still."),
+            _curves("Readings in the vehicle's axes", readings.time_s, readings.after,
+                    mounting.after, limits, "x and y on zero, z on the magnitude of gravity."),
         ),
     )
-
-
-def _without_minus_zero(force: FloatArray) -> tuple[float, ...]:
-    return tuple((np.round(force, DIGITS) + 0.0).tolist())
 
 
 def _row(trial: OrderTrial, used: str) -> OrderRow:
@@ -83,18 +75,18 @@ def _row(trial: OrderTrial, used: str) -> OrderRow:
 
 
 def _curves(
-    title: str, time_s: FloatArray, force: FloatArray, limits: tuple[float, float], good: str
+    title: str, time_s: FloatArray, force: FloatArray, mean: FloatArray,
+    limits: tuple[float, float], good: str,
 ) -> Figure:
     """One line for each axis against the time, on a scale that both charts share."""
     chart = Chart(across(time_s), upward(*limits), "time [s]", "specific force [m/s²]")
     chart.axes()
     chart.level(0.0)
-    ends = []
     for i, axis in enumerate(AXES):
         chart.line(time_s, force[:, i], f"axis{i}")
-        mean = float(force[:, i].mean())
-        ends.append(f"{axis} {round(mean, DIGITS - 1) + 0.0:.3f}")
         chart.parts.append(f'<text class="title" x="{chart.right - NAME_PX * (2 - i):g}" '
-                           f'y="{chart.y(mean):.1f}" dy="-5" text-anchor="end">{axis}</text>')
-    caption = f"{len(time_s)} single readings; means {', '.join(ends)} m/s²."
+                           f'y="{chart.y(mean[i]):.1f}" dy="-5" text-anchor="end">{axis}</text>')
+    means = ", ".join(f"{axis} {value:.{DIGITS}f}"
+                      for axis, value in zip(AXES, np.round(mean, DIGITS) + 0.0, strict=True))
+    caption = with_minus_signs(f"{len(time_s)} single readings; means {means} m/s².")
     return Figure(title, chart.svg(f"{title}. {caption}"), good, caption)

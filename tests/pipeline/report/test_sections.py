@@ -60,7 +60,7 @@ def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> N
     assert "Mounting" in page.text
     assert "roll" in page.text
     for force in (*outcome.installation.before, *outcome.installation.after):
-        assert f"{force:.4f}" in page.text
+        assert f"{round(force, 4) + 0.0:.4f}".replace("-", "−") in page.text
     assert "(used)" in page.text
     for trial in outcome.installation.orders:
         assert f"{1e3 * trial.residual_m_s2:.2f}" in page.text
