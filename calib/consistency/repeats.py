@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from calib.errors import Contradiction
 from calib.poses.checks.frozen import FALSE_ALARM
-from calib.poses.imu_log import ImuLog, IntArray, Triad
+from calib.poses.imu_log import ImuLog, Triad
 
 Keys = NDArray[np.uint64]
 
@@ -132,12 +132,8 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
     length = min(len(first), len(second))
     differ = np.flatnonzero(first[:length] != second[:length])
     count = int(differ[0]) if differ.size else length
-    return Copy(i, j, *_in_log(kept, i, int(start[a]), j, int(start[b])),
+    return Copy(i, j, int(kept[i][start[a]]), int(kept[j][start[b]]),
                 int(kept[i][start[a] + count - 1] - kept[i][start[a]] + 1))
-
-
-def _in_log(kept: Sequence[IntArray], i: int, a: int, j: int, b: int) -> tuple[int, int]:
-    return int(kept[i][a]), int(kept[j][b])
 
 
 def require_no_copies(logs: Sequence[ImuLog], triad: Triad) -> None:
