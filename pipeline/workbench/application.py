@@ -46,7 +46,6 @@ SCRIPTS = ("drawing", "player", "workbench")  #: in the order in which they buil
 RunConfig = Callable[[Config, Path], Outcome]
 _SCRIPT = re.compile(r"<script>\n.*</script>", re.DOTALL)
 """The script of a page that was written as a file: the one element of its kind, the last."""
-_DATA = re.compile(r'<script type="application/json" id="refit-data">(.*?)</script>', re.DOTALL)
 
 
 @dataclass(eq=False)
@@ -69,7 +68,6 @@ class Workbench:
         self.files = SessionFiles(self.path, self.folder)
         self._session: OpenSession | None = None
         self._stamp: Stamp = {}
-        self._guesses: tuple[str, dict[str, list[str]]] = ("", {})
         self._lock = Lock()
 
     @property
@@ -114,17 +112,6 @@ class Workbench:
         elements = "\n".join(f'<script src="{name}.js"></script>' for name in (*SCRIPTS, "report"))
         return _SCRIPT.sub(lambda _: f"{tools}\n{elements}", text).replace(
             "<html ", f'<html class="served" {stamps} ', 1)
-
-    def guesses(self, triad: Triad) -> list[str]:
-        """Effects of the page that look like others and that no verdict names."""
-        stamp = self.files.stamp()["report"]
-        if stamp != self._guesses[0]:
-            match = _DATA.search(self.report.read_text(encoding="utf-8"))
-            of_page = json.loads(match[1]) if match else {"triads": []}
-            self._guesses = stamp, {
-                each["triad"]: [e["name"] for e in each["effects"] if e.get("guess")]
-                for each in of_page["triads"]}
-        return self._guesses[1].get(triad, [])
 
     def write(self, question: Json) -> Json:
         """Write what the screen shows into the configuration and run it, as one step.
@@ -214,7 +201,10 @@ def _refit(workbench: Workbench, question: Json) -> Json:
     state = read_state(question.get("state"))
     if triad not in state.triads:
         raise ConfigError(f"the page said nothing of the {triad}.")
-    return workbench.session().answer(state, triad, workbench.guesses(triad))
+    guesses = question.get("guesses", [])
+    if not isinstance(guesses, list):
+        raise ConfigError("effects are named by texts; load the page again.")
+    return workbench.session().answer(state, triad, [*map(str, guesses)])
 
 
 def _tried(workbench: Workbench, question: Json) -> Json:

@@ -103,11 +103,21 @@ def test_a_name_that_is_a_script_is_no_effect(asked: Asked) -> None:
 @pytest.mark.parametrize("question", [
     [], "x", {"triad": "magnetometer", "state": {}}, {"triad": "gyroscope", "state": []},
     {"triad": "gyroscope", "state": {"triads": {"gyroscope": {"ticked": "x", "out": ["y"]}}}},
+    {"triad": "gyroscope", "state": state([], []), "guesses": "x"},
     {"triad": "gyroscope", "state": state([], ["pose_99"])}])
 def test_what_is_no_question_is_answered_with_a_sentence(asked: Asked, question: object) -> None:
     status, answer = asked.post("/refit", question)
     assert status == 422
     assert len(str(answer["error"])) > 20
+
+
+def test_a_guess_of_the_page_is_added_by_a_command_that_overrules(asked: Asked) -> None:
+    for guesses, ends in (([], "g_sensitivity"), (["g_sensitivity"], "--anyway")):
+        status, answer = asked.post("/refit", {
+            "triad": "gyroscope", "state": state(["g_sensitivity"], []), "guesses": guesses})
+        assert status == 200
+        (command,) = answer["commands"]  # type: ignore[misc]
+        assert str(command).endswith(ends)
 
 
 def test_a_report_that_is_a_link_out_of_the_folder_is_not_served(

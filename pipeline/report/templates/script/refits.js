@@ -17,8 +17,8 @@ class Refits {
   // ``show`` gets the refit with the effects in ``order``, and those with the first ones of them.
   find(order, out, show) {
     if (asks !== null) {
-      asks("refit", { triad: this.triad.triad, ticked: order.map((effect) => effect.name),
-        out: [...out] }).then(show, (error) => show({ failed: String(error.message ?? error) }));
+      asks("refit", { triad: this.triad.triad, ticked: order.map((effect) => effect.name), out: [...out],
+        guesses: this.triad.effects.filter((effect) => effect.guess).map((effect) => effect.name) }).then(show, (error) => show({ failed: String(error.message ?? error) }));
       return;
     }
     show(this.inTable(order));
