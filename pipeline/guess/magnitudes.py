@@ -21,6 +21,9 @@ from pipeline.guess.pool import ROUNDEST, Sphere, block_rows, sphere_through, st
 CODES = 65536.0  #: fact: of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
 BNO055_PER_G, BNO055_PER_DEG_S = 980.665, 16.0  #: facts: 100 counts per m/s², and 16 per °/s
+NEAR_THOUSAND = (BNO055_PER_G, 1000.0, 1024.0)
+"""Facts: whole numbers for 1 g that lie as close together as scale errors: of a BNO055, mg, and 12
+bits over ±2 g."""
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 100 counts per m/s² of a BNO055;
 10 bits over ±2 g."""
@@ -139,6 +142,8 @@ def gravity_unit(
     usual = OFFSET_COUNTS_PER_G if encoding == OFFSET_BINARY else COUNTS_PER_G
     counts = [("counts", float(per_g)) for per_g in usual
               if encoding or length > COUNTS_PER_G[-1] / 2]
+    if encoding == "twos-complement":
+        counts.append(("mg", 1000.0))
     unit, per_g = min((*physical, *counts), key=lambda known: abs(math.log(length / known[1])))
     off = abs(math.log(length / per_g))
     steady = spread < GRAVITY_TOLERANCE

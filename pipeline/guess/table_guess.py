@@ -21,7 +21,6 @@ from pipeline.guess.units import (
     TriadGuess,
     accelerometer_in,
     gyroscope_in,
-    mg_or_bno055,
 )
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
@@ -172,7 +171,6 @@ def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess
             return [_alike([table], rate_hz)[0] for table in tables]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
-        accelerometer = mg_or_bno055(accelerometer, gyroscope)
         if gyroscope and gyroscope.doubt and tables[0].columns.keys() >= SENSOR_LOGGER:
             gyroscope = replace(gyroscope, sheet=(("unit", "rad_s"),), unit=UNIT_WORDS["rad_s"],
                                 si_per_unit=1.0, because="Sensor Logger writes rad/s", doubt="")

@@ -1,19 +1,18 @@
 """What the numbers of a triad are: its unit or counts, why, and what is not sure of it."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
-    BNO055_PER_DEG_S,
-    BNO055_PER_G,
     CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
     LEAST_AGREEMENT,
     LOOSEST,
+    NEAR_THOUSAND,
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
     RATE_UNITS,
@@ -98,6 +97,9 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no usual "
                       f"unit or range; {_unit_text(unit)} is taken")
+    if unit.encoding and unit.per_g in NEAR_THOUSAND and words.unit not in FORCE_UNITS:
+        doubts.append(f"whole numbers {unit.length:.4g} long at rest may be mg, or counts of which "
+                      f"980.665 or 1024 are 1 g; {_unit_text(unit)} is nearest")
     because = ("their names" if called(words) == "acc" else
                "their readings are as long as gravity")
     sheet = ((("unit", unit.unit),) if unit.unit != "counts" else
@@ -105,20 +107,6 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     return TriadGuess(force.columns, sheet, _unit_text(unit),
                       f"{because}; a reading at rest is {unit.length:.4g} long", unit.si_per_unit,
                       "; ".join(doubts), encoding=unit.encoding)
-
-
-def mg_or_bno055(
-    accelerometer: TriadGuess | None, gyroscope: TriadGuess | None
-) -> TriadGuess | None:
-    """Whole numbers of about a thousand per g as mg, where no gyroscope shows a BNO055 beside."""
-    if accelerometer is None or ("counts_per_g", BNO055_PER_G) not in accelerometer.sheet or (
-            gyroscope and ("counts_per_deg_s", BNO055_PER_DEG_S) in gyroscope.sheet):
-        return accelerometer
-    return replace(
-        accelerometer, sheet=(("unit", "mg"),), unit="mg", si_per_unit=FORCE_UNITS["mg"],
-        encoding="", doubt="; ".join(filter(None, [accelerometer.doubt, (
-            f"whole numbers of about a thousand may be mg or {BNO055_PER_G:g} counts per g, which "
-            f"differ by 2 %; mg is taken. See what your sensor or its program states")])))
 
 
 def gyroscope_in(

@@ -124,4 +124,4 @@ def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: Hand
 def test_whole_mg_are_no_counts_of_a_bno055(tmp_path: Path, log: HandLog) -> None:
     text = imported(LAB["whole_mg"](tmp_path, log), tmp_path).text
     assert "accelerometer: {unit: mg}" in text
-    assert "may be mg or 980.665 counts per g" in text
+    assert "may be mg, or counts of which 980.665 or 1024 are 1 g" in text
