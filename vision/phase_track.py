@@ -176,13 +176,17 @@ class PlateAngle:
 
     def between(self, first: int, last: int) -> "PlateAngle":
         """The part on frames ``first`` to ``last``, both included."""
-        part = (self.index >= first) & (self.index <= last)
+        return self.without((self.index < first) | (self.index > last))
+
+    def without(self, some: BoolArray) -> "PlateAngle":
+        """The angle without some frames, shape (u,); what was dropped before them stays dropped."""
+        kept = ~some
         return replace(
             self,
-            time_s=self.time_s[part],
-            angle_rad=self.angle_rad[part],
-            index=self.index[part],
-            dropped=self.dropped[part],
+            time_s=self.time_s[kept],
+            angle_rad=self.angle_rad[kept],
+            index=self.index[kept],
+            dropped=np.diff(np.cumsum(self.dropped)[kept], prepend=0),
         )
 
 

@@ -217,7 +217,7 @@ def disagreeing(rng: np.random.Generator) -> Case:
     track = phase_track(time, angle, noise_rad=1e-3)
     other_track = phase_track(time, off)
     track = replace(track, thumbnail=other_track.thumbnail)
-    return Case("disagreeing", track, rate, warning="whole turns")
+    return Case("disagreeing", track, rate, warning="two things turn")
 
 
 def aliased(rng: np.random.Generator) -> Case:

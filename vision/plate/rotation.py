@@ -28,12 +28,9 @@ class RotationThresholds:
     steep_rad : float
         Tilt from which the spindle is sought beside the middle of the rim's ellipse. Derived: at 8°
         from three radii away it is 5 % of the radius off.
-    same_spindle : float
-        Of the smaller radius: views closer than this in centre are of one plate.
     """
 
     steep_rad: float = math.radians(8)
-    same_spindle: float = 0.1
 
 
 THRESHOLDS = RotationThresholds()
@@ -159,12 +156,6 @@ def seek_spindle(
     about_best = frames.rotation(best)
     better = about_best.coherence > about_middle.coherence
     return (best, about_best) if better else (view, about_middle)
-
-
-def same_spindle(smaller: PlateView, larger: PlateView) -> bool:
-    """A label turns with a larger share of what changes inside it than its plate does."""
-    (x1, y1), (x2, y2) = smaller.centre_px, larger.centre_px
-    return float(np.hypot(x1 - x2, y1 - y2)) < THRESHOLDS.same_spindle * smaller.radius_px
 
 
 def _without_strays(rate: FloatArray) -> FloatArray:

@@ -8,11 +8,11 @@ blended by an encoder,
     r_i = L_i + {noise | anything, of a stray frame}.
 
 The probabilities of all levels in every frame follow from those before and after it (forward and
-backward sums: Rabiner, Proc. IEEE 77, 1989). That the level grew is not yet that frames were
-dropped: a plate that shows little at one angle jumps there as well, once per turn, and creeps back.
-Two things tell them apart. What the angle errs by at each place of the plate comes again with every
-turn, so that the time of a turn, t_i - t(θ_i - 2π), is free of it; where K frames were dropped
-within it the stamps make it K T too short. So A in
+backward sums: Rabiner, Proc. IEEE 77, 1989), and with them which frames are likely stray ones. That
+the level grew is not yet that frames were dropped: a plate that shows little at one angle jumps
+there as well, once per turn, and creeps back. Two things tell them apart. What the angle errs by at
+each place of the plate comes again with every turn, so that the time of a turn, t_i - t(θ_i - 2π),
+is free of it; where K frames were dropped within it the stamps make it K T too short. So A in
 
     t_i - t(θ_i - 2π) = P - A T K_i + noise
 
@@ -29,15 +29,16 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
-from vision.phase_track import PlateAngle
+from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
 FEWEST_FRAMES = 6  # a turn after another one, for a share to be determined
 LOCAL_S = 1.0  # over which the usual rate is taken, at least
 LEVELS = 8  #: steps of the level in a frame time; numerical
-MOST_AT_ONCE = 6  #: frames dropped in one place, at most
+MOST_AT_ONCE = 6  #: frames dropped, or mismeasured, in one place, at most
 MOST_DROPPED = 100  #: frame times that the level grows in a stretch, at most; a limit of memory
 STRETCH, MARGIN = 480, 32  #: frames that are looked at together, and to both sides; numerical
+LIKELY = 0.5  # probability of a stray frame, from which it counts as one
 POSSIBLE = 0.01  # frames: less is expected dropped where nothing speaks for it
 SEEN = 0.25  # frame times: of a jump that an encoder spreads over three steps, one is larger
 SURE = 30.0  # of the logarithm of odds, beyond which nothing changes
@@ -89,6 +90,8 @@ class DroppedFrames:
     ----------
     angle : PlateAngle
         Counts the dropped frames, or none.
+    stray : array of bool, shape (u,)
+        Frames whose angle is likely mismeasured.
     jumps : int
         Frame times by which the angle jumps in all.
     probability : float
@@ -100,6 +103,7 @@ class DroppedFrames:
     """
 
     angle: PlateAngle
+    stray: BoolArray
     jumps: int = 0
     probability: float = 0.0
     share: float = np.nan
@@ -130,23 +134,23 @@ def dropped_frames(angle: PlateAngle) -> DroppedFrames:
     angle : PlateAngle
         On the stamps as they are, without dropped frames.
     """
-    count = frame_jumps(angle)
+    count, stray = frame_jumps(angle)
+    repaired = replace(angle, dropped=count)
     jumps = int(count.sum())
     if not jumps:
-        return DroppedFrames(angle)
-    repaired = replace(angle, dropped=count)
+        return DroppedFrames(angle, stray)
     share, sd = confirmed_share(repaired)
     resultant = complex(np.exp(1j * angle.angle_rad[count > 0]).mean())
     log_odds = 1 - np.count_nonzero(count) * abs(resultant) ** 2  # 0 on average of uniform angles
     if np.isfinite(sd):
         log_odds += (share - 0.5) / (sd**2 + THRESHOLDS.amiss**2)  # of 1 against 0
     probability = float(1 / (1 + np.exp(-np.clip(log_odds, -SURE, SURE))))
-    return DroppedFrames(repaired if probability > 0.5 else angle, jumps, probability, share, sd,
-                      float(np.angle(resultant)))
+    return DroppedFrames(repaired if probability > 0.5 else angle, stray, jumps, probability, share,
+                         sd, float(np.angle(resultant)))
 
 
-def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
-    """Whole frame times by which the angle jumps before each frame, shape (u,)."""
+def frame_jumps(angle: PlateAngle) -> tuple[NDArray[np.int64], BoolArray]:
+    """Whole frame times by which the angle jumps before each frame, and stray frames, (u,) both."""
     step, step_s = np.diff(angle.angle_rad), np.diff(angle.time_s)
     # Of a fast camera, more steps: each has all the noise and less of the motion.
     over = max(LOCAL_STEPS, 2 * round(LOCAL_S / angle.frame_s / 2) + 1)
@@ -157,26 +161,39 @@ def frame_jumps(angle: PlateAngle) -> NDArray[np.int64]:
     np.divide(step - rate * step_s, per_frame, out=beyond, where=~blind & (per_frame != 0))
     noise = SD_PER_MAD * float(np.median(np.abs(beyond))) / np.sqrt(2)
     expected = np.zeros(len(angle.time_s))
+    stray = np.zeros_like(expected)
     if THRESHOLDS.clear * noise > 1:
-        return expected.astype(np.int64)
+        return expected.astype(np.int64), stray > LIKELY
     for start in range(0, len(beyond), STRETCH):
         first = max(start - MARGIN, 0)
         part = slice(first, start + STRETCH + MARGIN)
         if beyond[part].max() > SEEN:
-            grown = _grown(beyond[part], max(noise, 0.5 / LEVELS), blind[part])
-            expected[start + 1 : start + STRETCH + 1] = grown[start - first :][:STRETCH]
+            states = _states(beyond[part], max(noise, 0.5 / LEVELS), blind[part])
+            for values, shown in zip((expected, stray), states, strict=True):
+                values[start + 1 : start + STRETCH + 1] = shown[start - first + 1 :][:STRETCH]
     # Beside a stray frame, which of two steps it was does not show, but how many there were. What
     # the odds beforehand leave everywhere adds up to no jump.
     count = np.zeros(len(expected), np.int64)
-    ends = np.flatnonzero(np.diff(expected > POSSIBLE, prepend=False, append=False))
-    for first, stop in ends.reshape(-1, 2):
+    for first, stop in _runs(expected > POSSIBLE):
         whole = np.round(np.cumsum(expected[first:stop]))
         count[first:stop] = np.diff(whole, prepend=0.0)
-    return count
+    is_stray = stray > LIKELY
+    for first, stop in _runs(is_stray):  # more in a row are a plate that changes its rate
+        is_stray[first:stop] = stop - first <= MOST_AT_ONCE
+    return count, is_stray
 
 
-def _grown(beyond: FloatArray, noise: float, blind: NDArray[np.bool_]) -> FloatArray:
-    """Frames dropped in each step, (s,), by the forward and backward sums of the switching model.
+def _runs(chosen: BoolArray) -> NDArray[np.intp]:
+    """First frame and the one after the last of each run of chosen frames, (runs, 2)."""
+    return np.flatnonzero(np.diff(chosen, prepend=False, append=False)).reshape(-1, 2)
+
+
+def _states(
+    beyond: FloatArray, noise: float, blind: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Frames dropped before each frame, (s + 1,), and the probability that it is a stray one.
+
+    Both are forward and backward sums of the switching model.
 
     Parameters
     ----------
@@ -216,8 +233,10 @@ def _grown(beyond: FloatArray, noise: float, blind: NDArray[np.bool_]) -> FloatA
         now = shown[i] * (switch.T @ moved(forward[i - 1], 1, not blind[i - 1]))
         forward[i] = now / now.sum()
     later = np.ones((2, g))
-    expected = np.zeros(n)
+    expected, stray = np.zeros((2, n))
     for i in range(n - 1, 0, -1):
+        both = (forward[i] * later).sum(axis=1)
+        stray[i] = both[1] / both.sum()
         weighed = switch @ (shown[i] * later)
         later = moved(weighed, -1, not blind[i - 1])
         if not blind[i - 1]:
@@ -226,7 +245,7 @@ def _grown(beyond: FloatArray, noise: float, blind: NDArray[np.bool_]) -> FloatA
                 grew = float((forward[i - 1][:, : g - by] * weighed[:, by:]).sum())
                 expected[i] += k * chance * grew / float((forward[i - 1] * later).sum())
         later /= later.sum()
-    return expected[1:]
+    return expected, stray
 
 
 def confirmed_share(angle: PlateAngle) -> tuple[float, float]:

@@ -19,8 +19,6 @@ class TermPage:
         What looks the same.
     separates : str
         The recording that tells them apart.
-    over_turn : bool
-        Whether it follows the angle of the plate, and not time.
     """
 
     formula: str
@@ -28,7 +26,6 @@ class TermPage:
     source: str
     confounded: str
     separates: str
-    over_turn: bool
 
 
 TERM_PAGES: Mapping[str, TermPage] = {
@@ -38,35 +35,30 @@ TERM_PAGES: Mapping[str, TermPage] = {
         "tilted by 20° from five plate radii away 4°, 0.1 % wow 0.06°",
         "geometry of the track: A = e / r",
         "rolling_shutter, and wow of the drive",
-        "the other direction or a second speed; a second mark opposite the first",
-        True),
+        "the other direction or a second speed; a second mark opposite the first"),
     "twice_per_rev": TermPage(
         "a cos 2θ + b sin 2θ",
         "amplitude tan²(α/2) for a camera tilted by α: 0.4° for 10°, 1.8° for 20°, less where the "
         "rim shows the tilt",
         "geometry of the view: a circle is seen as an ellipse",
         "a drive that is oval",
-        "a camera straight above the spindle",
-        True),
+        "a camera straight above the spindle"),
     "rate_drift": TermPage(
         "½ c t²",
         "0.1 to 1 % of the rate per hour while the motor warms up",
         "record players: a motor and a belt that warm up",
         "a clock of the camera that drifts",
-        "a clip that begins minutes after the plate has started",
-        False),
+        "a clip that begins minutes after the plate has started"),
     "frame_steps": TermPage(
         "n Ω T, n the frames dropped so far, T the frame time",
         "13° for each frame lost at 33 rpm and 15 frames per second",
         "recorders that drop frames and leave the time stamps even",
         "a plate that slips",
-        "time stamps of the container; a recorder that keeps them",
-        False),
+        "time stamps of the container; a recorder that keeps them"),
     "rolling_shutter": TermPage(
         "Ω τ r(θ), r the rows between spindle and mark, τ the time between rows",
         "1.2° at 33 rpm for a readout of 30 ms and a mark 100 of 480 rows off the spindle",
         "CMOS cameras read their rows one after the other",
         "once_per_rev",
-        "the other direction, a second speed, or the camera turned by 90°",
-        True),
+        "the other direction, a second speed, or the camera turned by 90°"),
 }

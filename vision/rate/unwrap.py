@@ -135,13 +135,15 @@ def scatter_about_even(angle: PlateAngle) -> float:
     return float(SD_PER_MAD * np.median(np.abs(rest)))
 
 
-def rate_history(angle: PlateAngle) -> RateHistory:
+def rate_history(angle: PlateAngle, stray: BoolArray | None = None) -> RateHistory:
     """Mean rate in the time of a turn (or over the clip, if that is less), half of it apart.
 
     The turn is the usual one: over a whole turn every error that repeats with the plate's angle
-    drops out, and a plate that rests or turns back has a rate all the same.
+    drops out, and a plate that rests or turns back has a rate all the same. Stray frames, (u,),
+    have no say in it.
     """
-    time, turned = angle.repaired_time_s, angle.angle_rad - angle.angle_rad[0]
+    shown = angle if stray is None else angle.without(stray)
+    time, turned = shown.repaired_time_s, shown.angle_rad - shown.angle_rad[0]
     span_s = float(time[-1] - time[0])
     mean = turned[-1] / span_s
     # Off the line, so that uneven times are no noise where their stamps tell them, and are noise
