@@ -21,7 +21,7 @@ from pipeline.report.plate.term_sizes import term_sizes
 from pipeline.report.triad.partial_residuals import PPM
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
-from pipeline.text.formatting import count, relative, with_sd
+from pipeline.text.formatting import count, relative, with_minus_signs, with_sd
 from vision.errors import RateRefused
 from vision.phase_track import LUMA
 from vision.rate.aes6_flutter import course_of_clip, platter_flutter
@@ -116,7 +116,7 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
 def _clock_fact(clock: ClockRatio | None) -> Iterator[tuple[str, str]]:
     """The rate by the clock of the sensor's log, where gravity shows it."""
     if clock is not None:
-        yield "difference by gravity in the sensor's log", (
+        yield "difference by gravity in the sensor's log", with_minus_signs(
             f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")
 
 

@@ -14,8 +14,10 @@ if TYPE_CHECKING:  # a session without clips measures none
 
 
 def term_sizes(clip: "RateMeasurement") -> Iterator[tuple[str, str]]:
-    """Name and size ± sd of every term that the clip sees, fitted or by the diagnosis."""
-    sizes = {c.name: (c.size, c.sd) for c in clip.diagnosis.ranking if not c.blind}
+    """Name and size ± sd of every term that is in the model or that the verdict names."""
+    diagnosis = clip.diagnosis
+    named = (diagnosis.name,) if diagnosis.verdict == "effect" else diagnosis.group
+    sizes = {c.name: (c.size, c.sd) for c in diagnosis.ranking if c.name in named}
     sizes |= {term.name: (term.value, term.sd) for term in clip.fit.terms}
     for name in TERMS:
         if name in sizes:

@@ -38,7 +38,7 @@ def test_a_wave_has_its_amplitude_whether_it_is_missing_or_in_the_model(
     sizes = sizes_of(angle + AMPLITUDE_RAD * np.cos(angle - PHASE_RAD), *model)
     amplitude, sd = number(sizes["size of once_per_rev"])
     assert abs(amplitude - math.degrees(AMPLITUDE_RAD)) < 4 * sd < 0.01
-    assert "size of frame_steps" not in sizes  # no frame was dropped
+    assert list(sizes) == ["size of once_per_rev"]  # no other term is named
 
 
 def test_a_drift_is_stated_in_parts_of_the_rate_per_minute() -> None:
