@@ -32,6 +32,7 @@ UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mra
 FASTEST_HAND_RAD_S = 25.0
 """Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
 
+FASTEST_DEG_S = 4000.0  #: fact: the widest range of a MEMS gyroscope in use
 NOISIEST_RAD_S = 0.03
 """Noise of one sample of a gyroscope, at most: 2 °/s, ten times that of an MPU-6050."""
 
@@ -165,7 +166,7 @@ def _by_size(rate: PossibleTriad, encoding: str, because: str) -> TriadGuess:
     fastest = float(np.quantile(np.abs(rate.values - np.median(rate.values, axis=0)), 0.999))
     slow = (fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
             and noise < NOISIEST_RAD_S)
-    unit = "rad_s" if slow else "deg_s"
+    unit = "rad_s" if slow else "deg_s" if fastest < FASTEST_DEG_S else "mdeg_s"
     return rate_triad(rate.columns, unit, None, "", because, (
         f"nothing in the log shows the unit of the gyroscope; its readings reach {fastest:.3g}, "
         f"which suits {UNIT_WORDS[unit]}"))

@@ -87,7 +87,7 @@ def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
 
 
 def text_lines(path: Path, data: bytes) -> list[str]:
-    """The lines of a text, in UTF-8 or in UTF-16 with its mark.
+    """The lines of a text, in UTF-8 or in UTF-16, whose first letter shows the order of bytes.
 
     Letters and signs such as ² and ° may be those of Windows in another country, outside of the
     rows of numbers: the first code page that gives a header its letters is taken.
@@ -97,9 +97,11 @@ def text_lines(path: Path, data: bytes) -> list[str]:
     UnreadableInput
         It is not text; with file and line.
     """
-    utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    utf_16 = ("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else
+              "utf-16-be" if all(data[1:8:2]) and not any(data[:8:2]) else
+              "utf-16-le" if all(data[:8:2]) and not any(data[1:8:2]) else "")
     try:
-        text = data.decode("utf-16" if utf_16 else "utf-8-sig")
+        text = data.decode(utf_16 or "utf-8-sig")
     except UnicodeDecodeError as error:
         text = _in_code_page(data)
         damaged = utf_16 or any(width_of_numbers(line) >= FEWEST_NUMBERS

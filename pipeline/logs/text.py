@@ -167,8 +167,9 @@ def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
     for i, column in enumerate(zip(*alike, strict=True)):
         there = [cell for cell in column if cell.lower() not in MISSING]
         words = [cell for cell in there if not dialect.holds_number(cell)]
+        numbers = [cell for cell in there if dialect.holds_number(cell)]
         of_text = len(words) > MOST_WORDS * len(there)
-        cells[i] = next(iter(words if of_text else there), cells[i])
+        cells[i] = next(iter(words if of_text else numbers), cells[i])
     return dialect, cells
 
 

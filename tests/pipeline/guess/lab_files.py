@@ -133,11 +133,34 @@ def whole_mg(folder: Path, log: HandLog) -> Foreign:
         "t,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", *rows])], 1000 / G, 32.768 / DEG)
 
 
+def plotter(folder: Path, log: HandLog) -> Foreign:
+    """Lines for the Arduino plotter in mg and m°/s, without units or times."""
+    rows = ["\t".join(f"{name}:{v:.1f}" for name, v in zip(
+        ("AccX", "AccY", "AccZ", "GyroX", "GyroY", "GyroZ"), (*a, *w), strict=True))
+        for a, w in zip(log.acc / G * 1000, log.gyr / DEG * 1000, strict=True)]
+    return Foreign([write_lines(folder / "plotter.txt", rows)], 1000 / G, 1000 / DEG)
+
+
+def wide_letters(folder: Path, log: HandLog) -> Foreign:
+    """UTF-16 without its mark."""
+    return Foreign([write_lines(folder / "win.csv", [
+        "t_s,ax,ay,az,gx,gy,gz", *map(",".join, si_rows(log))], "utf-16-be")])
+
+
+def event_lines(folder: Path, log: HandLog) -> Foreign:
+    """A word in a cell of a reading, in the first row already."""
+    rows = [",".join(row) for row in si_rows(log)]
+    return Foreign([write_lines(folder / "events.csv", [
+        "time_s,ax,ay,az,gx,gy,gz", "0,EVENT,button,,,,", *rows])])
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
-        fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg)
+        fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg,
+        plotter, wide_letters)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
+    "event_lines": (event_lines, r"events.csv:2: column ax: found 'EVENT', a number is expected"),
 }
