@@ -50,7 +50,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.poses.averaging": [
         ("pose_mean",), ("sway",), ("average_pose",),
-        ("step_noise",), ("drift_within", "mean_noise"),
+        ("step_noise", "correlation"), ("drift_within", "mean_noise"),
     ],
     "calib.poses.rests": [
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),

@@ -34,8 +34,7 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.poses.averaging.average_pose", ("LEAST_PER_TURN", "LONGEST_PAUSE"),
      ("calib/poses/test_averaging.py",)),
     ("calib.poses.averaging.mean_noise", (
-        "LEAST_BY_CHANCE", "LARGEST_TYPICAL", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE",
-        "LARGEST_RATIO", "FIRST_ORDER_S", "UNCERTAIN_RATIO", "RATIO_SD", "SHORTEST_S"),
+        "LEAST_BY_CHANCE", "LARGEST_FACTOR", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE", "SHORTEST_S"),
      ("calib/poses/test_averaging.py", "calib/poses/test_mean_sds.py")),
     ("calib.poses.samples.batches", ("SEEN_CHI2",), ("calib/poses",)),
     ("calib.poses.averaging.drift_within", ("FEWEST_OTHERS",),

@@ -57,7 +57,7 @@ def tests_the_model(poses: PoseSet) -> bool:
     bool
         Also True for sds that were stated or measured.
     """
-    return poses.sd_dof is None or poses.sd_dof >= LEAST_REPEATS
+    return poses.sd_dof is None or poses.sd_dof > BY_RESIDUALS
 
 
 def noise_of(fitted: Fit, dof: int | None = None) -> Noise:

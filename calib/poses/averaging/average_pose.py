@@ -1,9 +1,9 @@
 """One pose to one mean with an honest sd.
 
 The samples of a pose are autocorrelated, so the sd of their mean comes from batch means: the pose
-is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts; once
-more with half as many, twice as long ones, to see what correlation the shorter left out
-(:func:`calib.poses.averaging.mean_noise.correlation_factor`).
+is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts. The
+means of twice as many tell what correlation the batches leave out
+(:mod:`calib.poses.averaging.correlation`).
 
 On the turning plate the mean is taken over whole turns, and what comes back once and twice per
 turn (plate tilt, wow) is taken out first: it averages to nothing but would look like noise.
@@ -30,7 +30,7 @@ from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.samples.batches import (
     BATCHES,
-    COARSE_BATCHES,
+    PARTS,
     SHORTEST_SAMPLES,
     batch_means,
     batch_variance,
@@ -216,8 +216,8 @@ def _mean_of(counts: FloatArray, rest: FloatArray, spec: TriadSpec) -> TriadMean
     return TriadMean(
         mean=values.mean(axis=0),
         variance=batch_variance(rest, BATCHES),
-        coarse_variance=batch_variance(rest, COARSE_BATCHES),
         scatter=rest.var(axis=0, ddof=1),
+        parts=batch_means(rest, PARTS),
         step=value_steps(counts) * spec.nominal_scale,
         unit=least_steps(counts, spec) * spec.nominal_scale,
         envelope=envelope(values),

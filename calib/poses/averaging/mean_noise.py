@@ -1,7 +1,7 @@
 """How well the mean of a pose is known: the one room for its sd.
 
 **Many poses of one sensor**: batch means of each pose, steadied by those of the run's other poses,
-times what correlation the batches leave out.
+times what correlation the batches leave out (:mod:`calib.poses.averaging.correlation`).
 
 **One log alone** (an installed sensor): the variance of a mean is the spectral density at frequency
 zero over the length of the log. The periodogram estimates it at the lowest frequencies that the log
@@ -13,12 +13,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.numbers import NO_LENGTH
+from calib.poses.averaging.correlation import correlation_of
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.averaging.step_noise import known_step, variance_by_steps
 from calib.poses.averaging.sway import shortfall
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.samples.batches import BATCHES, COARSE_BATCHES
+from calib.poses.samples.batches import BATCHES
 from calib.poses.samples.converter_steps import same_place
 
 BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
@@ -29,33 +29,23 @@ a converter's step or a frozen block, not how alike the poses are."""
 NEWTON_STEPS = 20
 """Steps of the inverse of the trigamma function; it converges quadratically and from one side.
 Numerical."""
-LARGEST_TYPICAL = 10.0
-"""Poses noisier than this many times the typical variance were disturbed; they say nothing of the
-sensor's correlation. Derived: white noise exceeds it in 1 of 6000 poses and axes."""
 SIMILAR_LENGTH = 1.3
-"""Runs whose poses differ by less than this factor in length share one correlation. Derived: the
-factor 2 ratio - 1 then differs by 6 to 10 % at ratios of 1.1 to 1.5."""
+"""Runs whose poses differ by less than this factor in length share one correlation. Derived: their
+correlation times over the length then differ by no more than neighbours of the grid do."""
+
 NOISE_DOF_PER_POSE = 2.0
-"""Degrees of freedom that a pose adds to the estimate ``2 v3 - v6`` over three axes. Derived:
-twice its squared mean over its variance is 2.1 in white noise."""
+"""Degrees of freedom that a pose adds to its noise where the samples are not at hand: between the
+tenth and the half of sessions of white noise (``python -m tests.bench.study_pose_means``). A
+judgement."""
 
-LARGEST_RATIO = 1.7
-"""Correlated over a quarter of the pose (x = 0.25): beyond, the factor, 4.4, runs away. Derived."""
-
-FIRST_ORDER_S = 6.0
-"""Twelve times half a second, the correlation time of low-cost sensors' noise: the first order is
-within 10 % of the variance there (x = 0.08), and 30 % short of it at 3 s. Derived."""
-
-UNCERTAIN_RATIO = 1.5
-"""Beyond what RATIO_SD makes of it by chance: from x = 0.13 on 93 % and fewer of the means lie
-within 1.96 stated sds, 88 % at 0.33 (``python -m tests.bench.study_pose_means``). Derived."""
-
-RATIO_SD = 0.4
-"""Sd of the ratio that one pose of three axes gives, by the same bench. Derived."""
+LARGEST_FACTOR = 5.0
+"""Factor of noise that stays correlated over 0.3 of a pose: of longer the poses show too little.
+Derived."""
 
 SHORTEST_S, LONG_ENOUGH_S = 2.0, 8.0
-"""With noise correlated over half a second, as low-cost sensors have it, 85 to 88 % at 1.5 s, 92 to
-93 % at 3 s, 95 % at 8 s, by the same bench. Derived."""
+"""With noise correlated over half a second, as low-cost sensors have it, below ten times as much
+white noise 91 % at 1.5 s and 94 % at 3 s are within 1.96 sds, 95 % at 8 s, by the same bench.
+Derived."""
 
 LOWEST_HARMONICS = 4
 """Slow enough for noise that stays correlated over a tenth of the log, and with three axes enough
@@ -147,70 +137,34 @@ def shared_dof(ratio: FloatArray) -> float:
     return 2 * half
 
 
-def _mean_variance(x: FloatArray) -> FloatArray:
-    """Variance of a mean over T of noise with the correlation time x T, in that of the noise."""
-    return np.asarray(2 * x * (1 + x * np.expm1(-1 / x)))
+def by_length(runs: Sequence[Sequence[PoseMean]]) -> list[list[int]]:
+    """Which of ``runs`` have poses of one length; they share one correlation."""
+    length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
+    groups: list[list[int]] = []
+    for i in sorted(range(len(runs)), key=lambda i: length[i]):
+        if groups and length[i] <= SIMILAR_LENGTH * length[groups[-1][0]]:
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    return groups
 
 
-def _batch_variance(x: FloatArray, batches: int) -> FloatArray:
-    """What so many batches of that mean would state on average, (V(T/m) - V(T)) / (m - 1)."""
-    return np.asarray((_mean_variance(batches * x) - _mean_variance(x)) / (batches - 1))
-
-
-# Of noise with one correlation time x: the ratio that COARSE_BATCHES and BATCHES state, and the
-# factor that is missing.
-_SHARES = np.geomspace(1e-4, 3.0, 300)
-_RATIOS = _batch_variance(_SHARES, COARSE_BATCHES) / _batch_variance(_SHARES, BATCHES)
-_FACTORS = _mean_variance(_SHARES) / _batch_variance(_SHARES, BATCHES)
-
-
-def correlation_ratio(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
-    """Variance of pose means by COARSE_BATCHES over that by BATCHES, over all poses of ``runs``."""
-    fine, coarse = 0.0, 0.0
-    for means in runs:
-        v6 = np.array([mean.of(triad).variance for mean in means])
-        v3 = np.array([mean.of(triad).coarse_variance for mean in means])
-        typical = np.maximum(np.median(v6, axis=0), NO_LENGTH)
-        disturbed = np.maximum(v6, v3) > LARGEST_TYPICAL * typical
-        fine += float(np.where(disturbed, 0.0, v6 / typical).sum())
-        coarse += float(np.where(disturbed, 0.0, v3 / typical).sum())
-    return coarse / fine if fine > 0 else 1.0
-
-
-def correlation_factor(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float:
-    """Ratio of the variance of a pose mean to what its BATCHES batches say.
-
-    Noise that stays correlated over x T of a pose of length T gives batches a variance that falls
-    short, and the more batches the more: the ratio of the estimates from 3 and from 6 of them is
-    between 1 (white noise) and 2 (x without limit). For small x the factor is ``2 ratio - 1``,
-    whatever the shape of the correlation; in poses shorter than ``FIRST_ORDER_S``, where noise over
-    half a second is no longer short, and beyond ``UNCERTAIN_RATIO``, it is that of noise with one
-    correlation time (Gauss-Markov). The ratio belongs to the sensor and the length of the pose: it
-    is taken over all ``runs``, whose poses are alike in length. The last factor is Student's: an sd
-    known with few degrees of freedom is wider than it says.
-    """
-    ratio, poses = correlation_ratio(runs, triad), sum(map(len, runs))
-    seconds = float(np.median([mean.duration_s for means in runs for mean in means]))
-    factor = 2 * ratio - 1
-    if seconds < FIRST_ORDER_S or ratio > UNCERTAIN_RATIO:
-        factor = float(np.interp(min(ratio, LARGEST_RATIO), _RATIOS, _FACTORS))
-    dof = NOISE_DOF_PER_POSE * poses
-    student = dof / max(dof - 2, 1.0)
-    return student * max(1.0, factor)
+def _together(runs: Sequence[Sequence[PoseMean]], group: Sequence[int]) -> list[PoseMean]:
+    return [mean for i in group for mean in runs[i]]
 
 
 def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
-    """Degrees of freedom of the sds of all runs where readings wander; None where none do.
+    """Degrees of freedom of the sds of all runs; None where there are none.
 
-    The steeper the factor at the ratio that the poses show, the less is known by it.
+    The variance of each group of poses is known by the batches of all and by their correlation.
     """
-    ratios = [correlation_ratio([means], triad) for means in runs]
-    if not runs or max(ratios) <= UNCERTAIN_RATIO:
-        return None
-    steep = np.gradient(np.log(_FACTORS), _RATIOS)
-    sds = RATIO_SD * np.interp(np.minimum(ratios, LARGEST_RATIO), _RATIOS, steep)
-    per_pose = np.minimum(NOISE_DOF_PER_POSE, 2 / sds**2)
-    return float(per_pose @ [len(means) for means in runs])
+    scatter, total = 0.0, 0
+    for group in by_length(runs):
+        means = _together(runs, group)
+        total += len(means)
+        batches = BATCH_DOF * 3 * len(means)
+        scatter += len(means) ** 2 * (1 / correlation_of(means, triad).dof + 1 / batches)
+    return total**2 / scatter if total else None
 
 
 def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
@@ -218,14 +172,13 @@ def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
 
     Means over a few correlation times follow the noise itself: how far it goes is not in the poses.
     """
-    ratio = correlation_ratio([means], triad)
     seconds = float(np.median([mean.duration_s for mean in means]))
-    wanders = ratio > UNCERTAIN_RATIO + 2 * RATIO_SD / np.sqrt(len(means))
+    wanders = correlation_of(means, triad).factor > LARGEST_FACTOR
     if not wanders and seconds >= SHORTEST_S:
         return None
     seen = (
         f"within them the {triad}'s readings wander as a whole (their noise stays correlated over "
-        f"a sixth of a pose and longer, or they drift)"
+        f"a third of a pose and longer)"
         if wanders
         else f"slow noise of the {triad}, correlated over half a second, does not show in so few"
     )
@@ -243,15 +196,11 @@ def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
     array, shape (n, 3)
         For the n poses of all runs in their order, nominal m/s² or rad/s.
     """
-    length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
-    parts = []
-    for means, seconds in zip(runs, length, strict=True):
-        alike = [
-            other
-            for other, its in zip(runs, length, strict=True)
-            if 1 / SIMILAR_LENGTH < its / seconds < SIMILAR_LENGTH
-        ]
-        parts.append(pooled_sd(means, triad) * np.sqrt(correlation_factor(alike, triad)))
+    parts = [np.zeros((0, 3))] * len(runs)
+    for group in by_length(runs):
+        widening = correlation_of(_together(runs, group), triad).widening
+        for i in group:
+            parts[i] = pooled_sd(runs[i], triad) * np.sqrt(widening)
     return np.concatenate(parts)
 
 

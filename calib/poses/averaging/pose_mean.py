@@ -20,10 +20,12 @@ class TriadMean:
     Attributes
     ----------
     mean : array, shape (3,)
-    variance, coarse_variance : array, shape (3,)
-        Of that mean, from BATCHES and from COARSE_BATCHES batches.
+    variance : array, shape (3,)
+        Of that mean, from BATCHES batches.
     scatter : array, shape (3,)
         Variance of the samples about it.
+    parts : array, shape (PARTS, 3)
+        Means of as many equal stretches; (0, 3) of a mean whose samples are not at hand.
     step : array, shape (3,)
         Between neighbouring values of the log; infinite where there was one value only.
     unit : array, shape (3,)
@@ -36,8 +38,8 @@ class TriadMean:
 
     mean: FloatArray
     variance: FloatArray
-    coarse_variance: FloatArray
     scatter: FloatArray
+    parts: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     step: FloatArray = field(default_factory=lambda: np.full(3, np.inf))
     unit: FloatArray = field(default_factory=lambda: np.zeros(3))
     envelope: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
@@ -83,7 +85,7 @@ class PoseMean:
 
 
 _NOTHING = np.full(3, np.nan)
-NOT_LOGGED = TriadMean(_NOTHING, _NOTHING, _NOTHING, _NOTHING)
+NOT_LOGGED = TriadMean(_NOTHING, _NOTHING, _NOTHING)
 """The mean of a triad that was not logged."""
 
 
@@ -163,7 +165,7 @@ def _means(
     scatter = (_stated_sds(columns, triad) * spec.nominal_scale) ** 2
     if SAMPLES not in columns:
         scatter = np.full_like(scatter, np.nan)
-    return [TriadMean(m, sd**2, sd**2, s)
+    return [TriadMean(m, sd**2, s)
             for m, sd, s in zip(*nominal_means(columns, triad, spec), scatter, strict=True)]
 
 

@@ -17,11 +17,11 @@ BATCHES = 6
 """Number of batches of a pose. A judgement: fewer outlast the correlation better, more state the
 variance better; six have five degrees of freedom."""
 
-COARSE_BATCHES = BATCHES // 2
-"""Derived: twice as long, so that the ratio of both variances shows the correlation
-(:func:`calib.poses.averaging.mean_noise.correlation_factor`)."""
+PARTS = 2 * BATCHES
+"""Derived: half a batch each, so that noise which ends within one is told from what lasts longer
+(:mod:`calib.poses.averaging.correlation`)."""
 
-SHORTEST_SAMPLES = 2 * BATCHES  #: samples of a pose; derived: two in each batch
+SHORTEST_SAMPLES = PARTS  #: samples of a pose; derived: one in each part
 
 
 def batch_means(values: FloatArray, count: int) -> FloatArray:

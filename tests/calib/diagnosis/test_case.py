@@ -28,9 +28,9 @@ def hiding(name: str, size: float, seed: int) -> Fit:
     return fit(poses_of(design, seed, "accelerometer", hidden), Model.of(BASE))
 
 
-@pytest.mark.parametrize(("size", "quoted"), [(2.0, False), (30.0, True)])
+@pytest.mark.parametrize(("size", "quoted"), [(2.5, False), (30.0, True)])
 def test_p_is_quoted_only_where_the_verdict_rests_on_it(size: float, quoted: bool) -> None:
-    """Noise could make an effect of two sds; the fall of chi-square is what speaks for it."""
+    """Noise could make an effect of a few sds; the fall of chi-square is what speaks for it."""
     base = hiding("quadratic", size, 1)
     found = diagnose(base)
     assert found.verdict != "nothing_missing"

@@ -100,11 +100,12 @@ def test_more_signal_never_means_less_verdict(design: str, size: float) -> None:
 
 
 @pytest.mark.parametrize("design", ["rich", "soak"])
-def test_a_bias_that_wanders_is_given_no_name(design: str) -> None:
+def test_a_bias_that_wanders_is_given_no_sure_name(design: str) -> None:
+    """At 2 sd a name may be as wrong as it says: none is stated with nine in ten."""
     triad: Triad = "gyroscope" if design == "rich" else "accelerometer"
     for seed in range(61, 65):
         found = said(design, triad, ("wander",), 2.0, seed)
-        assert found.verdict != "effect", found.text
+        assert found.verdict != "effect" or found.inclusion[0].probability < 0.9, found.text
 
 
 def test_a_bias_wanders_in_every_log_where_each_has_a_clock_of_its_own() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.averaging.mean_noise import correlation_ratio, pose_mean_sd, too_short
+from calib.poses.averaging.correlation import correlation_of
+from calib.poses.averaging.mean_noise import pose_mean_sd, too_short
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
@@ -22,8 +23,8 @@ class Held:
 
     covered: float
     spread: float
-    ratio: float
-    ratio_sd: float
+    factor: float
+    factor_sd: float
     noted: float
 
 
@@ -51,7 +52,7 @@ def coverage(
     seconds: float, tau_s: float, white: float, step: float = 0.0, sessions: int = SESSIONS
 ) -> Held:
     """Average, state sds and compare with the truth."""
-    scores, ratios, noted = [], [], 0
+    scores, factors, noted = [], [], 0
     for seed in range(sessions):
         values, truth = session(seconds, tau_s, white, seed, step)
         time_s = np.arange(values.shape[1]) / RATE_HZ
@@ -61,8 +62,8 @@ def coverage(
         sd = pose_mean_sd([means], "accelerometer")
         error = np.array([mean.accelerometer.mean for mean in means]) - truth[:, 0]
         scores.append(error / sd)
-        ratios.append(correlation_ratio([means], "accelerometer"))
+        factors.append(correlation_of(means, "accelerometer").factor)
         noted += too_short(means, "accelerometer", "run") is not None
     z = np.array(scores)
-    return Held(float(np.mean(np.abs(z) < 1.96)), float(z.std()), float(np.mean(ratios)),
-                float(np.std(ratios)), noted / sessions)  # fmt: skip
+    return Held(float(np.mean(np.abs(z) < 1.96)), float(z.std()), float(np.mean(factors)),
+                float(np.std(factors)), noted / sessions)  # fmt: skip

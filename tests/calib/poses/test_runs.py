@@ -28,12 +28,12 @@ UP = np.array([[0, 0, 1.0], [0, 1.0, 0], [1.0, 0, 0], [0, 0, -1.0], [0, -1.0, 0]
 
 def triad_mean(mean: FloatArray) -> TriadMean:
     var = np.full(3, 1e-8)
-    return TriadMean(np.asarray(mean, float), var, var, np.full(3, 1e-4))
+    return TriadMean(np.asarray(mean, float), var, np.full(3, 1e-4))
 
 
 def means(spin: float, start_s: float = 0.0, acc: bool = True) -> list[PoseMean]:
     """Six poses on a plate turning at ``spin``, as perfect sensors have them."""
-    nothing = TriadMean(*(np.full(3, np.nan) for _ in range(4)))
+    nothing = TriadMean(*(np.full(3, np.nan) for _ in range(3)))
     return [
         PoseMean(
             f"pose {k + 1}",
@@ -178,7 +178,7 @@ def test_clips_and_poses_must_pair() -> None:
 
 def test_a_pose_without_gyro_columns_is_refused_by_its_name() -> None:
     some = means(OMEGA)
-    some[3] = replace(some[3], gyroscope=TriadMean(*(np.full(3, np.nan) for _ in range(4))))
+    some[3] = replace(some[3], gyroscope=TriadMean(*(np.full(3, np.nan) for _ in range(3))))
     with pytest.raises(Undetermined, match=r"slow: pose 4 has no gyroscope columns"):
         turning_run(some, rate(), LATITUDE)
 
@@ -186,7 +186,7 @@ def test_a_pose_without_gyro_columns_is_refused_by_its_name() -> None:
 def test_an_axis_that_never_changes_is_called_stuck() -> None:
     stuck = [
         replace(m, gyroscope=TriadMean(np.array([1.5, *m.gyroscope.mean[1:]]),
-                                       m.gyroscope.variance, m.gyroscope.coarse_variance,
+                                       m.gyroscope.variance,
                                        np.array([0.0, 1e-4, 1e-4])))
         for m in means(OMEGA)
     ]

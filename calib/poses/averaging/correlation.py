@@ -1,0 +1,131 @@
+"""How far noise stays correlated within poses, and what of it the batches of a pose leave out.
+
+Noise that stays correlated over a part of a pose gives batches a variance that falls short of six
+times that of the mean. It is taken as white noise and slow noise with one correlation time
+(Gauss-Markov) together, of unknown shares, beside a drift. The means y of the ``PARTS`` of each
+pose and axis, about their mean, have the covariance s² Σ(share, time, drift) with a size s of their
+own; with Jeffreys' prior of s their density is
+
+    |Σ|^(-1/2) (yᵀ Σ⁻¹ y)^(-c/2)
+
+for c contrasts. A pose that something disturbed thus counts as one pose. White noise alone is as
+likely beforehand as all with slow noise together, of which every share and, on a logarithmic scale,
+every time is as likely as the next; no drift is as likely as one of any size.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.imu_log import FloatArray, Triad
+from calib.poses.samples.batches import BATCHES, PARTS
+
+SHARES = np.linspace(0.0, 1.0, 7)  #: part of slow noise in what the batches state; numerical
+TIMES = np.geomspace(0.03, 0.35, 8)
+"""Correlation times over the length of a pose: from a third of a part, which is white noise to
+them, to a third of the pose. Derived: what lasts longer is hardly told from a drift within it and a
+wander between poses, and the run is told that its poses are short."""
+
+DRIFTS = np.array([0.0, *4.0 ** np.arange(7)])
+"""Variances of a steady drift along the parts, in that of white noise. Numerical."""
+
+ROUNDING = 1e-12  #: relative; smaller contrasts are of a reading that stands still; numerical
+
+
+class Correlation(NamedTuple):
+    """Variance of a pose mean over what its batches state: the most likely ``factor``, and ``dof``,
+    the degrees of freedom by which it is known.
+    """
+
+    factor: float
+    dof: float
+
+    @property
+    def widening(self) -> float:
+        """The factor with Student's allowance for how well it is known."""
+        return self.factor * self.dof / max(self.dof - 2, 1.0)
+
+
+class _Mixtures(NamedTuple):
+    """The g mixtures: ``whitening`` (g, c, PARTS) makes c unit contrasts of the parts, ``log_det``
+    (g,) belongs to it; ``log_prior`` (g,) is what is believed of them beforehand.
+    """
+
+    whitening: FloatArray
+    log_det: FloatArray
+    log_prior: FloatArray
+    factor: FloatArray
+
+
+@lru_cache(maxsize=1)
+def _mixtures() -> _Mixtures:
+    slow = np.array([_slow(time) for time in TIMES])
+    share = SHARES[:, None, None, None]
+    noise = (share * slow + (1 - share) * PARTS * np.eye(PARTS)).reshape(-1, 1, PARTS, PARTS)
+    line = np.arange(PARTS) - (PARTS - 1) / 2
+    drift = PARTS * np.outer(line, line) / (line @ line)
+    covariance = (noise + DRIFTS[:, None, None] * drift).reshape(-1, PARTS, PARTS)
+    contrasts = np.linalg.qr(np.ones((PARTS, 1)), mode="complete")[0][:, 1:].T
+    root = np.linalg.cholesky(contrasts @ covariance @ contrasts.T)
+    log_det = 2 * np.log(np.einsum("gcc->gc", root)).sum(axis=1)
+    prior = np.multiply.outer(_half_first(np.repeat(SHARES, len(TIMES))), _half_first(DRIFTS))
+    return _Mixtures(np.linalg.solve(root, contrasts[None]), log_det, np.log(prior.ravel()),
+                     np.repeat(noise.mean(axis=(1, 2, 3)), len(DRIFTS)))
+
+
+def _half_first(sizes: FloatArray) -> FloatArray:
+    """Half of the probability for those of ``sizes`` (k,) that are zero, half for the others."""
+    nothing = sizes == 0
+    return np.asarray(0.5 / np.where(nothing, nothing.sum(), (~nothing).sum()))
+
+
+def _slow(time: float) -> FloatArray:
+    """Covariance (PARTS, PARTS) of parts' means by slow noise of which the batches state one.
+
+    ``time`` is its correlation time over the length of the pose.
+    """
+    part = 1 / PARTS
+    fall = np.exp(-part / time)
+    apart = np.abs(np.subtract.outer(np.arange(PARTS), np.arange(PARTS)))
+    inside = 2 * time / part * (1 - time / part * (1 - fall))
+    across = (time / part * (1 - fall)) ** 2 * fall ** (np.maximum(apart, 1) - 1.0)
+    covariance = np.where(apart == 0, inside, across)
+    batches = covariance.reshape(BATCHES, 2, BATCHES, 2).mean(axis=(1, 3))
+    stated = (np.trace(batches) / BATCHES - batches.mean()) / (BATCHES - 1)
+    return np.asarray(covariance / stated)
+
+
+def correlation_of(means: Sequence[PoseMean], triad: Triad) -> Correlation:
+    """How far the variance of pose means exceeds what their batches state.
+
+    Parameters
+    ----------
+    means : sequence of PoseMean
+        Poses of one length.
+    triad : str
+        ``accelerometer`` or ``gyroscope``.
+
+    Returns
+    -------
+    Correlation
+        Its factor is one over the mean of 1/factor, since precisions have a chi-square
+        distribution; the scatter of that gives the degrees of freedom.
+    """
+    known = [mean.of(triad).parts.T for mean in means if len(mean.of(triad).parts)]
+    parts = np.concatenate([np.zeros((0, PARTS)), *known])
+    mixtures = _mixtures()
+    whitened = mixtures.whitening @ parts.T  # (g, c, n)
+    square = (whitened**2).sum(axis=1)
+    alive = square.min(axis=0, initial=np.inf) > ((ROUNDING * parts) ** 2).sum(axis=1)
+    contrasts = whitened.shape[1]
+    log_density = -0.5 * (alive.sum() * mixtures.log_det
+                          + contrasts * np.log(square[:, alive]).sum(axis=1))
+    log_density += mixtures.log_prior
+    probability = np.exp(log_density - log_density.max())
+    probability /= probability.sum()
+    precision = float(probability @ (1 / mixtures.factor))
+    scatter = float(probability @ (1 / mixtures.factor - precision) ** 2) / precision**2
+    return Correlation(1 / precision, 2 / scatter if scatter > 0 else np.inf)
