@@ -32,8 +32,9 @@ change 1 of 55 verdicts, twice as many none (``tests.bench.diagnosis_thresholds`
 
 #: axes whose components are multiplied
 CUBIC = np.array([*combinations_with_replacement(range(3), 3)]).T
-#: axes of which the squares of the components are multiplied
-QUARTIC = np.array([*combinations_with_replacement(range(3), 2)]).T
+SQUARED = "g_squared_sensitivity"  #: the listed bias by squares of the specific force
+#: axes of which the components, or their squares, are multiplied
+PAIRS = np.array([*combinations_with_replacement(range(3), 2)]).T
 
 MEMORY = 0.3
 """Share of the magnitude by which the pose before saturates what an axis remembers. A
@@ -94,6 +95,8 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
     yield "attitude", [("", Course.of_size(_attitude(fit)))]
     if np.ptp(each_axis, axis=0).all():
         yield "attitude", [("", _by_own_axis(each_axis))]
+    if poses.triad in EFFECTS[SQUARED].triads and np.isfinite(poses.force).all():
+        yield "attitude", [("", _by_products_of_force(poses.force))]
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
             yield TEMPERATURE, _with_a_lag(poses.time_s, poses.columns[TEMPERATURE])
@@ -119,7 +122,7 @@ def _attitude(fit: Fit) -> FloatArray:
     s = fit.rows.vector
     n = s / np.linalg.norm(s, axis=1, keepdims=True)
     cubic = n[:, CUBIC[0]] * n[:, CUBIC[1]] * n[:, CUBIC[2]]
-    return np.concatenate([cubic, (n[:, QUARTIC[0]] * n[:, QUARTIC[1]]) ** 2], axis=1)
+    return np.concatenate([cubic, (n[:, PAIRS[0]] * n[:, PAIRS[1]]) ** 2], axis=1)
 
 
 def _by_own_axis(each_axis: FloatArray) -> Course:
@@ -127,6 +130,16 @@ def _by_own_axis(each_axis: FloatArray) -> Course:
     functions = [smooth_functions(values) for values in each_axis.T]
     count = min(each.shape[1] for each in functions)
     return Course(np.stack([each[:, -count:] for each in functions], axis=2))
+
+
+def _by_products_of_force(force: FloatArray) -> Course:
+    """A bias by every product of two components of the specific force (n, 3): of second order.
+
+    IEEE Std 528 has all of them in the acceleration-squared-sensitive drift rate; ``SQUARED`` has
+    of each axis its own square. On a stopped plate nothing else here follows the attitude.
+    """
+    up = force / float(np.linalg.norm(force, axis=1).max())
+    return Course.of_bias(up[:, PAIRS[0]] * up[:, PAIRS[1]])
 
 
 def _previous(fit: Fit) -> FloatArray:
