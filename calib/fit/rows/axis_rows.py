@@ -103,6 +103,8 @@ class AxisRows(Stacked):
             place, rows_of = np.flatnonzero(np.isfinite(one.up).all(axis=1)), _of_attitudes
         else:
             return None
+        if place.size == 0:  # a run of stopped poses by itself
+            return None
         parts = [rows_of(poses, start.take(k)) for k, poses in enumerate(sets)]
         across, sd, common = (np.array(values) for values in zip(*parts, strict=True))
         return cls(tuple(map(int, np.repeat(place, 2))), across / sd[..., None], sd, common)

@@ -67,6 +67,16 @@ def test_without_the_attitudes_six_faces_are_refused() -> None:
         calibrated(0, "accelerometer", None)
 
 
+def test_poses_without_attitudes_of_a_session_that_has_them_are_refused_too() -> None:
+    """A run on the stopped plate, which a misfit has fitted by itself."""
+    run, _ = run_of(evening(0), "gyroscope")
+    poses = pose_set("gyroscope", [laid_down(run, np.radians(SD_DEG))], 0.0)
+    assert poses.up is not None
+    bare = replace(poses, up=np.full_like(poses.up, np.nan))
+    with pytest.raises(Undetermined):
+        fit(bare, Model.of(BASE))
+
+
 def test_a_plate_that_turns_clockwise_is_as_good() -> None:
     run, truth = run_of(evening(0), "gyroscope")
     spin = -np.abs(run.spin_rad_s)
