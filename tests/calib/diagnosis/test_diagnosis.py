@@ -291,13 +291,3 @@ def test_two_effects_at_once_are_both_found_by_going_on(pair: tuple[str, str]) -
     found = {*loop.added, *(loop.last.group if loop.last.verdict == "effect" else ())}
     assert set(pair) <= found
     assert chi2.sf(loop.fit.chi2, loop.fit.dof) > 1e-3
-
-
-def test_a_bias_by_products_of_the_specific_force_follows_the_attitude() -> None:
-    """No listed effect has them; the poses on the stopped plate show nothing else of it."""
-    poses = poses_of(RICH, 8, "gyroscope", ())
-    y, z = poses.force[:, [1, 2, 0]], poses.force[:, [2, 0, 1]]
-    size = 12 * poses.sd[0, 0] / np.std(y * z)
-    found = said_of(replace(poses, reading=poses.reading + size * y * z * [1.0, -0.7, 0.5]))
-    assert (found.verdict, found.explanation.step) == ("unknown", "discover")
-    assert "follows the attitude" in found.text

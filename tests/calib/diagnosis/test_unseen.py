@@ -185,3 +185,14 @@ def test_a_bias_that_wanders_goes_on_in_the_next_log() -> None:
         assessed = assess(poses, model, SPECS["accelerometer"])
         assert assessed.prediction is not None
         assert 0.5 < assessed.prediction.sd_median / hidden < 2
+
+
+def test_a_bias_by_products_of_the_specific_force_follows_the_attitude() -> None:
+    """No listed effect has them, and the poses on the stopped plate show nothing else of it."""
+    poses = noisy(rich_poses("gyroscope"), 3)
+    product = poses.force[:, [1, 2, 0]] * poses.force[:, [2, 0, 1]]
+    hidden = 12 * poses.sd[0, 0] / product.std() * np.array([1.0, -0.7, 0.5])
+    poses = replace(poses, reading=poses.reading + hidden * product)
+    said = diagnose(fit(poses, MODEL))
+    assert (said.verdict, said.explanation.step) == ("unknown", "discover")
+    assert "follows the attitude" in said.text
