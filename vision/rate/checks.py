@@ -165,10 +165,11 @@ def _says_unsteady(seen: Seen) -> str:
     else:
         kind = "does not turn steadily"
     listed = history.rate_rad_s * (np.sign(np.median(history.rate_rad_s)) or 1.0) / RPM
+    turns = np.abs(listed).mean() * np.ptp(history.angle.time_s) / 60  # there and back
     return (
         f"the plate {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it goes "
         f"from {listed[0]:.2f} to {listed[-1]:.2f} rpm (slowest {listed.min():.2f}, fastest "
-        f"{listed.max():.2f}) in {history.revolutions:.2f} turns. A constant rate may "
+        f"{listed.max():.2f}) in {turns:.2f} turns. A constant rate may "
         f"change by at most {THRESHOLDS.unsteady:.0%}. {steady_advice(history)}"
     )
 
