@@ -34,9 +34,8 @@ SIMILAR_LENGTH = 1.3
 correlation times over the length then differ by no more than neighbours of the grid do."""
 
 NOISE_DOF_PER_POSE = 2.0
-"""Degrees of freedom that a pose adds to its noise where the samples are not at hand: between the
-tenth and the half of sessions of white noise (``python -m tests.bench.study_pose_means``). A
-judgement."""
+"""Degrees of freedom that a pose adds to what is known of the noise. A judgement: its batches have
+five on each axis, but poses are not alike, and with more an error of single poses gets a name."""
 
 LARGEST_FACTOR = 5.0
 """Factor of noise that stays correlated over 0.3 of a pose: of longer the poses show too little.
@@ -156,14 +155,14 @@ def _together(runs: Sequence[Sequence[PoseMean]], group: Sequence[int]) -> list[
 def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
     """Degrees of freedom of the sds of all runs; None where there are none.
 
-    The variance of each group of poses is known by the batches of all and by their correlation.
+    The variance of each group of poses is known by their number and by their correlation.
     """
     scatter, total = 0.0, 0
     for group in by_length(runs):
         means = _together(runs, group)
         total += len(means)
-        batches = BATCH_DOF * 3 * len(means)
-        scatter += len(means) ** 2 * (1 / correlation_of(means, triad).dof + 1 / batches)
+        by_number = NOISE_DOF_PER_POSE * len(means)
+        scatter += len(means) ** 2 * (1 / correlation_of(means, triad).dof + 1 / by_number)
     return total**2 / scatter if total else None
 
 
