@@ -28,12 +28,13 @@ if TYPE_CHECKING:
 def command(
     config: Path, output: Path | None, held_out: Path | None, allow_python: bool
 ) -> None:
-    """Run CONFIG and open its workbench in the browser, until Ctrl-C.
+    """Open the workbench of CONFIG in the browser, until Ctrl-C.
 
-    There you tick effects and leave out poses, see the exact refit and the error fall, go back to
-    any model that you tried, and write the one that you want into CONFIG. The address answers this
-    computer alone; a run in a terminal updates the page. Of a FOLDER, by default this one, the page
-    lists the sessions; logs and clips that you drop there become a new one.
+    The session is run first, unless its results are those of its files as they are. There you tick
+    effects and leave out poses, see the exact refit and the error fall, go back to any model that
+    you tried, and write the one that you want into CONFIG. The address answers this computer alone;
+    a run in a terminal updates the page. Of a FOLDER, by default this one, the page lists the
+    sessions; logs and clips that you drop there become a new one.
     """
     from pipeline.commands.run import command as run
     from pipeline.served.serve import serve
@@ -49,8 +50,11 @@ def command(
             _run(path, allow_python), None, allow_python, beside))
         serve(page.routes, say_address)
         return
-    click.get_current_context().invoke(
-        run, config=config, output=output, allow_python=allow_python)
+    if _is_run(config, output, allow_python):
+        click.echo(f"{config}: was run, and no file has changed since.")
+    else:
+        click.get_current_context().invoke(
+            run, config=config, output=output, allow_python=allow_python)
     serve(routes_of(_workbench(config, output, allow_python, beside)), say_address)
 
 
@@ -68,15 +72,25 @@ def _workbench(
                      held_out)
 
 
+def _is_run(path: Path, output: Path | None, allow_python: bool) -> bool:
+    """Whether a run would write what is there; Python effects that may not run are for it to say.
+    """
+    from pipeline.session_folder import working_on
+    from pipeline.workbench.session_files import SessionFiles
+
+    with working_on(path, output) as (config, folder):
+        may_run = allow_python or not any(one.python for one in config.effects.values())
+        return may_run and SessionFiles(path, folder).is_run()
+
+
 def _run(path: Path, allow_python: bool) -> Path:
     """The configuration, which is run where its results are not those of the files as they are."""
     from pipeline.commands.interaction.run_with_progress import run_shown
     from pipeline.report.outputs import outputs_of
     from pipeline.session_folder import require_own_files, working_on, write_session
-    from pipeline.workbench.session_files import SessionFiles
 
-    with working_on(path) as (config, folder):
-        if not SessionFiles(path, folder).is_run():
+    if not _is_run(path, None, allow_python):
+        with working_on(path) as (config, folder):
             require_own_files(folder)
             write_session(folder, outputs_of(
                 run_shown(config, folder, allow_python, bars=False), folder))

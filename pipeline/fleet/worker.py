@@ -3,15 +3,15 @@
 import hashlib
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from calib.diagnosis.population.evidence import evidence_of
 from calib.errors import CalibrationError
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config, load_config
+from pipeline.config.named_files import named_files
 from pipeline.errors import (
     PipelineError,
     UnreadableInput,
@@ -64,39 +64,10 @@ def input_digest(config: Config, allow_python: bool, reports: bool) -> str:
     digest = hashlib.sha256(repr(options).encode())
     digest.update(config.source.text.encode())
     folder = config.source.path.parent
-    for path in sorted({*_paths(config), *_python_files(config, folder)}):
+    for path in sorted({*named_files(config)}):
         digest.update(os.fsencode(os.path.relpath(path, folder)))
         digest.update(_digest(path))
     return digest.hexdigest()
-
-
-def _paths(value: Any) -> Iterator[Path]:
-    """Every path in a section of the configuration."""
-    if isinstance(value, Path):
-        yield from _files(value)
-    elif isinstance(value, dict):
-        for one in value.values():
-            yield from _paths(one)
-    elif isinstance(value, list | tuple):
-        for one in value:
-            yield from _paths(one)
-    elif hasattr(type(value), "model_fields"):
-        for name in type(value).model_fields:
-            yield from _paths(getattr(value, name))
-
-
-def _files(path: Path) -> Iterator[Path]:
-    """The files of a path: itself, all in a folder, or the archive that it is a name in."""
-    if path.is_dir():
-        yield from (one for one in path.rglob("*") if one.is_file())
-        return
-    yield next((one for one in (path, *path.parents) if one.is_file()), path)
-
-
-def _python_files(config: Config, folder: Path) -> Iterator[Path]:
-    for effect in config.effects.values():
-        if effect.python is not None:
-            yield folder / effect.python.partition(":")[0]
 
 
 def _digest(path: Path) -> bytes:

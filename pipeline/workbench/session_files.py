@@ -4,7 +4,7 @@ import csv
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
+from pipeline.config.named_files import named_files
 from pipeline.config.schema import VideoRateSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.errors import ConfigError, PipelineError
@@ -23,6 +24,7 @@ from pipeline.results.read import load_results
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import clips_to_follow
 from pipeline.stages.rate import ClipToFollow, follow_clips
+from pipeline.text.names import program_version
 from pipeline.workbench.clip_player import ClipToPlay, PlateReading
 from pipeline.workbench.live_refits import OpenSession
 from vision.phase_track import PhaseTrack
@@ -51,7 +53,7 @@ class SessionFiles:
         if config != self._of_config[0]:
             try:
                 stated = load_config(self.path)
-                self._of_config = config, _stated(stated), list(_paths(stated.model_dump()))
+                self._of_config = config, _stated(stated), list(named_files(stated))
             except ConfigError:  # between two writes of an editor
                 self._of_config = config, *self._of_config[1:]
         _, text, paths = self._of_config
@@ -60,17 +62,18 @@ class SessionFiles:
                 "data": data.hexdigest()}
 
     def is_run(self) -> bool:
-        """Whether the results are those of the configuration and the logs as they are now."""
+        """Whether this program made the results of the configuration and its files as they are."""
         config = load_config(self.path)
-        results = self.folder / RESULTS_NAME
+        results, report = self.folder / RESULTS_NAME, self.folder / REPORT_NAME
         try:
             written = results.stat().st_mtime_ns
             of_run = json.loads(results.read_text(encoding="utf-8"))["config_sha256"]
-            there = (self.folder / REPORT_NAME).is_file() and all(
-                path.stat().st_mtime_ns <= written for path in _paths(config.model_dump()))
+            is_newest = all(path.stat().st_mtime_ns <= written for path in named_files(config))
+            page = report.read_text(encoding="utf-8")
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return False
-        return bool(there and of_run == hashlib.sha256(config.source.text.encode()).hexdigest())
+        return (is_newest and f"pipeline {program_version()}" in page
+                and of_run == hashlib.sha256(config.source.text.encode()).hexdigest())
 
 
 def stamp_of(path: Path) -> str:
@@ -89,17 +92,8 @@ def _stated(config: Config) -> str:
             return {key: without(one) for key, one in value.items() if key not in OF_THE_SCREEN}
         return [*map(without, value)] if isinstance(value, list | tuple) else value
 
-    return json.dumps([str(config.source.path.resolve()), without(config.model_dump())],
-                      default=str)
-
-
-def _paths(value: Any) -> Iterator[Path]:
-    """The files in the values of a configuration."""
-    if isinstance(value, Path):
-        yield value
-    elif isinstance(value, dict | list | tuple):
-        for one in value.values() if isinstance(value, dict) else value:
-            yield from _paths(one)
+    stated = without(config.model_dump(warnings=False))
+    return json.dumps([str(config.source.path.resolve()), stated], default=str)
 
 
 def session_clips(session: OpenSession, folder: Path) -> list[ClipToPlay]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tests.pipeline.report.tab import Browser, started_browser
+from tests.sessions import pipeline
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
@@ -28,11 +29,15 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 @dataclass(frozen=True)
 class Opened:
-    """A running ``pipeline open``: its configuration, its address with the token, its process."""
+    """A running ``pipeline open``: its configuration, its address with the token, its process.
+
+    ``said`` are the lines before the address.
+    """
 
     config: Path
     address: str
     process: subprocess.Popen[str]
+    said: tuple[str, ...]
 
     @property
     def origin(self) -> str:
@@ -61,9 +66,13 @@ def opened_workbench(
         env=os.environ | {"PATH": path}) as process:
         assert process.stdout is not None
         try:
-            lines = iter(process.stdout.readline, "")
-            address = next(line.strip() for line in lines if line.startswith("http://"))
-            yield Opened(config, address, process)
+            said: list[str] = []
+            for line in iter(process.stdout.readline, ""):
+                said.append(line.strip())
+                if line.startswith("http://"):
+                    break
+            *before, address = said
+            yield Opened(config, address, process, tuple(before))
         finally:
             process.send_signal(signal.SIGINT)
             assert process.wait(30) == 130  # on a busy machine
@@ -71,12 +80,14 @@ def opened_workbench(
 
 @pytest.fixture(scope="session")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The session, not run; nobody changes it."""
-    return written_session(tmp_path_factory.mktemp("written"))
+    """The session, which was run once; nobody changes it."""
+    config = written_session(tmp_path_factory.mktemp("written"))
+    assert pipeline("run", config, "--quiet") == 0
+    return config
 
 
 def copied(config: Path, folder: Path) -> Path:
-    """The same session in another folder."""
+    """The same session with its results in another folder."""
     shutil.copytree(config.parent, folder, dirs_exist_ok=True)
     return folder / config.name
 

@@ -98,7 +98,7 @@ def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
     found = results_in(config.with_suffix(".run"))["gyroscope"]
     assert found["loo_rms"] * SHOWN == float(without)  # to the last digit
     history = (config.with_suffix(".run") / "history.jsonl").read_text("utf-8").splitlines()
-    assert len(history) == 3  # opened, written, run: writing is one step
+    assert len(history) == 3  # run, written, run: opening is none, and writing is one step
 
     # What was tried stays; a model with the pose is out of reach until that is taken back.
     tab.wait("document.querySelector('.tried tr.now') && true")
