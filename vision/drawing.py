@@ -107,11 +107,6 @@ def thumbnail(png: Image) -> bytes:
     return jpeg_of(np.asarray(image, np.uint8), THUMBNAIL)
 
 
-def grey_png(image: NDArray[np.uint8]) -> bytes:
-    """Grey values (h, w) as a PNG that keeps every one of them."""
-    return cv2.imencode(".png", image)[1].tobytes()
-
-
 def png(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Encode an image (h, w, 3), blue-green-red, as the bytes (b,) of a PNG.
 
