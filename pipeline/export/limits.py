@@ -60,7 +60,7 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
     Returns
     -------
     tuple of str
-        A warning where they differ by more than drift and age explain.
+        A warning where they differ by more than drift and age explain, or where no rest is seen.
 
     Raises
     ------
@@ -70,7 +70,10 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
     if "accelerometer" not in applied.triads:
         return ()
     gravity = stored.gravity_m_s2
-    rest = _magnitude_at_rest(log.time_s, applied.triads["accelerometer"])
+    rest = _magnitude_at_rest(log.time_s, applied.triads["accelerometer"], gravity)
+    if rest is None:
+        return (f"{log.label}: no part of the log shows the sensor at rest, so its corrected "
+                f"specific force was not compared with gravity.",)
     difference = abs(rest - gravity) / gravity
     at_rest = f"{log.label}: at rest the corrected specific force is {rest:.4g} m/s²"
     if not difference <= LARGEST_DIFFERENCE:
@@ -86,15 +89,21 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
     return ()
 
 
-def _magnitude_at_rest(time_s: FloatArray, force: FloatArray) -> float:
-    """Median magnitude of the mean force in the quietest windows."""
+def _magnitude_at_rest(time_s: FloatArray, force: FloatArray, gravity: float) -> float | None:
+    """Median magnitude of the mean force in the quietest windows; None where none is a rest.
+
+    A mean is shorter than what it is made of, by half the square of their relative scatter: in a
+    rest this is no drift.
+    """
     step_s = float(np.median(np.diff(time_s)))
     length = min(max(SHORTEST_SAMPLES, round(WINDOW_S / step_s)), len(force))
     count = len(force) // length
     windows = force[: count * length].reshape(count, length, 3)
     scatter = windows.var(axis=1).sum(axis=1)
     quietest = np.argsort(scatter)[: max(1, round(QUIETEST * count))]
-    return float(np.median(np.linalg.norm(windows[quietest].mean(axis=1), axis=1)))
+    magnitudes = np.linalg.norm(windows[quietest].mean(axis=1), axis=1)
+    moved = scatter[quietest] / 2 > LARGEST_DRIFT * np.maximum(magnitudes, gravity) ** 2
+    return None if moved.all() else float(np.median(magnitudes[~moved]))
 
 
 def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
