@@ -175,9 +175,10 @@ def unsupported(fit: Fit, prediction: Prediction) -> str:
             f"{two_digits(prediction.times_a_pose)} times that of one pose there: record one. "
         )
     if prediction.unchecked:
+        alone = list_labels([pose_in_words(fit, one) for one in prediction.unchecked])
         text += (
-            f"Repeat {list_labels([pose_in_words(fit, one) for one in prediction.unchecked])}: no "
-            f"other pose shows an error there. "
+            f"An error in one of these poses would go unnoticed, because the fit would follow it: "
+            f"{alone}. Repeat them. "
         )
     return text
 
