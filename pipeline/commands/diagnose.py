@@ -66,10 +66,9 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
             name = without_formula(result)
             if formula is None and name is not None:
                 instead.append(f"{result.triad}.{name}")
-    for rate in outcome.rates.values():
-        for line in verdict_lines(rate):
-            click.echo()
-            say(paragraph(line), bold=True)
+    for line in verdict_lines(outcome.rates.values()):
+        click.echo()
+        say(paragraph(line), bold=True)
     click.echo()
     line = next_line(outcome, folder)
     if instead and line == f"next: {typed('discover', config)}":

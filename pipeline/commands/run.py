@@ -78,6 +78,5 @@ def _show(outcome: "Outcome") -> None:
     click.echo()
     for result in outcome.triads:
         echo_verdict(result)
-    for rate in outcome.rates.values():
-        for line in verdict_lines(rate):
-            click.secho(paragraph(line), bold=True)
+    for line in verdict_lines(outcome.rates.values()):
+        click.secho(paragraph(line), bold=True)

@@ -17,7 +17,7 @@ from calib.diagnosis.verdict.wording import enumeration
 from calib.rounding import two_digits
 from pipeline.console.model_change_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
-from pipeline.console.rate_text import RateVerdict, rate_verdict
+from pipeline.console.rate_text import RateVerdict, rate_verdict, reasons_of
 from pipeline.console.run_text import aside_text, loo_by_noise
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
@@ -127,7 +127,8 @@ def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
     lacking = [verdict for verdict in verdicts if not verdict.complete]
     if not lacking:
         return None
-    short = wrong = " ".join(_lacking_sentences(lacking))
+    short = " ".join(_lacking_sentences(lacking))
+    wrong = " ".join([short, *reasons_of(lacking)])
     if all(verdict.in_the_rate for verdict in lacking):
         wrong += (" The stated rates do not depend on it, because every rate is fitted together "
                   "with these waves.")

@@ -1,7 +1,7 @@
 """A measured rate as text: one line for the setting, several for each clip, the verdict."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +40,8 @@ class RateVerdict:
     """What the rate model of one plate setting lacks, in its clip with the largest residual.
 
     ``lacks`` is the missing term, empty where the clip determines none; ``command`` adds it.
-    ``in_the_rate`` where the rate is fitted together with the term whatever the model states.
+    ``in_the_rate`` where the rate is fitted together with the term whatever the model states;
+    ``together`` is why all clips of the session decide it, to be told once.
     """
 
     setting: str
@@ -50,6 +51,7 @@ class RateVerdict:
     command: str = ""
     rms_deg: float = 0.0
     in_the_rate: bool = True
+    together: str = ""
 
 
 def rate_verdict(rate: SettingRate, config: Path) -> RateVerdict:
@@ -67,7 +69,7 @@ def rate_verdict(rate: SettingRate, config: Path) -> RateVerdict:
         rate.name, diagnosis.verdict == COMPLETE,
         " ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))), lacks,
         command("add", config, f"rate.{rate.name}.{addable}") if addable else "",
-        math.degrees(clip.fit.rms_rad), in_the_rate)
+        math.degrees(clip.fit.rms_rad), in_the_rate, diagnosis.together)
 
 
 def worst_clip(rate: SettingRate) -> int:
@@ -75,11 +77,18 @@ def worst_clip(rate: SettingRate) -> int:
     return max(range(len(rate.clips)), key=lambda i: rate.clips[i].fit.rms_rad)
 
 
-def verdict_lines(rate: SettingRate) -> Iterator[str]:
-    """What the rate model lacks; nothing where it lacks nothing."""
-    verdict = rate_verdict(rate, Path("CONFIG"))
-    if not verdict.complete:
-        yield f"rate.{rate.name}: {verdict.text}"
+def verdict_lines(rates: Iterable[SettingRate]) -> Iterator[str]:
+    """What the rate models lack, and why the clips together decide so; nothing where none does."""
+    lacking = [verdict for rate in rates
+               if not (verdict := rate_verdict(rate, Path("CONFIG"))).complete]
+    for verdict in lacking:
+        yield f"rate.{verdict.setting}: {verdict.text}"
+    yield from reasons_of(lacking)
+
+
+def reasons_of(verdicts: Iterable[RateVerdict]) -> tuple[str, ...]:
+    """Why the clips of the session decide together what they do, each reason once."""
+    return tuple(dict.fromkeys(verdict.together for verdict in verdicts if verdict.together))
 
 
 def clip_lines(rate: SettingRate) -> Iterator[str]:

@@ -118,4 +118,5 @@ def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> DiagnosisResult:
     ranking = [  # a revolution left out is no test: those beside it determine it
         CandidateResult.of(one, rms_after=one.rms_after_rad, loo_after=None)
         for one in diagnosis.ranking]
-    return DiagnosisResult.of(diagnosis, says=diagnosis.explanation, ranking=ranking)
+    whole = " ".join(filter(None, (diagnosis.explanation, diagnosis.together)))
+    return DiagnosisResult.of(diagnosis, says=whole, ranking=ranking)

@@ -120,6 +120,8 @@ class PhaseDiagnosis:
         One paragraph.
     record_next : str or None
     ranking : tuple of TermCandidate
+    together : str
+        Why all clips of the session decide what this one cannot, the same for all of them.
     """
 
     verdict: str
@@ -128,6 +130,7 @@ class PhaseDiagnosis:
     explanation: str
     record_next: str | None
     ranking: tuple[TermCandidate, ...]
+    together: str = ""
 
 
 def diagnose(

@@ -97,5 +97,6 @@ def _listed(sizes: np.ndarray) -> str:
 def _decided(diagnosis: PhaseDiagnosis, term: str, because: str) -> PhaseDiagnosis:
     leader = next(each for each in diagnosis.ranking if each.name == term)
     text = (f"{term} is missing: with it the phase residual falls to "
-            f"{np.degrees(leader.rms_after_rad):.3g}° rms. {because}")
-    return replace(diagnosis, verdict="effect", name=term, explanation=text, record_next=None)
+            f"{np.degrees(leader.rms_after_rad):.3g}° rms.")
+    return replace(diagnosis, verdict="effect", name=term, explanation=text, record_next=None,
+                   together=because)

@@ -227,6 +227,15 @@ def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete()
     assert "stated" not in top.text
 
 
+def test_what_all_clips_decide_together_is_told_once() -> None:
+    lacking = [replace(verdict_on(name, False, "rolling_shutter"), together="The clips decide it.")
+               for name in ("slow", "fast", "back")]
+    rates = rates_answer(lacking)
+    assert rates is not None
+    assert rates.wrong.count("The clips decide it.") == 1
+    assert "decide" not in rates.short
+
+
 def test_the_headline_is_good_only_if_everything_is() -> None:
     assert rates_answer([verdict_on("slow", True)]) is None
     assert headline([GOOD]).standing == "good"

@@ -50,5 +50,8 @@ def test_no_clip_says_otherwise_than_all_together() -> None:
     clips = [("a", alike, SLOW), ("b", verdict(3e-5, 0.014), FAST)]
     assert set(judge_together(clips)) == {"b"}
     clips[0] = ("a", replace(alike, name="once_per_rev"), SLOW)
-    assert {each.name for each in judge_together(clips).values()} == {"rolling_shutter"}
+    decided = judge_together(clips).values()
+    assert {each.name for each in decided} == {"rolling_shutter"}
+    assert {each.together.partition(":")[0] for each in decided} == {
+        "The clips a, b together decide"}
     assert set(judge_together(clips)) == {"a", "b"}
