@@ -62,7 +62,8 @@ def report_html(
     config = outcome.config.source.path
     clocks = outcome.recordings.clocks
     rates = [rate_view(rate, config, clocks.get(name)) for name, rate in outcome.rates.items()]
-    answers = answers_of(outcome, where)
+    # In the order of the headline, which speaks of the triads first.
+    answers = sorted(answers_of(outcome, where), key=lambda answer: answer.subject == RATES)
     views: dict[str, dict[str, Any]] = {
         result.triad: _triad_view(outcome, result, history, drawings)
         for result in outcome.triads}

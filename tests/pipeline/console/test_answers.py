@@ -42,7 +42,10 @@ def test_a_missing_term_of_a_clip_is_said_everywhere_with_the_same_command(
     command = f"pipeline add {plain} rate.17rpm.once_per_rev"
     assert "rate.17rpm: once_per_rev is missing" in printed
     assert f"next: {command}" in printed
-    page = Page((plain.with_suffix(".run") / "report.html").read_text(encoding="utf-8"))
+    html = (plain.with_suffix(".run") / "report.html").read_text(encoding="utf-8")
+    page = Page(html)
+    cards = re.findall(r'-sign" aria-hidden="true">[^<]*</span><a href="#(\w+)">', html)
+    assert cards == ["accelerometer", "gyroscope", "rates"]  # in the order of the headline
     assert "The rate model of 17rpm lacks once_per_rev." in page.text
     assert command in page.text
     assert "The stated rates do not depend on it" in page.text
