@@ -29,11 +29,12 @@ def test_what_a_bench_found_stays_named(what: str, tmp_path: Path) -> None:
 
 
 def test_a_name_stands_out_of_the_misfit_that_it_leaves(tmp_path: Path) -> None:
-    """Of axes exchanged in all poses at rest reference_offset takes 2 %, which is chance."""
+    """Of axes exchanged in all poses at rest reference_offset takes 2 %; the runs disagree."""
     attack = drawn(983_248)
     assert attack.what == "axes"
     judged = attack.judged(tmp_path)
-    assert judged.verdicts["gyroscope"] == "noise", judged.said
+    assert judged.verdicts["gyroscope"] == "unknown", judged.said
+    assert "follows the rate of the plate" in judged.said
     assert "exchanged columns" in judged.said
 
 

@@ -36,6 +36,9 @@ NEGLIGIBLE = 1e-4
 """Share of the variance of a course that its weakest modes hold together, which are left out.
 Numerical: 100 sds are made to within one."""
 
+ANY_FUNCTION = "~"
+"""Mark before what an unknown function follows, which keeps its name apart from an effect's."""
+
 Kind = Literal["listed", "drawn", "unknown", "bad_pose"]
 """Effects whose sizes a model holds, those whose coefficients are drawn, and what has no name."""
 
@@ -90,8 +93,8 @@ class Hypothesis:
     ----------
     name : str
         Hypotheses of one name are one thing at other shapes, poses or times: the effect,
-        ``bad_pose``, or for an unknown function ``follows`` with a mark that keeps it apart from an
-        effect.
+        ``bad_pose``, or for an unknown function ``follows`` behind
+        ``ANY_FUNCTION``.
     kind : str
     log_prior : float
         Log odds of being in the model against not, before the data.

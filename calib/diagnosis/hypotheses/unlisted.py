@@ -11,7 +11,13 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Course, Hypothesis, bends, modes_about_mean
+from calib.diagnosis.hypotheses.listed import (
+    ANY_FUNCTION,
+    Course,
+    Hypothesis,
+    bends,
+    modes_about_mean,
+)
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.result import Fit
 from calib.numbers import NO_LENGTH
@@ -66,7 +72,8 @@ def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
     names = [name for name, _ in forms]
     each = np.log(CONSTANTS.odds_unknown / max(len(set(names)), 1))
     return [
-        Hypothesis(f"~{name}", "unknown", float(each - np.log(names.count(name) * len(form))),
+        Hypothesis(ANY_FUNCTION + name, "unknown",
+                   float(each - np.log(names.count(name) * len(form))),
                    course=course, detail=detail, follows=name)
         for name, form in forms
         for detail, course in form

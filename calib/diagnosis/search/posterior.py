@@ -176,22 +176,29 @@ class Posterior:
 
     @cached_property
     def classes(self) -> tuple[Inclusion, ...]:
-        """One class for each member of the leading set, in its order."""
+        """One class for each member of the leading set, in its order.
+
+        A line in a logged column and any function of it are one, where it is not sure without.
+        """
         lead, first = self.names(self.lead), self.first
         weight: dict[tuple[str, str], float] = {}
         for names, mass in self._masses:
             lost, more = lead - names, names - lead
             if len(lost) == len(more) == 1:
                 (mine,), (theirs,) = lost, more
-                if first[mine].in_catalogue and first[theirs].in_catalogue:
-                    weight[mine, theirs] = weight.get((mine, theirs), 0.0) + mass
+                weight[mine, theirs] = weight.get((mine, theirs), 0.0) + mass
         rivals = {name: {theirs for (mine, theirs), mass in weight.items()
-                         if mine == name and mass >= _least_of_rivals(first[mine], first[theirs])}
+                         if mine == name and first[mine].in_catalogue and first[theirs].in_catalogue
+                         and mass >= _least_of_rivals(first[mine], first[theirs])}
                   for name in lead}
         classes = []
         for j in self.lead.members:
             name = self.hypotheses[j].name
             others = {*rivals[name], *self._aliases(j)}
+            if self.any_of({name, *others}) < CONSTANTS.sure:
+                others |= {theirs for (mine, theirs), mass in weight.items()
+                           if mine == name and _is_line_of(first[mine], first[theirs])
+                           and mass >= CONSTANTS.least_offered}
             members = (name, *sorted(others, key=lambda n: (-self.any_of([n]), n)))
             classes.append(self._inclusion(name, members, min(self.any_of(members), 1.0)))
         return tuple(dict.fromkeys(classes))
@@ -269,6 +276,12 @@ class Posterior:
             if told:
                 return told
         return ()
+
+
+def _is_line_of(a: Hypothesis, b: Hypothesis) -> bool:
+    """Whether one is a line in a logged column of which the other is an unknown function."""
+    columns = {None if each.effect is None else each.effect.names_column for each in (a, b)}
+    return bool(({a.follows, b.follows} & columns) - {None})
 
 
 def _least_of_rivals(a: Hypothesis, b: Hypothesis) -> float:

@@ -49,8 +49,8 @@ class Verdict:
     names : tuple of str
         All effects that are named, the largest first.
     group : tuple of str
-        All that these poses cannot separate from ``name``, itself first; or all that an ambiguous
-        verdict leaves open, an unknown function by the name of its class.
+        All that these poses cannot separate from ``name``, itself first, an unknown function by
+        the name of its class; or all that an ambiguous verdict leaves open.
     details : tuple of str
         Poses, times or forms of what is not an effect.
     beside : tuple of Inclusion
@@ -84,10 +84,11 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     steps = tuple(posterior.hypotheses[j].detail for j in posterior.lead.members
                   if _is_step(posterior.hypotheses[j]))
     if joint is not None:
-        if not explains:
-            share, explains = explained(posterior, joint)
-        if not explains and not stands_out(posterior.base, joint.fit):
-            return _noise(posterior, kinds_of_noise(posterior.base))
+        with_names = (share, explains) if explains else explained(posterior, joint)
+        if not with_names[1] and not stands_out(posterior.base, joint.fit):
+            return _unlisted(posterior, share, explains) or _noise(
+                posterior, kinds_of_noise(posterior.base))
+        share, explains = with_names
         first = named[0]
         alone = _one_pose(posterior, joint, first.name) if len(named) == 1 else None
         if alone is not None:
@@ -225,7 +226,8 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if not unnamed:
         return None
     first = max(unnamed, key=lambda h: (h.kind != "bad_pose", posterior.any_of([h.name])))
-    mass = posterior.any_of([first.name])
+    alike = next(each.members for each in posterior.classes if each.name == first.name)
+    mass = posterior.any_of(alike if first.kind == "unknown" else [first.name])
     details = tuple(h.detail for h in members if h.name == first.name and h.detail)
     if first.is_course:
         courses = {h.name for h in posterior.hypotheses if h.is_course}
@@ -247,8 +249,9 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if first.kind == "unknown" and not _predicts(posterior):
         return _noise(posterior, kinds_of_noise(posterior.base))
     return Verdict(
-        Code.UNKNOWN, first.subject, details=details,
-        beside=_beside(posterior, posterior.classes), share=share, explains=explains,
+        Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (), details=details,
+        beside=_beside(posterior, [each for each in posterior.classes if each.name == first.name]),
+        share=share, explains=explains,
     )
 
 

@@ -17,6 +17,7 @@ from calib.diagnosis.verdict.kinds_of_noise import SHAPELESS
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
     NOTHING_MISSING,
+    OTHER_FILES,
     beyond_parts,
     covariate,
     curves,
@@ -99,7 +100,8 @@ def _effect(case: Case) -> Explanation:
     short = f"its model lacks {enumeration(verdict.names, 'and')}"
     if len(verdict.group) > 1:
         text += _alike(case)
-        short += f" or {enumeration(verdict.group[1:], 'or')}, which look the same here"
+        others = enumeration([readable(name) for name in verdict.group[1:]], "or")
+        short += f" or {others}, which look the same here"
     if best.size.size and "scale" not in case.fit.model.names:
         text += "That is by the gain of the data sheet, which these poses do not measure. "
     text += curves(verdict.straight) + _beside(case)
@@ -113,7 +115,7 @@ def _effect(case: Case) -> Explanation:
 
 def _alike(case: Case) -> str:
     """What looks the same as what is named; empty where nothing does."""
-    others = enumeration([f"'{name}'" for name in case.verdict.group[1:]], "or")
+    others = enumeration([readable(name) for name in case.verdict.group[1:]], "or")
     return others and (
         f"In these poses it looks the same as {others}: they cannot determine which it is. ")
 
@@ -167,20 +169,26 @@ def _unknown(case: Case) -> Explanation:
         what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
     else:
         what = f"the residual follows {covariate(verdict.name)}"
+    if verdict.group:
+        what += f", or as {enumeration([*map(readable, verdict.group[1:])], 'or')} does"
     return _course(case, what, "")
 
 
 def _course(case: Case, what: str, which: str) -> Explanation:
     """An error of unlisted shape; ``which`` says what it may be, with odds."""
     beside = "" if which else _beside(case)
+    # Runs at other rates are other logs too.
+    logs = f"Look for {OTHER_FILES} first. " if case.verdict.name == "spin_rad_s" else ""
     text = (
-        f"Something is missing that no listed effect explains: {what}{which} ({case.misfit}). "
-        f"{_nearest(case)}{beside}"
+        f"Something is missing{'' if case.verdict.group else ' that no listed effect explains'}: "
+        f"{what}{which} ({case.misfit}). "
+        f"{_nearest(case)}{beside}{logs}"
         f"If you know its physics, write it as your own effect (`effects:` in the configuration)."
         f"{_record(case) if case.advice is not None else ''}"
     )
+    short = what if case.verdict.group else f"{what}, as no listed effect does"
     return Explanation(
-        "act", f"{what}, as no listed effect does", text, "discover",
+        "act", short, text, "discover",
         "Look for a formula of it, or write it as your own effect under `effects:` in the "
         "configuration if you know its physics",
     )

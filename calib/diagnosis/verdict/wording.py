@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from calib.diagnosis.hypotheses.listed import ANY_FUNCTION
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
 from calib.effects.catalogue import find_effect
@@ -16,6 +17,8 @@ from calib.rounding import two_digits
 MORE_THAN_NOISE = 10.0
 """Residuals ten times the noise within the poses come from between them. It chooses words only."""
 
+
+OTHER_FILES = "files of another sensor, range or unit, and for exchanged columns"
 
 NOTHING_MISSING = "Nothing is missing"  #: begins the text of that verdict
 
@@ -66,6 +69,8 @@ def readable(name: str, follows: str | None = None) -> str:
     >>> readable("quadratic"), readable("bad_pose"), readable("", follows="time_s")
     ("'quadratic'", 'a bad pose', 'something that follows time')
     """
+    if name.startswith(ANY_FUNCTION):
+        follows = name.removeprefix(ANY_FUNCTION)
     if follows is not None:
         return f"something that follows {covariate(follows)}"
     return {
@@ -153,7 +158,7 @@ def remedy_of_noise(factor: float) -> str:
     if factor > MORE_THAN_NOISE:
         return (
             "That is more than an unsteady base or short poses make of it: look for poses that "
-            "moved, for files of another sensor, range or unit, and for exchanged columns."
+            f"moved, for {OTHER_FILES}."
         )
     return "Longer poses and a firmer base usually help."
 

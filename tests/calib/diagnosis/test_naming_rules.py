@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.search.refit import refit
 from calib.effects.catalogue import BASE, find_effect
@@ -16,7 +17,7 @@ from calib.fit.validation.leave_one_out import compare
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from tests.calib.made_poses import base_theta, read_through, rich_poses, with_noise
+from tests.calib.made_poses import base_theta, noisy, read_through, rich_poses, with_noise
 from tests.lots import pose_sets_of
 from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
@@ -35,6 +36,40 @@ def test_what_predicts_left_out_poses_worse_is_not_named() -> None:
     assert joint is not None
     assert not compare(joint.fit).predicts_better_than(compare(base))
     assert not found.verdict.names
+
+
+def test_a_shape_that_no_effect_has_is_no_noise_beside_an_effect_that_is_slight() -> None:
+    """60 sds of products of the specific force, 3 sds of the temperature: a name of the latter does
+    not stand out of what the former leaves, and the former is a shape all the same."""
+    poses = noisy(rich_poses("gyroscope", 3), 3)
+    product = poses.force[:, [1, 2, 0]] * poses.force[:, [2, 0, 1]]
+    warmth = poses.columns["temperature_c"] - poses.columns["temperature_c"].mean()
+    strong = 60 / product.std() * product * [1.0, -0.7, 0.5]
+    slight = 3 / warmth.std() * warmth[:, None] * [0.6, 1.0, -0.8]
+    read = poses.reading + poses.sd[0, 0] * (strong + slight)
+    verdict = find(fit(replace(poses, reading=read), Model.of(BASE))).verdict
+    assert (verdict.code, verdict.name) == ("unknown", "attitude")
+    assert "temperature_bias" in {name for each in verdict.beside for name in each.members}
+
+
+@pytest.mark.parametrize(("bend_sds", "code"), [(0.55, "effect"), (0.6, "unknown")])
+def test_a_line_in_a_column_and_any_function_of_it_are_one_class(
+    bend_sds: float, code: str
+) -> None:
+    """6 sds along a line and a slight bend, so that neither is sure; that one of them is, is sure.
+    """
+    poses = noisy(rich_poses("accelerometer", 4), 4)
+    humidity = poses.columns["humidity_pct"]
+    line = (humidity - humidity.mean()) / humidity.std()
+    bend = (line**2 - 1) / np.std(line**2)
+    error = 6 * line[:, None] * [0.6, 1.0, -0.8] + bend_sds * bend[:, None] * [1.0, -0.8, 0.5]
+    said = diagnose(fit(replace(poses, reading=poses.reading + poses.sd[0, 0] * error),
+                        Model.of(BASE)))
+    assert said.verdict == code, said.text
+    assert {*said.group} == {"column:humidity_pct", "~humidity_pct"}
+    assert said.inclusion[0].probability > 0.95
+    assert said.explanation.step == ("record" if code == "effect" else "discover")
+    assert "something that follows" in said.text or "as 'column:humidity_pct' does" in said.text
 
 
 @pytest.mark.parametrize("name", ["quadratic", "asymmetry"])
