@@ -12,6 +12,7 @@ import pytest
 from pipeline.cameras import CameraClock, keep_camera, known_cameras
 from pipeline.clock.screen import HAND_RPM, DrawnHand
 from pipeline.config.load import load_config
+from pipeline.config.named_files import named_files
 from pipeline.errors import ConfigError
 from pipeline.stages.plate_settings import clock as timebase_of
 from tests import sessions
@@ -165,3 +166,13 @@ def test_a_timebase_of_a_camera_is_corrected(home: Path) -> None:
     config.write_text(CONFIG.format(clip=clip, timebase="camera: c920"), encoding="utf-8")
     base = timebase_of(load_config(config).rate["slow"].timebase)  # type: ignore[union-attr]
     assert (base.fast_ppm, base.ppm, base.camera) == (80.0, 4.0, "c920")
+
+
+def test_the_clock_of_a_camera_is_a_file_of_the_sessions_that_name_it(home: Path) -> None:
+    clocks = keep_camera(c920())
+    config = home / "config.yaml"
+    clip = Path("data/example/video/17rpm.mp4").resolve()
+    config.write_text(CONFIG.format(clip=clip, timebase="camera: c920"), encoding="utf-8")
+    assert set(named_files(load_config(config))) == {clip, clocks}
+    config.write_text(CONFIG.format(clip=clip, timebase="ppm: 5"), encoding="utf-8")
+    assert set(named_files(load_config(config))) == {clip}
