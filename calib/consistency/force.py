@@ -31,8 +31,8 @@ from calib.poses.samples.in_step import FEWEST_TURNS
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
 FEWEST_POSES = 3  #: poses of a run at least; derived: the median of fewer is that of one pose
 UNKNOWN_SD = 5.0
-"""Sds of the calibrated |f| within which nothing is contradicted. Derived: normal noise is beyond
-them in 6e-7 of poses, so that none of a session's hundreds contradicts by chance."""
+"""Sds of the length of the calibrated specific force within which nothing is contradicted. Derived:
+normal noise is beyond them in 6e-7 of poses: none of a session's hundreds contradicts by chance."""
 
 _RANGES = {2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
            0.125: "eightfold"}

@@ -26,8 +26,9 @@ from calib.poses.samples.batches import BATCHES, PARTS
 SHARES = np.linspace(0.0, 1.0, 7)  #: part of slow noise in what the batches state; numerical
 TIMES = np.geomspace(0.03, 0.35, 8)
 """Correlation times over the length of a pose: from a third of a part, which is white noise to
-them, to a third of the pose. Derived: what lasts longer is hardly told from a drift within it and a
-wander between poses, and the run is told that its poses are short."""
+them, to a third of the pose. Tuned: what lasts longer is hardly told from a drift within the pose
+and a wander between poses. With half or all of the pose as the longest time ``study_pose_means``
+covers short poses better, and a step of the bias that a real sensor has is left open."""
 
 DRIFTS = np.array([0.0, *4.0 ** np.arange(7)])
 """Variances of a steady drift along the parts, in that of white noise. Numerical."""
