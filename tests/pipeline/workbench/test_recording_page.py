@@ -35,7 +35,7 @@ def rehearsal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
     try:
         address = next(line.strip() for line in iter(process.stdout.readline, "")
                        if line.startswith("http://"))
-        yield Opened(folder, address, process)
+        yield Opened(folder, address, process, ())
     finally:
         process.kill()
         process.wait(10)
