@@ -29,7 +29,7 @@ def test_what_a_bench_found_stays_named(what: str, tmp_path: Path) -> None:
 
 
 def test_a_name_stands_out_of_the_misfit_that_it_leaves(tmp_path: Path) -> None:
-    """Of axes exchanged in all poses at rest reference_offset takes 2 %; the runs disagree."""
+    """Axes exchanged in all poses at rest: reference_offset takes 2 %, and the runs disagree."""
     attack = drawn(983_248)
     assert attack.what == "axes"
     judged = attack.judged(tmp_path)
