@@ -32,13 +32,13 @@ from vision.numbers import SD_PER_MAD
 from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
-FEWEST_FRAMES = 6  # a turn after another one, for a share to be determined
+FEWEST_FRAMES = 6  #: frames a turn after another one, to determine a share; a judgement
 LOCAL_S = 1.0  # over which the usual rate is taken, at least
 LEVELS = 8  #: steps of the level in a frame time; numerical
-MOST_AT_ONCE = 6  #: frames dropped, or mismeasured, in one place, at most
+MOST_AT_ONCE = 6  #: frames dropped, or mismeasured, in one place, at most; a judgement
 MOST_DROPPED = 100  #: frame times that the level grows in a stretch, at most; a limit of memory
 STRETCH, MARGIN = 480, 32  #: frames that are looked at together, and to both sides; numerical
-LIKELY = 0.5  # probability of a stray frame, from which it counts as one
+LIKELY = 0.5  #: probability from which a frame counts as stray; definition: likelier than not
 POSSIBLE = 0.01  # frames: less is expected dropped where nothing speaks for it
 SEEN = 0.25  # frame times: of a jump that an encoder spreads over three steps, one is larger
 SURE = 30.0  # of the logarithm of odds, beyond which nothing changes
