@@ -1,10 +1,10 @@
-"""The sections of a configuration on recording and of a factory certificate."""
+"""The section of a configuration on recording."""
 
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from pipeline.config.types import Count, Positive, Section, Three, no_such, refusal
+from pipeline.config.types import Count, Positive, Section, no_such, refusal
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
 
@@ -38,19 +38,3 @@ class RecordSection(Section):
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
     pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: pattern of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
-
-
-class TriadCertificateSection(Section):
-    """A factory certificate's values of one triad, to lay beside the estimate."""
-
-    bias_counts: Three
-    scale_counts_per_unit: Three
-    misalignment_rad: Three | None = None
-    alignment: tuple[Three, Three, Three] | None = None
-
-
-class CertificateSection(Section):
-    """The factory certificate."""
-
-    accelerometer: TriadCertificateSection | None = None
-    gyroscope: TriadCertificateSection | None = None

@@ -29,7 +29,6 @@ from pipeline.report.triad.tables import (
 )
 from pipeline.results.schema.noise import HistoryLine
 from pipeline.results.write import config_sha256
-from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
@@ -129,7 +128,6 @@ def _triad_view(
     refits = Refits(result, defined, section.loss == "huber")
     payload = refit_json(result, refits, outcome.config.source.path) | {
         "poses": sphere_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
-    certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, refits)
     lead = lead_panel(result, axes)
@@ -139,8 +137,7 @@ def _triad_view(
         "line": triad_figures(result),
         "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),
-        "groups": parameter_groups(result, certificate),
-        "certified": certificate is not None,
+        "groups": parameter_groups(result),
         "budget": budget_rows(result),
         "unseen": tuple(result.unseen),
         "widening": two_digits(calibration.widening) if calibration.is_widened else None,
