@@ -107,7 +107,7 @@ def _seen(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 CELL, SCALE = 170, 42  #: px: of a drawing, and of half the box's length
 PLATE = 1.75  #: radius, in units of half the box's length; of a picture
 PER_ROW = 6  #: drawings beside each other
-COLOURS = {"x": "#c0392b", "y": "#1e8449", "z": "#2471a3"}  #: colours of the axes, as elsewhere
+COLOURS = {"x": "#1f5fa8", "y": "#b3541e", "z": "#2b7a44"}  #: colours of the axes in all charts
 
 
 def poses_svg(corners: bool = False) -> str:
@@ -142,7 +142,7 @@ def _cell(up: FloatArray, number: int | None = None) -> str:
              'stroke="#999"/>',
              f'<polygon points="{_points(rim_mark(PLATE, below), x0, y0)}" fill="#f4d03f" '
              'stroke="#999"/>']
-    parts += [f'<polygon points="{_points(face, x0, y0)}" fill="#b9770e" fill-opacity="0.35" '
+    parts += [f'<polygon points="{_points(face, x0, y0)}" fill="#b9770e" fill-opacity="0.2" '
               'stroke="#b9770e"/>' for face in wedge_faces(up)]
     for line in box_lines(up):
         colour = COLOURS.get(line.axis, "#333")
@@ -153,7 +153,8 @@ def _cell(up: FloatArray, number: int | None = None) -> str:
         if line.axis:
             x, y = line.ends[1] * 1.15
             parts.append(f'<text x="{x0 + SCALE * x:.1f}" y="{y0 - SCALE * y + 4:.1f}" '
-                         f'fill="{colour}" text-anchor="middle">{line.axis}</text>')
+                         f'fill="{colour}" stroke="white" stroke-width="3" paint-order="stroke" '
+                         f'font-weight="bold" text-anchor="middle">{line.axis}</text>')
     parts.append(f'<text x="{x0:.1f}" y="{y0 + CELL / 2 + 14:.1f}" text-anchor="middle">'
                  f"{words}</text>")
     return "\n".join(parts)

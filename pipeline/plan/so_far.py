@@ -98,12 +98,20 @@ class Outlook:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._said, self._triads = "", list[SoFar]()
+        self._lines, self._news = list[str](), list[str]()
 
     def after(self, said: str) -> list[SoFar]:
         """What the poses determine after the pose of which ``said`` tells."""
         if said != self._said:
             self._said, self._triads = said, outlook_so_far(self._path)
+            lines = [each.line for each in self._triads if each.line]
+            self._lines, self._news = lines, [line for line in lines if line not in self._lines]
         return self._triads
+
+    def lines_after(self, said: str) -> list[str]:
+        """``said``, and a line for each triad of which the poses now determine something else."""
+        self.after(said)
+        return [said, *self._news]
 
 
 def require_planned(config: Config) -> None:

@@ -71,7 +71,7 @@ class RecordingPage:
         self._beside.recorded(text)
         triads = self._outlook.after(text)
         with self._lock:
-            self._lines.extend([text, *(each.line for each in triads if each.line)])
+            self._lines.extend(self._outlook.lines_after(text))
             self._note(triads)
 
     def _note(self, triads: list[SoFar]) -> None:

@@ -29,11 +29,6 @@ def watcher(quiet: bool, outlook: "Outlook") -> "LivePanel | PlainLines":
     return LivePanel(outlook) if sys.stderr.isatty() and not quiet else PlainLines(outlook)
 
 
-def outlook_lines(outlook: "Outlook", text: str) -> list[str]:
-    """A line for each triad that the poses determine after the one of which ``text`` tells."""
-    return [each.line for each in outlook.after(text) if each.line]
-
-
 class PlainLines:
     """A line for each change; see :class:`pipeline.record.session.RecordingDisplay`."""
 
@@ -54,8 +49,7 @@ class PlainLines:
 
     def recorded(self, text: str) -> None:
         """A pose is recorded, with what all of them determine by now."""
-        click.echo(text, err=True)
-        for line in outlook_lines(self._outlook, text):
+        for line in self._outlook.lines_after(text):
             click.echo(line, err=True)
 
     def close(self) -> None:
@@ -93,7 +87,7 @@ class LivePanel:
         """Lines above the panel, and the terminal's bell."""
         if self._live is not None:
             self._live.console.bell()
-        for line in [text, *outlook_lines(self._outlook, text)]:
+        for line in self._outlook.lines_after(text):
             self.say(line)
 
     def close(self) -> None:
@@ -136,7 +130,8 @@ def panel(view: "RecordingView", traces: "FloatArray") -> "Table":
     names = Text()
     for i, direction in enumerate(view.wanted):
         recorded = i in view.covered
-        names.append(f"{'✓' if recorded else '·'} {direction_name(direction)}   ",
+        name = direction_name(direction).replace(" ", "\N{NO-BREAK SPACE}")  # one word to wrap
+        names.append(f"{'✓' if recorded else '·'}\N{NO-BREAK SPACE}{name}   ",
                      style="green" if recorded else "dim")
     table.add_row(f"{len(view.covered)}/{len(view.wanted)}", names)
     table.add_row("line", f"{view.rate_hz:.1f} samples/s, {view.bad} damaged")

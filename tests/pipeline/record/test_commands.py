@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.poses.imu_log import TRIADS
 from pipeline.cli import main
+from pipeline.plan import so_far
 from pipeline.record import demo
 from pipeline.record import serial_port as line
 from pipeline.record.serial_port import SerialPortInfo, only_port, permission_advice
@@ -132,3 +134,18 @@ def test_poses_that_determine_nothing_are_refused_before_the_first(tmp_path: Pat
     done = pipeline("record", str(config), "--port", str(tmp_path / "none"),
                     "--anyway")
     assert done.returncode == 6  # on to the port
+
+
+def test_a_line_about_a_triad_is_said_where_it_has_changed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sds = iter([[(18, 7e-5)], [(18, 7e-5)], [(18, 7e-5), (30, 6e-5)], [(19, 7e-5), (30, 6e-5)]])
+    monkeypatch.setattr(so_far, "outlook_so_far", lambda _: [
+        so_far.SoFar(triad, poses, sd, 1.0, None, "")
+        for triad, (poses, sd) in zip(TRIADS, next(sds), strict=False)])
+    outlook = so_far.Outlook(Path())
+    told = [outlook.lines_after(f"taken {i}") for i in range(4)]
+    assert [len(lines) for lines in told] == [2, 1, 2, 2]
+    assert ["accelerometer" in line for line in (told[0][1], told[2][1], told[3][1])] == [
+        True, False, True]
+    assert outlook.lines_after("taken 3") == told[3]  # another display asks for the same
