@@ -78,7 +78,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",),
                        ("comparison", "from_table")],
-    "calib.discovery": [("functions",), ("grammar",), ("screen",), ("discover",)],
+    "calib.discovery": [("functions",), ("response",), ("grammar",), ("screen",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding", "averaged", "stand_ins"), ("diagnose",),

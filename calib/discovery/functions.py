@@ -66,7 +66,7 @@ class Function:
     length : int
         Number of terms that it is made of.
     column : str
-        The logged column or ``time_s`` that it follows, the first of two.
+        The logged column, ``time_s`` or the reading that it follows, the first of two.
     breadth : str
     numbers : tuple of float
     steps : tuple of float

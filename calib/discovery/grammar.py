@@ -2,8 +2,9 @@
 
     error_k = c · F_k · φ(x),    F in 1, s, s_j, |s|, s², s³, s_i s_j, f_j, Ω, p, vibration
 
-with φ of :mod:`calib.discovery.functions`. Each is an expression of :mod:`calib.effects.expression`
-with its unit by construction, ready to be an effect of a configuration.
+with φ of :mod:`calib.discovery.functions`; and the response of an axis itself, φ(s_k), with a
+number in it. Each is an expression of :mod:`calib.effects.expression` with its unit by
+construction, ready to be an effect of a configuration.
 """
 
 from collections.abc import Iterator
@@ -14,11 +15,12 @@ from typing import Literal
 import numpy as np
 
 from calib.discovery.functions import LAG_RATIO, Function, functions
+from calib.discovery.response import of_reading
 from calib.effects.effect import Effect
 from calib.effects.expression import read_expression
 from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import Per, user_effect
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import SI_UNIT, Triad
 from calib.poses.pose_set import PoseSet
 
 Factor = Literal["bias", "gain", "cross", "size", "square", "cube", "others", "force", "rate",
@@ -72,7 +74,7 @@ class Formula:
 
     @property
     def column(self) -> str:
-        """The logged column or ``time_s`` that it follows; empty where it follows none."""
+        """The logged column, ``time_s`` or READING that it follows; empty where it follows none."""
         return self.function.column
 
     @property
@@ -124,10 +126,12 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     drivers = {name: values for name, values in drivers.items()
                if np.isfinite(values).all() and np.ptp(values) > 0}
     every = functions(drivers, time_constants(poses), len(poses))
-    return [Formula(factor, per, function, poses.triad)
-            for factor, per in known_factors(poses)
-            for function in (*(() if factor in OF_BASE else (CONSTANT,)), *every)
-            if _may_follow(factor, function)]
+    of_axis = of_reading(float(np.abs(poses.reading).max()), SI_UNIT[poses.triad])
+    return [Formula("bias", "axis", function, poses.triad) for function in of_axis] + [
+        Formula(factor, per, function, poses.triad)
+        for factor, per in known_factors(poses)
+        for function in (*(() if factor in OF_BASE else (CONSTANT,)), *every)
+        if _may_follow(factor, function)]
 
 
 def _may_follow(factor: Factor, function: Function) -> bool:

@@ -1,8 +1,9 @@
 """Thousands of formulas at one solution: the evidence of each alone, by arrays.
 
-A formula is what errs times a function of what was logged, and a function has one value per pose.
-So the whitened columns of what errs are evaluated once, and those of each formula are these times
-its values, row by row; the projection and the evidence are those of the table of hypotheses.
+A formula is what errs times a function of what was logged, and a function has one value per pose,
+or one of the reading per pose and axis. So the whitened columns of what errs are evaluated once,
+and those of each formula are these times its values, row by row; the projection and the evidence
+are those of the table of hypotheses.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from calib.diagnosis.search.evidence import block_log_densities
 from calib.diagnosis.search.table_at import alike_in_size
 from calib.discovery.functions import Function
 from calib.discovery.grammar import FACTORS, Factor, Formula
+from calib.discovery.response import READING
 from calib.effects.expression import read_expression
 from calib.effects.user_defined import Per, user_effect
 from calib.fit.column_scaling import NORM_FLOOR
@@ -44,13 +46,15 @@ class FormulaScreen:
     def log_densities(self, formulas: Sequence[Formula]) -> FloatArray:
         """Log density of the residual under each formula alone, (m,); -inf of a blind one."""
         density = np.full(len(formulas), -np.inf)
-        kinds = [(each.factor, each.per) for each in formulas]
+        kinds = [(each.factor, each.per, each.column == READING) for each in formulas]
         for kind in dict.fromkeys(kinds):
-            rows = self._rows_of(*kind)
+            factor, per, of_axis = kind
+            rows = self._rows_of(factor, per)
             which = np.flatnonzero([each == kind for each in kinds])
             for some in np.array_split(which, 1 + rows.size * len(which) // NUMBERS_AT_ONCE):
                 values = np.array([self._values_of(formulas[i].function) for i in some])
-                known = np.isfinite(values).all(axis=1)
+                values = values if of_axis else values[..., :1]
+                known = np.isfinite(values).all(axis=(1, 2))
                 if known.any():
                     density[some[known]] = self._weighed(rows, values[known])
         return density
@@ -70,20 +74,23 @@ class FormulaScreen:
         return self._rows[factor, per]
 
     def _values_of(self, function: Function) -> FloatArray:
-        """The values (n,) of a function in the poses; NaN where it has none."""
+        """The values (n, 3) of a function in the poses; NaN where it has none."""
         text = function.expression
         if text not in self._values:
             read = read_expression(text)
             more = past_columns(self._at.columns, self._at.time_s, read.pasts)
             at = self._at.with_columns({**self._at.columns, **more}) if more else self._at
-            self._values[text] = read(at)[:, 0]
+            self._values[text] = read(at)
         return self._values[text]
 
     def _weighed(self, rows: FloatArray, values: FloatArray) -> FloatArray:
-        """Log densities (w,) under blocks of columns: ``rows`` (k, d) times ``values`` (w, n)."""
+        """Log densities (w,) under blocks of columns: ``rows`` (k, d) times ``values`` (w, n, 1).
+
+        Of a function of the reading ``values`` are (w, n, 3), one for each of three columns.
+        """
         d = self.projector.data_count
         full = np.zeros((len(values), len(rows), len(self.projector.residual)))
-        full[..., :d] = rows * values[:, None, self.fit.equations.row_pose]
+        full[..., :d] = rows * values.swapaxes(1, 2)[..., self.fit.equations.row_pose]
         norm = np.sqrt((full**2).sum(axis=2))
         together = np.maximum(np.sqrt((norm**2).sum(axis=1, keepdims=True)), NO_LENGTH)
         norm[norm <= NORM_FLOOR * np.maximum(norm.max(axis=1, keepdims=True), NO_LENGTH)] = np.inf

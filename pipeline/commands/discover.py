@@ -24,9 +24,9 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     Thousands of formulas are tried in every triad whose poses show a misfit: bias, gain, an error
     in proportion to the size, the square or the cube of the reading, the sensitivity to gravity and
     the memory of the pose before, each as a function of every logged column and of time: powers,
-    bends, steps, bumps, waves, lags, play, products and quotients of two. One is printed only if
-    it predicts poses that took no part in its fit; where a listed effect predicts them as well,
-    that effect is named instead.
+    bends, steps, bumps, waves, lags, play, products and quotients of two; and a dead band, a
+    saturation, a bend and a wave of each axis. One is printed only if it predicts poses that took
+    no part in its fit; where a listed effect predicts them as well, that effect is named instead.
     """
     from calib.diagnosis.verdict.decision import Code
     from calib.discovery.discover import discover

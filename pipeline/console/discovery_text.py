@@ -7,6 +7,7 @@ import numpy as np
 
 from calib.diagnosis.verdict.wording import minutes_of
 from calib.discovery.discover import Discovered
+from calib.discovery.response import READING
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES
 from calib.rounding import with_sd
@@ -66,11 +67,12 @@ def _size(found: Discovered) -> str:
 def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
     """The error of the axis that it moves most, along the column that it follows."""
     poses, fit = found.fit.poses, found.fit
-    column = (poses.time_s if found.formula.column == "time_s"
-              else poses.columns[found.formula.column])
     theta = fit.theta[fit.model.slices()[found.formula.name]]
     errors = fit.columns_of(found.formula.effect) @ theta
     axis = int(np.argmax((errors**2).mean(axis=0)))
+    column = (fit.equations.at_reading.vector[:, axis] if found.formula.column == READING
+              else poses.time_s if found.formula.column == "time_s"
+              else poses.columns[found.formula.column])
     unit, factor = DISPLAY[result.triad]
     of_axis = factor * np.abs(errors[:, axis])
     edges = np.linspace(column.min(), column.max(), PICTURE_WIDTH + 1)

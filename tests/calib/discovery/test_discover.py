@@ -1,5 +1,6 @@
 """A formula is recovered, judged on poses that took no part, and none is found where none is."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from calib.discovery.screen import FormulaScreen
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.past import with_pasts
 from tests import third_formulas
 from tests.calib.made_poses import noisy, rich_poses
@@ -27,6 +28,31 @@ from tests.third_formulas import with_bench_columns
 ])
 def test_what_was_hidden_is_recovered(name: str, design: str) -> None:
     assert recovered(SEEN[name], design, 20.0, 3)[0]
+
+
+def dead_band(s: FloatArray) -> FloatArray:
+    """Error of an axis that answers nothing until it senses 0.004 rad/s, and that much less."""
+    return np.where(np.abs(s) < 0.004, -s, -0.004 * np.sign(s))
+
+
+def soft_limit(s: FloatArray) -> FloatArray:
+    """Error of an axis that answers by 3 % less beyond 2.6 rad/s."""
+    return np.where(np.abs(s) > 2.6, -0.03 * np.sign(s) * (np.abs(s) - 2.6), 0.0)
+
+
+@pytest.mark.parametrize(("response", "words"), [
+    (dead_band, "its reading as far as 0."), (soft_limit, "its reading as far as 2."),
+])
+def test_the_response_of_an_axis_has_its_limit(
+    response: Callable[[FloatArray], FloatArray], words: str
+) -> None:
+    true = rich_poses("gyroscope", 8)
+    poses = noisy(replace(true, reading=true.reading + response(true.reading)), 8)
+    found = discover(fit(poses, Model.of(BASE)))
+    assert found is not None
+    assert found.listed is None
+    assert words in found.formula.words
+    assert found.left_out_after < 1.3 < 2 < found.left_out_before
 
 
 @pytest.mark.parametrize("design", ["rich", "hand"])
