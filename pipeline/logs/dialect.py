@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -29,6 +30,15 @@ class Dialect:
     def holds_number(self, cell: str) -> bool:
         """Whether a cell is a number in this dialect."""
         return is_number(self.decimal_points(cell))
+
+    def hold_numbers(self, cells: Sequence[str]) -> bool:
+        """Whether all of many cells are numbers in this dialect."""
+        text = self.decimal_points("\n".join(cells))
+        try:
+            deque(map(float, text.split("\n") if cells else ()), maxlen=0)
+        except ValueError:
+            return False
+        return "_" not in text and text.isascii()
 
     def decimal_points(self, text: str) -> str:
         """``text`` with decimal points."""

@@ -82,14 +82,15 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
         if _is_header(cells, columns):
             header = (i, cells)
         elif not comment and (header or _is_row(text, columns)):
-            width = len(dialect_of(text).cells(text))
-            if header is None and usual not in (None, _shape(text)):
+            dialect = dialect_of(text)
+            row = dialect.cells(text)
+            if header is None and usual not in (None, _shape(dialect, row)):
                 continue  # a setting, or the end of a line that the logger began amid
             if header and width_of_numbers(text) == 0 and len(cells) == len(header[1]):
                 continue  # a line of units
             if delimiter_of(text):  # what a board says between blanks is no header of such rows
                 above = [line for line in above if delimiter_of(lines[line[0]])]
-            return _head(i, header, above, width, rate_hz)
+            return _head(i, header, above, len(row), rate_hz)
         else:
             above.append((i, cells))
     at, names = header or (above[-1] if above else (0, None))
@@ -98,15 +99,17 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
 
 def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
     """The shape of most rows in the middle of a text; None where there are no rows."""
-    middle = map(str.strip, lines[len(lines) // 2 :][:LONGEST_HEAD])
-    shapes = Counter(_shape(line) for line in middle if _is_row(line, None))
+    shapes: Counter[tuple[int, bool]] = Counter()
+    for line in map(str.strip, lines[len(lines) // 2 :][:LONGEST_HEAD]):
+        dialect = dialect_of(line)
+        cells = dialect.cells(line)
+        if sum(map(dialect.holds_number, cells)) >= FEWEST_NUMBERS:
+            shapes[_shape(dialect, cells)] += 1
     return shapes.most_common(1)[0][0] if shapes else None
 
 
-def _shape(line: str) -> tuple[int, bool]:
+def _shape(dialect: Dialect, cells: Sequence[str]) -> tuple[int, bool]:
     """How many cells a row has, and whether the first is a number or a time."""
-    dialect = dialect_of(line)
-    cells = dialect.cells(line)
     return len(cells), bool(cells) and is_time(dialect.decimal_points(cells[0]))
 
 

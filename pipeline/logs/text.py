@@ -44,7 +44,7 @@ MOST_WORDS = 0.1
 of checksums in hexadecimal half are letters."""
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
 #: What loggers write, in lower case, where there is no value.
-MISSING = ("", "nan", "null", "none", "na", "n/a", "-", "--")
+MISSING = frozenset(("", "nan", "null", "none", "na", "n/a", "-", "--"))
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     head = find_head(lines, columns)
     if head.first is None:
         raise no_rows(path, head)
-    dialect, cells = _first_row(lines, head.first)
+    dialect, cells = _first_row(path, lines, head.first)
     lines = without_footer(lines, dialect, len(cells))
     names = named_columns(f"{path}:{head.names_line + 1}",
                           without_sign(head.names, len(cells), cells[0][:1] == '"'),
@@ -138,12 +138,13 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
 def raw_text(path: Path, lines: list[str]) -> LogText | None:
     """The table in ``lines`` under the names of the file, or ``1``, ``2``, ... without a header.
 
-    None where no line is a row. Columns of text are skipped, but for one of dates.
+    None where no line is a row. Columns of text are skipped, but for one of dates. Points between
+    thousands raise UnreadableInput.
     """
     head = find_head(lines)
     if head.first is None:
         return None
-    dialect, cells = _first_row(lines, head.first)
+    dialect, cells = _first_row(path, lines, head.first)
     names = [bare(name) for name in without_sign(
         head.names, len(cells), cells[0][:1] == '"') or ()]
     if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # twice names nothing
@@ -157,19 +158,24 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
                    head.rate_hz, dated)
 
 
-def _first_row(lines: list[str], first: int) -> tuple[Dialect, list[str]]:
+def _first_row(path: Path, lines: list[str], first: int) -> tuple[Dialect, list[str]]:
     """The dialect of the rows from line ``first`` on, and of each column a cell that shows what it
-    holds: the first that is not empty, or one of text where a column has more than a few."""
+    holds: the first that is not empty, or one of text where a column has more than a few.
+
+    Points between thousands are refused.
+    """
     rows = lines[first : first + DIALECT_ROWS]
     dialect = dialect_of_rows(rows)
     cells = dialect.cells(rows[0])
     alike = [other for row in rows if len(other := dialect.cells(row)) == len(cells)]
+    if not dialect.decimal_comma:
+        require_no_thousands(path, alike)
     for i, column in enumerate(zip(*alike, strict=True)):
         there = [cell for cell in column if cell.lower() not in MISSING]
-        words = [cell for cell in there if not dialect.holds_number(cell)]
-        numbers = [cell for cell in there if dialect.holds_number(cell)]
+        words = [] if dialect.hold_numbers(there) else [
+            cell for cell in there if not dialect.holds_number(cell)]
         of_text = len(words) > MOST_WORDS * len(there)
-        cells[i] = next(iter(words if of_text else numbers), cells[i])
+        cells[i] = next((cell for cell in there if dialect.holds_number(cell) != of_text), cells[i])
     return dialect, cells
 
 
@@ -238,8 +244,6 @@ def _plain_rows(text: LogText) -> list[str]:
     if text.dated is not None:
         return _dated_rows(text, text.dated)
     if not text.dialect.decimal_comma:
-        cells = [text.dialect.cells(row) for row in rows[:DIALECT_ROWS]]
-        require_no_thousands(text.path, [row for row in cells if len(row) == len(text.names)])
         return rows
     require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
     if text.is_rewritten:

@@ -43,7 +43,7 @@ def require_fittable(config: Config) -> None:
 
 def _models(config: Config) -> Problems:
     for triad, section in config.triads.items():
-        where, columns = (triad, "model"), logged_columns(config, triad)
+        where = (triad, "model")
         for name in section.model:
             if name in config.effects:
                 if config.effects[name].triad not in (None, triad):
@@ -56,6 +56,7 @@ def _models(config: Config) -> Problems:
                 yield ConfigProblem(where, (
                     f"'{name}' is no effect of the {triad}; `pipeline effects {name}` says what "
                     f"it acts on. Take it out of this model"))
+            columns = logged_columns(config, triad) if effect.logged else None
             for column in effect.logged:
                 if columns is not None and column not in columns:
                     yield ConfigProblem(where, (
@@ -99,10 +100,12 @@ def _user_effect(config: Config, name: str, section: EffectSection) -> Problems:
 
 
 def _covariates(config: Config) -> Problems:
+    if not config.covariates:
+        return
     known = [columns for triad in config.triads
              if (columns := logged_columns(config, triad)) is not None]
     logged = tuple(dict.fromkeys(chain(*known)))
-    for i, name in enumerate(config.covariates or () if known else ()):
+    for i, name in enumerate(config.covariates if known else ()):
         if name not in logged:
             yield ConfigProblem(("covariates", i), (
                 f"'{name}' is no logged column{nearest_name(name, logged)}. The logs have: "

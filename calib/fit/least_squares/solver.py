@@ -30,6 +30,7 @@ from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_start
 from calib.fit.least_squares.stack_fits import (
+    SETS_AT_ONCE,
     Fits,
     at_ellipsoids,
     fits_of_stack,
@@ -53,10 +54,6 @@ MEMORY_SD = 1e-3
 """A memory is steady once no row moves by more than this part of its sd. Numerical."""
 
 WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time; numerical
-SETS_AT_ONCE = 500
-"""Sets in one stack, which then stays in a processor's cache. Tuned on ``python -m
-tests.bench.bench_lot``. A limit of memory."""
-
 
 def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
     """Fit ``model`` to ``poses`` from the ellipsoid start.

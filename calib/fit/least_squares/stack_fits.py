@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from calib.effects.effect import EFFECTS
 from calib.errors import FitFailed, Remedy
 from calib.fit.column_scaling import orthonormal_bases
 from calib.fit.least_squares.finish import finish
@@ -28,6 +29,10 @@ from calib.poses.pose_set import PoseSet
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 """Precision of a fit that is weighed against others: chi-square is then exact to 1e-4.
 Numerical."""
+
+SETS_AT_ONCE = 500
+"""Sets in one stack, which then stays in a processor's cache. Tuned on ``python -m
+tests.bench.bench_lot``. A limit of memory."""
 
 STARTS_TOGETHER = 200
 """Combinations of starts that are all tried; of more, one shape is tried after another. A limit of
@@ -88,15 +93,20 @@ def most_promising(problem: Problem, at: Estimate, or_here: bool = False) -> Est
             here = replace(problem, tried={name: shape})
             best = most_promising(here, best, or_here=or_here or best is not at)
         return best
-    for values in product(*(shape.starts for shape in tried.values())):
-        starts = {name: np.full(sets, value)
-                  for name, value in zip(tried, values, strict=True)}
-        trial = Estimate.of(problem.equations, at.theta, at.eta, {**at.shapes, **starts})
-        cost = _linear_cost(problem, trial)
+    combinations = np.array(list(product(*(shape.starts for shape in tried.values()))))
+    together = max(1, SETS_AT_ONCE // sets) if EFFECTS.keys() >= tried.keys() else 1
+    for first in range(0, len(combinations) if tried else 0, together):
+        values = np.repeat(combinations[first : first + together], sets, axis=0)
+        which = np.tile(np.arange(sets), len(values) // sets)
+        here, known = (problem, at) if len(which) == sets else (problem.take(which), at.take(which))
+        starts = dict(zip(tried, values.T, strict=True))
+        trial = Estimate.of(here.equations, known.theta, known.eta, {**known.shapes, **starts})
+        cost = _linear_cost(here, trial).reshape(-1, sets)
+        lowest = cost.argmin(axis=0)
+        cost = cost.min(axis=0)
         better = np.flatnonzero(cost < least)
-        if not better.size:
-            continue
-        best, least = best.with_sets(better, trial.take(better)), np.minimum(cost, least)
+        best = best.with_sets(better, trial.take(lowest[better] * sets + better))
+        least = np.minimum(cost, least)
     return best
 
 

@@ -26,9 +26,9 @@ from pipeline.stages.triads import FRAME, TriadResult
 from pipeline.text.formatting import DISPLAY
 from pipeline.text.names import command
 
-PAIRED = 6
+PAIRED = 4
 """Number of the most probable effects that have a refit of every pair, in a triad that lacks
-something. Chosen: the table of the tutorial costs a run 0.2 s of one core."""
+something. Chosen: the tables of the tutorial cost a run 0.3 s of one core."""
 BLIND_REASON = (
     "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
     "the same signature, or these poses would show it only at a size that no sensor has"
