@@ -101,13 +101,13 @@ def informative(
     period_s : float
     most : int
     """
-    shown = values.astype(np.float32)
-    shown -= shown.mean(axis=0)
     waves = _waves(2 * np.pi * time_s / period_s, FEW_ORDERS)
     normal = waves.T @ waves
-    free = np.linalg.solve(normal + 1e-3 * len(waves) * np.eye(len(normal)), waves.T @ shown)
-    rest = shown - (waves @ free).astype(np.float32)
-    noise = np.maximum((rest**2).mean(axis=0), 1.0)
+    together = waves.T @ values.astype(np.float32)
+    free = np.linalg.solve(normal + 1e-3 * len(waves) * np.eye(len(normal)), together)
+    squares = np.einsum("fp,fp->p", values, values, dtype=np.float32)
+    rest = squares - ((2 * together - normal @ free) * free).sum(axis=0)
+    noise = np.maximum(rest / len(waves), 1.0)
     k = np.concatenate([[0], *[np.arange(1, FEW_ORDERS + 1)] * 2])[:, None]
     beyond = np.maximum(free**2 - noise * np.diag(np.linalg.inv(normal))[:, None], 0)
     information = (k**2 * beyond).sum(axis=0) / noise

@@ -111,10 +111,11 @@ class Registration:
         lasting = np.lib.stride_tricks.sliding_window_view(self._away_px, LASTING).min(axis=1)
         return bool(lasting.max() > 2 * THRESHOLDS.moved_px)  # a peak, not a root mean square
 
-    def note(self, source: str) -> str:
-        """What was taken out, for the user."""
+    def note(self, source: str, reduction: int) -> str:
+        """What was taken out, for the user; of a clip whose frames were reduced by a factor."""
+        away_px = reduction * self.largest_px
         return (
-            f"{source}: the camera moved by up to {self.largest_px:.0f} px and rolled by up to "
+            f"{source}: the camera moved by up to {away_px:.0f} px and rolled by up to "
             f"{np.degrees(self.largest_roll_rad):.1f}° while it filmed. Both were taken out by "
             f"what stands around the plate, and the sd includes what is left of them; a camera on "
             f"a stand gives a smaller sd."
@@ -133,8 +134,8 @@ class Registration:
         self.largest_px = max(self.largest_px, float(np.hypot(*np.median(shift, axis=0))))
         roll = float(np.arctan2(motion[1, 0] - motion[0, 1], motion[0, 0] + motion[1, 1]))
         self.largest_roll_rad = max(self.largest_roll_rad, abs(roll))
-        chroma = _back(frame.chroma, motion) if frame.chroma.size else frame.chroma
-        return replace(frame, luma=_back(frame.luma, motion), chroma=chroma, motion=motion)
+        chroma = brought_back(frame.chroma, motion) if frame.chroma.size else frame.chroma
+        return replace(frame, luma=brought_back(frame.luma, motion), chroma=chroma, motion=motion)
 
 
 def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
@@ -240,7 +241,8 @@ def _moved(corners: NDArray[np.float32], motion: FloatArray) -> FloatArray:
     return np.asarray(np.stack([x / n, y / n], axis=1))
 
 
-def _back(image: Luma, motion: FloatArray) -> Luma:
+def brought_back(image: Luma, motion: FloatArray) -> Luma:
+    """An image (h, w) as the reference's camera took it, (h, w); by the homography from there."""
     h, w = image.shape[:2]
     how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return np.asarray(

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from vision.plate.learn import PlateModel
 
 FEWEST = 12  # frames from which anything can be said
-ATTEMPTS = 2  # stretches of the clip in which something moves and a plate is looked for
+#: Stretches of the clip in which something moves and a plate is looked for, in the brightness and
+#: in the colours.
+ATTEMPTS, IN_COLOURS = 2, 1
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,11 @@ class ClipTask:
     rim: PlateOverride | None
     from_s: float
     on_progress: Callable[[int, int | None], None] | None
+
+    def report(self, clip: ClipReader, count: int) -> None:
+        """Tell how many frames of the clip are done."""
+        if self.on_progress is not None:
+            self.on_progress(count, clip.frames_stated)
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ def learned_plate(
     batches, skipped = _from(task.from_s, batches)
     refusal: RateRefused | None = None
     looked = 0
-    while looked < ATTEMPTS:
+    while looked < (IN_COLOURS if way.colours else ATTEMPTS):
         on_step = partial(on_frames, skipped)
         stretch = next_stretch(batches, skipped, on_step)
         if task.from_s > 0 and len(stretch.frames) < FEWEST and refusal is None:

@@ -2,15 +2,15 @@
 
 The first frames are kept until the plate has been found and learned from them; they and all that
 follow are then measured as they come, so that memory does not grow with the clip. Where no plate is
-in the brightness of one stretch of frames after the other, the clip is read with its colours. Where
-a camera is so fast that the frames of a turn are too many to keep, some of them are learned from;
-then, where the plate was found late, and where the camera is seen to move after that, the clip is
-read again.
+in the brightness of one stretch of frames after the other, the return of the picture is sought in
+small frames, taken on the way, and the clip is read with its colours. Where a camera is so fast
+that the frames of a turn are too many to keep, some of them are learned from; then, where the plate
+was found late, and where the camera is seen to move after that, the clip is read again.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import cached_property, partial, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
@@ -26,7 +26,8 @@ from vision.errors import (
 from vision.geometry import PlateOverride
 from vision.tracking.evenness import scatter_rad
 from vision.tracking.search import ClipPass, ClipTask, learned_plate
-from vision.tracking.stretch import Stretch, next_stretch
+from vision.tracking.small_clip import SmallClip
+from vision.tracking.stretch import Stretch
 from vision.video.reader import BATCH, ClipReader, Frame
 
 if TYPE_CHECKING:
@@ -96,23 +97,23 @@ def track_phase(
     """
     cv2.setNumThreads(1)  # the other cores decode
     task = ClipTask(Path(path), plate, from_s, on_progress)
-    by_luma = _track_or_refusal(task, ClipPass())
+    looked = _Looked(task)
+    by_luma = looked.tracked(ClipPass())
     if _good(by_luma):
         return by_luma
-    tracks, returned, picture = [by_luma], None, None
+    tracks, returned = [by_luma], None
     if plate is None and not isinstance(by_luma, NothingMoves):
-        picture = _returning(task)
-        returned = _by_return(picture, by_luma)
+        returned = looked.by_return(by_luma)
     nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NothingRepeats)
     if not _turns(by_luma) and not nothing and not _good(returned):
-        tracks.append(_track_or_refusal(task, ClipPass(colours=True)))
+        tracks.append(looked.tracked(ClipPass(colours=True)))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
         raise by_luma  # nor does anything turn in the colours
     if plate is None and not _good(tracks[-1]):
         colour_turns = len(tracks) > 1 and _turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):
             # A plate followed by its colour may know a view.
-            returned = _by_return(picture or _returning(task), tracks[-1])
+            returned = looked.by_return(tracks[-1])
         tracks.append(returned)
     return _best(task.path.name, tracks)
 
@@ -160,79 +161,77 @@ def _good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
     return result is not None and _turns(result) and scatter_rad(result) < THRESHOLDS.scatter_rad
 
 
-def _track_or_refusal(task: ClipTask, way: ClipPass) -> "PhaseTrack | RateRefused":
-    try:
-        return _tracked(task, way)
-    except NoSuchPart:
-        raise
-    except RateRefused as refusal:
-        return refusal
+class _Looked:
+    """Ways to look at a clip, and its small frames from the first of them that found no plate."""
 
+    def __init__(self, task: ClipTask) -> None:
+        self._task = task
+        self._small: SmallClip | None = None
 
-def _by_return(
-    picture: "PictureReturn | RateRefused", roughly: "PhaseTrack | RateRefused"
-) -> "PhaseTrack | RateRefused":
-    """A track by the return of the picture, with what a poor track of the plate tells of it."""
-    if isinstance(picture, RateRefused):
-        return picture
-    try:
-        return picture.track(roughly if _turns(roughly) else None)
-    except RateRefused as refusal:
-        return refusal
+    def tracked(self, way: ClipPass) -> "PhaseTrack | RateRefused":
+        """The track of a plate by its template, or why there is none."""
+        try:
+            return self._tracked(way)
+        except NoSuchPart:
+            raise
+        except RateRefused as refusal:
+            return refusal
 
+    def by_return(self, roughly: "PhaseTrack | RateRefused") -> "PhaseTrack | RateRefused":
+        """The track by the return of the picture, with what a poor one of the plate tells of it."""
+        try:
+            picture = self._picture
+            return picture.track(roughly if _turns(roughly) else None, _notes(picture.small.clip))
+        except RateRefused as refusal:
+            return refusal
 
-def _returning(task: ClipTask) -> "PictureReturn | RateRefused":
-    from vision.tracking.periodic_track import picture_return
+    @cached_property
+    def _picture(self) -> "PictureReturn":
+        from vision.tracking.periodic_track import picture_return
 
-    def followed(clip: ClipReader) -> Iterator[list[Frame]]:
-        count = 0
-        for batch in clip:
-            count += len(batch)
-            if task.on_progress is not None:
-                task.on_progress(count, clip.frames_stated)
-            yield batch
+        if self._small is None:
+            with ClipReader(self._task.path) as clip:
+                self._small = SmallClip(clip)
+                self._read_on(self._small, self._small.followed(clip))
+        return picture_return(self._small)
 
-    try:
-        with ClipReader(task.path) as clip:
-            batches = followed(clip)
-            stretch = next_stretch(batches, 0, lambda: None).with_fields()
-            stretch = stretch.steadied(camera_moves=False)
-            if stretch.stride == 1:
-                rest = _chain(stretch.frames, stretch.prepared(batches))
-                return picture_return(clip, rest, _notes(clip, stretch))
-        with ClipReader(task.path) as clip:
-            rest = stretch.prepared(followed(clip))
-            return picture_return(clip, rest, _notes(clip, stretch))
-    except RateRefused as refusal:
-        return refusal
+    def _read_on(self, small: SmallClip, batches: Iterator[list[Frame]]) -> None:
+        """Have the small frames of the rest of the clip taken."""
+        while not small.ended and next(batches, None) is not None:
+            self._task.report(small.clip, len(small.time_s))
 
-
-def _tracked(task: ClipTask, way: ClipPass) -> "PhaseTrack":
-    with ClipReader(task.path, colours=way.colours) as clip:
-
-        def on_frames(count: int) -> None:
-            if task.on_progress is not None:
-                task.on_progress(count, clip.frames_stated)
-
-        from vision.tracking.frame_measurement import FrameMeasurements  # while frames are decoded
-
-        batches = iter(clip)
-        plate, stretch = learned_plate(task, way, clip, batches, on_frames)
-        shown = len(stretch.frames) // 2
-        measurements = FrameMeasurements(
-            plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride, stretch.around)
-        from_the_first = stretch.stride == 1 and stretch.skipped == 0
-        if from_the_first:
-            rest = _chain(stretch.frames, stretch.prepared(batches))
-            track = _measured(measurements, clip, rest, stretch, on_frames)
-        else:
-            stretch.frames.clear()
-    if not from_the_first:  # what was learned late is measured in all frames
+    def _tracked(self, way: ClipPass) -> "PhaseTrack":
+        task = self._task
         with ClipReader(task.path, colours=way.colours) as clip:
-            track = _measured(measurements, clip, stretch.prepared(iter(clip)), stretch, on_frames)
-    if stretch.camera is None and not way.camera_moves and measurements.camera_moved:
-        return _tracked(task, replace(way, camera_moves=True))
-    return track
+            from vision.tracking.frame_measurement import FrameMeasurements  # while it is decoded
+
+            small = SmallClip(clip, ended=way.colours or task.rim is not None)
+            batches, on_frames = small.followed(clip), partial(task.report, clip)
+            try:
+                plate, stretch = learned_plate(task, way, clip, batches, on_frames)
+            except RateRefused:
+                if not small.ended:
+                    self._small = small
+                    self._read_on(small, batches)
+                raise
+            small.end()
+            shown = len(stretch.frames) // 2
+            measurements = FrameMeasurements(
+                plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride,
+                stretch.around)
+            from_the_first = stretch.stride == 1 and stretch.skipped == 0
+            if from_the_first:
+                rest = _chain(stretch.frames, stretch.prepared(batches))
+                track = _measured(measurements, clip, rest, stretch, on_frames)
+            else:
+                stretch.frames.clear()
+        if not from_the_first:  # what was learned late is measured in all frames
+            with ClipReader(task.path, colours=way.colours) as clip:
+                rest = stretch.prepared(iter(clip))
+                track = _measured(measurements, clip, rest, stretch, partial(task.report, clip))
+        if stretch.camera is None and not way.camera_moves and measurements.camera_moved:
+            return self._tracked(replace(way, camera_moves=True))
+        return track
 
 
 def _measured(
@@ -256,14 +255,18 @@ def _measured(
     return measurements.track(clip, notes)
 
 
-def _notes(clip: ClipReader, stretch: Stretch) -> tuple[str, ...]:
+def _notes(clip: ClipReader, stretch: Stretch | None = None) -> tuple[str, ...]:
     """What the user should know of how the frames were read."""
-    notes = [part.note(clip.path.name) for part in (stretch.interlacing, stretch.camera) if part]
+    notes = []
     if clip.orientation.mirrored:
-        notes.insert(0,
+        notes.append(
             f"{clip.path.name}: the file has its frames displayed mirrored, as front cameras do. "
             f"The sense of rotation is that of the displayed frame; if writing in it reads "
             f"backwards, the plate itself turns the other way.")
+    if stretch is not None and stretch.interlacing is not None:
+        notes.append(stretch.interlacing.note(clip.path.name))
+    if stretch is not None and stretch.camera is not None:
+        notes.append(stretch.camera.note(clip.path.name, clip.reduction))
     return tuple(notes)
 
 

@@ -1,0 +1,133 @@
+"""Small frames of a clip, taken as it is read, and after what time the picture returns in them."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.geometry import FloatArray
+from vision.video.reader import NO_CHROMA, ClipReader, Frame
+from vision.video.reduction import reduced
+
+if TYPE_CHECKING:
+    from vision.image_return import ImageReturn
+    from vision.tracking.registration import Registration
+
+SMALL, SMALLER = 320, 128  # pixels of the longer side: of what is measured, of what returns
+HELD = 600  #: frames held whole; a limit of memory and time
+GLIMPSES = 100  # frames, for whether anything varies
+PIXELS = 6000  #: pixels that are measured; a limit of time
+MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
+FEWEST_PIXELS = 500  # in however long a clip
+CHOSEN_FROM = 300  # frames, from which the pixels are chosen
+
+
+@dataclass(eq=False)
+class SmallClip:
+    """Small frames of a clip: whole ones at first, then only the pixels that tell the angle.
+
+    They are taken while a plate is looked for, so that the clip need not be read again. Where the
+    camera moves, they are brought back onto one of them.
+
+    Attributes
+    ----------
+    clip : ClipReader
+        The clip, for its name and size.
+    factor : int
+        By which its frames are reduced.
+    time_s, coding, motion : list
+        Of every frame, as in ``Frame``; the motion in pixels of the small frames.
+    values : list of arrays of uint8, shape (p,)
+        What the chosen pixels show in every frame.
+    mask : array of bool, shape (h, w), or None
+        The chosen pixels; None before they are chosen, and where nothing returns.
+    shown : Frame or None
+        A frame to look at, as read.
+    camera : Registration or None
+        Of a camera that moves.
+    returns : ImageReturn or None
+        The return of the picture.
+    varies : bool
+        Much varies, and nothing returns.
+    ended : bool
+        No more frames are taken.
+    """
+
+    clip: ClipReader
+    factor: int = 1
+    time_s: list[float] = field(default_factory=list)
+    coding: list[int] = field(default_factory=list)
+    motion: list[FloatArray] = field(default_factory=list)
+    values: list[NDArray[np.uint8]] = field(default_factory=list)
+    mask: NDArray[np.bool_] | None = None
+    shown: Frame | None = None
+    camera: "Registration | None" = None
+    returns: "ImageReturn | None" = None
+    varies: bool = False
+    ended: bool = False
+    _whole: list[Frame] = field(default_factory=list)
+
+    def followed(self, batches: Iterable[list[Frame]]) -> Iterator[list[Frame]]:
+        """The batches, each after its frames were taken."""
+        for batch in batches:
+            for frame in batch:
+                if not self.ended:
+                    self._take(frame)
+            yield batch
+
+    def end(self) -> None:
+        """Take no more, and let go of the whole frames."""
+        self.ended, self._whole = True, []
+
+    def _take(self, frame: Frame) -> None:
+        if self.shown is None:
+            self.factor = -(-max(frame.luma.shape) // SMALL)
+        if len(self.time_s) <= HELD // 4:
+            self.shown = frame
+        small = replace(frame, luma=reduced(frame.luma, self.factor), chroma=NO_CHROMA)
+        self.time_s.append(frame.time_s)
+        self.coding.append(frame.coding)
+        if self.mask is None:
+            self._whole.append(small)
+            if len(self._whole) == HELD:
+                self.choose()
+        else:
+            self._keep_chosen(small if self.camera is None else self.camera.back(small))
+
+    def _keep_chosen(self, small: Frame) -> None:
+        self.motion.append(small.motion)
+        self.values.append(small.luma[self.mask])
+
+    def choose(self) -> None:
+        """Find the return of the picture, and the pixels that tell the angle best."""
+        from vision.image_return import image_return, much_varies
+        from vision.plate.periodic import informative
+        from vision.tracking.registration import THRESHOLDS, registration
+
+        time, whole = np.array(self.time_s), self._whole
+        if self.ended or self.mask is not None or len(whole) < 2:
+            return
+        self._whole = []
+        camera, moved_px = registration(whole)
+        if camera is not None and moved_px > THRESHOLDS.moved_px:
+            self.camera, whole = camera, [camera.back(small) for small in whole]
+        frame_s = max(float(np.median(np.diff(time))), 1e-4)
+        even = np.arange(time[0], time[-1] + frame_s / 2, frame_s)[: 2 * len(time)]
+        at = np.clip(np.searchsorted(time, even - frame_s / 2), 0, len(time) - 1)
+        smaller = -(-max(whole[0].luma.shape) // SMALLER)
+        tiny = np.stack([reduced(small.luma, smaller) for small in whole])
+        self.returns = image_return(tiny[at], frame_s)
+        if self.returns is None:
+            self.varies = much_varies(tiny[:: max(1, len(tiny) // GLIMPSES)])
+            self.end()
+            return
+        most = max(self.clip.frames_stated or 0, len(time))
+        first = np.stack([small.luma.ravel() for small in whole[:CHOSEN_FROM]])
+        chosen = informative(first, time[: len(first)], self.returns.period_s,
+                             min(PIXELS, max(FEWEST_PIXELS, MOST_VALUES // most)))
+        self.mask = np.zeros(whole[0].luma.shape, bool)
+        self.mask.flat[chosen] = True
+        for small in whole:
+            self._keep_chosen(small)
