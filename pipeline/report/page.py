@@ -17,7 +17,7 @@ from pipeline.report.triad.axis_charts import axis_charts, lead_panel
 from pipeline.report.triad.effect_cards import effect_cards
 from pipeline.report.triad.history_chart import staircase
 from pipeline.report.triad.pose_charts import residual_figure, run_legend
-from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
+from pipeline.report.triad.pose_details import excluded_rows, pose_rows, poses_json
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits
 from pipeline.report.triad.tables import (
@@ -127,7 +127,7 @@ def _triad_view(
     section = getattr(outcome.config, result.triad)
     refits = Refits(result, defined, section.loss == "huber")
     payload = refit_json(result, refits, outcome.config.source.path) | {
-        "poses": sphere_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
+        "poses": poses_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
     calibration = result.calibration
     axes = axis_charts(result, refits)
     lead = lead_panel(result, axes)

@@ -12,7 +12,7 @@ from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.pose_charts import residual_figure
-from pipeline.report.triad.pose_sphere import coverage_of, up_directions
+from pipeline.report.triad.pose_details import coverage_of, up_directions
 from pipeline.report.triad.tables import budget_rows, candidate_rows
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
@@ -94,7 +94,7 @@ def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero
     assert "about zero" not in residual_figure(outcome.triad("gyroscope")).good
     assert "about zero" in residual_figure(outcome.triad("accelerometer")).good
     covered = coverage_of(up_directions(outcome.triad("accelerometer")))
-    assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
+    assert "18 poses cover 18 of the 18 faces and edges" in covered
     page = Page(report_html(outcome, ()))
     assert page.open == []
     assert "0 of the 18" not in page.text
