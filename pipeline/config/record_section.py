@@ -32,7 +32,7 @@ class RecordSection(Section):
     device: Annotated[str, AfterValidator(_device)]
     port: str | None = None  #: the only USB serial port by default
     baud: Count | None = None  #: the usual speeds of the device are tried by default
-    sample_rate_hz: Positive | None = None  #: of a device that counts samples
+    sample_rate_hz: Positive | None = None  #: what a sample counter counts
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
     seconds_per_pose: Annotated[Positive, Field(ge=2)] = SECONDS_PER_POSE
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude

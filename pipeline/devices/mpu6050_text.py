@@ -43,7 +43,7 @@ from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
 
 READINGS = (*ACCELEROMETER, *GYROSCOPE)
-ARDUINO_STAMP = re.compile(r"\d\d:\d\d:\d\d\.\d{3} -> ")  #: of the Arduino IDE
+ARDUINO_STAMP = re.compile(r"\d\d:\d\d:\d\d\.\d{3} -> ")  #: stamp of the Arduino IDE
 MPU6050_RAW = LinePattern.of("a/g: " + " ".join(f"{{{name}}}" for name in READINGS))  #: i2cdevlib's
 
 WORD = (-(2**15), 2**15 - 1)  #: what a 16-bit converter can give
