@@ -5,6 +5,7 @@ parameters, figures and residuals; the references with their traceability; how t
 HTML with a style sheet for A4: a browser prints it, or saves it as PDF.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from itertools import groupby
 
@@ -12,10 +13,11 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from pipeline.drawings.charts import Canvas, Chart, rightward, upward
-from pipeline.export.certificate_content import Residuals, certificate_content
+from pipeline.export.certificate_content import certificate_content, printable
 from pipeline.export.parts import Export
 from pipeline.results.read import Stored
-from pipeline.text.formatting import with_minus_signs
+from pipeline.results.schema.triad import PoseResult
+from pipeline.text.formatting import DISPLAY, with_minus_signs
 
 FILE_NAME = "certificate.html"
 CANVAS = Canvas(320.0, 122.0, 34.0, 20.0, "chart", margin_right=3.0, margin_top=4.0)
@@ -25,7 +27,7 @@ LONGEST_RUN = 24  #: letters of a run's name; layout
 
 def to_certificate(stored: Stored) -> Export:
     """``certificate.html``; equal results and history give equal bytes."""
-    page = _template().render(content=certificate_content(stored), chart=residual_chart)
+    page = _template().render(**certificate_content(stored), chart=residual_chart)
     return Export({FILE_NAME: page}, ())
 
 
@@ -37,22 +39,28 @@ def _template() -> Template:
     return environment.get_template(FILE_NAME)
 
 
-def residual_chart(residuals: Residuals, triad: str) -> str:
-    """Residuals in the order of the poses over their noise, as SVG; a square marks a length."""
-    largest = float(np.max(np.abs(residuals.value) + residuals.sd))
-    low = 0.0 if residuals.is_length.all() else -largest
-    place = np.arange(len(residuals.value), dtype=float)
+def residual_chart(poses: Sequence[PoseResult], triad: str) -> str:
+    """Residuals in the order of the poses over their noise, as SVG in the shown unit of the triad.
+
+    A square marks a pose at rest with the plate stopped, whose residual is a length.
+    """
+    factor = DISPLAY[triad][1]
+    residual, sd = np.array([(pose.residual, pose.sd) for pose in poses]).T * factor
+    is_length = np.array([pose.reference == 0 for pose in poses])
+    largest = float(np.max(np.abs(residual) + sd))
+    low = 0.0 if is_length.all() else -largest
+    place = np.arange(len(poses), dtype=float)
     chart = Chart(rightward(-0.5, len(place) - 0.5, CANVAS),
                   upward(REACH * low, REACH * largest, canvas=CANVAS), "", "", CANVAS)
     chart.y_axis([(value, with_minus_signs(f"{value:.2g}"))
                   for value in sorted({0.0, low, largest})])
     runs, first = [], 0
-    for run, poses in groupby(residuals.run):
-        last = first + len(list(poses))
+    for run, of_run in groupby(printable(pose.run) for pose in poses):
+        last = first + len(list(of_run))
         runs.append(((first + last - 1) / 2, run[:LONGEST_RUN]))
         first = last
     chart.x_axis(runs)
-    chart.bars(place, np.where(residuals.is_length, 0.0, -residuals.sd), residuals.sd, "band")
-    for x, value, is_length in zip(place, residuals.value, residuals.is_length, strict=True):
-        chart.mark(x, value, int(is_length), "mark")
+    chart.bars(place, np.where(is_length, 0.0, -sd), sd, "band")
+    for x, value, square in zip(place, residual, is_length, strict=True):
+        chart.mark(x, value, int(square), "mark")
     return chart.svg(f"Residuals of the {triad}")

@@ -3,8 +3,8 @@
 import hashlib
 import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +13,13 @@ from calib.effects.units import display_unit
 from calib.fit.triad.calibration import TOLD_WIDENING
 from calib.numbers import RPM
 from calib.poses.attitudes import direction_name
-from calib.poses.imu_log import AXES, SI_UNIT, BoolArray, FloatArray
+from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.parts import HASH_DIGITS, stood_for, temperatures
 from pipeline.results.history import read_history
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.rate import RateResult
-from pipeline.results.schema.triad import PoseResult, PredictionResult, TriadSection
+from pipeline.results.schema.triad import PredictionResult, TriadSection
 from pipeline.text.formatting import (
     DISPLAY,
     count,
@@ -35,60 +35,12 @@ _MINUS = re.compile(r"(?<![\w.])-(?=\d)|(?<=\de)-(?=\d)")
 NOT_RECORDED = "not recorded"
 
 
-@dataclass(frozen=True)
-class CertifiedRow:
-    """One kind of parameter: its name with unit, and up to three values with their sds, as text."""
-
-    name: str
-    values: tuple[tuple[str, str], ...]
+Row = tuple[str, tuple[tuple[str, str], ...]]
+"""A kind of parameter: its name with unit, and up to three values with their sds, as text."""
 
 
-@dataclass(frozen=True, eq=False)
-class Residuals:
-    """The residuals of a triad in its shown unit.
-
-    ``value`` and ``sd`` (n,), ``run`` the name of each pose's run; ``is_length`` (n,) marks poses
-    at rest with the plate stopped, whose residual is a length.
-    """
-
-    unit: str
-    value: FloatArray
-    sd: FloatArray
-    run: tuple[str, ...]
-    is_length: BoolArray
-
-
-@dataclass(frozen=True, eq=False)
-class TriadPart:
-    """What the certificate states of one triad."""
-
-    name: str
-    model: str
-    range: str
-    standing: str
-    verdict: str
-    explanation: str
-    rows: tuple[CertifiedRow, ...]
-    figures: tuple[tuple[str, str], ...]
-    prediction: str
-    not_determined: str
-    residuals: Residuals
-
-
-@dataclass(frozen=True, eq=False)
-class CertificateContent:
-    """Everything that the page states."""
-
-    title: str
-    sensor: str
-    facts: tuple[tuple[str, str], ...]
-    triads: tuple[TriadPart, ...]
-    references: tuple[tuple[str, str, str], ...]
-    notes: tuple[str, ...]
-
-
-def certificate_content(stored: Stored) -> CertificateContent:
-    """The content of the certificate.
+def certificate_content(stored: Stored) -> dict[str, Any]:
+    """What the template of the certificate is filled with.
 
     Raises
     ------
@@ -96,14 +48,14 @@ def certificate_content(stored: Stored) -> CertificateContent:
         The history beside results.json is damaged.
     """
     contents = stored.contents
-    return CertificateContent(
-        title=printable(contents.title or "Untitled session"),
-        sensor=printable(contents.sensor),
-        facts=tuple(_facts(stored)),
-        triads=tuple(map(_part, stored.triads)),
-        references=tuple(_references(contents)),
-        notes=tuple(_notes(stored)),
-    )
+    return {
+        "title": printable(contents.title or "Untitled session"),
+        "sensor": printable(contents.sensor),
+        "facts": dict(_facts(stored)),
+        "triads": [_of_triad(triad) for triad in stored.triads],
+        "references": list(_references(contents)),
+        "notes": list(_notes(stored)),
+    }
 
 
 def printable(text: object) -> str:
@@ -123,23 +75,24 @@ def _facts(stored: Stored) -> Iterator[tuple[str, str]]:
         yield "Temperature", f"{min(warmth):.1f} to {max(warmth):.1f} °C"
 
 
-def _part(triad: StoredTriad) -> TriadPart:
+def _of_triad(triad: StoredTriad) -> dict[str, Any]:
     section, diagnosis = triad.section, triad.section.diagnosis
     short = printable(diagnosis.short or diagnosis.verdict)
-    blind = [printable(name) for name in diagnosis.blind]
-    return TriadPart(
-        name=triad.name.capitalize(),
-        model=printable(short_model(section.model)),
-        range=_range(triad),
-        standing=diagnosis.standing or "open",
-        verdict=f"{short[:1].upper()}{short[1:]}",
-        explanation=_typeset(printable(diagnosis.in_words)),
-        rows=(*_base_rows(triad), *_effect_rows(triad)),
-        figures=tuple(_figures(triad.name, section)),
-        prediction=_prediction(triad.name, section.prediction),
-        not_determined=", ".join(blind) or "nothing that was looked for",
-        residuals=_residuals(triad.name, section.poses),
-    )
+    return {
+        "name": triad.name,
+        "unit": DISPLAY[triad.name][0],
+        "model": printable(short_model(section.model)),
+        "range": _range(triad),
+        "standing": diagnosis.standing or "open",
+        "verdict": f"{short[:1].upper()}{short[1:]}",
+        "explanation": _typeset(printable(diagnosis.in_words)),
+        "rows": [*_base_rows(triad), *_effect_rows(triad)],
+        "figures": dict(_figures(triad.name, section)),
+        "prediction": _prediction(triad.name, section.prediction),
+        "not_determined": ", ".join(map(printable, diagnosis.blind))
+        or "nothing that was looked for",
+        "poses": section.poses,
+    }
 
 
 def _typeset(text: str) -> str:
@@ -158,7 +111,7 @@ def _range(triad: StoredTriad) -> str:
     return f"±{shown:.4g} {'°/s' if triad.name == 'gyroscope' else unit}, {spec.bits} bits"
 
 
-def _base_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
+def _base_rows(triad: StoredTriad) -> Iterator[Row]:
     """Bias, scale and misalignment in the units of Angrisano et al."""
     nine = triad.parameters
     misalignment_sd, bias_sd, scale_sd = nine.sd
@@ -167,7 +120,7 @@ def _base_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
     yield _row("Misalignment α [mrad]", nine.misalignment_rad * 1e3, misalignment_sd * 1e3)
 
 
-def _effect_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
+def _effect_rows(triad: StoredTriad) -> Iterator[Row]:
     """Added effects in units of data sheets, three values in a row; a shape parameter alone."""
     for name, effect in triad.section.effects.items():
         unit, _, shape_unit = effect.unit.partition("; ")
@@ -184,8 +137,8 @@ def _effect_rows(triad: StoredTriad) -> Iterator[CertifiedRow]:
             yield _row(f"{printable(name)} {printable(shape_unit)}", values[linear:], sds[linear:])
 
 
-def _row(name: str, values: FloatArray, sds: FloatArray) -> CertifiedRow:
-    return CertifiedRow(name, tuple(_value(v, s) for v, s in zip(values, sds, strict=True)))
+def _row(name: str, values: FloatArray, sds: FloatArray) -> Row:
+    return name, tuple(_value(v, s) for v, s in zip(values, sds, strict=True))
 
 
 def _value(value: float, sd: float) -> tuple[str, str]:
@@ -228,17 +181,6 @@ def _typical(triad: str, prediction: PredictionResult) -> str:
         return ""
     return not_measured(triad, parts.poses, {
         printable(name): rms for name, rms in parts.unseen.items() if rms is not None})
-
-
-def _residuals(triad: str, poses: Sequence[PoseResult]) -> Residuals:
-    unit, factor = DISPLAY[triad]
-    return Residuals(
-        unit,
-        np.array([pose.residual for pose in poses]) * factor,
-        np.array([pose.sd for pose in poses]) * factor,
-        tuple(printable(pose.run) for pose in poses),
-        np.array([pose.reference == 0 for pose in poses]),
-    )
 
 
 # --- the reference -----------------------------------------------------------------------------

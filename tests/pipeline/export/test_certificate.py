@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from pipeline.export.certificate import residual_chart, to_certificate
-from pipeline.export.certificate_content import Residuals, certificate_content
+from pipeline.export.certificate_content import certificate_content
 from pipeline.results.read import Stored, load_results
+from pipeline.results.schema.triad import PoseResult
 from pipeline.text.formatting import with_sd
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.export.stored_results import with_effects
@@ -43,30 +44,30 @@ def test_it_is_a_page_of_its_own_and_the_same_bytes_for_the_same_results(stored:
 
 def test_it_states_the_parameters_of_the_results(stored: Stored, finished: RunSession) -> None:
     found = results_in(finished.folder)
-    for part in certificate_content(stored).triads:
-        section = found[part.name.lower()]
-        for row, key in zip(part.rows, ("bias_counts", "scale_counts_per_unit"), strict=False):
+    for part in certificate_content(stored)["triads"]:
+        section = found[part["name"]]
+        keys = ("bias_counts", "scale_counts_per_unit")
+        for (_, values), key in zip(part["rows"], keys, strict=False):
             for shown, value, sd in zip(
-                row.values, section["parameters"][key], section["sd"][key], strict=True
+                values, section["parameters"][key], section["sd"][key], strict=True
             ):
                 assert " ".join(shown).replace("−", "-") == with_sd(value, sd)
-        figures = dict(part.figures)
-        assert figures["Poses"] == str(section["n_poses"])
-        assert part.explanation.replace("\u00a0", " ") == section["diagnosis"]["says"]
-        assert part.standing == "good"
+        assert part["figures"]["Poses"] == str(section["n_poses"])
+        assert part["explanation"].replace("\u00a0", " ") == section["diagnosis"]["says"]
+        assert part["standing"] == "good"
         for name in section["diagnosis"]["blind"]:
-            assert name in part.not_determined
+            assert name in part["not_determined"]
 
 
 def test_it_identifies_the_session_and_its_references(
     stored: Stored, finished: RunSession
 ) -> None:
     content = certificate_content(stored)
-    facts = dict(content.facts)
+    facts = content["facts"]
     assert facts["Configuration"] == f"SHA-256 {stored.contents.config_sha256[:16]}"
     last = json.loads((finished.folder / "history.jsonl").read_text("utf-8").splitlines()[-1])
     assert facts["Date of calibration"] == last["when"][:16].replace("T", " ")
-    names = [name for name, _, _ in content.references]
+    names = [name for name, _, _ in content["references"]]
     assert names == ["Gravity", *(f"Plate, {name}" for name in stored.contents.rate)]
 
 
@@ -77,23 +78,25 @@ def test_effects_stand_in_units_of_data_sheets(finished: RunSession, tmp_path: P
     contents["gyroscope"]["effects"]["g_sensitivity"] |= {
         "unit": "(rad/s)/(m/s²)", "sd": [1e-6] * 9}
     stored.path.write_text(json.dumps(contents), encoding="utf-8")
-    rows = certificate_content(load_results(tmp_path)).triads[1].rows[3:]
-    assert [row.name for row in rows] == [
+    rows = certificate_content(load_results(tmp_path))["triads"][1]["rows"][3:]
+    assert [name for name, _ in rows] == [
         f"g_sensitivity {axis} [°/s per g]" for axis in "xyz"]
-    shown = [float(value.replace("−", "-")) for row in rows for value, _ in row.values]
+    shown = [float(value.replace("−", "-")) for _, values in rows for value, _ in values]
     assert shown == pytest.approx(np.degrees(sensitivity) * 9.80665, abs=6e-5)
 
 
 def test_without_a_history_the_date_is_not_invented(finished: RunSession, tmp_path: Path) -> None:
     shutil.copy(finished.folder / "results.json", tmp_path)
-    facts = dict(certificate_content(load_results(tmp_path)).facts)
+    facts = certificate_content(load_results(tmp_path))["facts"]
     assert facts["Date of calibration"] == "not recorded"
 
 
 def test_the_chart_shows_every_residual_over_its_noise() -> None:
-    chart = residual_chart(Residuals(
-        "°/s", np.array([1.0, -2.0, 0.5]), np.array([0.5, 1.0, 0.25]), ("slow", "slow", "stopped"),
-        np.array([False, False, True])), "gyroscope")
+    chart = residual_chart([
+        PoseResult.model_construct(run=run, residual=residual, sd=sd, reference=reference)
+        for run, residual, sd, reference in (
+            ("slow", 1.0, 0.5, 1.7), ("slow", -2.0, 1.0, 1.7), ("stopped", 0.5, 0.25, 0.0))
+    ], "gyroscope")
     marks = [(float(x), float(y)) for x, y in re.findall(
         r'class="mark" transform="translate\(([\d.]+) ([\d.]+)\)', chart)]
     (zero,) = (float(y) for y in re.findall(r'y="([\d.]+)"[^>]*>0</text>', chart))
