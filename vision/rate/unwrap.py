@@ -10,7 +10,7 @@ from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
 LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step
 BURST = 8.0  # times the usual step, that two steps take; else they take two
-REGULAR = 0.1  # of the usual step: what belongs to it
+REGULAR = 0.1  # of the usual step, or turn: what belongs to it
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,7 @@ def frame_time(time_s: FloatArray) -> float:
     """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms."""
     if stamped_in_bursts(time_s):
         return float(np.median(time_s[2:] - time_s[:-2])) / 2
-    step = np.diff(time_s)
-    usual = _usual_step(step)
-    return float(step[np.abs(step - usual) <= REGULAR * usual].mean())
+    return _usual_mean(np.diff(time_s))
 
 
 def stamped_in_bursts(time_s: FloatArray) -> bool:
@@ -65,6 +63,11 @@ def stamped_in_bursts(time_s: FloatArray) -> bool:
 
 def _usual_step(step: FloatArray) -> float:
     return float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
+
+
+def _usual_mean(step: FloatArray) -> float:
+    usual = _usual_step(step)
+    return float(step[np.abs(step - usual) <= REGULAR * usual].mean())
 
 
 def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
@@ -150,9 +153,9 @@ def rate_history(angle: PlateAngle, stray: BoolArray | None = None) -> RateHisto
     # where these are wrong.
     noise = phase_noise(turned - mean * (time - time[0]))
     rising = np.maximum.accumulate((np.sign(turned[-1]) or 1.0) * turned)
-    half_turns = np.arange(0, rising[-1], np.pi)
-    passed = np.diff(np.interp(half_turns, rising, time))
-    half_s = float(np.median(passed)) if len(passed) > 1 else np.inf
+    passed = np.interp(np.arange(0, rising[-1], np.pi), rising, time)
+    # Of an off-centre view one half of every turn is the longer one.
+    half_s = _usual_mean(passed[2:] - passed[:-2]) / 2 if len(passed) > 2 else np.inf
     if 2 * half_s > span_s:
         return RateHistory(np.array([time.mean()]), np.array([mean]), angle, noise)
     starts = np.arange(time[0], time[-1] - 2 * half_s + 1e-9, half_s)

@@ -46,6 +46,16 @@ def test_a_large_wave_of_a_plate_seen_in_arcs_does_not_bend_the_line() -> None:
     assert abs(rate.rate_rad_s - rate_rad_s) < 3 * rate.sd_rad_s
 
 
+def test_an_off_centre_view_does_not_make_a_steady_plate_unsteady() -> None:
+    """Unequal halves of a turn, of a plate cut by an edge: the time of a turn is that of both."""
+    time = np.arange(600) / 30.0
+    true = 44.6 * RPM * time
+    rate = measure_rate(
+        phase_track(time, true + 0.16 * np.cos(true), noise_rad=NOISE), timebase=CLOCK)
+    assert abs(rate.rate_rad_s / (44.6 * RPM) - 1) < 15e-6
+    assert np.ptp(rate.history.rate_rad_s) < 1e-3 * rate.rate_rad_s
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.7])
 def test_the_stated_sd_is_that_of_repeated_measurements(correlation: float) -> None:
     time, angle = steady(16.9)
