@@ -56,7 +56,6 @@ def report_html(
         Local time of the run, for the head of the page. Nothing else on the page depends on it.
     """
     environment = page_templates()
-    drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = outcome.config.source.path
     clocks = outcome.recordings.clocks
@@ -64,7 +63,7 @@ def report_html(
     # In the order of the headline, which speaks of the triads first.
     answers = sorted(answers_of(outcome, where), key=lambda answer: answer.subject == RATES)
     views: dict[str, dict[str, Any]] = {
-        result.triad: _triad_view(outcome, result, history, drawings)
+        result.triad: _triad_view(outcome, result, history)
         for result in outcome.triads}
     order = [answer.subject for answer in answers if answer.subject != RATES]
     return environment.get_template(TEMPLATE_NAME).render(
@@ -119,7 +118,7 @@ def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, 
 
 
 def _triad_view(
-    outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine], drawings: Sequence[str]
+    outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
@@ -144,7 +143,7 @@ def _triad_view(
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
-        "cards": effect_cards(result, payload, refits, drawings),
+        "cards": effect_cards(result, payload, defined),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,

@@ -3,5 +3,5 @@
     pose_charts, pose_details                   tables, history_chart
     refitted (exact fits of other models) ─┬─ refit_table (the tick boxes)
     drivers ─ partial_residuals ───────────┼─ axis_charts (where the model fails)
-                                           └─ fingerprint ─ effect_cards
+                                           └─ effect_cards
 """
