@@ -42,13 +42,12 @@ def flutter_lines(flutter: MeasuredFlutter) -> Iterator[str]:
 
 
 def two_sigma(value: float, noise: float) -> str:
-    """A two-sigma figure beside what the noise of the angles alone would give."""
+    """A two-sigma figure beside what the noise alone would give."""
     if not noise:
         return f"± {percent(value)} (two sigma)"
     if value < SHOWN * noise:
-        return (f"at most ± {percent(value)} (two sigma): no more than the noise of the angles, "
-                f"± {percent(noise)}")
-    return f"± {percent(value)} (two sigma); the noise of the angles alone gives ± {percent(noise)}"
+        return f"at most ± {percent(value)} (two sigma): no more than the noise, ± {percent(noise)}"
+    return f"± {percent(value)} (two sigma); the noise alone gives ± {percent(noise)}"
 
 
 def strongest_waves(flutter: MeasuredFlutter) -> Iterator[tuple[float, float]]:

@@ -99,5 +99,6 @@ def flutter_of_gyroscope(log: ImuLog, rate: "RateMeasurement | None" = None) -> 
             f"clip at {np.degrees(size / (1 + off)):.4g} °/s. They belong to different speeds, or "
             f"the units of the log are others (--config)."
         )
-    course = course_of_rates(time_s, readings @ (mean / size))
+    axes = np.linalg.svd(mean[None] / size)[2]  # (3, 3): the axis of the platter, and two across
+    course = course_of_rates(time_s, readings @ (mean / size), readings @ axes[1:].T)
     return MeasuredFlutter(log.label, True, course, platter_flutter(course, log.label), off)

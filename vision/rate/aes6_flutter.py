@@ -8,7 +8,7 @@ them. A sine of amplitude A has the figure sin(0.95·90°) A = 0.997 A.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,6 +54,8 @@ class SpeedCourse:
         That mean, positive.
     noise_rad : float
         White noise of a single angle that δ was taken from; 0 where it was measured as a rate.
+    across : array, shape (n, k)
+        Readings across the axis of the platter, over its rate, of a sensor that turns with it.
     """
 
     step_s: float
@@ -61,6 +63,7 @@ class SpeedCourse:
     deviation: FloatArray
     rate_rad_s: float
     noise_rad: float = 0.0
+    across: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     @property
     def time_s(self) -> FloatArray:
@@ -87,7 +90,7 @@ class PlatterFlutter:
     weighted, unweighted : float
         Two-sigma figures.
     weighted_noise, unweighted_noise : float
-        What the noise of the angles alone would give; 0 for a gyroscope.
+        What the noise of the angles, or of the gyroscope, would give alone.
     lowest_hz, highest_hz : float
         The band that could be counted.
     drift_per_s : float
@@ -143,13 +146,21 @@ def course_of_clip(rate: "RateMeasurement") -> SpeedCourse:
     return SpeedCourse(step, turned, deviation, rate.rate_rad_s, rate.history.phase_noise_rad)
 
 
-def course_of_rates(time_s: FloatArray, rate_rad_s: FloatArray) -> SpeedCourse:
-    """The speed from rates (n,) about the axis of the platter, of a sensor that turns with it."""
+def course_of_rates(
+    time_s: FloatArray, rate_rad_s: FloatArray, across_rad_s: FloatArray | None = None
+) -> SpeedCourse:
+    """The speed from rates (n,) about the axis of the platter, of a sensor that turns with it.
+
+    The platter does not turn about the axes across, (n, k): what they read is noise.
+    """
     step = float(np.median(np.diff(time_s)))
     even = np.arange(time_s[0], time_s[-1], step)
     rate = np.interp(even, time_s, rate_rad_s)
     mean = float(rate.mean())
-    return SpeedCourse(step, np.cumsum(np.abs(rate)) * step, rate / mean - 1, abs(mean))
+    across = [np.interp(even, time_s, axis) for axis in
+              (() if across_rad_s is None else across_rad_s.T)]
+    return SpeedCourse(step, np.cumsum(np.abs(rate)) * step, rate / mean - 1, abs(mean),
+                       across=np.array(across).T / mean)
 
 
 def platter_flutter(course: SpeedCourse, source: str) -> PlatterFlutter:
@@ -210,14 +221,28 @@ def _without_drift(course: SpeedCourse) -> tuple[float, FloatArray]:
     """
     time_s = course.time_s - course.seconds / 2
     beyond = np.cumsum(course.deviation) * course.step_s
-    waves = [wave(k * course.angle_rad) for k in (1, 2) for wave in (np.cos, np.sin)]
-    columns = np.column_stack([np.ones_like(time_s), time_s, 0.5 * time_s**2, *waves])
+    columns = np.column_stack([
+        np.ones_like(time_s), time_s, 0.5 * time_s**2, *_waves_per_turn(course)])
     beta = np.linalg.lstsq(columns, beyond, rcond=None)[0]
     return float(beta[2]), np.asarray(course.deviation - beta[1] - beta[2] * time_s)
 
 
+def _waves_per_turn(course: SpeedCourse) -> list[FloatArray]:
+    """Waves (n,) once and twice per turn."""
+    return [wave(k * course.angle_rad) for k in (1, 2) for wave in (np.cos, np.sin)]
+
+
 def _noise_figure(course: SpeedCourse, gain: Gain) -> float:
-    """Two-sigma figure of white noise of the angles."""
+    """Two-sigma figure of white noise of the angles, or of what is read across the axis.
+
+    What stands still in the room, the Earth's rate or a leaning table, is seen across the axis as a
+    wave once per turn, and is no noise.
+    """
+    if course.across.size:
+        columns = np.column_stack([np.ones(len(course.across)), *_waves_per_turn(course)])
+        noise = course.across - columns @ np.linalg.lstsq(columns, course.across, rcond=None)[0]
+        return float(np.quantile(np.abs([
+            _filtered(axis, course.step_s, gain) for axis in noise.T]), TWO_SIGMA))
     hz = np.asarray(np.linspace(0, 0.5 / course.step_s, 4096), float)
     density = 2 * course.noise_rad**2 * course.step_s * (2 * np.pi * hz / course.rate_rad_s) ** 2
     return GAUSSIAN * float(np.sqrt(np.trapezoid(density * gain(hz) ** 2, hz)))

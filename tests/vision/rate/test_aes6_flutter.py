@@ -65,6 +65,15 @@ def test_the_noise_of_the_angles_has_the_figure_that_is_stated() -> None:
     assert found.unweighted == pytest.approx(found.unweighted_noise, rel=0.1)
 
 
+def test_the_noise_of_a_gyroscope_has_the_figure_that_is_stated_and_the_room_has_none() -> None:
+    time = np.arange(0, 40, 1 / 200)
+    noise = 1e-3 * np.random.default_rng(7).standard_normal((len(time), 3))
+    room = 0.02 * np.column_stack([np.cos(RATE * time), -np.sin(RATE * time)])  # a leaning table
+    found = platter_flutter(course_of_rates(time, RATE + noise[:, 0], room + noise[:, 1:]), "gyro")
+    assert found.weighted == pytest.approx(found.weighted_noise, rel=0.15)
+    assert found.unweighted == pytest.approx(found.unweighted_noise, rel=0.05)
+
+
 def test_what_is_too_short_or_too_slow_is_refused() -> None:
     for seconds, rate_hz in ((3.0, 50.0), (30.0, 5.0)):
         time = np.arange(0, seconds, 1 / rate_hz)
