@@ -56,9 +56,9 @@ class Noise:
         degrees = 0.5 * (self.freedom + self.dof)
         stated = -0.5 * log_det - degrees * np.log1p(q / self.freedom)
         variance = q / rows
-        v = np.maximum(variance, 1.0)
+        v = np.maximum(variance, 1.0)  # q / V is ``rows`` where V is larger than stated
         larger = (-0.5 * log_det - 0.5 * self.dof * np.log(v)
-                  - degrees * np.log1p(q / (v * self.freedom)))
+                  - degrees * np.log1p(rows / self.freedom))
         tolerated = FORMULA_ERROR * np.sqrt(np.maximum(chi2 - q, 0.0) / rows)
         larger = larger + _log_prior_of_larger(v, rows, tolerated)
         return np.asarray(stated), np.where((variance > 1.0) & self.is_known, larger, -np.inf)

@@ -1,20 +1,20 @@
-"""What halving and doubling each number of the diagnosis changes.
+"""What halving, doubling and switching off each number of the diagnosis changes.
 
-    python -m tests.bench.diagnosis_thresholds [--trials 12] [--first 43000] [--only FIELD]
+    python -m tests.bench.diagnosis_thresholds [--trials 105] [--first 640000] [--only NAME ...]
 
 Sessions of the simulated bench hide none, one or two effects, in rich designs, in those of the
-paper and in poses laid by hand, for both triads. They are fitted once. Each field of
-``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, as are counts and
-shares of its modules (waves of an unknown function, lags, refits that are asked what they predict,
-sets that are weighed, the memory of a pose); all are diagnosed again. Of a share close to one, the
-rest to one is halved and doubled. Printed per value,
-as rows of the table in ``data/docs/thresholds.md``: sessions whose verdict changes (its code, its
-names or what it leaves open), hidden effects that are named, of those that can be seen, and wrong
-names.
+paper and in poses laid by hand, for both triads; a third of them is disturbed as well, by a step, a
+bad pose, a wander, a swing, a lag, a square, the pose before or the plate. They are fitted once.
+Each field of ``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, and
+put to where it decides nothing; so are counts and shares of its modules. All are diagnosed again.
+Of a share close to one, the rest to one is halved and doubled. Printed per value, as rows of the
+table in ``data/docs/thresholds.md``: sessions whose verdict changes (its code, its names or what it
+leaves open), hidden effects that are named, of those that can be seen, and wrong names.
 """
 
 import argparse
 import dataclasses
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -22,10 +22,12 @@ from types import ModuleType
 
 import numpy as np
 
+from calib.diagnosis import finding
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses import courses, listed, unlisted
 from calib.diagnosis.search import candidates, evidence, search, sizes
+from calib.diagnosis.verdict import kinds_of_noise
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit import noise_size
@@ -34,16 +36,34 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from tests.bench.threshold_records import FACTORS, replaced
 from tests.set_trials import SetOutcome, design_of, draw_set, scored
-from tests.trials import poses_of
+from tests.trials import TriadName, drawn, poses_of
+from tests.world.bench import Design
+from tests.world.hidden import Hidden
 
 KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
          ("accelerometer", "rich"))
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
-COUNTS = ((courses, "STEP_MARGIN"), (courses, "STEPS_TRIED"), (listed, "MODES"),
-          (candidates, "BEST_OF_EACH_SIZE"), (search, "ROUNDS"), (search, "FAR_ROUNDS"),
-          (search, "REFITTED"), (search, "GROWN"))
-SHARES = ((noise_size, "LEAST_EXTRA"), (noise_size, "ODDS_LARGER"), (noise_size, "FORMULA_ERROR"),
-          (unlisted, "MEMORY"), (unlisted, "SMOOTH"), (sizes, "SEEN_SHARE"))
+DISTURBED_BY = ("jump", "bad_pose", "wander", "periodic", "temperature_lag", "temperature_squared",
+                "memory", "plate_wander")
+COUNTS = {(courses, "STEPS_TRIED"): 4, (listed, "MODES"): 200,
+          (candidates, "BEST_OF_EACH_SIZE"): 0, (candidates, "LARGEST_LISTED"): 2,
+          (search, "ROUNDS"): 0, (search, "FAR_ROUNDS"): 0, (search, "REFITTED"): 30,
+          (search, "GROWN"): 0, (search, "MOST_SETS_OF_POSES"): 0}
+"""Counts of its modules, with the value by which each is switched off."""
+
+SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_LARGER"): 1e-300,
+          (noise_size, "FORMULA_ERROR"): 0.0, (unlisted, "MEMORY"): 1e3, (unlisted, "SMOOTH"): 1e-3,
+          (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (sizes, "SEEN_SHARE"): 0.0,
+          (kinds_of_noise, "TOLD_APART"): 0.0}
+OFF = {
+    "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_rare": 1e-300, "odds_wander": 1e-300,
+    "odds_unnatural": 1.0, "alias_correlation": 1.0, "fewest_dof": 1,
+    "behind_share": 0.0, "near": 0.0, "negligible": 1e3, "largest_set": 126, "sure": 0.0,
+    "credible": 1.0, "least_offered": 0.0, "least_listed": 0.0, "misfit_p_value": 0.0,
+    "adequate_p_value": 0.0, "follows_evidence": 0.0, "limit_sd": 0.0, "prior_nothing": 0.0,
+}
+"""Values of the constants at which each decides nothing; of the others there is none."""
+
 CLOSE_TO_ONE = 0.75  #: a share above it is moved by its rest to one
 
 
@@ -62,6 +82,8 @@ def sessions(first: int, trials: int) -> Iterator[Session]:
         seed, (triad, title) = first + i, KINDS[i % 4]
         design = design_of(title, seed)
         hidden = draw_set(design, seed, triad, i % 3, SIZES)
+        if i // 4 % 3 == 2:
+            hidden += [disturbance(design, seed, triad, DISTURBED_BY[i // 3 % len(DISTURBED_BY)])]
         try:
             base = fit(poses_of(design, seed, triad, hidden), Model.of(BASE))
         except CalibrationError as error:
@@ -70,11 +92,19 @@ def sessions(first: int, trials: int) -> Iterator[Session]:
         yield Session(seed, base, tuple(each.name for each in hidden))
 
 
+def disturbance(design: Design, seed: int, triad: TriadName, name: str) -> Hidden:
+    """The disturbance ``name``, a step where it does not reach the poses."""
+    size = float(np.exp(np.random.default_rng([seed, 33]).uniform(*np.log(SIZES))))
+    hidden = drawn(name, triad, size, design, seed) or drawn("jump", triad, size, design, seed)
+    assert hidden is not None
+    return hidden
+
+
 def outcomes(every: Sequence[Session]) -> list[tuple[SetOutcome, tuple[str, ...]]]:
     """What the diagnosis says of each, and what it leaves open."""
-    findings = [(each, find(each.base)) for each in every]
-    return [(scored(each.seed, finding, each.hidden), finding.verdict.group)
-            for each, finding in findings]
+    results = [(each, find(each.base)) for each in every]
+    return [(scored(each.seed, result, each.hidden), result.verdict.group)
+            for each, result in results]
 
 
 def verdict(outcome: tuple[SetOutcome, tuple[str, ...]]) -> tuple[str, object, object]:
@@ -112,26 +142,35 @@ def constants(new: Constants) -> Iterator[None]:
 def other(module: ModuleType, name: str, value: object) -> Iterator[None]:
     """The diagnosis with another value of a constant of one of its modules."""
     usual = getattr(module, name)
-    setattr(module, name, value)
-    _forget(module)
+    holders = [each for path, each in list(sys.modules.items()) if path.startswith("calib.")
+               and vars(each).get(name) is usual]
     try:
+        for holder in holders:
+            setattr(holder, name, value)
+        _forget()
         yield
     finally:
-        setattr(module, name, usual)
-        _forget(module)
+        for holder in holders:
+            setattr(holder, name, usual)
+        _forget()
 
 
-def _forget(module: ModuleType) -> None:
-    """Empty the caches of a module's functions."""
-    for each in vars(module).values():
-        if hasattr(each, "cache_clear"):
-            each.cache_clear()
+def _forget() -> None:
+    """Empty the caches of the diagnosis."""
+    finding._by_clock.cache_clear()
 
 
 def lags(count: float) -> AbstractContextManager[None]:
     """The diagnosis with so many lags of the temperature, over the same range."""
     usual = unlisted.LAGS_S
     return other(unlisted, "LAGS_S",
+                 tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
+
+
+def spans(count: float) -> AbstractContextManager[None]:
+    """The diagnosis with so many correlation times of a wander, over the same range."""
+    usual = courses.WANDER_SPANS
+    return other(courses, "WANDER_SPANS",
                  tuple(np.geomspace(usual[0], usual[-1], int(count)).tolist()))
 
 
@@ -144,22 +183,25 @@ def summary(found: Sequence[tuple[SetOutcome, tuple[str, ...]]]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--trials", type=int, default=12)
-    parser.add_argument("--first", type=int, default=43000)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--trials", type=int, default=105)
+    parser.add_argument("--first", type=int, default=640000)
+    parser.add_argument("--only", nargs="*", default=())
     options = parser.parse_args()
     every = list(sessions(options.first, options.trials))
     usual = outcomes(every)
     print(f"{len(every)} sessions, as it is: {summary(usual)}\n")
-    print("| constant | value | origin | × 0.5 | × 2 |\n|---|---|---|---|---|")
+    print("| constant | value | origin | × 0.5 | × 2 | off |\n|---|---|---|---|---|---|")
 
-    def row(name: str, value: float, origin: str,
+    def row(name: str, value: float, origin: str, off: float | None,
             changed_to: Callable[[float], AbstractContextManager[None]]) -> None:
-        if options.only not in ("", name):
+        if options.only and name not in options.only:
             return
         cells = []
-        for factor in FACTORS:
-            with changed_to(moved(value, factor)):
+        for other_value in (*(moved(value, factor) for factor in FACTORS), off):
+            if other_value is None:
+                cells.append("not to be had")
+                continue
+            with changed_to(other_value):
                 now = outcomes(every)
             changed = sum(verdict(a) != verdict(b) for a, b in zip(usual, now, strict=True))
             cells.append(f"{changed} change: {summary(now)}" if changed else "no effect")
@@ -167,15 +209,13 @@ def main() -> None:
 
     for field in dataclasses.fields(CONSTANTS):
         row(field.name, getattr(CONSTANTS, field.name), field.metadata["origin"],
-            lambda value, name=field.name: constants(
+            OFF.get(field.name), lambda value, name=field.name: constants(
                 dataclasses.replace(CONSTANTS, **{name: value})))
-    for module, name in COUNTS:
-        row(name, getattr(module, name), "a count",
-            lambda value, module=module, name=name: other(module, name, int(value)))
-    for module, name in SHARES:
-        row(name, getattr(module, name), "a share",
+    for (module, name), off in {**COUNTS, **SHARES}.items():
+        row(name, getattr(module, name), "of a module", off,
             lambda value, module=module, name=name: other(module, name, value))
-    row("LAGS_S", len(unlisted.LAGS_S), "derived", lags)
+    row("LAGS_S", len(unlisted.LAGS_S), "derived", 1, lags)
+    row("WANDER_SPANS", len(courses.WANDER_SPANS), "derived", 1, spans)
 
 
 if __name__ == "__main__":

@@ -55,9 +55,8 @@ def _steps(fit: Fit) -> list[Hypothesis]:
         return []
     order = np.argsort(poses.time_s, kind="stable")
     apart = np.diff(poses.time_s[order])
-    longest = 1 + np.argsort(-apart, kind="stable")[:STEPS_TRIED]
-    pauses = [k for k in longest if apart[k - 1] > PAUSE * np.median(apart)
-              and STEP_MARGIN <= k <= last]
+    longest, usual = 1 + np.argsort(-apart, kind="stable")[:STEPS_TRIED], np.median(apart)
+    pauses = [k for k in longest if apart[k - 1] > PAUSE * usual and STEP_MARGIN <= k <= last]
     evenly = np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int)
     tried = np.unique(np.concatenate([evenly, np.array(pauses, int)]))
     prior = float(np.log(CONSTANTS.odds_rare / len(tried)))

@@ -18,6 +18,7 @@ from calib.effects.catalogue import BASE, SECOND_WARM_UP, STEP, WARM_UP, find_ef
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import why_not_finite
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import MODES
 from calib.fit.model import Model
@@ -31,10 +32,6 @@ LEAST_BEND = 0.1
 """Scatter of a square about a line, over the square of half the range, from which poses tell a
 curve from a line. A judgement: of a column spread evenly it is 0.30, of two soaks whose room
 wanders by a fiftieth of their distance 0.03."""
-
-NEGLIGIBLE = 1e-4
-"""Share of the variance of a course that its weakest modes hold together, which are left out.
-Numerical: 100 sds are made to within one."""
 
 ANY_FUNCTION = "~"
 """Mark before what an unknown function follows, which keeps its name apart from an effect's."""
@@ -74,15 +71,14 @@ class Course:
 def modes_about_mean(kernel: FloatArray) -> FloatArray:
     """The modes (n, m), no unit, of a course of covariance ``kernel`` (n, n) about its mean.
 
-    Together they have unit variance.
+    Together they have unit variance; those of less than the share that a fit sees are left out.
     """
     about = kernel - kernel.mean(axis=0)
     about = about - about.mean(axis=1, keepdims=True)
     variance, modes = np.linalg.eigh(about)
-    variance, modes = variance[-MODES:], modes[:, -MODES:]
-    variance = np.maximum(variance, 0.0) * len(kernel) / np.trace(about)
-    strong = np.cumsum(variance) > NEGLIGIBLE * len(kernel)
-    return np.asarray(modes[:, strong] * np.sqrt(variance[strong]))
+    share, modes = variance[-MODES:] / np.trace(about), modes[:, -MODES:]
+    strong = share > VISIBLE_SHARE**2
+    return np.asarray(modes[:, strong] * np.sqrt(share[strong] * len(kernel)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -173,8 +173,6 @@ def showing_blocks(
             whole.append(advice)
         elif (of_block >= enough).sum() > now:
             more.append(advice)
-    for advices in (whole, more):
-        advices.sort(key=lambda advice: advice.minutes)
     return whole, more
 
 

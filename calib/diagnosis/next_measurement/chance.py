@@ -7,11 +7,10 @@ each other beforehand, are weighed by the evidence of the search
 rival is left in its class: none is probable, and what looks the same is refuted.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import logsumexp
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.signature import (
@@ -27,7 +26,7 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import noise_of
 from calib.fit.noise_size import Noise
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray
 
 DRAWS = 200  #: simulated sessions of each rival; numerical: a chance is known to 4 %
 BLIND_SIGNAL_SD = 5.0
@@ -80,29 +79,64 @@ def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
         At least one, each as likely to be what there is.
     """
     projector = Projector(then)
-    random = np.random.default_rng(0)
-    noise = noise_of(then, projector.dof)
     shapes = [[projector.signature(each.effect.name, each.columns(then))
                for each in rival.in_all_shapes] for rival in rivals]
-    named = []
-    for i, rival in enumerate(rivals):
-        rows = random.normal(size=(DRAWS, len(projector.residual)))
-        rows[:, : then.equations.data_count] += _signals(rival, then, random)
-        rows -= (rows @ projector.model) @ projector.model.T
-        chi2 = (rows**2).sum(axis=1)
-        nothing = np.logaddexp(*noise.log_density(chi2, np.zeros(DRAWS), chi2))
-        density = [nothing, *(
-            logsumexp([_density(each, rows, chi2, noise) for each in signatures], axis=0)
-            - np.log(len(signatures)) for signatures in shapes)]
-        total = logsumexp(density, axis=0)
-        is_named = density[i + 1] - total >= np.log(CONSTANTS.sure)
-        for j, signatures in enumerate(shapes):
-            if j != i:
-                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_listed)
-                if any(are_aliases(a, b) for a in shapes[i] for b in signatures):
-                    is_named &= density[j + 1] < density[i + 1] - CONSTANTS.negligible
-        named.append(float(np.mean(is_named)))
-    return float(np.mean(named))
+
+    def signals(i: int, random: np.random.Generator) -> FloatArray:
+        full = np.zeros((DRAWS, len(projector.residual)))
+        full[:, : then.equations.data_count] = _signals(rivals[i], then, random)
+        return full
+
+    return share_named(projector, noise_of(then, projector.dof), shapes, signals,
+                       np.array([[any(are_aliases(x, y) for x in a for y in b) for b in shapes]
+                                 for a in shapes]))
+
+
+def share_named(
+    projector: Projector,
+    noise: Noise,
+    shapes: Sequence[Sequence[Signature]],
+    signals: Callable[[int, np.random.Generator], FloatArray],
+    look_alike: BoolArray,
+) -> float:
+    """Share of simulated sessions in which what is there gets a name.
+
+    Parameters
+    ----------
+    projector : Projector
+    noise : Noise
+    shapes : sequence of sequence of Signature
+        What each of k rivals may leave, each of its shapes as likely; one without any is never
+        there.
+    signals : callable
+        What rival i leaves in the whitened rows of every session, (draws, r), drawn at random.
+    look_alike : array of bool, shape (k, k)
+        Rivals that leave the same: one is refuted before another has the name.
+    """
+    random = np.random.default_rng(0)
+    there = [i for i, signatures in enumerate(shapes) if signatures]
+    if not there:
+        return 0.0
+    rows = np.concatenate([random.normal(size=(DRAWS, len(projector.residual)))
+                           + signals(i, random) for i in there])
+    rows -= (rows @ projector.model) @ projector.model.T
+    chi2 = (rows**2).sum(axis=1)
+    density = np.full((len(shapes) + 1, len(rows)), -np.inf)
+    density[-1] = np.logaddexp(*noise.log_density(chi2, 0.0, chi2))
+    for i in there:
+        density[i] = np.logaddexp.reduce([
+            _density(each, rows, chi2, noise) for each in shapes[i]]) - np.log(len(shapes[i]))
+    probability = density - np.logaddexp.reduce(density)
+    named = 0.0
+    for place, i in enumerate(there):
+        mine = slice(place * DRAWS, (place + 1) * DRAWS)
+        others = np.arange(len(shapes)) != i
+        refuted = probability[:-1, mine] < np.log(CONSTANTS.least_listed)
+        behind = density[:-1, mine] < density[i, mine] - CONSTANTS.negligible
+        refuted &= behind | ~look_alike[i, :, None]
+        is_named = (probability[i, mine] >= np.log(CONSTANTS.sure)) & refuted[others].all(axis=0)
+        named += float(np.mean(is_named))
+    return named / len(shapes)
 
 
 def random_signals(columns: FloatArray, count: int, random: np.random.Generator) -> FloatArray:
@@ -130,5 +164,4 @@ def _density(
     """Log densities (draws,) of residuals ``rows`` (draws, r) under an effect."""
     if signature.is_blind:
         return np.full(len(rows), -np.inf)
-    strength = np.tile(signature.strength, (len(rows), 1))
-    return block_log_densities(strength, rows @ signature.basis, chi2, noise)
+    return block_log_densities(signature.strength[None], rows @ signature.basis, chi2, noise)

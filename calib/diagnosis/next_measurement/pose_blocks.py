@@ -133,7 +133,8 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         blocks += [CLIPS] if shares_a_rate(poses) else []
     if not at_one_speed(poses):
         blocks += reversed(attitudes)
-    return [*blocks, *(soaks if has_temperature else [])]
+    blocks += soaks if has_temperature else []
+    return sorted(blocks, key=lambda each: each.minutes)
 
 
 def _has_corners(fit: Fit) -> bool:

@@ -9,7 +9,6 @@ table of the poses recorded and to come.
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.special import logsumexp
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
@@ -17,11 +16,9 @@ from calib.diagnosis.hypotheses.courses import by_clock, scattering_rates
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.hypotheses.unlisted import unknown_hypotheses
 from calib.diagnosis.next_measurement.advice import Advice
-from calib.diagnosis.next_measurement.chance import DRAWS
+from calib.diagnosis.next_measurement.chance import DRAWS, share_named
 from calib.diagnosis.next_measurement.pose_blocks import hypothetical
-from calib.diagnosis.search.evidence import block_log_densities
 from calib.diagnosis.search.posterior import Posterior
-from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
@@ -52,8 +49,9 @@ def settling_block(
         chance = _chance(posterior, then, names)
         if chance is not None:
             options.append(Advice(block.code, block.instruction, 0.0, block.minutes, chance))
-    return max(options, default=None, key=lambda each: (
-        min(each.chance or 0.0, CONSTANTS.sure), -each.minutes))
+            if chance >= CONSTANTS.sure:
+                break
+    return max(options, default=None, key=lambda each: (each.chance or 0.0, -each.minutes))
 
 
 def _chance(posterior: Posterior, then: Fit, names: Sequence[str]) -> float | None:
@@ -64,35 +62,25 @@ def _chance(posterior: Posterior, then: Fit, names: Sequence[str]) -> float | No
           for name in dict.fromkeys(h.name for h in again)}
     if not of:
         return None
-    random = np.random.default_rng(0)
-    named = []
-    for i, places in enumerate(of.values()):
-        if not places:
-            named.append(0.0)
-            continue
-        rows = random.normal(size=(DRAWS, len(table.residual)))
-        rows -= (rows @ table.projector.model) @ table.projector.model.T
-        x = table.rows[table.where(places[0])]
-        rows += _size(posterior, again[places[0]]) * random.normal(size=(DRAWS, len(x))) @ x
-        chi2 = (rows**2).sum(axis=1)
-        density = [np.logaddexp(*table.noise.log_density(chi2, np.zeros(DRAWS), chi2)), *(
-            logsumexp([_density(table, j, rows, chi2) for j in some], axis=0) - np.log(len(some))
-            if some else np.full(DRAWS, -np.inf) for some in of.values())]
-        total = logsumexp(density, axis=0)
-        is_named = density[i + 1] - total >= np.log(CONSTANTS.sure)
-        for j in range(len(of)):
-            if j != i:
-                is_named &= density[j + 1] - total < np.log(CONSTANTS.least_listed)
-        named.append(float(np.mean(is_named)))
-    return float(np.mean(named))
+    places = [*of.values()]
+
+    def signals(i: int, random: np.random.Generator) -> FloatArray:
+        x = table.rows[table.where(places[i][0])]
+        size = _size(posterior, again[places[i][0]])
+        return np.asarray(size * random.normal(size=(DRAWS, len(x))) @ x)
+
+    return share_named(table.projector, table.noise,
+                       [[table.signature(j) for j in some] for some in places], signals,
+                       np.zeros((len(places), len(places)), bool))
 
 
 def _at(posterior: Posterior, then: Fit, names: Sequence[str]) -> Iterator[Hypothesis]:
     """The likeliest hypotheses of ``names``, as they are over the poses of ``then``."""
     order = np.argsort(-posterior.log_factor)
     every = [posterior.hypotheses[j] for j in order]
-    with_course = (*by_clock(then), *scattering_rates(then),
-                   *unknown_hypotheses(then, causes(then.poses)))
+    with_course = [*by_clock(then), *scattering_rates(then)]
+    if any(h.follows is not None for h in every if h.name in names):
+        with_course += unknown_hypotheses(then, causes(then.poses))
     course = {(h.name, h.detail): h for h in reversed(with_course)}
     for name in names:
         same = dict.fromkeys((h.name, h.detail, h.shape) for h in every if h.name == name)
@@ -114,9 +102,3 @@ def _size(posterior: Posterior, hypothesis: Hypothesis) -> float:
     fall = max(float(posterior.drop[j]) - seen, seen)
     return float(np.sqrt(fall / squared)) if squared else 0.0
 
-
-def _density(table: Table, j: int, rows: FloatArray, chi2: FloatArray) -> FloatArray:
-    """Log densities (draws,) of residuals ``rows`` (draws, r) under hypothesis ``j``."""
-    strength = np.sqrt((table.rows[table.where(j)] ** 2).sum(axis=1))
-    return block_log_densities(np.tile(strength, (len(rows), 1)), rows @ table.unit_block(j), chi2,
-                               table.noise)

@@ -56,13 +56,16 @@ def block_log_densities(
     ----------
     strength, amplitude : array, shape (m, v)
         Signal along each visible direction for unit tau, and the residual along it; both zero
-        where a block has fewer directions.
+        where a block has fewer directions. A strength of shape (1, v) is that of all m.
     chi2 : float or array, shape (m,)
         Of the whole projected residual, or of that of each block.
     noise : Noise
     """
     signal = (TAUS[:, None, None] * strength) ** 2
-    q = chi2 - (amplitude**2 * (signal / (1 + signal))).sum(axis=2)
+    share = signal / (1 + signal)  # (taus, m or 1, v)
+    falls = (share[:, 0] @ (amplitude**2).T if len(strength) == 1
+             else (amplitude**2 * share).sum(axis=2))
+    q = chi2 - falls
     log_det = np.log1p(signal).sum(axis=2)
     stated, larger = noise.log_density(q, log_det, chi2)
     return over_sizes(np.logaddexp(stated, larger))
@@ -196,10 +199,9 @@ class Sets:
 
 
 def width_for(seen: int) -> int:
-    """The width to which a block of so many columns is filled up: at most a third is empty.
+    """The width to which a block of so many columns is filled up: few widths are few groups.
 
     >>> [width_for(seen) for seen in (1, 3, 5, 7, 33)]
-    [1, 3, 6, 8, 48]
+    [3, 3, 6, 12, 48]
     """
-    power = 1 << (seen - 1).bit_length()
-    return 3 * power // 4 if power >= 4 and 4 * seen <= 3 * power else power
+    return 3 << max(-(-seen // 3) - 1, 0).bit_length()

@@ -5,7 +5,7 @@ that leave the same in the rows: these data do not tell them apart.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -83,6 +83,8 @@ class Posterior:
     beyond : mapping of str to float
         Effects that would explain most of the misfit at a size that no part has, and how many times
         the largest that is.
+    solution, at_solution
+        The refit at which the sets were weighed last, and the table of all hypotheses there.
     """
 
     base: Fit
@@ -92,7 +94,9 @@ class Posterior:
     log_nothing: tuple[float, float]
     log_factor: FloatArray
     drop: FloatArray
-    beyond: Mapping[str, float] = field(default_factory=dict)
+    beyond: Mapping[str, float]
+    solution: Refit | None
+    at_solution: Table
 
     @property
     def hypotheses(self) -> Sequence[Hypothesis]:
@@ -251,8 +255,8 @@ class Posterior:
         Signatures at the base are bent by what it lacks.
         """
         joint = self.lead.refit
-        if joint is None:
-            return self.table, [*range(len(self.hypotheses))]
+        if joint is None or joint is self.solution:
+            return self.at_solution if joint else self.table, [*range(len(self.hypotheses))]
         which = [k for k, h in enumerate(self.hypotheses) if h.kind == "listed"]
         return table_at(joint.fit, [self.hypotheses[k] for k in which], joint.names), which
 

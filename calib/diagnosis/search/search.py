@@ -90,6 +90,7 @@ class _Search:
         return Posterior(
             self.base, self.table, self.candidates, entries, self.nothing,
             self.singles - np.logaddexp(*self.nothing), self.drop, self.beyond,
+            self.solution, self.at_solution,
         )
 
     @property
@@ -205,7 +206,7 @@ class _Search:
         """
         unfit = self.candidates.without_effect
         best = max(e.log_posterior for k, e in self.entries.items() if not k & unfit)
-        least = best - CONSTANTS.behind
+        least = best + np.log(CONSTANTS.least_listed) - CONSTANTS.near
         if from_afar:
             least -= CONSTANTS.behind_share * (best - self.entries[0].log_posterior)
         whole = [k for k, e in self.entries.items() if e.refit is not None]

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.signature import Projector
+from calib.diagnosis.hypotheses.signature import Projector, Signature
 from calib.diagnosis.search.evidence import Sets, block_log_densities, width_for
 from calib.fit.noise_size import Noise
 from calib.fit.validation.leave_one_out import left_out_residual
@@ -105,6 +105,11 @@ class Table:
     def unit_block(self, j: int) -> FloatArray:
         """Visible columns of hypothesis ``j`` as unit vectors, (r, v), orthogonal."""
         return self._unit_rows[self.where(j)].T
+
+    def signature(self, j: int) -> Signature:
+        """The visible columns of hypothesis ``j`` as directions with their strengths."""
+        return Signature("", self.rows[self.where(j)].T, self.unit_block(j),
+                         np.sqrt((self.rows[self.where(j)] ** 2).sum(axis=1)))
 
     def singles(self) -> tuple[FloatArray, FloatArray]:
         """Log density under each hypothesis alone (m,), -inf of a blind one; chi-square's fall."""
@@ -230,19 +235,15 @@ class Table:
         They have as many visible directions; of one direction, or more. An effect of one direction
         is thus an alias of a larger one that holds it, and not the larger one of it.
         """
-        if self.is_blind(j):
+        count = int(self.seen[j])
+        some = [other for other in others
+                if self.seen[other] == count or (count == 1 and self.seen[other])]
+        if not (count and some):
             return []
-        mine = self.unit_block(j)
-        count = mine.shape[1]
-        same = []
-        for other in others:
-            seen = int(self.seen[other])
-            if seen != count and (count > 1 or seen < count):
-                continue
-            overlap = self._unit_rows[self.where(other)] @ mine
-            if (overlap**2).sum() < count * CONSTANTS.alias_correlation**2:
-                continue
-            singular = np.linalg.svd(overlap, compute_uv=False)[:count]
-            if singular.min() > CONSTANTS.alias_correlation:
-                same.append(other)
-        return same
+        mine, which = self.unit_block(j), [self.where(other) for other in some]
+        overlap = np.concatenate([self._unit_rows[each] for each in which]) @ mine
+        last = np.cumsum(self.seen[some])
+        share = np.add.reduceat((overlap**2).sum(axis=1), last - self.seen[some])
+        return [some[i] for i in np.flatnonzero(share >= count * CONSTANTS.alias_correlation**2)
+                if np.linalg.svd(overlap[last[i] - self.seen[some[i]] : last[i]],
+                                 compute_uv=False)[:count].min() > CONSTANTS.alias_correlation]
