@@ -132,7 +132,7 @@ def image_return(
     strength = (blocks[seen] ** 2).mean(axis=(1, 2))
     strongest = np.sort(np.argsort(strength)[-STRONGEST:])
     seen, strength = seen[strongest], np.minimum(strength[strongest], ENOUGH)
-    correlation = np.stack([autocorrelation(blocks[i]) for i in seen])
+    correlation = autocorrelation(blocks[seen])
     period, score = _period(correlation, max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS))
     best = np.argsort(score)[-max(FEWEST_BLOCKS, rows * columns // MOST_BLOCKS * 2) :]
     weight = strength[best] * np.maximum(score[best], 0.01)
@@ -184,7 +184,7 @@ def other_return(
     clear = np.flatnonzero((varying**2).mean(axis=0) > THRESHOLDS.clearly_varies)
     if not clear.size:
         return None
-    correlation = np.stack([autocorrelation(varying[:, i, None]) for i in clear])
+    correlation = autocorrelation(varying[:, clear].T[:, :, None])
     other = clear[_score(correlation, period) < THRESHOLDS.other]
     if len(other) < max(FEWEST_BLOCKS, clear.size // MOST_BLOCKS):
         return None
@@ -224,15 +224,16 @@ def _without_slow(values: NDArray[np.float32], half: int) -> NDArray[np.float32]
     return quick
 
 
-def autocorrelation(block: NDArray[np.float32]) -> FloatArray:
-    """The correlation of pixels (f, p) with themselves by lag, r of the module's equation, (f,)."""
-    f = len(block)
-    block = block - block.mean(axis=0)
-    spectrum = np.fft.rfft(block, 2 * f, axis=0)
-    lagged = np.fft.irfft((np.abs(spectrum) ** 2).sum(axis=1))[:f]
-    energy = np.concatenate([[0.0], np.cumsum((block.astype(float) ** 2).sum(axis=1))])
+def autocorrelation(blocks: NDArray[np.float32]) -> FloatArray:
+    """The correlation of blocks (b, f, p) with themselves by lag, r of the module, (b, f)."""
+    f = blocks.shape[1]
+    blocks = blocks - blocks.mean(axis=1, keepdims=True)
+    power = (np.abs(np.fft.rfft(blocks, 2 * f, axis=1)) ** 2).sum(axis=2)
+    energy = np.cumsum((blocks.astype(float) ** 2).sum(axis=2), axis=1)
     lag = np.arange(f)
-    overlap = energy[f - lag] * (energy[f] - energy[lag])
+    earlier = np.pad(energy, ((0, 0), (1, 0)))
+    overlap = earlier[:, f - lag] * (earlier[:, f:] - earlier[:, lag])
+    lagged = np.fft.irfft(power, axis=1)[:, :f]
     return np.asarray(lagged / np.sqrt(np.maximum(overlap, 1e-9)))
 
 

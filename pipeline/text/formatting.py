@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from calib.effects.catalogue import BASE
 from calib.poses.triad_kind import PerKind
 from calib.rounding import two_digits as two_digits
 from calib.rounding import with_sd as with_sd
@@ -63,6 +62,8 @@ def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) ->
 
 def short_model(names: Sequence[str]) -> str:
     """A model's name: the paper's nine parameters, and what was added to them."""
+    from calib.effects.catalogue import BASE  # all effects, of which a clip's rate needs none
+
     added = [f"+ {name}" for name in names if name not in BASE]
     base = [name for name in names if name in BASE]
     stem = "base" if set(base) == set(BASE) else " ".join(base)

@@ -150,6 +150,6 @@ def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tup
         return 0.0, 0.0
     waves = [f(k * angle_rad) for k in (1, 2) for f in (np.cos, np.sin)]
     x = np.stack([np.ones_like(time_s), time_s - time_s.mean(), *waves], axis=1)
-    fit = least_squares(x, values, turn_rad=angle_rad)
+    fit = least_squares(x, values)
     return float(fit.beta[1]), float(fit.sd[1])
 

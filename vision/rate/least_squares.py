@@ -10,7 +10,6 @@ from vision.phase_track import BoolArray
 
 ROUNDS = 8  #: rounds of the weights; numerical limit
 SLOW_WAVES = 4  # over the rows: what is slower weighs in the slope
-SECTORS = 32  # of a turn: residuals in one may be alike at every turn
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
 
 
@@ -42,7 +41,7 @@ class LeastSquares:
     ----------
     beta : array, shape (k,)
     cov : array, shape (k, k)
-        Scaled by the correlation time of the residual, or by what repeats from turn to turn.
+        Scaled by the correlation time of the residual.
     residual : array, shape (n,)
         Of all rows, outliers too.
     used : array of bool, shape (n,)
@@ -65,15 +64,13 @@ class LeastSquares:
         return np.sqrt(np.diag(self.cov))
 
 
-def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = None) -> LeastSquares:
+def least_squares(x: FloatArray, y: FloatArray) -> LeastSquares:
     """Fit, setting aside rows beyond five robust standard deviations.
 
     Parameters
     ----------
     x : array, shape (n, k)
     y : array, shape (n,)
-    turn_rad : array, shape (n,), optional
-        Angle of the plate: rows at the same angle may err alike, turn after turn.
 
     Raises
     ------
@@ -96,11 +93,7 @@ def least_squares(x: FloatArray, y: FloatArray, turn_rad: FloatArray | None = No
     noise = float(np.sqrt((residual[used] ** 2).sum() / freedom))
     time = correlation_time(residual[used])
     inverse = np.linalg.inv(scaled[used].T @ scaled[used])
-    more = np.full(x.shape[1], time)
-    if turn_rad is not None:
-        influence = scaled[used] @ inverse  # of each residual on each parameter
-        more = np.maximum(more, repetition(influence, residual[used] / noise, turn_rad[used]))
-    cov = noise**2 * inverse * np.sqrt(np.outer(more, more)) / np.outer(scale, scale)
+    cov = noise**2 * time * inverse / np.outer(scale, scale)
     return LeastSquares(beta / scale, cov, residual, used, noise, time)
 
 
@@ -146,20 +139,3 @@ def correlation_time(residual: FloatArray) -> float:
     rest = len(waves) - 0.5 * 6 / np.pi**2 * float((1.0 / waves**2).sum())
     slow = float(spectrum[2 * waves].sum()) / rest / covariance[0] if len(waves) else 1.0
     return max(1.0, short, slow)
-
-
-def repetition(influence: FloatArray, error: FloatArray, turn_rad: FloatArray) -> FloatArray:
-    """Variance of each parameter against that of white errors of unit size, (k,), in its unit.
-
-    Errors within a sector of the turn are taken as possibly alike, those of different sectors as
-    independent: Σ_sectors (Σ h e)² over Σ h². It matters where the frames keep step with the
-    plate (20 per turn at 45 rpm and 15 fps): each place is then seen again and again at nearly the
-    same angle, and its error with it.
-    """
-    sector = (np.mod(turn_rad, 2 * np.pi) * SECTORS / (2 * np.pi)).astype(np.intp) % SECTORS
-    seen = int(np.count_nonzero(np.bincount(sector)))
-    if seen < 2:
-        return np.ones(influence.shape[1])
-    sums = np.zeros((SECTORS, influence.shape[1]))
-    np.add.at(sums, sector, influence * error[:, None])
-    return np.asarray((sums**2).sum(axis=0) / (influence**2).sum(axis=0) * seen / (seen - 1))

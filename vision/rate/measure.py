@@ -212,9 +212,7 @@ def _measured(
     rate, sd = float(fit.beta[1]), float(fit.sd[1])
     if any(ends):
         x = design(always, base, base.time_s)
-        rate, sd = rate_beside_transients(
-            fit, x, angle.angle_rad, base.time_s, base.line_rad, ends
-        )
+        rate, sd = rate_beside_transients(fit, x, angle.angle_rad, base.time_s, ends)
     angle = without_lag(angle, fit, base, always)
     exposure = exposure_drift(track, angle, rate)
     parts = (

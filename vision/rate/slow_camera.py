@@ -12,6 +12,7 @@ than by the stamps.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -23,12 +24,14 @@ from vision.rate.steady_part import ClipPart
 from vision.rate.unwrap import (
     continuous_angle,
     frame_time,
+    rate_history,
     rough_rate,
     scatter_about_even,
     usable,
 )
 
 FEWEST_FRAMES = 12  #: frames that the camera took; two per parameter of the phase's model
+CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that runs up, stops or is turned
 SLOPES, ZOOMS = 51, 6  #: numerical
 
 
@@ -89,6 +92,22 @@ class FrameTimes:
         return replace(self, track=self.track.frames(chosen), time_s=self.time_s[chosen],
                        repetitions=self.repetitions[chosen])
 
+    @cached_property
+    def scatter_rad(self) -> float:
+        """Robust sd of the angles about an even rotation with a wave once and twice per turn, rad.
+
+        Of a plate that changes its speed, and is seen well, the noise of a frame; infinite where
+        too few frames can be used.
+        """
+        if usable(self.track).sum() < FEWEST_FRAMES:
+            return np.inf
+        rough = rough_rate(self.track, self.time_s)
+        angle = continuous_angle(self.track, self.time_s, rough)
+        history = rate_history(angle)
+        if np.ptp(history.rate_rad_s) > CHANGES * abs(np.median(history.rate_rad_s)):
+            return history.phase_noise_rad
+        return scatter_about_even(angle)
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """A warning that the camera is slower than its clip."""
@@ -131,7 +150,7 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     even = FrameTimes(track.frames(~track.duplicate),
                       stamp_s[0] + camera_s * np.arange(len(fresh)), repetitions,
                       1 / camera_s, sd_s / camera_s)
-    return even if _scatter(even) < THRESHOLDS.evener * _scatter(seen) else seen
+    return even if even.scatter_rad < THRESHOLDS.evener * seen.scatter_rad else seen
 
 
 def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | None:
@@ -149,11 +168,3 @@ def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | Non
     weight = np.maximum(room, 0.0) + 1e-9 * width  # never all zero
     mean = float(np.average(tried, weights=weight))
     return mean, float(np.sqrt(np.average((tried - mean) ** 2, weights=weight)))
-
-
-def _scatter(frames: FrameTimes) -> float:
-    """Scatter of the angle about an even rotation, rad; infinite with too few frames."""
-    if usable(frames.track).sum() < FEWEST_FRAMES:
-        return np.inf
-    rate = rough_rate(frames.track, frames.time_s)
-    return scatter_about_even(continuous_angle(frames.track, frames.time_s, rate))

@@ -203,7 +203,6 @@ def rate_beside_transients(
     x: FloatArray,
     y: FloatArray,
     time_s: FloatArray,
-    turn_rad: FloatArray,
     ends: MovingEnds,
 ) -> tuple[float, float]:
     """The rate with what is left of a start or a stop fitted beside it.
@@ -218,8 +217,6 @@ def rate_beside_transients(
         Angle, rad.
     time_s : array, shape (n,)
         Of the rows, s.
-    turn_rad : array, shape (n,)
-        Angle of the plate on the fitted line.
     ends : (bool, bool)
         Whether there may be a transient at the beginning, and at the end.
 
@@ -228,9 +225,8 @@ def rate_beside_transients(
     rate, sd : float
         rad/s, the rate signed.
     """
-    x, y, time_s, turn_rad = x[fit.used], y[fit.used], time_s[fit.used], turn_rad[fit.used]
-    fits = [least_squares(np.column_stack([x, *pair]), y, turn_rad)
-            for pair in _transients(time_s, ends)]
+    x, y, time_s = x[fit.used], y[fit.used], time_s[fit.used]
+    fits = [least_squares(np.column_stack([x, *pair]), y) for pair in _transients(time_s, ends)]
     best = min(fits, key=lambda one: one.noise)
     noise, rates, sds = np.array([(one.noise, one.beta[1], one.sd[1]) for one in fits]).T
     # Of the likelihood, with as many rows as are independent.

@@ -177,7 +177,7 @@ def _fit(
     """The fit, and the terms of ``always`` that it can separate on the frames not set aside."""
     x = design((*always, *besides), base, base.time_s)
     try:
-        return least_squares(x, angle.angle_rad, turn_rad=base.line_rad), always
+        return least_squares(x, angle.angle_rad), always
     except np.linalg.LinAlgError:
         if not always:
             raise

@@ -24,7 +24,6 @@ from vision.errors import (
     more_telling,
 )
 from vision.geometry import PlateOverride
-from vision.tracking.evenness import scatter_rad
 from vision.tracking.search import ClipPass, ClipTask, learned_plate
 from vision.tracking.small_clip import SmallClip
 from vision.tracking.stretch import Stretch
@@ -123,8 +122,8 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
     turning = [track for track in tracks if _turns(track)]
     if turning:
         # Where the times scatter and not the angles, all tracks do alike.
-        allowed = THRESHOLDS.clearly * min(map(scatter_rad, turning))
-        return next(track for track in turning if scatter_rad(track) <= allowed)
+        allowed = THRESHOLDS.clearly * min(map(_scatter_rad, turning))
+        return next(track for track in turning if _scatter_rad(track) <= allowed)
     refusals = [track for track in tracks if isinstance(track, RateRefused)]
     returned = next((each for each in refusals if each.returns is not None), None)
     if returned is not None:
@@ -158,7 +157,14 @@ def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
 
 def _good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
     """Whether a plate was followed so well that no other way to its angle is looked for."""
-    return result is not None and _turns(result) and scatter_rad(result) < THRESHOLDS.scatter_rad
+    return result is not None and _turns(result) and _scatter_rad(result) < THRESHOLDS.scatter_rad
+
+
+def _scatter_rad(track: "PhaseTrack") -> float:
+    """How evenly the angles go; a camera slower than its clip is no uneven plate."""
+    from vision.rate.slow_camera import frame_times
+
+    return frame_times(track, track.time_s).scatter_rad
 
 
 class _Looked:
