@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.population.evidence import evidence_of
+from calib.diagnosis.population.evidence import Trial, evidence_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
@@ -158,12 +158,14 @@ def _calibrated(
 
 def pool_of_lot(passes: Passes, model: Model) -> Pool:
     """What ``model`` is missing in a lot, all its sensors together."""
-    def blocks() -> Iterator[LotEvidence]:
+    def blocks(trials: Sequence[Trial]) -> Iterator[LotEvidence]:
+        wanted = {trial.name for trial in trials}
         for block in passes():
             for fits in fit_sets([one.poses for one in block], model):
                 if fits.fitted is not None:
                     names = [block[int(i)].sensor for i in fits.index]
-                    yield LotEvidence.from_stack(names, evidence_of(fits.fitted))
+                    yield LotEvidence.from_stack(
+                        names, evidence_of(fits.fitted, names=wanted))
 
     return pool(blocks)
 

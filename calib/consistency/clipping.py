@@ -45,12 +45,12 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
         if not log.has(triad):
             continue
         for name, axis in zip(AXES, spec.signed(log.readings(triad)).T, strict=True):
-            many = len(np.unique(axis)) >= FEWEST_LEVELS
             limits = cut_off(axis)
             for extreme in (axis.max(), axis.min()):
                 there = axis == extreme
                 share = float(there.mean())
-                clipped = (many and share > CLIPPED_SHARE) or limits[there].any()
+                clipped = limits[there].any() or (
+                    share > CLIPPED_SHARE and len(np.unique(axis)) >= FEWEST_LEVELS)
                 if not clipped or not rails[0] < extreme < rails[1]:
                     continue
                 raise Undetermined(

@@ -7,6 +7,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
 from pipeline.fleet.limits import Limits, with_limits
@@ -77,7 +78,7 @@ def finish_fleet(
     table = fleet_table([DataFrame.from_records([row for one in records for row in one.rows])])
 
     def pooled(triad: str, rows: "DataFrame") -> Pool | None:
-        def blocks() -> Iterator[LotEvidence]:
+        def blocks(_trials: Sequence[Trial] = ()) -> Iterator[LotEvidence]:
             pairs = zip(rows["session"], rows["sensor"], strict=True)
             return evidence_blocks(pairs, triad, output)
 

@@ -68,7 +68,7 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     rate_hz: float | None = None
     header: tuple[int, list[str]] | None = None
     above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
-    usual = _usual_shape(lines)
+    usual: tuple[int, bool] | None = None
     for i, line in enumerate(lines[:LONGEST_HEAD]):
         text = line.strip()
         comment = text.startswith(COMMENT_SIGNS)
@@ -84,6 +84,8 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
         elif not comment and (header or _is_row(text, columns)):
             dialect = dialect_of(text)
             row = dialect.cells(text)
+            if header is None:
+                usual = usual or _usual_shape(lines)
             if header is None and usual not in (None, _shape(dialect, row)):
                 continue  # a setting, or the end of a line that the logger began amid
             if header and width_of_numbers(text) == 0 and len(cells) == len(header[1]):

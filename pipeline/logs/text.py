@@ -171,11 +171,12 @@ def _first_row(path: Path, lines: list[str], first: int) -> tuple[Dialect, list[
     if not dialect.decimal_comma:
         require_no_thousands(path, alike)
     for i, column in enumerate(zip(*alike, strict=True)):
-        there = [cell for cell in column if cell.lower() not in MISSING]
-        words = [] if dialect.hold_numbers(there) else [
-            cell for cell in there if not dialect.holds_number(cell)]
-        of_text = len(words) > MOST_WORDS * len(there)
-        cells[i] = next((cell for cell in there if dialect.holds_number(cell) != of_text), cells[i])
+        there = (cell for cell in column if cell.lower() not in MISSING)
+        if not dialect.hold_numbers(column):
+            known = [(cell, dialect.holds_number(cell)) for cell in there]
+            of_text = sum(not number for _, number in known) > MOST_WORDS * len(known)
+            there = (cell for cell, number in known if number != of_text)
+        cells[i] = next(there, cells[i])
     return dialect, cells
 
 

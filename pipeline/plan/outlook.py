@@ -24,16 +24,8 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
-from calib.poses.runs.ideal_ring import tilted_run
-from calib.poses.runs.pose_run import PoseRun, laid_down
-from calib.poses.runs.reference_runs import (
-    GRAVITY,
-    RATE_OF,
-    TIME_BASE,
-    gravity_run,
-    stopped_run,
-    turning_run,
-)
+from calib.poses.runs.pose_run import PoseRun
+from calib.poses.runs.reference_runs import GRAVITY, RATE_OF, TIME_BASE
 from calib.poses.runs.ring import TILT_SD_RAD
 from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
 from pipeline.config.load import Config
@@ -41,6 +33,7 @@ from pipeline.config.sensor import triad_spec
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
 from pipeline.stages.session_logs import Setting
 from pipeline.stages.site import gravity_of, latitude_of
+from pipeline.stages.triad_poses import run_in_gravity, run_on_plate
 from pipeline.stages.user_effects import user_effects
 
 HEADROOM = 0.9
@@ -255,22 +248,16 @@ def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]
     """The recorded poses as the calibration will see them; filmed rates at their nominal value."""
     latitude = latitude_of(config.site)
     runs: list[PoseRun] = []
-    for setting in settings:
-        if not setting.means:
-            continue
+    for setting in (setting for setting in settings if setting.means):
         if triad == "accelerometer":
             assert config.site is not None
-            gravity = gravity_of(config.site)
-            make = tilted_run if setting.rate_rad_s else gravity_run
-            run = make(setting.name, setting.means, gravity.value_m_s2, gravity.sd_m_s2)
-            runs.append(laid_down(run, setting.attitude_sd_rad))
-        elif setting.rate_rad_s:
-            plate = PlateRate(setting.name, np.array([setting.rate_rad_s]),
-                              np.array([setting.rate_sd_rad_s]), setting.relative_sd)
-            runs.append(laid_down(turning_run(setting.means, plate, latitude),
-                                  setting.attitude_sd_rad))
-        else:
-            runs.append(stopped_run(setting.name, setting.means, latitude))
+            runs.append(run_in_gravity(setting.name, setting.means, gravity_of(config.site),
+                                       setting.attitude_sd_rad))
+            continue
+        plate = PlateRate(setting.name, np.array([setting.rate_rad_s]),
+                          np.array([setting.rate_sd_rad_s]), setting.relative_sd)
+        runs.append(run_on_plate(setting.name, setting.means, plate if setting.rate_rad_s else None,
+                                 latitude, setting.attitude_sd_rad))
     means = [mean for run in runs for mean in run.means]
     return pose_set(triad, runs, min(mean.time_s for mean in means))
 

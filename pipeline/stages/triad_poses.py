@@ -100,17 +100,49 @@ def accelerometer_poses(
 
     sections = config.accelerometer.sections
 
-    def run_of(section: RunSection, means: Sequence[PoseMean]) -> PoseRun:
-        if section.rate == STOPPED:
-            run = gravity_run(section.rate, means, gravity.value_m_s2, gravity.sd_m_s2)
-            return laid_down(run, attitude_sd_rad(section))
-        return tilted_run(section.rate, means, gravity.value_m_s2, gravity.sd_m_s2, leaning)
-
     def poses_of(one: Recorded) -> PoseSet:
-        runs = [run_of(section, means) for section, (means, _) in zip(sections, one, strict=True)]
+        runs = [run_in_gravity(section.rate, means, gravity, attitude_sd_rad(section), leaning)
+                for section, (means, _) in zip(sections, one, strict=True)]
         return pose_set("accelerometer", runs, recordings.origin_s)
 
     return TriadPoses(recorded, poses_of)
+
+
+def run_in_gravity(
+    rate: str, means: Sequence[PoseMean], gravity: Gravity, attitude_sd: float | None,
+    leaning: Leaning = NOT_FITTED,
+) -> PoseRun:
+    """Poses of the accelerometer at rest, or on a plate that leans, at the setting ``rate``.
+
+    ``attitude_sd`` in rad is that of faces at rest, None where they are not known.
+
+    Raises
+    ------
+    Undetermined
+        An axis gives the very same value in all poses.
+    """
+    if rate == STOPPED:
+        run = gravity_run(rate, means, gravity.value_m_s2, gravity.sd_m_s2)
+        return laid_down(run, attitude_sd)
+    return tilted_run(rate, means, gravity.value_m_s2, gravity.sd_m_s2, leaning)
+
+
+def run_on_plate(
+    rate: str, means: Sequence[PoseMean], plate: PlateRate | None, latitude: float | None,
+    attitude_sd: float | None,
+) -> PoseRun:
+    """Poses of the gyroscope at the setting ``rate``; ``plate`` is None where the plate stood.
+
+    ``latitude`` in degrees, ``attitude_sd`` in rad, each None where it is not known.
+
+    Raises
+    ------
+    Undetermined
+        An axis gives the very same value in all poses.
+    """
+    if plate is None:
+        return stopped_run(rate, means, latitude)
+    return laid_down(turning_run(means, plate, latitude), attitude_sd)
 
 
 def attitude_sd_rad(section: RunSection) -> float | None:
@@ -168,14 +200,12 @@ def gyroscope_poses(
 
     sections = config.gyroscope.runs
 
-    def run_of(section: RunSection, means: Sequence[PoseMean], places: IntArray) -> PoseRun:
-        if section.rate == STOPPED:
-            return stopped_run(section.rate, means, latitude)
-        run = turning_run(means, rates[section.rate].of_poses(places), latitude)
-        return laid_down(run, attitude_sd_rad(section))
-
     def poses_of(item: Recorded) -> PoseSet:
-        runs = [run_of(section, *one) for section, one in zip(sections, item, strict=True)]
+        runs = []
+        for section, (means, places) in zip(sections, item, strict=True):
+            plate = None if section.rate == STOPPED else rates[section.rate].of_poses(places)
+            runs.append(run_on_plate(
+                section.rate, means, plate, latitude, attitude_sd_rad(section)))
         poses = pose_set("gyroscope", runs, recordings.origin_s, correct)
         if accelerometer is None or config.accelerometer is None or not config.accelerometer.runs:
             return poses  # means and waves suffice beside a calibration at rest

@@ -98,7 +98,7 @@ def effects(design: Design, asked: argparse.Namespace) -> int:
 
 
 def pool_of(lot: LotEvidence) -> Pool:
-    return pool(lambda: [lot])
+    return pool(lambda _trials: [lot])
 
 
 def session(lot: LotEvidence, i: int) -> LotEvidence:

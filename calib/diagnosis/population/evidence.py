@@ -9,7 +9,7 @@ where nothing is missing (Rao's score test). Scores and information of sensors t
 up. Combinations of parameters that these poses cannot see have no information.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,7 +75,7 @@ def trials_of(effect: Effect, triad: str) -> list[Trial]:
 
 def evidence_of(
     fit: Fit, user_effects: Sequence[Effect] = (),
-    covariates: Sequence[str] | None = None,
+    covariates: Sequence[str] | None = None, names: Collection[str] = (),
 ) -> Evidence:
     """The evidence of every candidate at ``fit``, or at each of many.
 
@@ -86,6 +86,8 @@ def evidence_of(
         User-defined effects.
     covariates : sequence of str, optional
         Logged columns that may cause an error.
+    names : collection of str, optional
+        The candidates that are wanted; by default all.
 
     Returns
     -------
@@ -100,7 +102,7 @@ def evidence_of(
     trials: list[Trial] = []
     visible: list[FloatArray] = [np.zeros((*root.shape, 0))]
     for effect in effects_beside(fit.model, fit.poses, user_effects, covariates):
-        if effect.in_square:
+        if effect.in_square or (names and effect.name not in names):
             continue
         for trial in trials_of(effect, fit.poses.triad):
             columns = effect_columns(fit, effect, trial.shape)

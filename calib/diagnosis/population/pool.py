@@ -17,7 +17,7 @@ All of these are sums over sessions. They are added up block by block, in a pass
 every question, so that memory does not grow with the number of sessions.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,8 +41,9 @@ AS_STRONG = 3.0
 """Behind the strongest in exponent, up to which a candidate that is not named by itself may be the
 true one: derived, odds of 20 to 1."""
 
-Blocks = Callable[[], Iterable[LotEvidence]]
-"""Passes over a lot: each call gives the evidence of its sessions from the first to the last."""
+Blocks = Callable[[Sequence[Trial]], Iterable[LotEvidence]]
+"""Passes over a lot: each call gives the evidence of its sessions from the first to the last, of
+some trials at least; of every one where none is named."""
 
 
 @dataclass(frozen=True)
@@ -103,18 +104,20 @@ def pool(blocks: Blocks) -> Pool:
     """What is missing in the lot whose sessions ``blocks`` gives, pass after pass."""
     sensors: dict[str, int] = {}
     named: list[tuple[PooledTrial, tuple[str, ...]]] = []
-    first = judged = _judged(_noting(blocks, sensors), [])
+    sums: dict[Trial, TrialSums] = {}
+    for block in _noting(blocks, sensors)(()):
+        _add(sums, {trial: sums_of(block, trial) for trial in block.trials})
+    first = judged = _judged(sums)
     level = FALSE_ALARM / max(len(first), 1)
     while judged and len(named) < MOST_NAMED:
         best = max(judged, key=lambda trial: trial.exponent)
         if best.p_value >= level:
             break
         beside = [trial.trial for trial, _ in named]
-        named.append((best, _alternatives(blocks, beside, best, judged, level)))
-        if len(named) < MOST_NAMED:
-            known = {trial.trial.name for trial, _ in named}
-            judged = [trial for trial in _judged(blocks, [*beside, best.trial])
-                      if trial.trial.name not in known]
+        judged, alternatives = _after(blocks, beside, best, judged, level)
+        named.append((best, alternatives))
+        known = {trial.trial.name for trial, _ in named}
+        judged = [trial for trial in judged if trial.trial.name not in known]
     sizes = _sizes(blocks, [trial.trial for trial, _ in named], sensors)
     effects = tuple(PooledEffect(best, alternatives, _common(*of_sensors), *of_sensors)
                     for (best, alternatives), of_sensors in zip(named, sizes, strict=True))
@@ -123,8 +126,8 @@ def pool(blocks: Blocks) -> Pool:
 
 def _noting(blocks: Blocks, sensors: dict[str, int]) -> Blocks:
     """The same pass, in which every sensor is given its number."""
-    def passing() -> Iterator[LotEvidence]:
-        for lot in blocks():
+    def passing(trials: Sequence[Trial]) -> Iterator[LotEvidence]:
+        for lot in blocks(trials):
             for sensor in lot.sensors:
                 sensors.setdefault(sensor, len(sensors))
             yield lot
@@ -151,14 +154,14 @@ def judge(trial: Trial, sums: TrialSums) -> PooledTrial | None:
     )
 
 
-def _judged(blocks: Blocks, beside: Sequence[Trial]) -> list[PooledTrial]:
-    """Every candidate by itself, each session fitted with those it stands ``beside``."""
-    sums: dict[Trial, TrialSums] = {}
-    for block in blocks():
-        lot = block.reduced_by(beside)
-        for trial in lot.trials:
-            of_block = sums_of(lot, trial)
-            sums[trial] = sums[trial] + of_block if trial in sums else of_block
+def _add(sums: dict[Trial, TrialSums], of_block: Mapping[Trial, TrialSums]) -> None:
+    """Add the sums of a block to those of the blocks before it."""
+    for trial, more in of_block.items():
+        sums[trial] = sums[trial] + more if trial in sums else more
+
+
+def _judged(sums: Mapping[Trial, TrialSums]) -> list[PooledTrial]:
+    """The candidates that a session of the lot shows."""
     return [judged for trial, total in sums.items() if (judged := judge(trial, total)) is not None]
 
 
@@ -176,25 +179,29 @@ def _exponent(chi2: float, dof: float) -> float:
     return 0.5 * (chi2 - dof - dof * float(np.log(chi2 / dof)))
 
 
-def _alternatives(
+def _after(
     blocks: Blocks, beside: Sequence[Trial], best: PooledTrial, judged: Sequence[PooledTrial],
     level: float,
-) -> tuple[str, ...]:
-    """Names beside which ``best`` is not needed any more, named by themselves or as strong."""
-    others = [
+) -> tuple[list[PooledTrial], tuple[str, ...]]:
+    """Every candidate with each session fitted with ``beside`` and ``best``, and names beside which
+    ``best`` is not needed any more, named by themselves or as strong."""
+    rivals = [
         other.trial for other in judged if other.trial.name != best.trial.name
         and (other.p_value < level or other.exponent > best.exponent - AS_STRONG)
     ]
     sums: dict[Trial, TrialSums] = {}
-    for block in blocks() if others else ():
-        lot = block.reduced_by(beside)
-        for other in others:
-            if best.trial in lot.trials:
-                again = sums_of(lot.selected([other, best.trial]).reduced_by([other]), best.trial)
-                sums[other] = sums[other] + again if other in sums else again
-    needed = {other: judge(best.trial, total) for other, total in sums.items()}
-    return tuple(dict.fromkeys(other.name for other, again in needed.items()
-                               if again is None or again.p_value >= level))
+    needed: dict[Trial, TrialSums] = {}
+    for block in blocks(()):
+        before = block.reduced_by(beside)
+        if best.trial in before.trials:
+            _add(needed, {other: sums_of(
+                before.selected([other, best.trial]).reduced_by([other]), best.trial)
+                for other in rivals})
+        lot = before.reduced_by([best.trial])
+        _add(sums, {trial: sums_of(lot, trial) for trial in lot.trials})
+    again = {other: judge(best.trial, total) for other, total in needed.items()}
+    return _judged(sums), tuple(dict.fromkeys(
+        other.name for other, trial in again.items() if trial is None or trial.p_value >= level))
 
 
 def _sizes(
@@ -205,7 +212,7 @@ def _sizes(
     Each beside the others; NaN where a sensor does not show it by itself.
     """
     sums = [SensorSums(trial, len(sensors)) for trial in trials]
-    for block in blocks() if trials else ():
+    for block in blocks(trials) if trials else ():
         index = np.array([sensors[name] for name in block.sensors])
         for of_trial in sums:
             others = [trial for trial in trials if trial != of_trial.trial]

@@ -211,7 +211,8 @@ def cut_off(values: FloatArray) -> BoolArray:
 
     None where the noise is less than two steps of the converter.
     """
-    if not np.ptp(values) > 0:
+    low, high = values.min(), values.max()
+    if low == high or max(np.sum(values == low), np.sum(values == high)) <= LEAST_REPEATS:
         return np.zeros(len(values), dtype=bool)
     axis = _Levels.of(values)
     return np.asarray(axis.limits[axis.place])

@@ -1,11 +1,11 @@
 """Evidence of many sensors, and what the pool makes of it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
 
-from calib.diagnosis.population.evidence import evidence_of
+from calib.diagnosis.population.evidence import Trial, evidence_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, judge, pool
 from calib.diagnosis.population.sums import sums_of
@@ -30,19 +30,20 @@ def lot_of(sets: list[PoseSet], names: list[str] | None = None) -> LotEvidence:
 
 
 def pool_of(lot: LotEvidence) -> Pool:
-    return pool(lambda: [lot])
+    return pool(lambda _trials: [lot])
 
 
 def test_blocks_of_stacked_fits_pool_as_the_single_fits_do() -> None:
     plan = LotPlan(60, hidden="cubic", common_sd=1.0)
     sets = pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1))
 
-    def blocks() -> Iterator[LotEvidence]:
+    def blocks(trials: Sequence[Trial]) -> Iterator[LotEvidence]:
+        wanted = {trial.name for trial in trials}
         for first in range(0, len(sets), 13):
             for fits in fit_sets(sets[first : first + 13], NINE):
                 assert fits.fitted is not None
                 names = [str(first + int(i)) for i in fits.index]
-                yield LotEvidence.from_stack(names, evidence_of(fits.fitted))
+                yield LotEvidence.from_stack(names, evidence_of(fits.fitted, names=wanted))
 
     whole, in_blocks = pool_of(lot_of(sets)), pool(blocks)
     assert in_blocks.sensors == whole.sensors
