@@ -22,7 +22,7 @@ from pipeline.text.names import command as proposed
 
 if TYPE_CHECKING:
     from pipeline.guess.checked import CheckedConfig
-    from pipeline.guess.plate import RangeChoice
+    from pipeline.guess.plate import ScaleChoice
 
 ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 
@@ -43,6 +43,8 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
               help="Sample rate of logs without a column of times.")
 @click.option("--gyroscope-range", type=POSITIVE, metavar="DEG_S",
               help="Full scale of a gyroscope in counts, in °/s, where no clip or log shows it.")
+@click.option("--gyroscope-unit", type=click.Choice(("rad_s", "deg_s", "mrad_s", "mdeg_s", "rpm")),
+              help="Unit of a gyroscope, where nothing in the logs shows it.")
 @click.option("--latitude", type=LATITUDE_DEG, help="Latitude of the site in degrees.")
 @click.option("--height", type=HEIGHT_M, default=0.0,
               help="Height of the site in metres; with --latitude.")
@@ -50,14 +52,14 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 @quiet_option("the path of the configuration")
 def command(
     files: tuple[Path, ...], output: Path | None, force: bool, rate_hz: float | None,
-    gyroscope_range: float | None, latitude: float | None, height: float, as_json: bool,
-    quiet: bool,
+    gyroscope_range: float | None, gyroscope_unit: str | None, latitude: float | None,
+    height: float, as_json: bool, quiet: bool,
 ) -> None:
     """Guess columns, units and clock of logs of any tool, and write a configuration that runs.
 
     FILE... are all logs of an evening, at rest and on the turning plate, and the clips of the
-    plate. The command asks at most two questions: the range of the gyroscope, where nothing shows
-    it, and the latitude; without a terminal, options answer them. It reads text tables in any
+    plate. The command asks at most two questions: the range or unit of the gyroscope, where nothing
+    shows it, and the latitude; without a terminal, options answer them. It reads text tables in any
     dialect, zip archives of phyphox and Sensor Logger, MATLAB, NumPy and JSON files, and with extra
     packages HDF5, Parquet, ROS bags, MCAP, PX4 and ArduPilot logs. It shows its guesses with the
     first rows, states what is uncertain, runs the configuration, and then writes it. It changes no
@@ -68,9 +70,10 @@ def command(
     from pipeline.errors import UnwritableOutput
     from pipeline.files import write_whole
     from pipeline.guess.checked import checked_config
-    from pipeline.guess.config_text import Choices, open_range_text
+    from pipeline.guess.config_text import Choices, open_scale_text
     from pipeline.guess.files import guess_files, is_clip, measured_clips, rates_of_clips
     from pipeline.guess.session import guess_session
+    from pipeline.guess.units import per_deg_of
     from pipeline.stages.context import RunContext
     from pipeline.stages.run import run_stages
 
@@ -89,16 +92,17 @@ def command(
     with TemporaryDirectory() as cache, ClipProgress(not (quiet or as_json)) as progress:
         context = RunContext(Path(cache), progress)
         rates = measured_clips(dict(zip(clips, rates_of_clips(clips, context), strict=True)))
-        guess = guess_session(tables, rates, gyroscope_range)
+        stated = gyroscope_unit or gyroscope_range
+        guess = guess_session(tables, rates, stated and per_deg_of(stated))
         asks = sys.stdin.isatty() and not (as_json or quiet)
         if not (as_json or quiet):
             for line in guess_lines(guess):
                 click.echo(line)
         echo_warnings(passed_over)
-        if asks and guess.ranges:
-            guess = guess_session(tables, rates, _ask_range(guess.ranges))
-        if guess.ranges:
-            echo_warnings([f"the gyroscope is left out: {open_range_text(guess)}."])
+        if asks and guess.scales:
+            guess = guess_session(tables, rates, _ask_scale(guess.scales))
+        if guess.scales:
+            echo_warnings([f"the gyroscope is left out: {open_scale_text(guess)}."])
         if asks and latitude is None:
             latitude = ask_latitude()
         site = None if latitude is None else site_text(latitude, height)
@@ -121,13 +125,14 @@ def _path_for(files: Sequence[Path]) -> Path:
     return Path(f"{files[0].name.split('.')[0] or 'session'}.yaml")
 
 
-def _ask_range(choices: "Sequence[RangeChoice]") -> float:
-    """The range of the gyroscope, of those among which nothing decides."""
+def _ask_scale(choices: "Sequence[ScaleChoice]") -> float:
+    """Units of the gyroscope per °/s, of those among which nothing decides."""
     for choice in choices:
-        click.echo(f"±{choice.deg_s:g} °/s: the plate then turns at {choice.rpm:.3g} rpm", err=True)
-    known = {f"{choice.deg_s:g}": choice.deg_s for choice in choices}
-    typed: str = click.prompt("Range of the gyroscope in °/s", type=click.Choice(list(known)),
-                              err=True)
+        click.echo(choice.says, err=True)
+    known = {choice.answer: choice.per_deg for choice in choices}
+    typed: str = click.prompt(
+        "Unit of the gyroscope" if choices[0].unit else "Range of the gyroscope in °/s",
+        type=click.Choice(list(known)), err=True)
     return known[typed]
 
 

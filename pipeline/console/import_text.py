@@ -33,7 +33,7 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
         for table in shown:
             yield from guessed_table(table)
         clip = f", as in {source.clip.path.name}" if source.clip else ""
-        turning = ("turning" if guess.ranges else
+        turning = ("turning" if guess.scales else
                    f"turning at {source.rate_rad_s / RPM:+.4g} rpm{clip}")
         rate = "at rest" if source.rate == STOPPED else turning
         yield f"{count(len(source.tables), 'table')}, {rate}: {LAYOUTS[source.layout]}"

@@ -4,16 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
-from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.imu_log import TRIADS
-from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config, parse_config
 from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
+from pipeline.guess.agreement import disagreements, implausible
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.session import SessionGuess
 from pipeline.stages.run import Outcome
@@ -23,13 +20,6 @@ MODELS = {"accelerometer": (BASE, ("bias", "scale")), "gyroscope": (BASE, ("bias
                                                                     ("bias",))}
 MOST_TRIES = sum(map(len, MODELS.values())) + len(TRIADS) + 1
 """Derived: for each triad every smaller model and its removal, and the last try."""
-
-LARGEST_MISFIT = 0.02
-"""Residual over the reference, root mean square, of a model that can be right. A judgement: after
-bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
-LARGEST_WANDER = 100.0
-"""Scatter of a gyroscope's bias from pose to pose over the noise of a mean, at most. A judgement:
-a cheap one that warms up moves by 20 times it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +47,8 @@ def checked_config(
     fault: str | None = None
     if guess.at_rest is None and not any(source.rate for source in guess.sources):
         fault = f"it has nothing to calibrate. {'. '.join(guess.doubts)}."
+        return CheckedConfig(config_text(guess, path.parent, choices), None, (), fault)
+    if fault := next(disagreements(guess), None):
         return CheckedConfig(config_text(guess, path.parent, choices), None, (), fault)
     changes: list[str] = []
     for _ in range(MOST_TRIES):
@@ -111,25 +103,4 @@ def _culprit(
                 return triad
             continue
         return triad
-    return None
-
-
-def implausible(outcome: Outcome) -> str | None:
-    """Why an outcome cannot be right although it fits; None where nothing speaks against it."""
-    for result in outcome.triads:
-        spec, triad = result.calibration.spec, result.triad
-        reference = result.calibration.fit.poses.reference.magnitude
-        size = float(np.sqrt(np.mean(reference**2)))
-        share = result.comparison.residual_rms / size if size else 0.0
-        if share > LARGEST_MISFIT:
-            against = TRIAD_KINDS[triad].reference
-            return (f"the {triad}'s poses differ from {against} by {share:.1%} (root mean "
-                    f"square), more than any sensor after its calibration. One of these is wrong: "
-                    f"its columns, its unit, or files of two sensors or ranges together.")
-        misfit = result.calibration.fit.chi2 / max(result.calibration.fit.dof, 1)
-        if not size and misfit > LARGEST_WANDER**2:
-            return (f"the {triad}'s poses at rest scatter by {misfit**0.5:.0f} times their own "
-                    f"noise, which no bias does. Its columns are another sensor's, or it moved.")
-        if off := next(gain_off_the_sheet(result.calibration.parameters, spec, triad), ""):
-            return off
     return None

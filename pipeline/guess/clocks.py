@@ -71,6 +71,8 @@ def guess_clock(
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
+                if repeated > len(step) / 2 and not np.array_equal(ticks, np.rint(ticks)):
+                    continue  # only a clock in whole seconds ticks so seldom
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
                 file_hz = file_hz or float(f"{rate:.4g}")
     rate_hz = stated_hz or file_hz
@@ -90,7 +92,8 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     """Columns that may be times: those that are called so, and else one in front that grows."""
     named = [name for name in columns if read_name(name).quantity == "time"]
     # A unit in the name settles it; of several, the time of the sample comes before others.
-    named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower()))
+    named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower(),
+                                 "tick" in name.lower()))
     since_1970 = [name for name, values in columns.items() if name not in named
                   and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
     if named or since_1970:

@@ -47,7 +47,7 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
     lines += ["", "sensor:"]
     for name in TRIADS:
         triad = getattr(guess, name)
-        if triad is not None and not (guess.ranges and name == "gyroscope"):
+        if triad is not None and not (guess.scales and name == "gyroscope"):
             lines.append(f"  {name}: {_sheet(triad)}   # {_comment(triad.unit)}")
     lines += _covariates(guess)
     lines += ["", *_site(choices.site), *_rates(guess, folder)]
@@ -109,8 +109,8 @@ def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[
 
 
 def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
-    if guess.ranges:
-        return ["", f"# gyroscope: left out, since {_comment(open_range_text(guess))}"]
+    if guess.scales:
+        return ["", f"# gyroscope: left out, since {_comment(open_scale_text(guess))}"]
     able = [source for source in guess.sources if source.has_gyroscope and source.rate]
     if not able:
         return []
@@ -128,12 +128,13 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
     return [*lines, f"  model: [{', '.join(model)}]"]
 
 
-def open_range_text(guess: SessionGuess) -> str:
-    """Why the gyroscope is left out, and what would decide its range."""
-    listed = ", ".join(f"±{choice.deg_s:g} °/s would be {choice.rpm:.3g} rpm"
-                       for choice in guess.ranges)
-    return (f"nothing shows its range: {listed}. Add a clip of the turning plate to the files, or "
-            f"state the range by --gyroscope-range")
+def open_scale_text(guess: SessionGuess) -> str:
+    """Why the gyroscope is left out, and what would decide its unit or range."""
+    unit = guess.scales[0].unit
+    answer = f"--gyroscope-{'unit' if unit else 'range'} {guess.scales[-1].answer}"
+    return (f"nothing shows its {'unit' if unit else 'range'}: "
+            f"{', '.join(choice.says for choice in guess.scales)}. Add a clip of the turning plate "
+            f"to the files, or state it, for example by {answer}")
 
 
 def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:

@@ -11,7 +11,7 @@ from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.pool import sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables, hint_of
-from pipeline.guess.triads import is_direction, possible_triples, triples_by_name
+from pipeline.guess.triads import Triple, is_direction, possible_triples, triples_by_name
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.header_words import read_name
 from pipeline.stages.context import RunContext
@@ -82,13 +82,27 @@ def measured_clips(rates: Mapping[Path, SettingRate]) -> list[MeasuredClip]:
                          else rate.rate_rad_s) for path, rate in rates.items()]
 
 
+def called_accelerometers(table: RawTable) -> list[Triple]:
+    """Columns whose names, or that of their file, say that they are an accelerometer's."""
+    names = list(table.columns)
+    words = {name: read_name(name) for name in names}
+    return [*triples_by_name(names, "acc"),
+            *(triple for triple in triples_by_name(names, "") if words[triple[0]].gravity_free),
+            *(triple for triple in possible_triples(names) if hint_of(table.path) == "acc"
+              and [words[name].axis for name in triple] == [0, 1, 2])]
+
+
 def why_no_log(table: RawTable) -> str:
     """Why a table cannot be used, as the end of a sentence that names it."""
     names = list(table.columns)
-    hint = hint_of(table.path)
-    called = triples_by_name(names, "acc") or [
-        triple for triple in possible_triples(names) if hint == "acc"
-        and [read_name(name).axis for name in triple] == [0, 1, 2]]
+    called = called_accelerometers(table)
+    gravity = [triple for triple in triples_by_name(names, "")
+               if "grav" in read_name(triple[0]).stem]
+    if gravity and called and read_name(called[0][0]).gravity_free:
+        sums = ", ".join(f"{one} + {other}"
+                         for one, other in zip(gravity[0], called[0], strict=True))
+        return (f"its accelerometer is split into gravity and what is left; the readings are the "
+                f"sums of both. Write {sums} as three columns, and import that table")
     for triple in called:
         values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]

@@ -1,8 +1,7 @@
-"""Units and encodings from the numbers: gravity has one length, and a gyroscope turns it.
+"""Units and encodings from the numbers: gravity has one length in every attitude.
 
 Where a sensor rests, its accelerometer reads gravity: the radius of the sphere on which its rests
-lie is the unit, whatever the bias. A gyroscope's unit shows where the sensor is turned between its
-rests: the direction u of gravity then moves as ``du/dt = -ω × u``, whatever the axes were before.
+lie is the unit, whatever the bias.
 """
 
 import math
@@ -16,7 +15,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.config.sensor import ForceUnit, RateUnit
 from pipeline.config.units import UNITS
-from pipeline.guess.pool import ROUNDEST, Sphere, block_rows, sphere_through, still_means
+from pipeline.guess.pool import ROUNDEST, Sphere, sphere_through, still_means
 
 CODES = 65536.0  #: fact: of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
@@ -54,20 +53,6 @@ FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m
 MOST_INNER = 0.7
 """Share of readings in the inner half of the codes from which zero is in the middle, not at the
 ends. Tuned: ``tests.bench.study_import``, half changes no set, double one of 37."""
-
-LEAST_AGREEMENT = 0.5
-"""Correlation of the turns by gyroscope and by gravity from which their ratio is a unit: the units
-in use lie a factor of 57 apart."""
-
-LEAST_TURN = 0.02
-"""Change of the direction of gravity from block to block, rad, that is no noise."""
-
-BLOCK_S = 0.1
-"""Within it a hand turns by less than a right angle, and noise averages out. Tuned:
-``tests.bench.study_import``, half changes two and double three of 37 sets."""
-FEWEST_TURNS = 8
-"""Blocks that turn. Derived: among their 24 components a correlation of ``LEAST_AGREEMENT`` is
-chance in one of 78 (t = 2.7). Half and double change nothing in ``tests.bench.study_import``."""
 
 
 def encoding_of(values: FloatArray) -> str:
@@ -157,45 +142,6 @@ def gravity_unit(
     elif unit == "counts" and off >= GRAVITY_TOLERANCE:
         per_g = float(f"{length:.2g}")
     return GravityUnit(unit, per_g, encoding, length, steady and off < GRAVITY_TOLERANCE)
-
-
-def rate_scale(
-    rate: FloatArray, force: FloatArray, table: IntArray, step_s: float
-) -> tuple[float, float] | None:
-    """rad/s per unit of a gyroscope, and the correlation that shows it; None without turns.
-
-    Parameters
-    ----------
-    rate : array, shape (t, 3)
-        Readings of the gyroscope in its unit.
-    force : array, shape (t, 3)
-        Readings of the accelerometer in any unit.
-    table : array, shape (t,)
-        The table of each row.
-    step_s : float
-        Time from row to row, s.
-    """
-    block = max(1, round(BLOCK_S / step_s))
-    rows, of = block_rows(table, block)
-    if len(rows) < FEWEST_TURNS:
-        return None
-    up = force[rows] / np.maximum(np.linalg.norm(force[rows], axis=2, keepdims=True),
-                                  np.finfo(float).tiny)
-    # What two block means differ by is the motion under a triangle over both.
-    rise = ((np.arange(block) + 0.5) / block)[:, None]
-    motion = -np.cross(rate[rows] - np.median(rate, axis=0), up) * step_s
-    moved = np.diff(up.mean(axis=1), axis=0)
-    predicted = (motion[:-1] * rise).sum(axis=1) + (motion[1:] * (1 - rise)).sum(axis=1)
-    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (of[1:] == of[:-1])
-    if turning.sum() < FEWEST_TURNS:
-        return None
-    seen, by_gyroscope = moved[turning].ravel(), predicted[turning].ravel()
-    power = float(by_gyroscope @ by_gyroscope)
-    if power == 0:
-        return None
-    scale = float(seen @ by_gyroscope) / power
-    agreement = float(seen @ by_gyroscope) / math.sqrt(power * float(seen @ seen))
-    return scale, agreement
 
 
 def nearest_rate_unit(

@@ -20,7 +20,6 @@ from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
-    OFFSET_COUNTS_PER_DEG_S,
     RECORD_RPM,
     RPM_TOLERANCE,
     USUAL_COUNTS_PER_DEG_S,
@@ -28,7 +27,7 @@ from pipeline.guess.magnitudes import (
 )
 from pipeline.guess.pool import FEWEST_MEANS, sphere_through
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
-from pipeline.guess.units import TriadGuess
+from pipeline.guess.units import UNIT_WORDS, TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
 NEAR_RANGE = math.log(1.1)
@@ -57,75 +56,99 @@ class MeasuredClip:
 
 
 @dataclass(frozen=True)
-class RangeChoice:
-    """A range that nothing rules out, and the speed of the plate that it stands for."""
+class ScaleChoice:
+    """A unit or a range of the gyroscope that nothing rules out: ``per_deg`` units are 1 °/s.
 
-    deg_s: float
-    rpm: float
+    ``unit`` is empty for counts; ``rpm`` is the plate's speed that follows, None at rest.
+    """
+
+    per_deg: float
+    unit: str
+    rpm: float | None
+
+    @property
+    def answer(self) -> str:
+        """What a user types: the unit, or the full scale in °/s of a sensor of 16 bits."""
+        return self.unit or f"{CODES / 2 / self.per_deg:g}"
+
+    @property
+    def says(self) -> str:
+        """The unit or the range, and what would follow from it."""
+        name = UNIT_WORDS.get(self.unit) or f"±{self.answer} °/s"
+        return name + ("" if self.rpm is None else f" would be {self.rpm:.3g} rpm")
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """The tables with the range of their gyroscope.
+    """The tables with the scale of their gyroscope.
 
-    ``because`` says what decided, empty where there was nothing to decide; ``choices`` are the
-    ranges among which nothing decides.
+    ``choices`` are the scales among which nothing decides.
     """
 
     tables: tuple[TableGuess, ...]
-    because: str = ""
-    choices: tuple[RangeChoice, ...] = ()
+    choices: tuple[ScaleChoice, ...] = ()
 
 
-def settle_range(
-    tables: Sequence[TableGuess], clips: Sequence[MeasuredClip], stated_deg_s: float | None
+def settle_scale(
+    tables: Sequence[TableGuess], clips: Sequence[MeasuredClip], stated_per_deg: float | None
 ) -> Settled:
-    """Decide the range of a gyroscope in counts, by the first evidence that there is.
+    """Decide the scale of a gyroscope that is open, by the first evidence that there is.
 
     Parameters
     ----------
     tables : sequence of TableGuess
     clips : sequence of MeasuredClip
-    stated_deg_s : float or None
-        The full scale as the user states it.
+    stated_per_deg : float or None
+        Units per °/s as the user states them.
     """
-    undecided = [table for table in tables if table.gyroscope and table.gyroscope.is_open]
+    undecided = [table for table in tables if table.gyroscope and table.gyroscope.choices]
     if not undecided:
         return Settled(tuple(tables))
+    gyroscope = undecided[0].gyroscope
+    assert gyroscope is not None
     decided = [table.gyroscope for table in tables if table.gyroscope
-               and "counts_per_deg_s" in dict(table.gyroscope.sheet)
-               and not table.gyroscope.is_open]
-    if stated_deg_s is not None:
-        return _settled_range(tables, CODES / 2 / stated_deg_s, "as it is stated")
+               and not table.gyroscope.choices
+               and table.gyroscope.encoding == gyroscope.encoding]
+    if stated_per_deg is not None:
+        return _settled(tables, stated_per_deg, "as it is stated")
     if decided:
-        per_deg = float(dict(decided[0].sheet)["counts_per_deg_s"])
-        return _settled_range(tables, per_deg, "as in the other files")
+        return _settled(tables, math.radians(1) / decided[0].si_per_unit, "as in the other files")
+    for table in undecided:
+        turn = table.turn(tables)
+        if turn is not None and turn.is_sure:
+            shown = math.radians(1) / (gyroscope.si_per_unit * turn.si_per_unit)
+            per_deg = min(gyroscope.choices, key=lambda known: abs(math.log(shown / known)))
+            return _settled(tables, per_deg, (
+                f"between the rests gravity then turns as far as in the accelerometer "
+                f"(correlation {turn.agreement:.2f})"))
     turning = _turning(undecided)
     if not turning:
-        return Settled(tuple(tables))
-    gyroscope = turning[0].gyroscope
-    assert gyroscope is not None
+        return Settled(tuple(tables), tuple(
+            _choice(per_deg, None) for per_deg in gyroscope.choices))
     # Lengths are in rad/s at the first sensitivity; at another they are so many times as long.
     first = math.radians(1) / gyroscope.si_per_unit
-    offset = gyroscope.encoding == OFFSET_BINARY
     lengths = np.array([_length(table) for table in turning])
-    usual = OFFSET_COUNTS_PER_DEG_S if offset else USUAL_COUNTS_PER_DEG_S
+    usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
+             else USUAL_COUNTS_PER_DEG_S)
     for factors, because in _known_factors(turning, lengths, clips):
         off, per_deg, nearest = min((abs(math.log(first / factor / known)), first / factor, known)
                                     for factor in factors for known in usual)
-        return _settled_range(
+        return _settled(
             tables, nearest if off < NEAR_RANGE else float(f"{per_deg:.3g}"), because)
-    known = OFFSET_COUNTS_PER_DEG_S if offset else COUNTS_PER_DEG_S
-    every = [RangeChoice(CODES / 2 / per_deg, float(np.median(lengths)) * first / per_deg / RPM)
-             for per_deg in known]
-    choices = [RangeChoice(choice.deg_s, min(RECORD_RPM, key=lambda rpm: abs(rpm - choice.rpm)))
-               for choice, per_deg in zip(every, known, strict=True)
-               if all(record_rpm(length * first / per_deg) for length in lengths)]
-    if len(choices) == 1:
-        return _settled_range(tables, CODES / 2 / choices[0].deg_s, (
-            f"the plate then turns at {choices[0].rpm:.3g} rpm, and no other range makes a speed "
-            f"of record players"))
-    return Settled(tuple(tables), "", tuple(choices or every))
+    every = [(per_deg, lengths * first / per_deg) for per_deg in gyroscope.choices]
+    able = [(per_deg, rates) for per_deg, rates in every if all(map(record_rpm, rates))]
+    if len(able) == 1:
+        per_deg, rates = able[0]
+        return _settled(tables, per_deg, (
+            f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
+            f"range makes a speed of record players"))
+    return Settled(tuple(tables), tuple(
+        _choice(per_deg, min(RECORD_RPM, key=lambda rpm: abs(
+            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in able or every))
+
+
+def _choice(per_deg: float, rpm: float | None) -> ScaleChoice:
+    return ScaleChoice(per_deg, rate_unit(per_deg), rpm)
 
 
 def _known_factors(
@@ -185,14 +208,14 @@ def _rate_by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float
     return abs(max(clear, key=lambda wave: wave.share).rate) if clear else None
 
 
-def _settled_range(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:
-    """The tables with so many counts per °/s where the range was open; a bias goes with it."""
+def _settled(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:
+    """The tables with so many units per °/s where these were open; a bias goes with it."""
     return Settled(tuple(
-        replace(table, gyroscope=(ranged := table.gyroscope.ranged(per_deg, because)),
+        replace(table, gyroscope=(scaled := table.gyroscope.scaled(per_deg, because)),
                 rate_bias=None if table.rate_bias is None else
-                table.rate_bias * ranged.si_per_unit / table.gyroscope.si_per_unit)
-        if table.gyroscope and table.gyroscope.is_open else table
-        for table in tables), because)
+                table.rate_bias * scaled.si_per_unit / table.gyroscope.si_per_unit)
+        if table.gyroscope and table.gyroscope.choices else table
+        for table in tables))
 
 
 def without_rate_bias(tables: Sequence[TableGuess]) -> list[TableGuess]:

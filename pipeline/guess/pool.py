@@ -69,12 +69,17 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
     times = {clock.column for clock in clocks}
     names = [name for name in tables[0].columns if name not in times]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
-    steps = [float(step[step <= USUAL_STEPS * np.median(step)].mean()) for clock in clocks
-             if len(step := np.diff(clock.time_s))]
+    steps = [usual_step(clock.time_s) for clock in clocks if len(clock.time_s) > 1]
     return PooledTables(
         columns, np.repeat(np.arange(len(tables)), [table.rows for table in tables]),
         float(np.median(steps)) if steps else 1 / ASSUMED_HZ,
         all(clock.is_known for clock in clocks), hint)
+
+
+def usual_step(time_s: FloatArray) -> float:
+    """Mean step of times (t,), s, without gaps."""
+    step = np.diff(time_s)
+    return float(step[step <= USUAL_STEPS * np.median(step)].mean())
 
 
 def block_rows(table: IntArray, size: int) -> tuple[IntArray, IntArray]:

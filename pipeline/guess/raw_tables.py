@@ -10,7 +10,7 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.guess.no_log import no_table, require_samples
-from pipeline.logs.columns import SECONDS_PER, bare
+from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import find_head
 from pipeline.logs.header_words import read_name
@@ -24,6 +24,9 @@ STATED_RATE = re.compile(
     r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
     r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)|\bat ([0-9.]+) ?hz\b", re.IGNORECASE)
 
+
+STATED_PERIOD = re.compile(
+    r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
 
 TRIAD = 3  #: fact: columns of a sensor beside its clock
 CLOCKS_APART = 0.01
@@ -100,6 +103,9 @@ def _text_table(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1) or stated.group(2)) if stated else None)
+    if rate_hz is None and (period := STATED_PERIOD.search(above)):
+        unit: TimeUnit = "us" if period[2] == "us" else "ms" if period[2] == "ms" else "s"
+        rate_hz = 1 / (float(period[1]) * SECONDS_PER[unit])
     columns = columns_of_text(text)
     _require_one_clock(text, columns)
     columns = {name: _continued(values) for name, values in columns.items()}

@@ -16,10 +16,10 @@ from pipeline.guess.magnitudes import record_rpm
 from pipeline.guess.plate import (
     SI,
     MeasuredClip,
-    RangeChoice,
+    ScaleChoice,
     matching_clip,
     nominal_rpm,
-    settle_range,
+    settle_scale,
     speeds_of,
     without_rate_bias,
 )
@@ -66,12 +66,12 @@ class PoseSource:
 class SessionGuess:
     """Everything that was guessed of the files.
 
-    ``ranges`` are those of the gyroscope among which nothing decides; empty where one is known.
+    ``scales`` are those of the gyroscope among which nothing decides; empty where one is known.
     """
 
     sources: tuple[PoseSource, ...]
     doubts: tuple[str, ...]
-    ranges: tuple[RangeChoice, ...] = ()
+    scales: tuple[ScaleChoice, ...] = ()
 
     @property
     def tables(self) -> tuple[TableGuess, ...]:
@@ -100,7 +100,7 @@ class SessionGuess:
 def guess_session(
     tables: Sequence[TableGuess],
     clips: Sequence[MeasuredClip] = (),
-    range_deg_s: float | None = None,
+    per_deg: float | None = None,
 ) -> SessionGuess:
     """Group tables by what their rows are and by the rate at which they turn.
 
@@ -108,11 +108,11 @@ def guess_session(
     ----------
     tables : sequence of TableGuess
     clips : sequence of MeasuredClip
-    range_deg_s : float or None
-        The full scale of the gyroscope as the user states it.
+    per_deg : float or None
+        Units of the gyroscope per °/s as the user states them.
     """
     alone, doubts = drop_alternatives(tables)
-    settled = settle_range(without_rate_bias(alone), clips, range_deg_s)
+    settled = settle_scale(without_rate_bias(alone), clips, per_deg)
     doubts += _together(settled.tables)
     layout = _layout(settled.tables)
     groups: dict[tuple[Layout, str | None, bool], list[TableGuess]] = {}
@@ -192,8 +192,8 @@ def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
     if not both or one.are_means or other.are_means:
         return False
     if together and one.clock.is_known and other.clock.is_known:
-        return _overlap(one, other)
-    return since_1970 and _overlap(one, other)
+        return one.overlaps(other)
+    return since_1970 and one.overlaps(other)
 
 
 def _together(tables: Sequence[TableGuess]) -> list[str]:
@@ -234,17 +234,11 @@ def _paired(tables: Sequence[TableGuess]) -> list[TableGuess]:
             continue
         ordered.append(table)
         if table.gyroscope is None:
-            beside = next((other for other in waiting if _overlap(table, other)), None)
+            beside = next((other for other in waiting if table.overlaps(other)), None)
             if beside is not None:
                 waiting.remove(beside)
                 ordered.append(beside)
     return ordered + waiting
-
-
-def _overlap(one: TableGuess, other: TableGuess) -> bool:
-    a, b = one.clock.time_s, other.clock.time_s
-    common = min(a[-1], b[-1]) - max(a[0], b[0])
-    return bool(common > 0.5 * min(a[-1] - a[0], b[-1] - b[0]))
 
 
 def _rate_doubts(sources: Sequence[PoseSource]) -> list[str]:

@@ -1,5 +1,6 @@
 """What one table is: its clock, its triads, whether its rows are pose means."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,21 +9,20 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.magnitudes import LEAST_AGREEMENT
-from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled
+from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
     AXIS_COUNT,
-    PossibleTriad,
-    weighed_triads,
+    chosen_triads,
 )
+from pipeline.guess.turns import Turn, turn_of
 from pipeline.guess.units import (
     UNIT_WORDS,
     TriadGuess,
     accelerometer_in,
+    clocked_by_turns,
     gyroscope_in,
 )
-from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
@@ -92,6 +92,32 @@ class TableGuess:
             return False
         force = self.si(self.accelerometer)
         return bool(np.median(self.rate(), axis=0) @ np.median(force, axis=0) < 0)
+
+    def overlaps(self, other: "TableGuess") -> bool:
+        """Whether both are of the same time, for half of the shorter or more."""
+        a, b = self.clock.time_s, other.clock.time_s
+        common = min(a[-1], b[-1]) - max(a[0], b[0])
+        return bool(common > 0.5 * min(a[-1] - a[0], b[-1] - b[0]))
+
+    def turn(self, tables: Sequence["TableGuess"]) -> Turn | None:
+        """How its gyroscope in SI units turns the gravity of its accelerometer, or of the one in
+        another of ``tables`` at the same times; None where nothing shows it."""
+        if self.gyroscope is None or self.are_means or not self.clock.is_known:
+            return None
+        beside = self if self.accelerometer else next(
+            (other for other in tables if other.accelerometer and not other.are_means
+             and other.clock.is_known and self.overlaps(other)), None)
+        rate, force = self.log(), beside.log() if beside else None
+        if rate is None or force is None or len(rate.time_s) < 2:
+            return None
+        both = (rate.time_s >= force.time_s[0]) & (rate.time_s <= force.time_s[-1])
+        time_s = rate.time_s[both]
+        if len(time_s) < 2:
+            return None
+        at_times = np.column_stack([np.interp(time_s, force.time_s, axis)
+                                    for axis in force.accelerometer.T])
+        return turn_of(rate.gyroscope[both], at_times, np.zeros(len(time_s), np.int64),
+                       usual_step(time_s))
 
     def rate(self) -> FloatArray:
         """The readings (t, 3) of the gyroscope without its bias, rad/s."""
@@ -166,16 +192,15 @@ def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess
         accelerometer, gyroscope = _stated(tables[0])
     else:
         pool = pooled(tables, clocks, hint)
-        force, rate = weighed_triads(pool)
+        force, rate = chosen_triads(pool)
         if force is None and rate is None and len(tables) > 1:  # the same names of other units
             return [_alike([table], rate_hz)[0] for table in tables]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
-        if gyroscope and gyroscope.doubt and tables[0].columns.keys() >= SENSOR_LOGGER:
-            gyroscope = replace(gyroscope, sheet=(("unit", "rad_s"),), unit=UNIT_WORDS["rad_s"],
-                                si_per_unit=1.0, because="Sensor Logger writes rad/s", doubt="")
+        if gyroscope and gyroscope.choices and tables[0].columns.keys() >= SENSOR_LOGGER:
+            gyroscope = gyroscope.scaled(math.radians(1), "Sensor Logger writes rad/s")
         if force and rate and gyroscope and not pool.has_clock:
-            clocks = _clocks_by_turns(clocks, rate, force, gyroscope)
+            gyroscope, clocks = clocked_by_turns(clocks, rate, force, gyroscope)
     if accelerometer is None and gyroscope is None:
         return [None] * len(tables)
     return [_table_guess(table, clock, accelerometer, gyroscope)
@@ -197,20 +222,6 @@ def _table_guess(
     guess = TableGuess(table, clock, accelerometer, gyroscope, theirs, False)
     return replace(guess, are_means=accelerometer is not None and _are_means(
         guess.si(accelerometer)))
-
-
-def _clocks_by_turns(
-    clocks: Sequence[ClockGuess], rate: PossibleTriad, force: PossibleTriad, gyroscope: TriadGuess
-) -> list[ClockGuess]:
-    """The sample rate at which the gyroscope turns gravity as far as the accelerometer sees."""
-    seen = rate.turns(force)
-    if seen is None or seen[1] < LEAST_AGREEMENT:
-        return list(clocks)
-    rate_hz = float(f"{ASSUMED_HZ * gyroscope.si_per_unit / seen[0]:.2g}")
-    return [replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz, because=(
-        f"at {rate_hz:g} Hz the gyroscope turns gravity as far as the accelerometer sees"), doubt=(
-        f"the file holds no times; {rate_hz:g} Hz follows from the turns, off by a third at most"))
-        for clock in clocks]
 
 
 def hint_of(path: Path) -> str:

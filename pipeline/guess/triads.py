@@ -1,9 +1,8 @@
 """Which columns of a table are the accelerometer's and the gyroscope's.
 
-A hypothesis is three columns as the accelerometer and three as the gyroscope, or none as either.
-Physics weighs it: at rest an accelerometer reads one length in every attitude, and a gyroscope
-turns the direction of gravity. What columns and files are called is the prior. The weights add up
-as the logarithms of odds do, and the heaviest hypothesis is the guess.
+Of every three columns as the accelerometer and three as the gyroscope, or none as either, the pair
+is taken for which most speaks: that the one turns the gravity of the other, then what columns and
+files are called, then that the readings at rest are as long as gravity is.
 """
 
 import math
@@ -12,49 +11,33 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from calib.poses.imu_log import AXES, FloatArray, IntArray
+from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.guess.magnitudes import (
     FORCE_UNITS,
     GRAVITY_TOLERANCE,
-    LEAST_AGREEMENT,
     LOOSEST,
     GravityUnit,
     encoding_of,
     gravity_unit,
-    rate_scale,
     signed,
     typical_length,
 )
 from pipeline.guess.pool import PooledTables
+from pipeline.guess.turns import OWN, Turn, turn_of
 from pipeline.logs.header_words import ACC, GYR, OTHER, Words, read_name, whole_triples
 
 AXIS_COUNT = 3  #: fact: of a triad
 LEAST_SCATTER = 0.03
 """Axes of one sensor scatter alike, by noise or by attitude; a magnetometer's beside it do not."""
 
-SURE_AGREEMENT = 0.8
-"""Correlation of turns by three columns and by gravity that makes them a gyroscope whatever they
-are called. A judgement: those of sound logs in ``tests`` are 0.9 or more."""
 NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
 UNIT_LENGTH = 2e-3
 """What the length of a computed attitude or direction errs by, relative: it is written with three
 decimals at least. A sensor's noise and scale errors are larger."""
 
-CALLED = 4.0
-"""Weight of a name that says which sensor it is, of a column or of a file. This and the weights
-below are judgements: gravity and its turns together outweigh a name, neither does alone."""
-OF_GRAVITY, NEARLY_GRAVITY = 3.0, -1.0
-"""Weight of readings of one length that is gravity in a known unit, and of those that come near."""
-TURNING = 8.0
-"""Weight of columns that turn gravity as a gyroscope does, times the correlation."""
-NOT_TURNING = -3.0  #: weight of columns that do not while gravity turns, whatever their axes are
-BEHIND, BEFORE = 1.5, 1.0  #: weight of a gyroscope that stands beside the accelerometer
-ALONE = 1.5  #: weight of an accelerometer in the only three columns that there are
-UNKNOWN_WORD = -3.0  #: weight of a gyroscope in columns of which a word is not understood
-MOST_WEIGHED = 4  #: accelerometers whose gyroscopes are looked at; the others weigh less by far
+MOST_LOOKED_AT = 8  #: accelerometers whose gyroscopes are looked at
 
 Triple = tuple[str, str, str]
 
@@ -150,29 +133,14 @@ class PossibleTriad:
                 return GravityUnit(stated, per_g, "", length, True)
         return unit if self.is_sensor else None
 
-    def turns(
-        self, force: "PossibleTriad", about: FloatArray | None = None
-    ) -> tuple[float, float] | None:
-        """rad/s per unit in which they turn ``force``, and the correlation; None without turns.
-
-        ``about`` (3, 3) are other axes than their own, no unit.
-        """
+    def turns(self, force: "PossibleTriad") -> Turn | None:
+        """How they turn ``force``; None where it does not turn, or they are no sensor."""
+        if not self.is_sensor:
+            return None
         both, table = self.pool.readings([*self.columns, *force.columns])
         rate = signed(both[:, :AXIS_COUNT], self.encoding)
         gravity = signed(both[:, AXIS_COUNT:], force.encoding)
-        return rate_scale(rate if about is None else rate @ about.T, gravity, table,
-                          self.pool.step_s)
-
-    def turns_about(self, force: "PossibleTriad") -> tuple[str, float]:
-        """The axes of ``force`` about which they turn it best, of either hand, and the
-        correlation."""
-        every = {}
-        rotations = Rotation.create_group("O").as_matrix().round()
-        for axes in (*rotations, *-rotations):
-            seen = self.turns(force, axes)
-            every[", ".join(f"{'-' if row.sum() < 0 else '+'}{AXES[int(np.abs(row).argmax())]}"
-                            for row in axes.T)] = seen[1] if seen else 0.0
-        return max(every.items(), key=lambda item: item[1])
+        return turn_of(rate, gravity, table, self.pool.step_s)
 
 
 def is_direction(values: FloatArray) -> bool:
@@ -197,60 +165,81 @@ def _attitudes(pool: PooledTables) -> set[str]:
     return computed
 
 
-def weighed_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTriad | None]:
-    """The accelerometer and the gyroscope of the heaviest hypothesis."""
+def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTriad | None]:
+    """The accelerometer and the gyroscope for which most speaks."""
     computed = _attitudes(pool)
     every = [PossibleTriad(pool, triple) for triple in possible_triples(list(pool.columns))
              if not {*triple} & computed]
-    forces = sorted(((weight, force) for force in every
-                     if (weight := _as_accelerometer(force, len(every))) is not None),
-                    key=lambda item: -item[0])[:MOST_WEIGHED]
-    hypotheses: list[tuple[float, PossibleTriad | None, PossibleTriad | None]] = [(0.0, None, None)]
-    for weight, force in [*forces, (0.0, None)]:
-        rates = [(_as_gyroscope(rate, force), rate) for rate in every
-                 if force is None or not {*rate.columns} & {*force.columns}]
-        most, best = max(rates, key=lambda item: item[0], default=(0.0, None))
-        hypotheses.append((weight + most, force, best) if most > 0 else (weight, force, None))
-    _, accelerometer, gyroscope = max(hypotheses, key=lambda hypothesis: hypothesis[0])
+    forces = sorted((force for force in every if _may_be_accelerometer(force)),
+                    key=lambda force: (_called_as(force, "acc"), _is_gravity(force)),
+                    reverse=True)[:MOST_LOOKED_AT]
+    pairs: list[tuple[_Evidence, PossibleTriad | None, PossibleTriad | None]] = []
+    for force in forces:
+        name = _called_as(force, "acc")
+        if name > 0 or (name == 0 and (_is_gravity(force) or len(every) == 1)):
+            pairs.append(((0, name, _is_gravity(force), 1, 0), force, None))
+    for rate in every:
+        name = _called_as(rate, "gyr")
+        if name > 0 and (rate.is_sensor or rate.words.quantity == "gyr"):
+            pairs.append(((0, name, False, 1, 0), None, rate))
+        pairs += [(evidence, force, rate) for force in forces
+                  if (evidence := _evidence(force, rate)) is not None]
+    _, accelerometer, gyroscope = max(pairs, key=lambda pair: pair[0],
+                                      default=(None, None, None))
     return accelerometer, gyroscope
 
 
-def _as_accelerometer(force: PossibleTriad, every: int) -> float | None:
-    """The weight of columns as the accelerometer; None where they cannot be it."""
-    words, hint, unit = force.words, force.pool.hint, force.gravity
-    if unit is None or hint == "gyr" or (words.gravity_free and not unit.is_sure):
-        return None
-    if words.quantity == "gyr" and (words.unit or unit.unit == "counts"):
-        return None
-    weight = {"acc": CALLED, "gyr": -CALLED}.get(called(words), 0.0)
-    if weight == 0 and OTHER & {words.stem}:
-        weight = -CALLED
-    elif weight == 0 and hint == "acc":
-        weight = CALLED
-    alone = ALONE if every == 1 and weight == 0 else 0.0
-    return weight + alone + (OF_GRAVITY if unit.is_sure else NEARLY_GRAVITY)
+_Evidence = tuple[int, int, bool, int, int]
+"""What speaks for a pair, the strongest first: that one turns the gravity of the other, about the
+same axes or others; names; that gravity is as long as in a known unit; number of sensors; and that
+they stand beside each other."""
 
 
-def _as_gyroscope(rate: PossibleTriad, force: PossibleTriad | None) -> float:
-    """The weight of columns as the gyroscope beside an accelerometer, or without any."""
-    words, hint = rate.words, rate.pool.hint
-    weight = {"acc": -np.inf, "gyr": CALLED}.get(called(words), 0.0)
-    if weight == 0 and hint == "gyr":
-        weight = CALLED
-    elif weight == 0 and words.stem and not words.stem.isdecimal():
-        weight = UNKNOWN_WORD
-    if not rate.is_sensor and words.quantity != "gyr":
-        return -np.inf
-    if force is None:
-        return weight
+def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
+    """What speaks for two triads together; None where they cannot be these sensors."""
+    if {*rate.columns} & {*force.columns} or called(rate.words) == "acc":
+        return None
+    name, force_name = _called_as(rate, "gyr"), _called_as(force, "acc")
+    if not rate.is_sensor and rate.words.quantity != "gyr":
+        return None
+    turn = rate.turns(force)
+    turned = 0 if turn is None or not turn.is_sure else 2 if turn.axes == OWN else 1
     names = list(rate.pool.columns)
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
-    weight += {AXIS_COUNT: BEHIND, -AXIS_COUNT: BEFORE}.get(away, 0.0)
-    seen = rate.turns(force) if rate.is_sensor else None
-    if seen is None:
-        return weight
-    if seen[1] >= LEAST_AGREEMENT:
-        return weight + TURNING * seen[1]
-    if words.quantity == "gyr" or rate.turns_about(force)[1] > SURE_AGREEMENT:
-        return weight
-    return weight + NOT_TURNING
+    beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # behind it more often than before
+    plain = force_name > 0 or (force_name == 0 and _is_gravity(force))
+    believed = name > 0 or (name == 0 and beside > 0 and turn is None)
+    if not turned and not (plain and believed):
+        return None
+    return turned, name + force_name, _is_gravity(force), 2, beside
+
+
+def _is_gravity(force: PossibleTriad) -> bool:
+    return force.gravity is not None and force.gravity.is_sure
+
+
+def _called_as(triad: PossibleTriad, sensor: str) -> int:
+    """2 where names say that columns are of a sensor, 1 where that of the file does, -1 where they
+    say something else, else 0.
+
+    A word that is not understood says something else of a gyroscope only: what has the length of
+    gravity in every attitude is an accelerometer whatever it is called.
+    """
+    words, hint = triad.words, triad.pool.hint
+    if words.stem == "g" and triad.gravity and triad.gravity.is_sure and triad.gravity.unit == "g":
+        return 2 * (sensor == "acc")  # the unit and not the first letter of a gyroscope
+    if name := called(words):
+        return 2 if name == sensor else -1
+    if hint and not OTHER & {words.stem}:
+        return 1 if hint == sensor else -1
+    unknown = words.stem and not words.stem.isdecimal()
+    return -1 if OTHER & {words.stem} or (sensor == "gyr" and unknown) else 0
+
+
+def _may_be_accelerometer(force: PossibleTriad) -> bool:
+    """Whether columns are gravity in some unit and nothing says that they are something else."""
+    words, unit = force.words, force.gravity
+    if unit is None or force.pool.hint == "gyr" or (words.gravity_free and not unit.is_sure):
+        return False
+    return _called_as(force, "acc") > 0 or words.quantity != "gyr" or not (
+        words.unit or unit.unit == "counts")

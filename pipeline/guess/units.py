@@ -1,21 +1,23 @@
 """What the numbers of a triad are: its unit or counts, why, and what is not sure of it."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
+from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
-    LEAST_AGREEMENT,
     LOOSEST,
     NEAR_THOUSAND,
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
     RATE_UNITS,
+    SMALL_UNITS,
     GravityUnit,
     nearest_rate_unit,
     record_rpm,
@@ -23,21 +25,21 @@ from pipeline.guess.magnitudes import (
     signed,
     typical_length,
 )
-from pipeline.guess.triads import SURE_AGREEMENT, PossibleTriad, Triple, called, triples_by_name
+from pipeline.guess.triads import NEARLY_ALL, PossibleTriad, Triple, called, triples_by_name
+from pipeline.guess.turns import OWN
+from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
 
 BITS, MORE_BITS = 16, 32
 """Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
 UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
               "mdeg_s": "m°/s", "rpm": "rpm"}
-FASTEST_HAND_RAD_S = 25.0
-"""Gyroscopes of phones and hobby boards end at 2000 °/s, and no hand turns as fast as 1400 °/s."""
+USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: what gyroscopes are written in
+FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
+QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
+"""Noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, and 2 °/s, ten times
+that of an MPU-6050."""
 
-FASTEST_DEG_S = 4000.0  #: fact: the widest range of a MEMS gyroscope in use
-NOISIEST_RAD_S = 0.03
-"""Noise of one sample of a gyroscope, at most: 2 °/s, ten times that of an MPU-6050."""
-
-LARGEST_BIAS_RAD_S = 0.35
-"""Bias of a gyroscope that rests in most of its log: 20 °/s, the most that data sheets allow."""
+SHORTEST_LOG_S = 10.0  #: length of a log that holds turns between rests: six poses; a judgement
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,8 @@ class TriadGuess:
         Roughly, SI units per unit of the log.
     doubt : str
         What is not sure of it; empty where nothing is.
-    is_open : bool
-        Whether its range is only the most usual one.
+    choices : tuple of float
+        Units per °/s among which nothing in the table decides; empty where one is known.
     encoding : str
         How it is written as whole numbers; empty for numbers that are no counts.
     """
@@ -70,13 +72,14 @@ class TriadGuess:
     because: str
     si_per_unit: float
     doubt: str = ""
-    is_open: bool = False
+    choices: tuple[float, ...] = ()
     encoding: str = ""
 
-    def ranged(self, per_deg: float, because: str) -> "TriadGuess":
-        """The gyroscope with ``per_deg`` counts per °/s."""
-        return rate_triad(self.columns, "counts", per_deg, self.encoding,
-                          f"{self.because}; {because}", "",
+    def scaled(self, per_deg: float, because: str) -> "TriadGuess":
+        """The gyroscope with ``per_deg`` of its units per °/s."""
+        unit = rate_unit(per_deg) or "counts"
+        return rate_triad(self.columns, unit, per_deg if unit == "counts" else None, self.encoding,
+                          f"{self.because}; {because}", self.doubt,
                           bits=int(dict(self.sheet).get("bits", BITS)))
 
     def si(self, values: FloatArray) -> FloatArray:
@@ -113,75 +116,122 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
 def gyroscope_in(
     rate: PossibleTriad, force: PossibleTriad | None, accelerometer: TriadGuess | None
 ) -> TriadGuess:
-    """The gyroscope in the unit that its name, the turns of gravity or its size shows."""
+    """The gyroscope in the unit that its name or the turns of gravity shows, or in several."""
     words, encoding = rate.words, rate.encoding
     because = ("their names" if called(words) == "gyr" else "the name of the file"
                if rate.pool.hint == "gyr" else "they stand beside the accelerometer")
     whole = np.array_equal(rate.values, np.rint(rate.values))
     if not encoding and whole and accelerometer and accelerometer.encoding == "twos-complement":
         encoding = "twos-complement"  # a few counts at rest look like any small numbers
-    turned = rate.turns(force) if force and rate.is_sensor else None
-    seen = turned if turned and turned[1] >= LEAST_AGREEMENT and rate.pool.has_clock else None
-    if words.unit in RATE_UNITS and (
-            seen is None or LOOSEST > seen[0] / RATE_UNITS[words.unit] > 1 / LOOSEST):
-        return rate_triad(rate.columns, words.unit, None, "",
-                          f"{because}, which state the unit", "")
-    if seen is not None:
-        unit, per_deg = nearest_rate_unit(seen[0], encoding,
-                                          accelerometer.si_per_unit if accelerometer else None)
-        doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
-                 f"{RATE_UNITS[words.unit] / seen[0]:.3g} times what the accelerometer sees"
-                 if words.unit in RATE_UNITS else "")
-        if unit == "counts" and not encoding:
-            doubt = (f"gravity turns by {seen[0]:.3g} rad/s per unit of the gyroscope, which is no "
-                     f"usual unit; see whether the times are right")
-        return rate_triad(rate.columns, unit, per_deg, encoding, (
-            f"{because}; between the rests gravity turns by what {seen[0]:.3g} rad/s per unit "
-            f"make of the readings (correlation {seen[1]:.2f})"), doubt, bits=_bits(rate))
-    sized = _by_size(rate, encoding, because)
-    if force is None or turned is None or turned[1] >= LEAST_AGREEMENT:
-        return sized
-    axes, agreement = rate.turns_about(force)
-    if agreement < SURE_AGREEMENT:
-        return sized
-    doubt = (f"the gyroscope's x, y, z turn gravity as rates about the accelerometer's {axes} "
-             f"would: the two sensors are mounted differently")
-    return TriadGuess(sized.columns, sized.sheet, sized.unit, sized.because, sized.si_per_unit,
-                      "; ".join(filter(None, [sized.doubt, doubt])), sized.is_open, sized.encoding)
+    turn = rate.turns(force) if force else None
+    mounted = (f"the gyroscope's x, y, z turn gravity as rates about the accelerometer's "
+               f"{turn.axes} would: the two sensors are mounted differently"
+               if turn and turn.is_sure and turn.axes != OWN else "")
+    seen = turn.si_per_unit if turn and turn.is_sure and rate.pool.has_clock else None
+    stated = RATE_UNITS.get(words.unit)
+    if stated and (seen is None or LOOSEST > seen / stated > 1 / LOOSEST):
+        return rate_triad(rate.columns, words.unit, None, "", f"{because}, which state the unit",
+                          mounted)
+    if turn is None or seen is None:
+        in_mg = accelerometer is not None and accelerometer.sheet == (("unit", "mg"),)
+        return _by_size(rate, encoding, because, mounted, SMALL_UNITS if in_mg else ())
+    unit, per_deg = nearest_rate_unit(seen, encoding,
+                                      accelerometer.si_per_unit if accelerometer else None)
+    doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
+             f"{stated / seen:.3g} times what the accelerometer sees" if stated else "")
+    if unit == "counts" and not encoding:
+        doubt = (f"gravity turns by {seen:.3g} rad/s per unit of the gyroscope, which is no "
+                 f"usual unit; see whether the times are right")
+    return rate_triad(rate.columns, unit, per_deg, encoding, (
+        f"{because}; between the rests gravity turns by what {seen:.3g} rad/s per unit make of the "
+        f"readings (correlation {turn.agreement:.2f})"),
+        "; ".join(filter(None, [doubt, mounted])), bits=_bits(rate))
 
 
-def _by_size(rate: PossibleTriad, encoding: str, because: str) -> TriadGuess:
-    """The unit of a gyroscope by how fast things turn."""
-    length, noise = typical_length(rate.values), sample_noise_sd(rate.values)
-    for unit, size in RATE_UNITS.items():
-        rpm = record_rpm(length * size) if not encoding else None
-        if rpm is not None and noise * size < NOISIEST_RAD_S:
-            return rate_triad(rate.columns, unit, None, "", (
-                f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), "")
+def _by_size(
+    rate: PossibleTriad, encoding: str, because: str, doubt: str, whole_units: Sequence[str]
+) -> TriadGuess:
+    """The units of a gyroscope that its noise and its largest reading do not rule out.
+
+    Whole numbers are counts of a usual range, or of ``whole_units``.
+    """
     if encoding:
         known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
-        return rate_triad(rate.columns, "counts", known[0], encoding, because, (
-            f"nothing in the log shows the sensitivity of the gyroscope; {known[0]:.0f} counts per "
-            f"°/s is one of several"), is_open=True, bits=_bits(rate))
-    fastest = float(np.quantile(np.abs(rate.values - np.median(rate.values, axis=0)), 0.999))
-    slow = (fastest < FASTEST_HAND_RAD_S and length < LARGEST_BIAS_RAD_S
-            and noise < NOISIEST_RAD_S)
-    unit = "rad_s" if slow else "deg_s" if fastest < FASTEST_DEG_S else "mdeg_s"
-    return rate_triad(rate.columns, unit, None, "", because, (
-        f"nothing in the log shows the unit of the gyroscope; its readings reach {fastest:.3g}, "
-        f"which suits {UNIT_WORDS[unit]}"))
+        further = [math.radians(1) / RATE_UNITS[unit] for unit in whole_units]
+        return rate_triad(rate.columns, "counts", known[0], encoding, because, doubt,
+                          bits=_bits(rate), choices=(*known, *further))
+    length, noise = typical_length(rate.values), sample_noise_sd(rate.values)
+    largest = float(np.quantile(np.abs(rate.values), NEARLY_ALL))
+    units = [unit for unit, size in RATE_UNITS.items() if largest * size < FASTEST_RAD_S
+             and (noise == 0 or QUIETEST_RAD_S < noise * size < NOISIEST_RAD_S)]
+    for unit in units:
+        if (rpm := record_rpm(length * RATE_UNITS[unit])) is not None:
+            return rate_triad(rate.columns, unit, None, "", (
+                f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), doubt)
+    usual = [unit for unit in units if unit in USUAL_RATE_UNITS] or units or [*USUAL_RATE_UNITS]
+    reason = (f"{because}; what one sample scatters by, {noise:.2g}, and {largest:.3g}, which few "
+              f"exceed, suit {' and '.join(UNIT_WORDS[unit] for unit in usual)}")
+    usual.sort(key=lambda unit: RATE_UNITS[unit])
+    choices = tuple(math.radians(1) / RATE_UNITS[unit] for unit in usual)
+    return rate_triad(rate.columns, usual[0], None, "", reason, doubt,
+                      choices=choices if len(choices) > 1 else ())
+
+
+def clocked_by_turns(
+    clocks: Sequence[ClockGuess], rate: PossibleTriad, force: PossibleTriad, gyroscope: TriadGuess
+) -> tuple[TriadGuess, list[ClockGuess]]:
+    """The sample rate at which the gyroscope turns gravity as far as the accelerometer sees.
+
+    Of the units that are open those are left in which the log is sampled and lasts as one does.
+    """
+    turn = rate.turns(force)
+    if turn is None or not turn.is_sure:
+        return gyroscope, list(clocks)
+    longest = max(len(clock.time_s) for clock in clocks)
+    per_degs = gyroscope.choices or (math.radians(1) / gyroscope.si_per_unit,)
+    every = [(per_deg, ASSUMED_HZ * math.radians(1) / per_deg / turn.si_per_unit)
+             for per_deg in per_degs]
+    able = [(per_deg, hz) for per_deg, hz in every
+            if USUAL_HZ[0] < hz < USUAL_HZ[1] and longest / hz > SHORTEST_LOG_S]
+    if len(able) != 1:
+        listed = ", ".join(f"{hz:.3g} Hz with {gyroscope.scaled(per_deg, '').unit}"
+                           for per_deg, hz in able or every)
+        return gyroscope, [replace(clock, doubt=(
+            f"{clock.doubt}; by the turns of gravity it is {listed}: state it by --rate-hz"))
+            for clock in clocks]
+    per_deg, hz = able[0]
+    rate_hz = float(f"{hz:.2g}")
+    if gyroscope.choices:
+        gyroscope = gyroscope.scaled(per_deg, "in others the log would be too short or too long")
+    return gyroscope, [replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz,
+                               because=f"at {rate_hz:g} Hz the gyroscope turns gravity as far as "
+                                       f"the accelerometer sees",
+                               doubt=f"the file holds no times; {rate_hz:g} Hz follows from the "
+                                     f"turns, off by a third at most") for clock in clocks]
 
 
 def rate_triad(
     triple: Triple, unit: str, per_deg: float | None, encoding: str, because: str, doubt: str,
-    is_open: bool = False, bits: int = BITS,
+    bits: int = BITS, choices: tuple[float, ...] = (),
 ) -> TriadGuess:
     """A gyroscope in a unit, or in counts of which ``per_deg`` are 1 °/s."""
     if per_deg is not None:
         return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding, bits),
                           f"counts, {per_deg:g} per °/s" + (f", {encoding}" if encoding else ""),
-                          because, math.radians(1) / per_deg, doubt, is_open, encoding)
-    return TriadGuess(triple, (("unit", unit),), UNIT_WORDS[unit], because, RATE_UNITS[unit], doubt)
+                          because, math.radians(1) / per_deg, doubt, choices, encoding)
+    words = " or ".join(UNIT_WORDS[rate_unit(per_deg)] for per_deg in choices) or UNIT_WORDS[unit]
+    return TriadGuess(triple, (("unit", unit),), words, because, RATE_UNITS[unit], doubt, choices)
+
+
+def per_deg_of(stated: str | float) -> float:
+    """How many of a unit, or of the counts of a sensor of 16 bits with a full scale, are 1 °/s."""
+    return math.radians(1) / RATE_UNITS[stated] if isinstance(stated, str) else CODES / 2 / stated
+
+
+def rate_unit(per_deg: float) -> str:
+    """The unit of which so many are 1 °/s; empty where none is."""
+    return next((unit for unit, size in RATE_UNITS.items()
+                 if math.isclose(size * per_deg, math.radians(1))), "")
 
 
 def _bits(triad: PossibleTriad) -> int:

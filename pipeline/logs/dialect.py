@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 
 DELIMITERS = ("\t", ";", "|", ",")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+COMMENT = re.compile(r"(?<![A-Za-z])#")  #: behind a letter it is the end of a name: ``Tick#``
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
@@ -56,7 +57,8 @@ def is_number(cell: str) -> bool:
 
 def split_cells(line: str, delimiter: str | None) -> list[str]:
     """The line's cells without blanks around them and without what follows a ``#``."""
-    line = line.split("#", 1)[0]
+    if "#" in line:
+        line = COMMENT.split(line, 1)[0]
     if '"' in line and delimiter is not None:
         try:
             return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]

@@ -150,9 +150,9 @@ def _split_unit(name: str) -> tuple[str, str]:
     for match in re.finditer(r"[(\[]((?:[^()\[\]]|\([^()]*\))*)[)\]]", name):
         if (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
             return f"{name[: match.start()].strip()} {name[match.end() :].strip()}".strip(), unit
-    for spelling in ("m_s2", "rad_s", "deg_s"):
+    for spelling in ("m_s2", "rad_s", "deg_s", "degc"):
         if name.lower().endswith("_" + spelling):
-            return name[: -len(spelling) - 1], spelling
+            return name[: -len(spelling) - 1], _UNIT[spelling]
     return name, ""
 
 
@@ -207,6 +207,8 @@ def _quantity_by_unit(words: list[str], axis: int | None, unit: str, in_brackets
         return ""
     if unit in SECONDS_PER:
         return "time"
+    if unit == "celsius" and axis is None:
+        return "temperature"
     if axis is None:
         return ""
     return "acc" if unit in FORCE_UNITS else "gyr" if unit in RATE_UNITS else ""

@@ -20,12 +20,14 @@ FEWEST = 3  #: numbers of a row: a triad
 #: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
 DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:\.\d++|,\d{3}(?![\d.,]))?"
-SLOT = re.compile(rf"(?<![\w.:^])(?:{DAY}(?![\w:])|{NUMBER})")
+SLOT = re.compile(rf"(?<![\w.^])(?<!\d:)(?:{DAY}(?![\w:])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: codes of a terminal
+PADDING = re.compile(r"(?<=[\[({]) | (?=[\])}])")  #: blanks of a fixed width in brackets
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|"
 BEHIND = {"[": "]", "(": ")"}
 MARK = "\0"  #: stands for a number
+VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbers in brackets
 
 
 def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | None:
@@ -52,7 +54,7 @@ def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | Non
 
 def _text(line: str) -> str:
     """The line with marks in the place of its numbers, and one blank for many."""
-    return " ".join(SLOT.sub(MARK, COLOURS.sub("", line)).split())
+    return PADDING.sub("", " ".join(SLOT.sub(MARK, COLOURS.sub("", line)).split()))
 
 
 def _grows(lines: Sequence[str]) -> bool:
@@ -69,6 +71,8 @@ def _hides_numbers(line: str) -> bool:
     hidden = [cell for cell in dialect.cells(plain)
               if not dialect.holds_number(cell) and seconds_of(cell) is None
               and local_date_seconds(cell) is None]
+    if VECTOR.search(_text(line)):
+        return True
     with_units = any(spelled_unit(cell[slot.end() :]) for cell in hidden
                      if (slot := SLOT.match(cell)))
     return with_units or sum(len(SLOT.findall(cell)) for cell in hidden) >= FEWEST

@@ -100,8 +100,8 @@ class Brought:
         finally:
             part.unlink(missing_ok=True)
 
-    def guessed(self, range_deg_s: float | None) -> Json:
-        """What the files are taken for, in words, with plots; ``ranges`` where one must be chosen.
+    def guessed(self, per_deg: float | None) -> Json:
+        """What the files are taken for, in words, with plots; ``scales`` where one must be chosen.
 
         Raises
         ------
@@ -109,7 +109,7 @@ class Brought:
             A file cannot be read, or none is a log.
         """
         with self._by_their_names():
-            return self._shown(range_deg_s)
+            return self._shown(per_deg)
 
     @contextmanager
     def _by_their_names(self) -> Iterator[None]:
@@ -119,7 +119,7 @@ class Brought:
         except REFUSED as error:
             raise ConfigError(str(error).replace(f"{self._root}/", "")) from error
 
-    def _shown(self, range_deg_s: float | None) -> Json:
+    def _shown(self, per_deg: float | None) -> Json:
         logs = [path for path in self.files if not is_clip(path)]
         clips = self._measured()
         seen = [f"{each.path.name}: the plate turns at {each.rate_rad_s / RPM:+.4f} rpm in it."
@@ -129,15 +129,15 @@ class Brought:
             raise ConfigError("nothing is there yet: drop the logs of the sensor, and the clip.")
         if not logs:
             return {"lines": seen, "passed_over": ["Drop the logs of the sensor too."],
-                    "plots": [], "ranges": [], "is_session": False}
-        guess, passed_over = self._guessed(range_deg_s)
+                    "plots": [], "scales": [], "is_session": False}
+        guess, passed_over = self._guessed(per_deg)
         self._guess = guess
         shown = [source.tables[0] for source in guess.sources]
         return {
             "lines": [line.replace(f"{self._root}/", "") for line in [*guess_lines(guess), *seen]],
             "passed_over": [line.replace(f"{self._root}/", "") for line in passed_over],
             "plots": [plot for table in shown for plot in plots_of(table)],
-            "ranges": [{"deg_s": each.deg_s, "rpm": each.rpm} for each in guess.ranges],
+            "scales": [{"per_deg": each.per_deg, "says": each.says} for each in guess.scales],
             "is_session": True,
         }
 
@@ -157,15 +157,15 @@ class Brought:
                 self._rates[clip], = rates_of_clips([clip], RunContext())
         return measured_clips(self._rates)
 
-    def _guessed(self, range_deg_s: float | None) -> tuple[SessionGuess, Sequence[str]]:
+    def _guessed(self, per_deg: float | None) -> tuple[SessionGuess, Sequence[str]]:
         logs = [path for path in self.files if not is_clip(path)]
         if not logs:
             raise ConfigError("no log is there yet: drop the logs of the sensor too.")
         tables, passed_over = guess_files(logs, None)
-        return guess_session(tables, self._measured(), range_deg_s), passed_over
+        return guess_session(tables, self._measured(), per_deg), passed_over
 
     def use(
-        self, name: str, latitude: float | None, height_m: float, range_deg_s: float | None
+        self, name: str, latitude: float | None, height_m: float, per_deg: float | None
     ) -> Json:
         """Make the files a session ``name`` of the folder, with a configuration that was tried.
 
@@ -181,7 +181,7 @@ class Brought:
             raise ConfigError(f"'{name}' is no name of a folder.")
         if target.exists() or target.is_symlink():
             raise UnwritableOutput(f"{target}: exists and is left as it is. Choose another name.")
-        guess, _ = self._guessed(range_deg_s)
+        guess, _ = self._guessed(per_deg)
         config = self._root / CONFIG_NAME
         if config.exists():
             raise UnwritableOutput(f"{CONFIG_NAME} is the name of one of the logs. Rename it.")

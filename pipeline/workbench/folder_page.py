@@ -113,12 +113,12 @@ class FolderPage:
         return JSONResponse({"files": len(self.brought.files)})
 
     def _guess(self, question: Json) -> Json:
-        return self.brought.guessed(_number(question.get("range")))
+        return self.brought.guessed(_number(question.get("scale")))
 
     def _use(self, question: Json) -> Json:
         latitude, height = (_number(question.get(key)) for key in ("latitude", "height"))
         written = self.brought.use(str(question.get("name")), latitude, height or 0.0,
-                                   _number(question.get("range")))
+                                   _number(question.get("scale")))
         self.sessions()
         return written | {"number": self._paths.index(Path(written["path"]))}
 

@@ -1,8 +1,13 @@
-"""JSON lines, one object per sample, a list of such objects, in an object or not, and columns."""
+"""JSON lines, one object per sample, a list of such objects, in an object or not, and columns.
 
+A dictionary as Python prints it is read as a line of JSON is.
+"""
+
+import ast
 import json
 from collections.abc import Iterator
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +17,15 @@ from calib.poses.imu_log import AXES
 from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
+from pipeline.logs.header_words import read_name
+
+FEWEST_ROWS = 3  #: rows from which it shows that each holds several samples
 
 
 def tables(path: Path) -> list[FileTable]:
     """One table: the numbers that every object has, lists and objects inside unrolled."""
     text = path.read_text(encoding="utf-8-sig")
-    samples = [dict(_numbers("", sample)) for sample in _samples(path, text)]
+    samples = [dict(_numbers("", sample)) for sample in _unrolled([*_samples(path, text)])]
     if not samples:
         return []
     names = [name for name in samples[0] if all(name in sample for sample in samples)]
@@ -32,7 +40,7 @@ def _samples(path: Path, text: str) -> Iterator[Any]:
     for number, line in enumerate(text.splitlines(), 1):
         try:
             if line.strip():
-                yield json.loads(line)
+                yield _object(line)
         except json.JSONDecodeError as error:
             if _is_whole(text):
                 raise UnreadableInput(
@@ -41,6 +49,16 @@ def _samples(path: Path, text: str) -> Iterator[Any]:
                 ) from error
             raise UnreadableInput(f"{path}:{number}: is no JSON ({error.msg}). One object per "
                                   "line is expected; delete the damaged line.") from error
+
+
+def _object(line: str) -> Any:
+    """What a line holds in JSON, or as Python prints a dictionary."""
+    try:
+        return json.loads(line)
+    except json.JSONDecodeError:
+        with suppress(ValueError, SyntaxError, MemoryError, RecursionError):
+            return ast.literal_eval(line.strip())
+        raise
 
 
 def _is_whole(text: str) -> bool:
@@ -53,17 +71,59 @@ def _is_whole(text: str) -> bool:
 
 def _rows(value: Any) -> Iterator[Any]:
     """The samples in a value: of a list, of the longest list in an object, or of its columns."""
-    lists = [inner for inner in value.values() if isinstance(inner, list)] if isinstance(
-        value, dict) else []
-    columns = [inner for inner in lists if inner and not isinstance(inner[0], dict | list)]
-    if len(columns) >= len(AXES) and len({*map(len, columns)}) == 1:
-        names = [name for name, inner in value.items() if any(inner is one for one in columns)]
-        yield from (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
-    elif isinstance(value, dict):
-        longest = max(lists, key=len, default=[])
-        yield from longest if longest and isinstance(longest[0], dict | list) else [value]
-    else:
+    if not isinstance(value, dict):
         yield from value
+        return
+    columns = dict(_columns("", value))
+    rows = max(map(len, columns.values()), default=0)
+    long = {name: column for name, column in columns.items() if len(column) == rows}
+    if len(long) >= len(AXES):
+        yield from (dict(zip(long, row, strict=True)) for row in zip(*long.values(), strict=True))
+        return
+    longest = max((inner for inner in value.values() if isinstance(inner, list)), key=len,
+                  default=[])
+    yield from longest if longest and isinstance(longest[0], dict | list) else [value]
+
+
+def _columns(name: str, value: dict[str, Any]) -> Iterator[tuple[str, list[Any]]]:
+    """Every list of plain values in an object and the objects in it, with its name."""
+    for key, inner in value.items():
+        below = f"{name}.{key}" if name else key
+        if isinstance(inner, dict):
+            yield from _columns(below, inner)
+        elif isinstance(inner, list) and inner and not isinstance(inner[0], dict | list):
+            yield below, inner
+
+
+def _unrolled(rows: list[Any]) -> list[Any]:
+    """Rows that hold several samples each, in lists of one length, as a row for each sample.
+
+    Lists of vectors are such, and lists of numbers whose name says which axis they are. The rest of
+    a row goes with each of them, and numbers that grow from row to row, as clocks do, go on in
+    equal steps to those of the following row.
+    """
+    inside = [_lists_of_samples(row) if isinstance(row, dict) else [] for row in rows]
+    if len(rows) < FEWEST_ROWS or not all(inside) or any(
+            len({len(row[name]) for name in names}) > 1
+            for row, names in zip(rows, inside, strict=True)):
+        return rows
+    clocks = [name for name, value in rows[0].items()
+              if isinstance(value, int | float) and not isinstance(value, bool) and all(
+                  isinstance(row.get(name), int | float) for row in rows)
+              and all(one[name] < other[name] for one, other in pairwise(rows))]
+    samples = []
+    steps = [{name: other[name] - one[name] for name in clocks} for one, other in pairwise(rows)]
+    for row, names, step in zip(rows, inside, [*steps, steps[-1]], strict=True):
+        count = len(row[names[0]])
+        samples += [row | {name: row[name][i] for name in names} | {
+            name: row[name] + step[name] * i / count for name in clocks} for i in range(count)]
+    return samples
+
+
+def _lists_of_samples(row: dict[str, Any]) -> list[str]:
+    """The names in a row below which several samples stand."""
+    return [name for name, value in row.items() if isinstance(value, list) and len(value) > 1
+            and (isinstance(value[0], dict | list) or read_name(name).axis is not None)]
 
 
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
@@ -79,6 +139,6 @@ def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
     elif isinstance(value, dict):
         for key, inner in value.items():
             yield from _numbers(f"{name}.{key}" if name else str(key), inner)
-    elif isinstance(value, list):
+    elif isinstance(value, list | tuple):
         for i, inner in enumerate(value):
             yield from _numbers(f"{name}[{i}]", inner)

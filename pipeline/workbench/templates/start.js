@@ -57,14 +57,14 @@ async function take(...files) {
 
 async function guess() {
   brought.textContent = "The files are read …";
-  const answer = await asked("guess", { range: Number(form.range.value) || null });
+  const answer = await asked("guess", { scale: Number(form.scale.value) || null });
   brought.textContent = [`${names.size} file${names.size === 1 ? "" : "s"}.`, ...answer.passed_over].join(" ");
   part("lines").textContent = answer.lines.join("\n");
   part("plots").replaceChildren(...answer.plots.map(drawn));
-  part("range").hidden = answer.ranges.length === 0;
-  if (answer.ranges.length) {
-    form.range.replaceChildren(new Option("not known", ""), ...answer.ranges.map(({ deg_s: range, rpm }) =>
-      new Option(`±${range} °/s: the plate turns at ${drawing.short(rpm)} rpm`, range)));
+  part("scale").hidden = answer.scales.length === 0;
+  if (answer.scales.length) {
+    form.scale.replaceChildren(new Option("not known", ""), ...answer.scales.map(({ per_deg: scale, says }) =>
+      new Option(says, scale)));
   }
   part("of-session").hidden = !answer.is_session;
   form.hidden = false;
@@ -90,7 +90,7 @@ form.addEventListener("submit", async (event) => {
   words.textContent = "The configuration is tried …";
   try {
     const answer = await asked("use", { name: form.name.value, latitude: number("latitude"),
-      height: number("height") ?? 0, range: number("range") });
+      height: number("height") ?? 0, scale: number("scale") });
     part("text").textContent = answer.text;
     part("text").hidden = false;
     words.textContent = [`${answer.path} was written.`, ...answer.changes, answer.fault ?? ""].join(" ");
@@ -101,7 +101,7 @@ form.addEventListener("submit", async (event) => {
     words.textContent = error.message;
   }
 });
-form.range.addEventListener("change", guess);
+form.scale.addEventListener("change", guess);
 part("forget").addEventListener("click", async () => {
   await asked("forget");
   names = new Set();

@@ -45,14 +45,17 @@ def footer(folder: Path, log: HandLog) -> Foreign:
 
 
 def blocks(folder: Path, log: HandLog) -> Foreign:
-    """`Pose 3` and the header again above each block; times begin again in each."""
+    """`Pose 3` and the header again above each block; times begin again in each.
+
+    Nothing in rests shows the range of a gyroscope.
+    """
     out = []
     for k in range(int(log.rest.max()) + 1):
         at = np.flatnonzero(log.rest == k)
         out += [f"Pose {k + 1}", "t_ms\tax\tay\taz\tgx\tgy\tgz",
                 *("\t".join(map(str, (round(1000 * (t - log.time_s[at[0]])), *row)))
                   for t, row in zip(log.time_s[at], counts_of(log)[at], strict=True)), ""]
-    return Foreign([write_lines(folder / "all_poses.txt", out)], 16384 / G, 131.072 / DEG)
+    return Foreign([write_lines(folder / "all_poses.txt", out)], 16384 / G, None)
 
 
 def ros2_echo(folder: Path, log: HandLog) -> Foreign:

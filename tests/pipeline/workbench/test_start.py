@@ -44,7 +44,7 @@ def test_logs_are_brought_guessed_used_and_opened(started: Opened) -> None:
     asked, folder = Asked(started), started.config
     for path in LOGS:
         assert brought(asked, f"rest/{path.name}", path.read_bytes()) == 200
-    status, guess = asked.post("/guess", {"range": None})
+    status, guess = asked.post("/guess", {"scale": None})
     assert status == 200
     words = "\n".join(map(str, guess["lines"]))  # type: ignore[call-overload]
     assert "rest/pose_01" in words

@@ -1,0 +1,98 @@
+"""What must agree before a guess may be believed: laws that do not ask how the guess came about.
+
+Before a configuration is tried, the readings in SI units are held against gravity, against the
+turns of gravity and against the clock; after it, against the fit and the data sheet. What a law
+refuses is said with what it found, and no other guess is made.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from calib.consistency.data_sheet import gain_off_the_sheet
+from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.guess.files import called_accelerometers, why_no_log
+from pipeline.guess.magnitudes import GRAVITY_TOLERANCE, LOOSEST
+from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
+from pipeline.guess.session import SessionGuess
+from pipeline.guess.table_guess import TableGuess
+from pipeline.stages.run import Outcome
+
+LARGEST_MISFIT = 0.02
+"""Residual over the reference, root mean square, of a model that can be right. A judgement: after
+bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
+LARGEST_WANDER = 100.0
+"""Scatter of a gyroscope's bias from pose to pose over the noise of a mean, at most. A judgement:
+a cheap one that warms up moves by 20 times it."""
+
+
+def disagreements(guess: SessionGuess) -> Iterator[str]:
+    """What contradicts the guess of the files, a sentence each; of each law the first table."""
+    if not guess.sources:
+        return
+    for law in (_unused_accelerometer, _no_unit, _other_turns, _too_short):
+        yield from [fault for source in guess.sources for table in source.tables
+                    if (fault := law(guess, table))][:1]
+
+
+def _unused_accelerometer(guess: SessionGuess, table: TableGuess) -> str:
+    """Columns that are called an accelerometer and cannot be one, where there is no other."""
+    if guess.accelerometer is not None or not called_accelerometers(table.table):
+        return ""
+    return f"{table.path}: {why_no_log(table.table)}."
+
+
+def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
+    """Decimal numbers of a gyroscope that turns gravity in no unit by its clock."""
+    triad = table.gyroscope
+    if triad is None or triad.encoding or "unit" in dict(triad.sheet):
+        return ""
+    force, step_s = table.accelerometer, usual_step(table.clock.time_s)
+    if force and abs(math.log(force.si_per_unit * step_s)) < GRAVITY_TOLERANCE:
+        return ""  # what changes from sample to sample, m/s and rad, as navigation sensors give it
+    return (f"{table.path}: {triad.doubt or triad.because}: either its clock or its unit is none "
+            f"of the usual ones. State it by --rate-hz or --gyroscope-unit.")
+
+
+def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
+    """Turns of gravity that are not those of the gyroscope."""
+    turn = None if guess.scales else table.turn(guess.tables)
+    if turn is None or not turn.is_sure or 1 / LOOSEST < turn.si_per_unit < LOOSEST:
+        return ""
+    return (f"{table.path}: between its rests gravity turns {turn.si_per_unit:.3g} times as far in "
+            f"the accelerometer as the gyroscope says (correlation {turn.agreement:.2f}). The unit "
+            f"of the gyroscope or that of the clock is another; state it by --gyroscope-unit or "
+            f"--rate-hz.")
+
+
+def _too_short(guess: SessionGuess, table: TableGuess) -> str:
+    """A clock by which a log of many poses ends before anybody could lay them."""
+    seconds = float(table.clock.time_s[-1] - table.clock.time_s[0])
+    layout = next(source.layout for source in guess.sources if table in source.tables)
+    if layout != "log" or seconds > FEWEST_MEANS * REST_S:
+        return ""
+    return (f"{table.path}: its {table.table.rows} rows last {seconds:.3g} s by its clock, in "
+            f"which nobody lays {FEWEST_MEANS} poses. Where the log is longer, state its rate by "
+            f"--rate-hz; else record it again with rests of a second or more.")
+
+
+def implausible(outcome: Outcome) -> str | None:
+    """Why an outcome cannot be right although it fits; None where nothing speaks against it."""
+    for result in outcome.triads:
+        spec, triad = result.calibration.spec, result.triad
+        reference = result.calibration.fit.poses.reference.magnitude
+        size = float(np.sqrt(np.mean(reference**2)))
+        share = result.comparison.residual_rms / size if size else 0.0
+        if share > LARGEST_MISFIT:
+            against = TRIAD_KINDS[triad].reference
+            return (f"the {triad}'s poses differ from {against} by {share:.1%} (root mean "
+                    f"square), more than any sensor after its calibration. One of these is wrong: "
+                    f"its columns, its unit, or files of two sensors or ranges together.")
+        misfit = result.calibration.fit.chi2 / max(result.calibration.fit.dof, 1)
+        if not size and misfit > LARGEST_WANDER**2:
+            return (f"the {triad}'s poses at rest scatter by {misfit**0.5:.0f} times their own "
+                    f"noise, which no bias does. Its columns are another sensor's, or it moved.")
+        if off := next(gain_off_the_sheet(result.calibration.parameters, spec, triad), ""):
+            return off
+    return None

@@ -1,0 +1,102 @@
+"""How a gyroscope turns gravity: the size of its unit, and the axes about which it turns.
+
+The direction u of gravity in an accelerometer moves as ``du/dt = -ω × u``, whatever the axes were
+before. What two blocks of samples differ by shows at once the unit of a gyroscope (times that of
+the clock), the order and the signs of its axes, and their hand.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from calib.poses.imu_log import AXES, FloatArray, IntArray
+from pipeline.guess.pool import block_rows
+
+AGREEMENT = 0.7
+"""Correlation of the turns by three columns and by gravity that makes them a gyroscope whatever
+they are called. A judgement: those of sound logs in ``tests`` are 0.9 or more."""
+LEAST_TURN = 0.02
+"""Change of the direction of gravity from block to block, rad, that is no noise."""
+
+BLOCK_S = 0.1
+"""Within it a hand turns by less than a right angle, and noise averages out. Tuned:
+``tests.bench.study_import``, half changes two and double three of 37 sets."""
+FEWEST_TURNS = 8
+"""Blocks that turn. Derived: among their 24 components a correlation of ``AGREEMENT`` with one of
+48 ways to turn is chance in one of 300 (t = 4.6)."""
+OWN = ", ".join(f"+{axis}" for axis in AXES)  #: axes as those of the accelerometer
+WAYS = Rotation.create_group("O").as_matrix().round()
+"""Every order and sign of right-handed axes, (24, 3, 3); those of the other hand have the other
+sign."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """What the turns of gravity show of three columns.
+
+    ``si_per_unit`` is rad/s per unit by the clock of the log, ``axes`` are those of the
+    accelerometer about which they turn it, and ``agreement`` is the correlation.
+    """
+
+    si_per_unit: float
+    agreement: float
+    axes: str
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether the columns are a gyroscope by it."""
+        return self.agreement >= AGREEMENT
+
+
+def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float) -> Turn | None:
+    """What a gyroscope makes of the turns of gravity; None where gravity does not turn.
+
+    Its own axes are those of the accelerometer where these agree, else the ones that agree best.
+
+    Parameters
+    ----------
+    rate : array, shape (t, 3)
+        Readings of the gyroscope in its unit.
+    force : array, shape (t, 3)
+        Readings of the accelerometer in any unit.
+    table : array, shape (t,)
+        The table of each row.
+    step_s : float
+        Time from row to row, s.
+    """
+    block = max(1, round(BLOCK_S / step_s))
+    rows, of = block_rows(table, block)
+    if len(rows) < FEWEST_TURNS:
+        return None
+    up = force[rows] / np.maximum(np.linalg.norm(force[rows], axis=2, keepdims=True),
+                                  np.finfo(float).tiny)
+    moved = np.diff(up.mean(axis=1), axis=0)
+    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (of[1:] == of[:-1])
+    if turning.sum() < FEWEST_TURNS:
+        return None
+    # What two block means differ by is the motion under a triangle over both.
+    both = np.concatenate([rows[:-1], rows[1:]], axis=1)[turning]
+    direction = np.concatenate([up[:-1], up[1:]], axis=1)[turning]
+    rise = (np.arange(block) + 0.5) / block
+    weight = step_s * np.concatenate([rise, 1 - rise])
+    # Products (k, 3, 3) of direction and reading, summed; of them (W reading) for every way W, and
+    # the components of direction × (W reading) are (ways, k, 3).
+    products = np.einsum("j,kjb,kjc->kbc", weight, direction, rate[both] - np.median(rate, axis=0))
+    turned = np.einsum("kbc,wdc->wkbd", products, WAYS)
+    predicted = np.stack([turned[:, :, 1, 2] - turned[:, :, 2, 1],
+                          turned[:, :, 2, 0] - turned[:, :, 0, 2],
+                          turned[:, :, 0, 1] - turned[:, :, 1, 0]], axis=2)
+    seen = moved[turning]
+    power = (predicted**2).sum(axis=(1, 2))
+    if not power.all():
+        return None
+    common = (predicted * seen).sum(axis=(1, 2))
+    agreement = common / np.sqrt(power * (seen**2).sum())
+    same = int(np.argmax(np.trace(WAYS, axis1=1, axis2=2)))
+    best = same if agreement[same] >= AGREEMENT else int(np.abs(agreement).argmax())
+    hand = math.copysign(1.0, float(agreement[best]))
+    axes = ", ".join(f"{'-' if column.sum() < 0 else '+'}{AXES[int(np.abs(column).argmax())]}"
+                     for column in WAYS[best].T * hand)
+    return Turn(float(abs(common[best] / power[best])), float(abs(agreement[best])), axes)

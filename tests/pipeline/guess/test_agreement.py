@@ -1,0 +1,132 @@
+"""What must agree before a guess is believed, and what is asked where several readings remain."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pipeline.guess.agreement import disagreements
+from pipeline.guess.files import guess_files
+from pipeline.guess.session import SessionGuess, guess_session
+from pipeline.guess.turns import turn_of
+from pipeline.logs.formats.json_lines import tables
+from tests.pipeline.guess.hand_log import HandLog, hand_log
+
+DEG = np.pi / 180
+NAMES = ("t", "ax", "ay", "az", "gx", "gy", "gz")
+
+
+@pytest.fixture(scope="module")
+def log() -> HandLog:
+    return hand_log(rests=10, rate_hz=50.0)
+
+
+def columns_text(names: tuple[str, ...], *columns: np.ndarray) -> str:
+    rows = np.column_stack(columns)
+    return "\n".join([",".join(names), *(",".join(f"{v:.6f}" for v in row) for row in rows)])
+
+
+def guess(path: Path, names: tuple[str, ...], *columns: np.ndarray) -> SessionGuess:
+    path.write_text(columns_text(names, *columns), encoding="utf-8")
+    found, _ = guess_files([path], None)
+    return guess_session(found)
+
+
+@pytest.mark.parametrize(("turned", "axes"), [
+    (np.eye(3), "+x, +y, +z"),
+    (-np.eye(3), "-x, -y, -z"),
+    (np.diag([1.0, 1.0, -1.0]), "+x, +y, -z"),
+    (Rotation.from_euler("z", 90, degrees=True).as_matrix(), "-y, +x, +z"),
+])
+def test_turns_of_gravity_show_unit_order_sign_and_hand(
+    log: HandLog, turned: np.ndarray, axes: str
+) -> None:
+    turn = turn_of(log.gyr @ turned.T / DEG, log.acc, np.zeros(len(log.acc), np.int64), 0.02)
+    assert turn is not None
+    assert turn.is_sure
+    assert turn.si_per_unit == pytest.approx(DEG, rel=0.05)
+    assert turn.axes == axes
+
+
+def test_columns_without_names_are_told_by_gravity_and_its_turns(
+    tmp_path: Path, log: HandLog
+) -> None:
+    found = guess(tmp_path / "a.csv", tuple("abcdefg"), log.time_s, log.gyr / DEG, log.acc)
+    assert found.gyroscope is not None
+    assert found.accelerometer is not None
+    assert (found.gyroscope.columns, found.gyroscope.unit) == (("b", "c", "d"), "°/s")
+    assert (found.accelerometer.columns, found.accelerometer.unit) == (("e", "f", "g"), "m/s²")
+    assert not [*disagreements(found)]
+
+
+def test_a_unit_that_only_turns_in_another_file_show_is_that_unit(
+    tmp_path: Path, log: HandLog
+) -> None:
+    for name, values in (("acc.csv", log.acc), ("gyr.csv", log.gyr / DEG)):
+        (tmp_path / name).write_text(columns_text(("t", "x", "y", "z"), log.time_s, values),
+                                     encoding="utf-8")
+    found, _ = guess_files([tmp_path / "acc.csv", tmp_path / "gyr.csv"], None)
+    gyroscope = guess_session(found).gyroscope
+    assert gyroscope is not None
+    assert gyroscope.unit == "°/s"
+
+
+def test_a_unit_that_nothing_shows_is_asked(tmp_path: Path, log: HandLog) -> None:
+    rest = log.rest == 0
+    gyr = log.gyr[rest] / DEG * 0.2  # 0.01 °/s of noise, or 0.7 °/s of a sensor in rad/s
+    found = guess(tmp_path / "a.csv", NAMES, log.time_s[rest], log.acc[rest], gyr)
+    assert [choice.answer for choice in found.scales] == ["deg_s", "rad_s"]
+    assert guess_session(found.tables, per_deg=1.0).scales == ()
+
+
+def test_a_clock_in_another_unit_than_its_name_states_is_refused(
+    tmp_path: Path, log: HandLog
+) -> None:
+    names = ("time_s", "acc_x", "acc_y", "acc_z", "gx (rad/s)", "gy (rad/s)", "gz (rad/s)")
+    found = guess(tmp_path / "a.csv", names, log.time_s / 5, log.acc, log.gyr)
+    fault, = disagreements(found)
+    assert "its clock or its unit" in fault
+
+
+def test_a_log_that_ends_before_poses_can_be_laid_is_refused(tmp_path: Path, log: HandLog) -> None:
+    found = guess(tmp_path / "a.csv", NAMES[:4], log.time_s / 20, log.acc)
+    fault, = disagreements(found)
+    assert "nobody lays 6 poses" in fault
+
+
+def test_an_accelerometer_without_gravity_is_no_session_of_a_gyroscope(
+    tmp_path: Path, log: HandLog
+) -> None:
+    up = log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
+    names = ("t", *(f"userAccel{axis}" for axis in "XYZ"), *(f"gravity{axis}" for axis in "XYZ"),
+             *(f"rotationRate{axis}" for axis in "XYZ"))
+    found = guess(tmp_path / "a.csv", names, log.time_s, log.acc / 9.80665 - up, up, log.gyr)
+    fault, = disagreements(found)
+    assert "Write gravityX + userAccelX, gravityY + userAccelY" in fault
+
+
+def test_rows_of_json_that_hold_several_samples_are_unrolled(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text("".join(json.dumps(
+        {"t": 40 * i, "acc": [{"x": 4 * i + k, "y": 0.5, "z": 1} for k in range(4)],
+         "gyr": [[1.5, 2.5, 3.5]] * 4}) + "\n" for i in range(3)), encoding="utf-8")
+    table, = tables(path)
+    np.testing.assert_array_equal(table.columns["t"], 10.0 * np.arange(12))
+    np.testing.assert_array_equal(table.columns["acc.x"], np.arange(12))
+    assert {"acc.y", "gyr[2]"} <= table.columns.keys()
+
+
+@pytest.mark.parametrize("text", [
+    '{"at": [0, 1], "acc": {"x": [1, 2], "y": [3, 4], "z": [5, 6]}, "by": "me"}',
+    "{'at': 0, 'acc.x': 1, 'acc.y': 3, 'acc.z': 5}\n{'at': 1, 'acc.x': 2, 'acc.y': 4, 'acc.z': 6}",
+])
+def test_columns_in_objects_and_dictionaries_of_python_are_samples(
+    tmp_path: Path, text: str
+) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(text, encoding="utf-8")
+    table, = tables(path)
+    np.testing.assert_array_equal([table.columns[f"acc.{axis}"] for axis in "xyz"],
+                                  [[1, 2], [3, 4], [5, 6]])
