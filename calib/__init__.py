@@ -31,7 +31,7 @@ The way of the data
 ``lot``          many sensors of one design side by side, and what the lot is missing
 ``notebook``     the same in five lines of Python (``calib.calibrate``)
 ``mounting``     how the sensor is mounted in a vehicle (``mounting_from_logs``)
-``consistency``  whether parts of a session contradict each other
+``consistency``  whether parts of a session, or the maker's certificate, contradict each other
 ``noise``        Allan deviation of a long log at rest
 ``planning``     what poses determine before they are recorded (``prospect_of``)
 ``earth``        gravity and the Earth's rate at a latitude

@@ -9,7 +9,7 @@ code  meaning
 3     input that cannot be read: repair or replace the file
 4     the data cannot determine what was asked: record more, or ask for less
 5     the fit failed its own check
-6     a device that does not answer
+6     device, or a cluster, that does not answer
 130   interrupted
 ====  ==========================================================================
 
@@ -78,7 +78,7 @@ class UnfitCalibration(PipelineError):
 
 
 class DeviceError(PipelineError):
-    """A sensor or a camera does not answer, or answers nonsense."""
+    """A sensor, a camera or a cluster does not answer, or answers nonsense."""
 
     exit_code = DEVICE
 

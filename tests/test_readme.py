@@ -21,7 +21,11 @@ from calib.poses.conditions import Conditions
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.commands import COMMANDS
 from pipeline.config.load import load_config
-from pipeline.config.record_section import RecordSection
+from pipeline.config.record_section import (
+    CertificateSection,
+    RecordSection,
+    TriadCertificateSection,
+)
 from pipeline.config.schema import (
     AccelerometerSection,
     EffectSection,
@@ -196,7 +200,8 @@ SECTIONS: tuple[type[BaseModel], ...] = (
     session_model(), AccelerometerSection, GyroscopeSection, resting_section(MAGNETOMETER),
     SensorSection, AccelerometerSheet, GyroscopeSheet, sheet_section(MAGNETOMETER), SiteSection,
     VideoRateSection, KnownRateSection, TimebaseSection, PlateSection,
-    PosesSection, RunSection, InstallationSection, EffectSection, RecordSection, StillSection,
+    PosesSection, RunSection, InstallationSection, CertificateSection, TriadCertificateSection,
+    EffectSection, RecordSection, StillSection,
 )  # fmt: skip
 
 

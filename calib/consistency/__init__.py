@@ -3,6 +3,7 @@
     logs ─ repeats ─ clipping ─ clock ─┐                            same samples, limits, turns
     poses ─ force ─ plate_axes ────────┼─ mistakes ─ one_sensor    gravity, axes, runs
     parameters ─ data_sheet ───────────┘
+    parameters ─ certificate                                        beside the factory's
 
     signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave
     at least; common_mistakes: the poses without each of them; repeated_means: rows that occur

@@ -1,4 +1,5 @@
 """How the sensor is mounted in a vehicle: Promrit et al.
 
-    still_reading ─ levelling (roll, pitch), both_orders ─ mounting
+    still_reading ─ levelling (roll, pitch) ─┬─ floor_slope ─ mounting
+    heading (yaw, from a drive) ─────────────┘
 """

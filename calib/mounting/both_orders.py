@@ -2,7 +2,8 @@
 
 The paper chooses the order by eq. (6), and says that one may also try both and take the one with
 the better result. Both orders level the mean reading exactly, so that what is left of it is the
-same; they differ in the angles, in how well these are determined, and in the heading.
+same; they differ in the angles, in how well these are determined, and in the heading that they
+leave to the yaw.
 """
 
 import math
@@ -68,24 +69,26 @@ class LevelledReadings:
 
 
 def try_orders(
-    force: FloatArray, cov: FloatArray, gravity_m_s2: float
+    force: FloatArray, up: FloatArray, cov: FloatArray, gravity_m_s2: float
 ) -> tuple[OrderTrial, ...]:
     """Roll, pitch and what is left, in each order.
 
     Parameters
     ----------
     force : array, shape (3,)
-        Calibrated mean reading, m/s².
+        Calibrated mean reading at the first heading, m/s².
+    up : array, shape (3,)
+        The reading that is levelled: mean of the headings, m/s².
     cov : array, shape (3, 3)
         Its covariance.
     gravity_m_s2 : float
     """
-    margins = order_margins(force / gravity_m_s2)
+    margins = order_margins(up / gravity_m_s2)
     trials = []
     for order in ORDERS:
-        roll, pitch = roll_pitch(force, order)
+        roll, pitch = roll_pitch(up, order)
         with np.errstate(divide="ignore", invalid="ignore"):
-            to_angles = roll_pitch_jacobian(force, order) if not _locked(force, order) else np.full(
+            to_angles = roll_pitch_jacobian(up, order) if not _locked(up, order) else np.full(
                 (2, 3), np.inf)
             sd = np.sqrt(np.diag(to_angles @ cov @ to_angles.T))
         rest = force @ mounting_rotation(order, roll, pitch) - np.array([0, 0, gravity_m_s2])

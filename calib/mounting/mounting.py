@@ -1,13 +1,15 @@
 """How a calibrated accelerometer is mounted: Promrit et al., with uncertainties.
 
-From still logs, corrected by the triad's calibration, roll and pitch by eq. (A)-(D) in the order
-of eq. (6) (:mod:`calib.mounting.levelling`), and beyond the paper the sd of both angles.
+From a still log, corrected by the triad's calibration, roll and pitch by eq. (A)-(D) in the order
+of eq. (6) (:mod:`calib.mounting.levelling`). Beyond the paper: the sd of both angles; the floor's
+slope separated from the mounting by a second log at the reverse heading; the yaw from a drive
+(:mod:`calib.mounting.heading`).
 
 What is measured is the mounting against the plumb line, in the orthogonal frame that the
 accelerometer's calibration has chosen (its z is the sensitive axis z, its x-axis is the one that
-Angrisano et al. eq. (2) leaves free). A log cannot separate a slope of the floor from the mounting:
-that is why the paper finds 13.00° on a lamp of nominally 15°, and no reading of that log could
-explain it.
+Angrisano et al. eq. (2) leaves free). One log alone cannot separate a slope of the floor from the
+mounting: that is why the paper finds 13.00° on a lamp of nominally 15°, and no reading of that log
+could explain it.
 
 The paper compensates by ``K a = R (I + S + M) a + b``, which turns first and scales afterwards.
 The sensor's errors arise along its own axes, so here the calibration is applied first and ``Rᵀ``
@@ -22,13 +24,19 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.correction import Correction
 from calib.mounting.both_orders import LevelledReadings, OrderTrial, levelled_readings, try_orders
+from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
+    HeadingForces,
     Order,
+    Slope,
+    floor_slope,
     mounting_rotation,
     roll_pitch,
     roll_pitch_jacobian,
     rotation_order,
+    turned_short_covariance,
 )
 from calib.mounting.still_reading import (
     StillReading,
@@ -52,6 +60,29 @@ Derived."""
 
 
 @dataclass(frozen=True, eq=False)
+class MountingLogs:
+    """The raw logs of a mounted sensor.
+
+    Parameters
+    ----------
+    still : sequence of ImuLog
+        At rest, all at one place and heading.
+    reverse : sequence of ImuLog
+        The same at the same place with the vehicle turned round by 180°.
+    drive : sequence of ImuLog
+        Straight driving with marked acceleration or braking.
+    first_push : str
+        ``forward`` where the drive begins by speeding up ahead, ``backward`` where it begins by
+        braking.
+    """
+
+    still: Sequence[ImuLog]
+    reverse: Sequence[ImuLog] = ()
+    drive: Sequence[ImuLog] = ()
+    first_push: FirstPush = "forward"
+
+
+@dataclass(frozen=True, eq=False)
 class Mounting:
     """How one sensor sits in its vehicle.
 
@@ -64,7 +95,7 @@ class Mounting:
     cov : array, shape (2, 2)
         Covariance of roll and pitch, rad².
     rotation : array, shape (3, 3)
-        R, from the vehicle's axes to the sensor's; a yaw is not measured and counts as zero.
+        R, from the vehicle's axes to the sensor's, with the yaw where it was measured.
     before, after : array, shape (3,)
         Calibrated mean reading in the sensor's axes, and turned into the vehicle's by ``Rᵀ``,
         m/s²; ``after`` is (0, 0, g) but for the floor's slope.
@@ -74,10 +105,14 @@ class Mounting:
         What the user should know of how far the sds can be trusted.
     samples : int
         Readings that were averaged.
+    slope : Slope or None
+        The floor's, where a log at the reverse heading was given.
+    yaw : Yaw or None
+        Where a drive was given.
     orders : tuple of OrderTrial
         Roll and pitch in both orders.
     readings : LevelledReadings
-        Single readings, before and after.
+        Single readings of the first heading, before and after.
     """
 
     order: Order
@@ -90,6 +125,8 @@ class Mounting:
     magnitude_error_m_s2: float
     notes: tuple[str, ...]
     samples: int
+    slope: Slope | None
+    yaw: Yaw | None
     orders: tuple[OrderTrial, ...]
     readings: LevelledReadings
 
@@ -98,20 +135,34 @@ class Mounting:
         """Sds of roll and pitch, rad, shape (2,)."""
         return np.asarray(np.sqrt(np.diag(self.cov)))
 
+    def turn(self, vectors: FloatArray) -> FloatArray:
+        """Vectors of the sensor's axes in those of the vehicle, ``Rᵀ v``.
+
+        Parameters
+        ----------
+        vectors : array, shape (n, 3)
+            In any unit.
+
+        Returns
+        -------
+        array, shape (n, 3)
+            In the same unit.
+        """
+        return np.asarray(vectors @ self.rotation)
+
 
 def mounting_from_logs(
-    logs: Sequence[ImuLog],
+    logs: MountingLogs,
     accelerometer: TriadCalibration,
     gravity_m_s2: float,
     gravity_sd_m_s2: float = 0.0,
     order: Order | None = None,
 ) -> Mounting:
-    """Roll and pitch.
+    """Roll, pitch and, where the logs show them, the floor's slope and the yaw.
 
     Parameters
     ----------
-    logs : sequence of ImuLog
-        Raw logs of the mounted sensor at rest, all at one place and heading.
+    logs : MountingLogs
     accelerometer : TriadCalibration
         Its calibration.
     gravity_m_s2, gravity_sd_m_s2 : float
@@ -122,57 +173,78 @@ def mounting_from_logs(
     Raises
     ------
     Undetermined
-        The sensor moved, the corrected magnitude is not gravity, or the order is locked at this
-        mounting.
+        The sensor moved, the corrected magnitude is not gravity, the order is locked at this
+        mounting, the second log is not the reverse heading, or the drive has no clear direction.
     Contradiction, UnusableLog
         A log contradicts the calibration, or holds counts that the converter cannot give.
     """
-    reading = still_reading(logs, accelerometer)
-    force = accelerometer.correction.correct(reading.at)[0]
-    cov, notes = _with_drift(reading, force, accelerometer, gravity_m_s2, gravity_sd_m_s2)
-    chosen = order or rotation_order(force / gravity_m_s2)
-    _refuse_lock(reading.label, force, chosen)
-    roll, pitch = roll_pitch(force, chosen)
-    to_angles = roll_pitch_jacobian(force, chosen)
-    rotation = mounting_rotation(chosen, roll, pitch)
+    upright = _upright(logs, accelerometer)
+    cov, notes = _with_drift(upright, gravity_m_s2, gravity_sd_m_s2)
+    if logs.reverse:
+        cov = cov + turned_short_covariance(upright)
+    chosen = order or rotation_order(upright.up / gravity_m_s2)
+    _refuse_lock(upright.readings[0].label, upright.up, chosen)
+    roll, pitch = roll_pitch(upright.up, chosen)
+    to_angles = roll_pitch_jacobian(upright.up, chosen)
+    levelled = mounting_rotation(chosen, roll, pitch)
+    yaw = measure_yaw(logs.drive, accelerometer, levelled, logs.first_push) if logs.drive else None
+    rotation = mounting_rotation(chosen, roll, pitch, yaw.yaw_rad) if yaw else levelled
+    first = upright.forces[0]
     return Mounting(
         order=chosen,
         roll_rad=roll,
         pitch_rad=pitch,
         cov=to_angles @ cov @ to_angles.T,
         rotation=rotation,
-        before=force,
-        after=force @ rotation,
-        magnitude_error_m_s2=float(np.linalg.norm(force)) - gravity_m_s2,
+        before=first,
+        after=first @ rotation,
+        magnitude_error_m_s2=float(np.linalg.norm(first)) - gravity_m_s2,
         notes=notes,
-        samples=reading.samples,
-        orders=try_orders(force, cov, gravity_m_s2),
-        readings=levelled_readings(logs, accelerometer, rotation),
+        samples=sum(reading.samples for reading in upright.readings),
+        slope=floor_slope(upright, rotation, yaw) if logs.reverse else None,
+        yaw=yaw,
+        orders=try_orders(first, upright.up, cov, gravity_m_s2),
+        readings=levelled_readings(logs.still, accelerometer, rotation),
     )
 
 
+def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> HeadingForces:
+    """Average and calibrate the still logs of each heading."""
+    headings = (logs.still, logs.reverse) if logs.reverse else (logs.still,)
+    readings = [still_reading(heading, accelerometer) for heading in headings]
+
+    correction = accelerometer.correction
+
+    def forces(by: Correction) -> FloatArray:
+        return np.array([by.correct(reading.at)[0] for reading in readings])
+
+    noise = np.array([noise_covariance(reading, correction) for reading in readings])
+    of_calibration = accelerometer.covariance_of(lambda by: np.asarray(forces(by).mean(axis=0)))
+    cov = noise.sum(axis=0) / len(noise) ** 2 + of_calibration
+    force = forces(correction)
+    return HeadingForces(readings, force, noise, force.mean(axis=0), cov)
+
+
 def _with_drift(
-    reading: StillReading, force: FloatArray, accelerometer: TriadCalibration,
-    gravity: float, gravity_sd: float,
+    upright: HeadingForces, gravity: float, gravity_sd: float
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """Covariance (3, 3) of ``force`` with what the stated sds do not explain, and notes on it."""
-    cov = noise_covariance(reading, accelerometer.correction) + accelerometer.covariance_of(
-        lambda by: np.asarray(by.correct(reading.at)[0]))
-    notes = []
-    if reading.longest_s < SHORTEST_LOG_S:
-        notes.append(
-            f"{reading.label} lasts {reading.longest_s:.1f} s: slow noise is not seen in less "
-            f"than {SHORTEST_LOG_S:g} s, and the sds are lower bounds. Log half a minute."
-        )
-    unexplained = _unexplained(reading, force, cov, gravity, gravity_sd)
-    if unexplained > 0:
-        # The calibration no longer holds to this extent, in a direction that nobody knows.
-        cov = cov + unexplained**2 * np.eye(3)
-        notes.append(
-            f"{reading.label}: the calibrated magnitude is {1e3 * unexplained:.1f} mm/s² off "
-            f"gravity, more than the stated uncertainties explain: the calibration has "
-            f"drifted. The sds of the angles contain it; calibrate again for smaller ones."
-        )
+    """Covariance (3, 3) of ``up`` with what the stated sds do not explain, and notes on it."""
+    cov, notes = upright.cov, []
+    for reading, force in zip(upright.readings, upright.forces, strict=True):
+        if reading.longest_s < SHORTEST_LOG_S:
+            notes.append(
+                f"{reading.label} lasts {reading.longest_s:.1f} s: slow noise is not seen in less "
+                f"than {SHORTEST_LOG_S:g} s, and the sds are lower bounds. Log half a minute."
+            )
+        unexplained = _unexplained(reading, force, cov, gravity, gravity_sd)
+        if unexplained > 0:
+            # The calibration no longer holds to this extent, in a direction that nobody knows.
+            cov = cov + unexplained**2 * np.eye(3)
+            notes.append(
+                f"{reading.label}: the calibrated magnitude is {1e3 * unexplained:.1f} mm/s² off "
+                f"gravity, more than the stated uncertainties explain: the calibration has "
+                f"drifted. The sds of the angles contain it; calibrate again for smaller ones."
+            )
     return cov, tuple(notes)
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 @click.command(epilog=examples(
     "pipeline fleet 'sessions/*/config.yaml' --output lot",
     "pipeline fleet 'lot7/{sensor}/*/config.yaml' --output lot7.fleet --workers 8",
+    "pipeline fleet 'sessions/*/config.yaml' --output lot --scheduler tcp://10.0.0.5:8786",
     "pipeline fleet lot.parquet --design design.yaml --output lot",
     "pipeline fleet 'lot7/*/config.yaml' --output lot7.fleet --limits limits.yaml",
 ))
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
               help="Configuration of one sensor without logs; GLOB is then one table.")
 @click.option("--limits", "limits_path", type=PathArgument(exists=True, dir_okay=False),
               default=None, help="Limits on columns of the table (YAML): pass, fail or undecided.")
+@click.option("--scheduler", metavar="ADDRESS",
+              help="Scheduler of a Dask cluster, as tcp://HOST:PORT; default: this machine.")
 @click.option("--workers", type=click.IntRange(min=1), default=None,
               help="Processes on this machine; default: one for each processor.")
 @click.option("--reports/--no-reports", default=True,
@@ -37,7 +40,8 @@ if TYPE_CHECKING:
 @python_option
 def command(
     patterns: tuple[str, ...], output: Path, design: Path | None, limits_path: Path | None,
-    workers: int | None, reports: bool, as_json: bool, quiet: bool, allow_python: bool,
+    scheduler: str | None, workers: int | None, reports: bool, as_json: bool, quiet: bool,
+    allow_python: bool,
 ) -> int:
     """Run many sessions, and write one table of all of them.
 
@@ -59,12 +63,16 @@ def command(
     from pipeline.fleet.summary_text import fleet_lines
     from pipeline.fleet.table import require_libraries
 
+    if scheduler is not None and workers is not None:
+        raise click.UsageError("--workers counts processes of this machine; a scheduler has its "
+                               "own workers. Leave one of the two out.")
     require_libraries()
     limits = None if limits_path is None else read_limits(limits_path)
     where = output.resolve()
     require_own_lot(where)
     if design is None:
-        summary = _sessions(patterns, where, workers, reports, quiet, allow_python, limits)
+        summary = _sessions(patterns, where, scheduler, workers, reports, quiet, allow_python,
+                            limits)
     elif len(patterns) > 1:
         raise click.UsageError(f"--design expects one table; {len(patterns)} files are named.")
     else:
@@ -80,8 +88,8 @@ def command(
 
 
 def _sessions(
-    patterns: tuple[str, ...], output: Path, workers: int | None, reports: bool, quiet: bool,
-    allow_python: bool, limits: "Limits | None",
+    patterns: tuple[str, ...], output: Path, scheduler: str | None, workers: int | None,
+    reports: bool, quiet: bool, allow_python: bool, limits: "Limits | None",
 ) -> "FleetSummary":
     """Run the sessions of a pattern, or of the files that a shell made of it, on Dask."""
     from pipeline.commands.interaction.progress import SessionProgress
@@ -96,7 +104,7 @@ def _sessions(
     tasks = [FleetTask(session, output, allow_python, reports) for session in sessions]
     records: list[SessionRecord] = []
     with (
-        connected(min(workers or os.cpu_count() or 1, len(tasks))) as client,
+        connected(scheduler, min(workers or os.cpu_count() or 1, len(tasks))) as client,
         SessionProgress(len(tasks), not quiet) as progress,
     ):
         def on_record(record: SessionRecord) -> None:

@@ -63,13 +63,18 @@ def command(
 
 def _show(outcome: "Outcome") -> None:
     """Parameters and verdicts."""
-    from pipeline.console.parameter_text import parameter_lines
+    from pipeline.console.parameter_text import certificate_lines, parameter_lines
     from pipeline.console.rate_text import verdict_lines
+    from pipeline.stages.certificate import compare_with_certificate
 
     for result in outcome.triads:
         click.echo()
         for line in parameter_lines(result):
             click.echo(line)
+        certificate = compare_with_certificate(outcome.config, result)
+        if certificate is not None:
+            for line in certificate_lines(certificate):
+                click.echo(line)
     click.echo()
     for result in outcome.triads:
         echo_verdict(result)

@@ -21,6 +21,7 @@ def contradictions(config: Config) -> Problems:
     yield from _gravity(config)
     yield from _rates(config)
     yield from _files_of_two_runs(config)
+    yield from _headings(config)
 
 
 def _clip_counts(config: Config) -> Problems:
@@ -92,5 +93,21 @@ def _files_of_two_runs(config: Config) -> Problems:
                 yield place, (
                     f"{path} is in {path_text(first)} as well, and its samples would count twice. "
                     f"Name each file in the run that it was recorded in"
+                )
+                return
+
+
+def _headings(config: Config) -> Problems:
+    section = config.installation
+    if section is None:
+        return
+    seen = {path.resolve(): "log" for path in section.log}
+    for key in ("reverse_log", "drive_log"):
+        for path in getattr(section, key):
+            other = seen.setdefault(path.resolve(), key)
+            if other != key:
+                yield ("installation", key), (
+                    f"{path} is the file of `{other}`; another recording is expected. "
+                    f"`pipeline init` writes what each of them is"
                 )
                 return

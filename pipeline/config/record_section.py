@@ -1,10 +1,10 @@
-"""The section of a configuration on recording."""
+"""The sections of a configuration on recording and of a factory certificate."""
 
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from pipeline.config.types import Count, Positive, Section, no_such, refusal
+from pipeline.config.types import Count, Positive, Section, Three, no_such, refusal
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
 
@@ -32,9 +32,25 @@ class RecordSection(Section):
     device: Annotated[str, AfterValidator(_device)]
     port: str | None = None  #: the only USB serial port by default
     baud: Count | None = None  #: the usual speeds of the device are tried by default
-    sample_rate_hz: Positive | None = None  #: what a sample counter counts
+    sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
     seconds_per_pose: Annotated[Positive, Field(ge=2)] = SECONDS_PER_POSE
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude
     pattern: Annotated[str, AfterValidator(_pattern)] | None = None  #: pattern of ``device: lines``
     camera: Annotated[int, Field(strict=True, ge=0)] | None = None  #: films turning poses
+
+
+class TriadCertificateSection(Section):
+    """A factory certificate's values of one triad, to lay beside the estimate."""
+
+    bias_counts: Three
+    scale_counts_per_unit: Three
+    misalignment_rad: Three | None = None
+    alignment: tuple[Three, Three, Three] | None = None
+
+
+class CertificateSection(Section):
+    """The factory certificate."""
+
+    accelerometer: TriadCertificateSection | None = None
+    gyroscope: TriadCertificateSection | None = None

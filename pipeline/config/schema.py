@@ -284,9 +284,12 @@ class EffectSection(Section):
 
 
 class InstallationSection(LogsSection):
-    """Logs of the sensor where it is mounted, for roll and pitch of the mounting."""
+    """Logs of the sensor where it is mounted, for roll, pitch and yaw of the mounting."""
 
-    FILE_KEYS = ("log",)
+    FILE_KEYS = ("log", "reverse_log", "drive_log")
 
     log: Files
+    reverse_log: Files = ()
+    drive_log: Files = ()
+    drive_direction: Literal["forward", "backward"] = "forward"
     order: Order | None = None  #: order of the rotations; by eq. (6) of Promrit et al. where None

@@ -8,7 +8,7 @@ from pydantic import Field, PrivateAttr
 
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS, TriadKind
-from pipeline.config.record_section import RecordSection
+from pipeline.config.record_section import CertificateSection, RecordSection
 from pipeline.config.schema import (
     AccelerometerSection,
     EffectSection,
@@ -39,6 +39,7 @@ class Config(Section):
     accelerometer: AccelerometerSection | None = None
     gyroscope: GyroscopeSection | None = None
     installation: InstallationSection | None = None
+    certificate: CertificateSection | None = None
     effects: dict[UserEffectName, EffectSection] = Field(default_factory=dict)
     covariates: tuple[str, ...] | None = None
     record: RecordSection | None = None

@@ -4,6 +4,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
+from calib.consistency.certificate import CertificateComparison
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.fit.parameters import TriadParameters
@@ -115,11 +118,41 @@ def prediction_text(result: TriadResult) -> str:
     )
 
 
-def mounting_text(mounting: Mounting) -> str:
-    """``roll 30.65 ± 0.01°, pitch ...`` in one line, for the terminal and the report."""
+def certificate_lines(comparison: CertificateComparison) -> list[str]:
+    """An aligned table: estimate, certificate, difference in sds and per cent."""
+    rows = [["", "", "estimate", "certificate", "difference", "in sd", "%"]]
+    for group in comparison.groups:
+        for j, axis in enumerate(AXES):
+            rows.append(
+                [
+                    f"{group.name} [{group.unit}]" if j == 0 else "",
+                    axis,
+                    with_sd(float(group.estimate[j]), float(group.sd[j])),
+                    with_sd(float(group.certificate[j]), float(group.certificate_sd[j])),
+                    f"{group.difference[j]:+.4g}",
+                    f"{group.sigma[j]:+.1f}",
+                    "" if np.isnan(group.per_cent[j]) else f"{group.per_cent[j]:+.3f}",
+                ]
+            )
+    return table_lines(rows)
+
+
+def mounting_parts(mounting: Mounting) -> Iterator[str]:
+    """``roll 30.65 ± 0.01°`` and so on, for each measured angle."""
     roll_sd, pitch_sd = mounting.sd_rad
-    return (f"roll {_degrees(mounting.roll_rad, roll_sd)}, "
-            f"pitch {_degrees(mounting.pitch_rad, pitch_sd)} (order {mounting.order})")
+    yield f"roll {_degrees(mounting.roll_rad, roll_sd)}"
+    yield f"pitch {_degrees(mounting.pitch_rad, pitch_sd)}"
+    if mounting.yaw:
+        yield f"yaw {_degrees(mounting.yaw.yaw_rad, mounting.yaw.sd_rad)}"
+    if mounting.slope:
+        slope = mounting.slope
+        for axis, rise, sd in zip("xy", slope.rise_rad, slope.sd_rad, strict=True):
+            yield f"floor rises along {axis} by {_degrees(float(rise), float(sd))}"
+
+
+def mounting_text(mounting: Mounting) -> str:
+    """One line for the terminal and the report."""
+    return f"{', '.join(mounting_parts(mounting))} (order {mounting.order})"
 
 
 def _degrees(angle_rad: float, sd_rad: float) -> str:

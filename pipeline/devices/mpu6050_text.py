@@ -1,91 +1,37 @@
-"""MPU-6050 on an Arduino: lines of text with its readings.
+"""MPU-6050 on an Arduino: whatever its sketch prints as text.
 
 The project's own sketch is preferred: once one of its lines has come with a right checksum, nothing
-else on the line counts. Of other sketches the parser reads i2cdevlib's MPU6050_raw, tables whose
-header names their columns, and rows of six numbers.
+else on the line counts.
 """
 
 import math
-import re
-from dataclasses import dataclass
+from collections.abc import Mapping
 
-from calib.poses.imu_log import TEMPERATURE
 from pipeline.devices.line_pattern import (
     HEADER,
-    LinePattern,
     LineReader,
     header_settings,
     is_sketch_line,
     parse_sketch_line,
 )
-from pipeline.devices.sample import (
-    CLOCKS,
-    COUNTS,
-    G_AND_DEG,
-    MICROS,
-    SI,
-    DeviceClock,
-    Sample,
-    clock_among,
-    sample_of,
+from pipeline.devices.sample import COUNTS, MICROS, DeviceClock, Sample, sample_of
+from pipeline.devices.text_dialects import (
+    ARDUINO_STAMP,
+    DIALECTS,
+    PLX_DAQ,
+    HeaderTable,
+    SketchDialect,
+    advice_on,
+    header_table,
 )
-from pipeline.logs.columns import (
-    ACCELEROMETER,
-    COUNTER,
-    GYROSCOPE,
-    SECONDS_PER,
-    SKIP,
-    TIME,
-    missing_columns,
-)
-from pipeline.logs.dialect import delimiter_of, split_cells
-from pipeline.logs.header import our_names
-from pipeline.logs.header_words import read_name
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP
 
 READINGS = (*ACCELEROMETER, *GYROSCOPE)
-ARDUINO_STAMP = re.compile(r"\d\d:\d\d:\d\d\.\d{3} -> ")  #: stamp of the Arduino IDE
-MPU6050_RAW = LinePattern.of("a/g: " + " ".join(f"{{{name}}}" for name in READINGS))  #: i2cdevlib's
 
 WORD = (-(2**15), 2**15 - 1)  #: what a 16-bit converter can give
 BARE_LINES = 4
 """Rows of six numbers between blanks count as samples from this many in a row on: sketches print
 one or two rows of six offsets before their first sample."""
-
-
-@dataclass(frozen=True)
-class HeaderTable:
-    """The columns of separated rows, as their header names them."""
-
-    names: tuple[str, ...]
-    delimiter: str
-    clock: DeviceClock | None
-    unit: str
-
-
-#: What clocks of boards are called, by the seconds that their number 1 is.
-_CLOCK_NAMES = {SECONDS_PER["us"]: "time_us", SECONDS_PER["ms"]: "time_ms", 1.0: TIME}
-
-
-def header_table(line: str) -> HeaderTable | None:
-    """The table whose header this line is, or None."""
-    text = line.lstrip("#/% ")
-    delimiter = delimiter_of(text)
-    if delimiter is None:
-        return None
-    cells = split_cells(text, delimiter)
-    words = [read_name(cell) for cell in cells]
-    names = []
-    for (name, factor), said in zip(our_names(cells), words, strict=True):
-        name = _CLOCK_NAMES.get(factor, SKIP) if name == TIME else name
-        name = COUNTER if said.quantity in ("counter", "samples") else name
-        name = TEMPERATURE if said.quantity == "temperature" else name
-        names.append(SKIP if name in names else name)
-    if missing_columns(names) is not None:
-        return None
-    clock = clock_among(names)
-    units = {said.unit for name, said in zip(names, words, strict=True) if name in READINGS}
-    unit = (G_AND_DEG if units & {"g", "deg_s"} else SI if units & {"m_s2", "rad_s"} else COUNTS)
-    return HeaderTable(tuple(names), delimiter, CLOCKS[clock][0] if clock else None, unit)
 
 
 class Mpu6050TextParser:
@@ -106,6 +52,10 @@ class Mpu6050TextParser:
         self._damaged = 0
         self._own = False
         self._table: HeaderTable | None = None
+        self._dialect: SketchDialect | None = None
+        self._block: dict[str, float] = {}
+        self._seen: set[int] = set()
+        self._whole: set[int] = set()
         self._bare = 0
 
     @property
@@ -133,14 +83,42 @@ class Mpu6050TextParser:
             return sample
         if self._own or not line.strip():
             return None
-        if MPU6050_RAW.head.match(line):
-            values = MPU6050_RAW.values(line)
-            if values is None or not all(map(_is_word, values.values())):
-                self._damaged += 1
-                return None
-            self.unit, self.advice = COUNTS, ""
-            return sample_of(values)
-        return self._row(line)
+        plain = line.replace(",", " ")
+        begun = [(dialect, i) for dialect in DIALECTS for i, pattern in enumerate(dialect.lines)
+                 if pattern.head.match(plain)]
+        for dialect, i in begun:
+            values = dialect.lines[i].values(plain)
+            if values is not None and (dialect.unit != COUNTS or _are_words(values)):
+                return self._dialect_line(dialect, i, values)
+        if begun:
+            self._damaged += 1
+            return None
+        return self._row(PLX_DAQ.sub("", line, count=1))
+
+    def _dialect_line(
+        self, dialect: SketchDialect, i: int, values: Mapping[str, float]
+    ) -> Sample | None:
+        """A line of a dialect's block; the sample of the block before where a new one begins."""
+        if dialect is not self._dialect:
+            self._dialect, self._block, self._seen, self._whole = dialect, {}, set(), set()
+        self.unit, self.advice = dialect.unit, ""
+        done = self._end_block() if i in self._seen else None
+        if i == 0 or self._seen:  # a block begins with the accelerometer
+            self._block.update(values)
+            self._seen.add(i)
+        return self._end_block() if len(dialect.lines) == 1 else done
+
+    def _end_block(self) -> Sample | None:
+        """The sample of the block so far, None where lines of it were lost."""
+        block, seen = self._block, self._seen
+        self._block, self._seen = {}, set()
+        if not seen:
+            return None
+        if seen < self._whole:
+            self._damaged += 1
+            return None
+        self._whole = seen
+        return sample_of(block)
 
     def _row(self, line: str) -> Sample | None:
         """A row of numbers under a header, or six numbers without one; else words."""
@@ -154,6 +132,8 @@ class Mpu6050TextParser:
             self._table = header_table(line)
             if self._table is not None:
                 self.clock, self.unit = self._table.clock, self._table.unit
+            else:
+                self.advice = self.advice or advice_on(line)
             return None
         values = [number for number in numbers if number is not None]
         self._bare += 1
@@ -176,7 +156,6 @@ class Mpu6050TextParser:
                 name in READINGS and name not in values for name in table.names):
             self._damaged += header_table(line) is None  # the header again is no damage
             return None
-        self.advice = ""
         return sample_of(values)
 
 
@@ -189,5 +168,6 @@ def _number(cell: str) -> float | None:
     return value if math.isfinite(value) and "_" not in cell else None
 
 
-def _is_word(value: float) -> bool:
-    return WORD[0] <= value <= WORD[1] and value == int(value)
+def _are_words(values: Mapping[str, float]) -> bool:
+    return all(WORD[0] <= value <= WORD[1] and value == int(value)
+               for name, value in values.items() if name in READINGS)

@@ -22,7 +22,6 @@ NOT_SENT: Triple = (math.nan, math.nan, math.nan)
 CLOCK_MODULUS = 1 << 32  #: fact: the clocks of Arduinos and the fine time of an Xsens have 32 bits
 
 COUNTS = "counts"  #: unit of readings straight from the converter
-SI, G_AND_DEG = "m/s², rad/s", "g, deg/s"  #: units of readings that a device converts
 AS_LABELLED = "unit not stated"  #: unit of readings whose line states none
 
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.xsens_mtdata import MtDataParser
+from pipeline.devices.xsens_mtdata import MtData2Parser, MtDataParser
 
 
 @dataclass(frozen=True)
@@ -19,12 +20,15 @@ class Device:
         In words.
     bauds : tuple of int
         Usual speeds of its serial line, the usual one first.
+    begin : str or None
+        How it is set up, None for a device that streams by itself.
     make : callable
         Gives a new parser, by the ``pattern`` of the configuration.
     """
 
     what: str
     bauds: tuple[int, ...]
+    begin: Literal["mtdata", "mtdata2"] | None
     make: Callable[[str], Parser]
 
 
@@ -34,9 +38,12 @@ i2cdevlib's MPU6050_raw, 9600 that of Arduino's own examples."""
 
 DEVICES: Mapping[str, Device] = {
     "xsens-mti": Device("Xsens MTi, legacy protocol, raw readings", (115200, 460800, 230400),
-                        lambda _: MtDataParser()),
-    "mpu-6050": Device("MPU-6050 on an Arduino, lines of text", ARDUINO_BAUDS,
+                        "mtdata", lambda _: MtDataParser()),
+    "xsens-mti-mtdata2": Device("Xsens MTi 1, 10, 100, 600 series, raw readings",
+                                (115200, 460800, 230400, 921600), "mtdata2",
+                                lambda _: MtData2Parser()),
+    "mpu-6050": Device("MPU-6050 on an Arduino, lines of text", ARDUINO_BAUDS, None,
                        lambda _: Mpu6050TextParser()),
-    "lines": Device("any lines of text, described by `pattern`", ARDUINO_BAUDS,
+    "lines": Device("any lines of text, described by `pattern`", ARDUINO_BAUDS, None,
                     lambda pattern: LinePatternParser(LinePattern.stated(pattern))),
 }

@@ -1,20 +1,26 @@
-"""Readings of an Xsens MTi in the raw mode of the legacy protocol: MTData (0x32).
+"""Readings of an Xsens MTi: MTData (0x32) of the legacy protocol, and MTData2 (0x36).
 
 The data are ten 16-bit words: accelerometer, gyroscope and magnetometer x, y, z unsigned, then the
 temperature as two's complement in 1/256 °C; an eleventh is the sample counter, if it is on.
 (MT0100P, p. 24 and 30; the driver that reads the temperature unsigned is wrong below 0 °C.)
+
+Raw readings (0xA010) are the ten words of the legacy raw mode. Calibrated ones (0x4020, 0x8020)
+come as float, fixed point 12.20, fixed point 16.32 or double, told by the low bits of the DataID.
+(MTi 10/100-series User Manual, MT0605P, section 5.8.)
 """
 
+import math
 import struct
+from collections.abc import Iterator
 
 from calib.poses.imu_log import TEMPERATURE
-from pipeline.devices.sample import COUNTS, DeviceClock, Sample
+from pipeline.devices.sample import CLOCK_MODULUS, COUNTS, NOT_SENT, DeviceClock, Sample, Triple
 from pipeline.devices.xbus import XbusReader
 
 MTDATA = 0x32  #: fact: its message identifier
 RAW = struct.Struct(">9Hh")
 RAW_COUNTED = struct.Struct(">9HhH")
-COUNTER_MODULUS = 1 << 16  #: fact: the sample counter of an MTi has 16 bits
+COUNTER_MODULUS = 1 << 16  #: fact: sample and packet counters of an MTi have 16 bits
 COUNTER = DeviceClock("sample counter", None, COUNTER_MODULUS)
 TEMPERATURE_STEP_C = 1 / 256  #: fact, of the raw temperature word
 
@@ -56,6 +62,107 @@ class MtDataParser:
             else:
                 self.advice = (
                     f"the MTi sends MTData of {len(message.data)} bytes, which is no raw output "
-                    f"(20 or 22 bytes); set output mode 0x4000 (raw) in MT Manager"
+                    f"(20 or 22 bytes); set output mode 0x4000, or let `pipeline record` set it"
                 )
         return samples
+
+
+#: Facts of the protocol: the message identifier, and DataIDs.
+MTDATA2 = 0x36
+PACKET_COUNTER, SAMPLE_TIME_FINE = 0x1020, 0x1060  # 16 bits; ticks of 100 µs
+RAW_ALL, TEMPERATURE_ID = 0xA010, 0x0810  # readings of the converters; °C
+ACCELERATION, RATE_OF_TURN = 0x4020, 0x8020  # m/s² and rad/s
+KIND = 0xFFF0  #: mask of a DataID; the low four bits are number format and frame
+
+PACKETS = DeviceClock("packet counter", None, COUNTER_MODULUS)
+FINE = DeviceClock("sample time fine", 1e-4, CLOCK_MODULUS)
+SI = "m/s², rad/s"
+
+
+def packets(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """``(DataID, bytes)`` of every whole packet of a message."""
+    at = 0
+    while at + 3 <= len(data):
+        size = data[at + 2]
+        if at + 3 + size > len(data):
+            return
+        yield int.from_bytes(data[at : at + 2], "big"), data[at + 3 : at + 3 + size]
+        at += 3 + size
+
+
+def reals(data_id: int, data: bytes) -> tuple[float, ...]:
+    """The numbers of a packet in the format of its DataID; none where the size is wrong."""
+    form = data_id & 0x3
+    if form == 0:
+        return tuple(x for (x,) in struct.iter_unpack(">f", data)) if len(data) % 4 == 0 else ()
+    if form == 1:
+        if len(data) % 4:
+            return ()
+        return tuple(x / 2**20 for (x,) in struct.iter_unpack(">i", data))
+    if form == 2:  # the 32 bits of the fraction come before the 16 of the whole part
+        if len(data) % 6:
+            return ()
+        return tuple(whole + part / 2**32 for part, whole in struct.iter_unpack(">Ih", data))
+    return tuple(x for (x,) in struct.iter_unpack(">d", data)) if len(data) % 8 == 0 else ()
+
+
+class MtData2Parser:
+    """Samples of MTData2; see :class:`pipeline.devices.sample.Parser`."""
+
+    def __init__(self) -> None:
+        self.clock: DeviceClock | None = None
+        self.unit = COUNTS
+        self.advice = ""
+        self._frames = XbusReader()
+        self._damaged = 0
+
+    @property
+    def bad(self) -> int:
+        """Damaged stretches of the stream, and messages whose packets do not fill them."""
+        return self._frames.bad + self._damaged
+
+    def feed(self, data: bytes) -> list[Sample]:
+        """The samples that ``data`` completes."""
+        samples = (self._sample(message.data) for message in self._frames.feed(data)
+                   if message.mid == MTDATA2)
+        return [sample for sample in samples if sample is not None]
+
+    def _sample(self, data: bytes) -> Sample | None:
+        """The sample of one message, None where it holds no triad."""
+        triads: dict[int, Triple] = {}
+        columns: list[tuple[str, float]] = []
+        raw: tuple[int, ...] | None = None
+        counter: int | None = None
+        fine: int | None = None
+        for data_id, part in packets(data):
+            kind = data_id & KIND
+            if data_id == RAW_ALL and len(part) == RAW.size:
+                raw = RAW.unpack(part)
+            elif data_id == PACKET_COUNTER and len(part) == 2:
+                counter = int.from_bytes(part, "big")
+            elif data_id == SAMPLE_TIME_FINE and len(part) == 4:
+                fine = int.from_bytes(part, "big")
+            elif kind in (ACCELERATION, RATE_OF_TURN, TEMPERATURE_ID):
+                values = reals(data_id, part)
+                usable = bool(values) and all(map(math.isfinite, values))
+                if usable and kind == TEMPERATURE_ID and len(values) == 1:
+                    columns.append((TEMPERATURE, values[0]))
+                elif usable and len(values) == 3:
+                    triads[kind] = (values[0], values[1], values[2])
+                else:
+                    self._damaged += 1
+        self.clock = FINE if fine is not None else PACKETS if counter is not None else self.clock
+        ticks = counter if fine is None else fine
+        if raw is not None:
+            self.unit = COUNTS
+            return raw_sample(raw, ticks)
+        if not triads:
+            self.advice = (
+                "the MTi sends neither raw readings (0xA010) nor acceleration and rate of turn "
+                "(0x4020, 0x8020); switch one of them on in MT Manager, or let `pipeline record` "
+                "do it"
+            )
+            return None
+        self.unit, self.advice = SI, ""
+        return Sample(triads.get(ACCELERATION, NOT_SENT), triads.get(RATE_OF_TURN, NOT_SENT),
+                      ticks, tuple(columns))

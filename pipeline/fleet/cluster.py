@@ -1,35 +1,43 @@
-"""All sessions of a fleet on Dask, by worker processes of this machine."""
+"""All sessions of a fleet on Dask: workers of this machine, or those of a scheduler elsewhere."""
 
 import logging
+import socket
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
-from pipeline.errors import BUG, ConfigError
+from pipeline.errors import BUG, ConfigError, DeviceError
 from pipeline.fleet.record import SessionRecord
 from pipeline.fleet.table import rows_of_failure
 from pipeline.fleet.worker import FleetTask, work_on
-from pipeline.text.names import DISTRIBUTION
+from pipeline.text.names import DISTRIBUTION, program_version
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
+ANSWER_S = 10.0
+"""How long a scheduler, and its first worker, may take to answer, s; one on a slow network takes
+less than one. Derived: a person waits as long without doubting the command."""
+
 TASKS_PER_WORKER = 4
-"""Sessions handed over for each worker at a time, so that Dask holds dozens of a million; derived:
-one running, and enough waiting while the next is handed over."""
+"""Sessions handed to the cluster for each worker at a time, so that a scheduler holds hundreds of
+a million; derived: one running, and enough waiting while the next is handed over."""
 
 OnRecord = Callable[[SessionRecord], None]
 
 
 @contextmanager
-def connected(workers: int) -> "Iterator[Client]":
-    """A client of ``workers`` processes of this machine.
+def connected(scheduler: str | None, workers: int) -> "Iterator[Client]":
+    """A client of the scheduler at an address, or of ``workers`` processes of this machine.
 
     Raises
     ------
     ConfigError
-        Dask is not installed here.
+        Dask is not installed here, or the address is none, or another version runs there.
+    DeviceError
+        The scheduler does not answer, or has no workers.
     """
     try:
         from distributed import Client, LocalCluster
@@ -38,12 +46,73 @@ def connected(workers: int) -> "Iterator[Client]":
             f"`pipeline fleet` runs on Dask, which is not installed. Type: pip install "
             f"'{DISTRIBUTION}[fleet]'"
         ) from error
-    with (
-        LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0",
-                     silence_logs=logging.CRITICAL) as cluster,
-        Client(cluster) as client,
-    ):
+    if scheduler is None:
+        with (
+            LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0",
+                         silence_logs=logging.CRITICAL) as cluster,
+            Client(cluster) as client,
+        ):
+            yield client
+        return
+    client = _answering(scheduler)
+    with client:
+        _require_workers(client, scheduler)
         yield client
+
+
+def _answering(scheduler: str) -> "Client":
+    """A client of the scheduler at an address; one that accepts and is silent has not answered."""
+    from distributed import Client
+
+    try:
+        _require_greeting(scheduler)
+        return Client(scheduler, timeout=ANSWER_S)
+    except OSError as error:
+        raise DeviceError(
+            f"{scheduler}: no Dask scheduler answers there within {ANSWER_S:.0f} s. Start one with "
+            f"`dask scheduler`, check address and port, and that no firewall is between; without "
+            f"--scheduler the sessions run on this machine."
+        ) from error
+    except (ValueError, TypeError, RuntimeError, ImportError) as error:
+        raise ConfigError(f"'{scheduler}' is no address of a scheduler ({error}). Expected "
+                          f"tcp://HOST:PORT, as `dask scheduler` prints it.") from error
+
+
+def _require_greeting(scheduler: str) -> None:
+    """Wait for the first byte that a scheduler sends to whoever connects; Dask waits for longer.
+
+    Raises
+    ------
+    OSError
+        Nothing is there, or what is there says nothing.
+    """
+    address = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+    if address.scheme != "tcp" or address.hostname is None or address.port is None:
+        return
+    with socket.create_connection((address.hostname, address.port), ANSWER_S) as line:
+        line.settimeout(ANSWER_S)
+        if not line.recv(1):
+            raise ConnectionResetError("it hangs up")
+
+
+def _require_workers(client: "Client", scheduler: str) -> None:
+    from distributed import TimeoutError as NoWorker
+
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_S)
+    except NoWorker as error:
+        raise DeviceError(
+            f"{scheduler}: the scheduler has no workers. Start some with `dask worker {scheduler} "
+            f"--nthreads 1`, on machines that see the same files."
+        ) from error
+    here = program_version()
+    for worker, version in client.run(program_version, on_error="return").items():
+        if version != here:
+            raise ConfigError(
+                f"{worker}: this worker of {scheduler} has version {version} of this program, "
+                f"expected {here}. Install the same there: pip install "
+                f"'{DISTRIBUTION}[fleet]'"
+            )
 
 
 def run_fleet(client: "Client", tasks: Sequence[FleetTask], on_record: OnRecord) -> None:

@@ -7,6 +7,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
@@ -33,12 +35,14 @@ if TYPE_CHECKING:
 class FleetSummary:
     """What a lot shows.
 
-    ``table`` of all sessions, what the lot shows of each triad, ``notes`` for the terminal.
+    ``table`` of all sessions, what the lot shows of each triad, the median ``seconds`` of each
+    stage of a session, ``notes`` for the terminal.
     """
 
     output: Path
     table: "DataFrame"
     populations: Sequence[TriadPopulation]
+    seconds: Mapping[str, float]
     notes: Sequence[str] = ()
 
     @property
@@ -85,13 +89,14 @@ def finish_fleet(
         return pool(blocks) if next(blocks(), None) is not None else None
 
     title = f"Fleet {output.absolute().name}"
-    return write_lot(title, table, pooled, output, reports, limits=limits)
+    return write_lot(title, table, pooled, output, reports, limits=limits,
+                     seconds=_typical_seconds(records))
 
 
 def write_lot(
     title: str, table: "DataFrame", pooled: Pooled, output: Path, reports: bool = False, *,
-    limits: Limits | None = None, more: Mapping[str, Json] | None = None,
-    notes: Sequence[str] = (),
+    seconds: Mapping[str, float] | None = None, limits: Limits | None = None,
+    more: Mapping[str, Json] | None = None, notes: Sequence[str] = (),
 ) -> FleetSummary:
     """Write the table of a lot, its population and its page.
 
@@ -104,6 +109,7 @@ def write_lot(
     output : Path
     reports : bool
         Whether each session has a report to link to.
+    seconds : mapping of str to float, optional
     limits : Limits, optional
         What its sensors are to keep; then the table has a column of them.
     more : mapping of str to object, optional
@@ -129,4 +135,11 @@ def write_lot(
     write_table(table, output)
     write_output(output, output / POPULATION_NAME, text + "\n")
     write_output(output, output / PAGE_NAME, page)
-    return FleetSummary(output, table, populations, notes)
+    return FleetSummary(output, table, populations, seconds or {}, notes)
+
+
+def _typical_seconds(records: Sequence[SessionRecord]) -> dict[str, float]:
+    ordered = sorted(records, key=lambda record: record.name)
+    stages = dict.fromkeys(stage for record in ordered for stage in record.seconds)
+    return {stage: float(np.median([record.seconds[stage] for record in records
+                                    if stage in record.seconds])) for stage in stages}

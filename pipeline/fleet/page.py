@@ -10,7 +10,9 @@ import numpy as np
 
 from calib.diagnosis.population.pool import FALSE_ALARM, PooledTrial
 from calib.diagnosis.population.spread import Spread
+from calib.poses.imu_log import BoolArray, FloatArray
 from calib.rounding import with_sd
+from pipeline.drawings.charts import SMALL, Chart, across, pixel, upward
 from pipeline.errors import DONE
 from pipeline.fleet.board import board_of
 from pipeline.fleet.limits import FAIL, limit_lines
@@ -35,7 +37,43 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+MOST_BARS = 40
+"""Bars of a chart 320 units wide; derived: narrower ones are lines."""
+
+
+def histogram(value: FloatArray, unlike: BoolArray, unit: str) -> str:
+    """The chart as SVG.
+
+    Parameters
+    ----------
+    value : array, shape (S,)
+        NaN where a sensor has none.
+    unlike : array of bool, shape (S,)
+        Sensors unlike the lot: marks on the axis, in the page's colour of warnings.
+    unit : str
+        Of the values.
+    """
+    stated = value[np.isfinite(value)]
+    x = across(stated, SMALL)
+    bars = int(np.clip(np.sqrt(len(stated)) * 2, 5, MOST_BARS))
+    counts, edges = np.histogram(stated, bins=bars, range=(x.low, x.high))
+    most = max(1.08 * counts.max(), FEWEST_SENSORS)
+    chart = Chart(x, upward(0.0, most, canvas=SMALL), unit, "sensors", SMALL)
+    chart.axes()
+    floor = pixel(chart.y(0.0))
+    for n, start, end in zip(counts, edges, edges[1:], strict=False):
+        if n:
+            at, top, width = chart.x(start), chart.y(float(n)), chart.x(end) - chart.x(start)
+            chart.parts.append(f'<path class="run0" d="M{pixel(at + 0.4)} {floor}V{pixel(top)}'
+                               f'h{pixel(max(width - 0.8, 0.6))}V{floor}z"/>')
+    for one in value[unlike & np.isfinite(value)]:
+        where = pixel(chart.x(float(one)))
+        chart.parts.append(f'<path class="unlike" d="M{where} {floor}v-9"/>')
+    return chart.svg(f"Histogram of {len(stated)} sensors, in {unit}")
+
+
 PAGE_NAME = "fleet.html"
+FEWEST_SENSORS = 4  #: at the top of a histogram, so that its marks are whole; of a picture
 MOST_ROWS = 100
 """Rows of a list on the page; the table has all. Derived: what a person looks through, and 10,000
 sensors leave the page under 2 MB."""
@@ -106,7 +144,7 @@ def _triad_view(
         "board": board_of(population.rows, population.triad, MOST_ROWS),
         "links": dict(_links(population.rows["session"], reports)),
         "unrepeatable": is_unrepeatable(population),
-        "spreads": [_spread_view(spread, population.triad) for spread in population.spreads],
+        "histograms": [_histogram_view(spread, population.triad) for spread in population.spreads],
         "unlike": unlike[:MOST_ROWS],
         "unlike_count": len(unlike),
         "repeat": repeat_text(population),
@@ -136,15 +174,17 @@ def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[
     return rows
 
 
-def _spread_view(spread: Spread, triad: str) -> dict[str, Any]:
-    """One parameter: its mean, spread and typical sd."""
-    of_lot = spread.of_lot
+def _histogram_view(spread: Spread, triad: str) -> dict[str, Any]:
+    """One parameter: its histogram, mean, spread and typical sd."""
+    of_lot, unit = spread.of_lot, parameter_unit(spread.name, triad)
+    typical_sd = float(np.nanmedian(spread.sd))
     return {
         "name": parameter_name(spread.name),
-        "unit": parameter_unit(spread.name, triad),
+        "unit": unit,
+        "drawing": histogram(spread.value, spread.unlike, unit),
         "mean": with_sd(of_lot.mean, of_lot.mean_sd),
         "spread": with_sd(of_lot.spread, of_lot.spread_sd) if of_lot.spread else "0",
-        "typical_sd": f"{float(np.nanmedian(spread.sd)):.2g}",
+        "typical_sd": f"{typical_sd:.2g}",
         "unlike": int(spread.unlike.sum()),
     }
 

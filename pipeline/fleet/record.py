@@ -1,4 +1,4 @@
-"""What one session leaves in its folder for the fleet: its rows, and its evidence.
+"""What one session leaves in its folder for the fleet: its rows, what they cost, and its evidence.
 
 A record is written last, with the digest of the session's inputs. A later run with the same digest
 keeps it.
@@ -8,7 +8,7 @@ import io
 import json
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -39,6 +39,8 @@ class SessionRecord:
         Why it failed or was refused.
     rows : tuple of dict
         A row of the table for each triad.
+    seconds : dict
+        Processor time of each stage.
     """
 
     name: str
@@ -47,6 +49,7 @@ class SessionRecord:
     exit_code: int
     reason: str = ""
     rows: tuple[Mapping[str, Any], ...] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
 
 def folder_of(output: Path, name: str) -> Path:

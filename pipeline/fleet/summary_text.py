@@ -20,7 +20,7 @@ MEANING = {
 
 
 def fleet_lines(summary: FleetSummary) -> Iterator[str]:
-    """How many sessions were calibrated, why others were not, and the verdicts."""
+    """How many sessions were calibrated, why others were not, the verdicts, and what it cost."""
     table, codes = summary.table, summary.exit_codes
     sessions, sensors = table["session"].nunique(), table["sensor"].nunique()
     yield (f"{count(sessions, 'session')} of {count(sensors, 'sensor')}: "
@@ -33,8 +33,12 @@ def fleet_lines(summary: FleetSummary) -> Iterator[str]:
         yield f"{triad:15s} " + ", ".join(f"{n} {code}" for code, n in verdicts)
     yield from limit_lines(table)
     for population in summary.populations:
-        repeat = repeat_text(population) if population.repeats else ""
+        # The sensors of one table have one session each, and no pattern that could name another.
+        repeat = repeat_text(population) if population.repeats or summary.seconds else ""
         texts = pool_text(population), repeat, copies_text(population)
         yield from (f"{population.triad}: {text}" for text in texts if text)
     yield from summary.notes
+    if summary.seconds:
+        costs = ", ".join(f"{stage} {s:.2f}" for stage, s in summary.seconds.items() if s >= 0.005)
+        yield f"median processor seconds of a session: {costs}"
     yield str(summary.output / PAGE_NAME)

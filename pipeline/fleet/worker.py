@@ -2,11 +2,14 @@
 
 import hashlib
 import os
+import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from calib.diagnosis.population.evidence import evidence_of
 from calib.errors import CalibrationError
+from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config, load_config
 from pipeline.config.named_files import named_files
 from pipeline.errors import (
@@ -31,12 +34,15 @@ from pipeline.results.names import RESULTS_NAME
 from pipeline.results.write import results_of, results_text
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import RunContext
-from pipeline.stages.run import Outcome, run_stages
+from pipeline.stages.poses import Recordings
+from pipeline.stages.rate import SettingRate
+from pipeline.stages.run import Outcome, StageResult, run_stages
+from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
 from pipeline.text.names import program_version
 from vision.errors import VisionError
 
-RECORD_FORMAT = 3
+RECORD_FORMAT = 2
 """Raise it whenever a record holds other things than before."""
 
 
@@ -73,6 +79,10 @@ def _digest(path: Path) -> bytes:
                               "that you may read the file.") from error
 
 
+STAGES: Mapping[type, str] = {
+    SettingRate: "rates", Recordings: "logs", Mounting: "installation"}
+
+
 @dataclass(frozen=True)
 class FleetTask:
     """What a worker is to do: one session, where the fleet's results go, and how.
@@ -84,6 +94,24 @@ class FleetTask:
     output: Path
     allow_python: bool
     reports: bool
+
+
+class StageClock:
+    """Processor time of each stage of a run, s, all threads of this process together."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._since = time.process_time()
+
+    def lap(self, stage: str) -> None:
+        """The stage has ended; the next begins."""
+        now = time.process_time()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
+        self._since = now
+
+    def on_result(self, result: StageResult) -> None:
+        """A stage has made its result."""
+        self.lap(result.triad if isinstance(result, TriadResult) else STAGES[type(result)])
 
 
 def work_on(task: FleetTask) -> SessionRecord:
@@ -121,18 +149,22 @@ def _failure(
 
 def _run(task: FleetTask, key: str) -> SessionRecord:
     """Every stage; results, report and evidence in the session's folder of the fleet."""
-    session = task.session
+    session, clock = task.session, StageClock()
     with working_on(session.config, folder_of(task.output, session.name)) as (config, folder):
         context = RunContext(folder / "cache", allow_python=task.allow_python)
-        outcome = run_stages(config, context)
+        outcome = run_stages(config, context, clock.on_result)
+        clock.lap("end")
         results = results_of(outcome)
         if task.reports:
             write_session(folder, outputs_of(outcome, folder))
         else:
             write_session(folder, {RESULTS_NAME: results_text(results)})
+        clock.lap("files")
         _keep_evidence(outcome, task)
+        clock.lap("evidence")
     return SessionRecord(
-        session.name, session.sensor, key, 0, "", rows_of_results(session, results))
+        session.name, session.sensor, key, 0, "", rows_of_results(session, results), clock.seconds
+    )
 
 
 def _keep_evidence(outcome: Outcome, task: FleetTask) -> None:

@@ -1,4 +1,4 @@
-"""From a port to a stream of rows: opening, finding the speed, keeping every byte."""
+"""From a port to a stream of rows: opening, setting up, finding the speed, keeping every byte."""
 
 import time
 from collections.abc import Callable
@@ -9,15 +9,18 @@ from pipeline.config.load import Config
 from pipeline.config.record_section import RecordSection
 from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
-from pipeline.devices.sample import AS_LABELLED, COUNTS, G_AND_DEG, SI, Parser
+from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES
+from pipeline.devices.text_dialects import G_AND_DEG, SI
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.record.serial_port import Port, PortLost
 from pipeline.record.store import RawFile, Store
 from pipeline.record.stream import Stream, TimedSample
+from pipeline.record.xsens_setup import XsensError, XsensStream, start_mtdata, start_mtdata2
 
 LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
 FIRST_SAMPLES = 3  #: samples by which a stream is recognised
+DEFAULT_RATE_HZ = 100.0  #: every sensor of the table can send it; `record.sample_rate_hz` overrules
 SILENT_S = 3.0  #: without a reading, after which the user is told
 DEAD_S = 20.0  #: after which the line counts as lost
 SHOWN_BYTES = 48  #: bytes of a stream nobody understands, in a message
@@ -77,8 +80,12 @@ class Connection:
             if i:
                 tell(f"nothing to understand at {bauds[i - 1]} baud, trying {baud}")
                 self._port.set_baud(baud)
-            parser = self._device.make(self._record.pattern or "")
-            stream = Stream(parser, self._record.sample_rate_hz)
+            begun = self._set_up(last=baud == bauds[-1])
+            if self._device.begin and begun is None:
+                continue
+            stream = Stream(self._parser(), begun.rate_hz if begun else self._record.sample_rate_hz)
+            if begun:
+                stream.feed(begun.first_bytes, self._store.now_s())
             until = time.monotonic() + LISTEN_S
             while time.monotonic() < until:
                 data, heard_s = self._take()
@@ -90,6 +97,27 @@ class Connection:
                 raise DeviceError(f"The device answers, but: {stream.parser.advice}.")
         raise DeviceError(self._why_nothing(heard, bauds))
 
+    def _set_up(self, last: bool) -> XsensStream | None:
+        """Set an Xsens up; None for a device that streams by itself.
+
+        An Xsens that does not answer gives None as well, while there are speeds left to try.
+        """
+        begin = {"mtdata": start_mtdata, "mtdata2": start_mtdata2, None: None}[self._device.begin]
+        if begin is None:
+            return None
+        wanted = self._record.sample_rate_hz or DEFAULT_RATE_HZ
+        try:
+            return begin(self._port, wanted, self._keep)
+        except (XsensError, PortLost):
+            raise
+        except DeviceError:
+            if last:
+                raise
+            return None
+
+    def _parser(self) -> Parser:
+        return self._device.make(self._record.pattern or "")
+
     def _why_nothing(self, heard: bytes, bauds: tuple[int, ...]) -> str:
         tried = ", ".join(map(str, bauds))
         if not heard:
@@ -99,16 +127,17 @@ class Connection:
         return (f"Bytes come, but no readings of device '{self._record.device}' (tried {tried} "
                 f"baud); the last are {heard!r}. Set record.baud to the speed of the sketch, or "
                 f"record.device to what the device is; any other line can be described with "
-                f"`device: lines` and `pattern`. A sketch has to print raw readings as text: "
-                f"upload the one in data/arduino, or in i2cdevlib's MPU6050_raw define "
-                f"OUTPUT_READABLE_ACCELGYRO. An MTi has to send raw output (mode 0x4000).")
+                f"`device: lines` and `pattern`. A sketch that sends bytes without lines has to "
+                f"print text: in i2cdevlib's MPU6050_raw define OUTPUT_READABLE_ACCELGYRO.")
+
+    def _keep(self, data: bytes, heard_monotonic_s: float) -> None:
+        self._raw.keep(data, self._store.session_s(heard_monotonic_s))
 
     def _take(self) -> tuple[bytes, float]:
         """What has come, kept, and when on the session's clock."""
         data, heard_monotonic_s = self._port.read()
-        heard_s = self._store.session_s(heard_monotonic_s)
-        self._raw.keep(data, heard_s)
-        return data, heard_s
+        self._keep(data, heard_monotonic_s)
+        return data, self._store.session_s(heard_monotonic_s)
 
     def rows(self) -> list[TimedSample]:
         """The rows that have come; empty after a short while without any.

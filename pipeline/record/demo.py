@@ -94,6 +94,9 @@ class DemoPort:
         self._sent = due
         return "".join(self._sensor.lines(count)).encode(), now
 
+    def write(self, data: bytes) -> None:
+        """The sensor listens to nothing."""
+
     def set_baud(self, baud: int) -> None:
         """Any speed is right."""
 

@@ -36,6 +36,10 @@ class Port(Protocol):
         """
         ...
 
+    def write(self, data: bytes) -> None:
+        """Send ``data``."""
+        ...
+
     def set_baud(self, baud: int) -> None:
         """Change the speed and drop what came at the old one."""
         ...
@@ -97,6 +101,13 @@ class SerialPort:
         if isinstance(heard, PortLost):
             raise heard
         return heard
+
+    def write(self, data: bytes) -> None:
+        """Send ``data``."""
+        try:
+            self._serial.write(data)
+        except OSError as error:
+            raise self._lost(error) from error
 
     def _lost(self, error: Exception) -> PortLost:
         return PortLost(f"{self.port}: the device is gone ({error}). Plug it in again.")

@@ -36,8 +36,8 @@ class Stream:
     parser : Parser
         New, for this connection.
     sample_rate_hz : float or None
-        As the configuration states it; turns a sample counter into time. Where there is no counter,
-        the arrivals show the rate.
+        As the device was set to, or as the configuration states it; turns a sample counter into
+        time. Where there is no counter, the arrivals show the rate.
     """
 
     def __init__(self, parser: Parser, sample_rate_hz: float | None) -> None:

@@ -17,7 +17,7 @@ from pipeline.report.triad.axis_charts import axis_charts, lead_panel
 from pipeline.report.triad.effect_cards import effect_cards
 from pipeline.report.triad.history_chart import staircase
 from pipeline.report.triad.pose_charts import residual_figure, run_legend
-from pipeline.report.triad.pose_details import excluded_rows, pose_rows, poses_json
+from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits
 from pipeline.report.triad.tables import (
@@ -29,6 +29,7 @@ from pipeline.report.triad.tables import (
 )
 from pipeline.results.schema.noise import HistoryLine
 from pipeline.results.write import config_sha256
+from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
@@ -56,6 +57,7 @@ def report_html(
         Local time of the run, for the head of the page. Nothing else on the page depends on it.
     """
     environment = page_templates()
+    drawings = tuple(environment.get_template("drawings.html").module.__dict__)
     where = str(folder or outcome.config.output_folder)
     config = outcome.config.source.path
     clocks = outcome.recordings.clocks
@@ -63,7 +65,7 @@ def report_html(
     # In the order of the headline, which speaks of the triads first.
     answers = sorted(answers_of(outcome, where), key=lambda answer: answer.subject == RATES)
     views: dict[str, dict[str, Any]] = {
-        result.triad: _triad_view(outcome, result, history)
+        result.triad: _triad_view(outcome, result, history, drawings)
         for result in outcome.triads}
     order = [answer.subject for answer in answers if answer.subject != RATES]
     return environment.get_template(TEMPLATE_NAME).render(
@@ -118,7 +120,7 @@ def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, 
 
 
 def _triad_view(
-    outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine]
+    outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine], drawings: Sequence[str]
 ) -> dict[str, Any]:
     """What the page shows of one triad."""
     # Python code among them has run before in this run, or there would be no outcome.
@@ -126,7 +128,8 @@ def _triad_view(
     section = getattr(outcome.config, result.triad)
     refits = Refits(result, defined, section.loss == "huber")
     payload = refit_json(result, refits, outcome.config.source.path) | {
-        "poses": poses_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
+        "poses": sphere_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
+    certificate = compare_with_certificate(outcome.config, result)
     calibration = result.calibration
     axes = axis_charts(result, refits)
     lead = lead_panel(result, axes)
@@ -136,14 +139,15 @@ def _triad_view(
         "line": triad_figures(result),
         "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),
-        "groups": parameter_groups(result),
+        "groups": parameter_groups(result, certificate),
+        "certified": certificate is not None,
         "budget": budget_rows(result),
         "unseen": tuple(result.unseen),
         "widening": two_digits(calibration.widening) if calibration.is_widened else None,
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
-        "cards": effect_cards(result, payload, defined),
+        "cards": effect_cards(result, payload, refits, drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,

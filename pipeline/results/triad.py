@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from calib.consistency.certificate import CertificateComparison
 from calib.fit.triad.calibration import uncertainty_budget
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import SI_UNIT, FloatArray
@@ -12,6 +13,7 @@ from pipeline.results.names import PARAMETERS
 from pipeline.results.schema.rate import CandidateResult
 from pipeline.results.schema.triad import (
     AccelerometerResult,
+    CertificateGroup,
     CorrectionResult,
     EffectResult,
     ExcludedResult,
@@ -38,7 +40,8 @@ WORST_POSES = 3  #: in results.json, and named by `pipeline diagnose`: chosen
 
 
 def triad_section(
-    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path,
+    certificate: CertificateComparison | None,
 ) -> TriadSection:
     """One calibrated triad; ``user_effects`` are defined by the configuration in ``folder``."""
     calibration, comparison = result.calibration, result.comparison
@@ -65,6 +68,8 @@ def triad_section(
         "prediction": result.prediction and _prediction(result.prediction),
         "diagnosis": _diagnosis(result),
         "correction": _correction(result, user_effects, folder),
+        "certificate": certificate and {
+            group.name: CertificateGroup.of(group) for group in certificate.groups},
     }
     if result.triad == "accelerometer":
         return AccelerometerResult.of(**section, gravity=GravityResult.of(result.gravity))

@@ -24,6 +24,7 @@ from pipeline.results.schema.file import (
     results_file,
 )
 from pipeline.results.triad import triad_section
+from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 
 
@@ -36,7 +37,8 @@ def results_of(outcome: Outcome) -> ResultsFile:
     """The results of a run, as results.json has them."""
     config = outcome.config
     triads = {
-        result.triad: triad_section(result, config.effects, config.source.path.parent)
+        result.triad: triad_section(result, config.effects, config.source.path.parent,
+                                    compare_with_certificate(config, result))
         for result in outcome.triads
     }
     return results_file().of(
@@ -54,10 +56,15 @@ def results_of(outcome: Outcome) -> ResultsFile:
 
 
 def installation_section(mounting: Mounting) -> InstallationResult:
-    """The section ``installation`` of results.json."""
+    """The section ``installation`` of results.json; null for what was not measured."""
+    yaw, slope = mounting.yaw, mounting.slope
     return InstallationResult.of(
         mounting,
         **_roll_and_pitch(mounting),
+        yaw_deg=np.degrees(yaw.yaw_rad) if yaw else None,
+        yaw_sd_deg=np.degrees(yaw.sd_rad) if yaw else None,
+        floor_rise_deg=np.degrees(slope.rise_rad) if slope else None,
+        floor_rise_sd_deg=np.degrees(slope.sd_rad) if slope else None,
         readings=mounting.samples,
         orders=[OrderResult.of(trial, **_roll_and_pitch(trial)) for trial in mounting.orders],
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from calib.consistency.repeats import require_no_copies
 from calib.fit.triad.calibration import TriadCalibration
-from calib.mounting.mounting import Mounting, mounting_from_logs
+from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.mounting.still_reading import require_at_rest
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -51,11 +51,17 @@ def measure_mounting(
     assert gravity is not None
     folder = config.source.path.parent
     spec = accelerometer.spec
-    logs = _still_logs(section, folder, spec)
-    require_no_copies(logs, "accelerometer")
+    logs = MountingLogs(
+        still=_still_logs(section, section.log, folder, spec),
+        reverse=_still_logs(section, section.reverse_log, folder, spec),
+        drive=read_logs(section, section.drive_log, folder),
+        first_push=section.drive_direction,
+    )
+    still = [*logs.still, *logs.reverse]
+    require_no_copies(still, "accelerometer")
     gyroscope = sensor_specs(config.sensor).get("gyroscope")
     if gyroscope is not None:
-        require_at_rest(logs, gyroscope, at_rest)
+        require_at_rest(still, gyroscope, at_rest)
     return mounting_from_logs(logs, accelerometer, gravity.value_m_s2, gravity.sd_m_s2,
                               section.order)
 
@@ -69,8 +75,10 @@ def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None
     return np.asarray(np.median(rate, axis=0)) if np.isfinite(rate).all() else None
 
 
-def _still_logs(section: InstallationSection, folder: Path, spec: TriadSpec) -> list[ImuLog]:
-    logs = read_logs(section, section.log, folder)
+def _still_logs(
+    section: InstallationSection, paths: tuple[Path, ...], folder: Path, spec: TriadSpec
+) -> list[ImuLog]:
+    logs = read_logs(section, paths, folder)
     if section.find == "still":
         specs, search = {"accelerometer": spec}, still_search(section.still)
         return [part for log in logs for part in find_still(log, specs, search=search).logs]

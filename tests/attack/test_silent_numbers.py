@@ -91,6 +91,8 @@ CASES = (
          r"pose_07.csv: the sensor was shaken[^$]*short of gravity", rocking),
     Case("installed on the turning plate", "run CONFIG", 4, "was turning",
          append(f"installation: {{log: {TURNING}}}")),
+    Case("the same log at both headings", "check CONFIG", 2, "is the file of `log`",
+         append(f"installation: {{log: {POSE}, reverse_log: {POSE}}}")),
     Case("a column that is not there", "check CONFIG", 2, "needs the column nope",
          effect("column:nope")),
     Case("an empty cell of a column", "check CONFIG", 4,

@@ -49,10 +49,12 @@ def sessions(asked: argparse.Namespace) -> None:
         for what in ("run", "kept"):
             begun = time.perf_counter()
             before = _cpu()
-            subprocess.run(command, check=True, capture_output=True)
+            said = subprocess.run(command, check=True, capture_output=True, text=True)
             wall, cpu = time.perf_counter() - begun, _cpu() - before
             print(f"{asked.count} sessions {what}, {asked.workers} workers: {wall:.0f} s by the "
                   f"clock, {1e3 * cpu / asked.count:.0f} ms of a processor each")
+            if what == "run":
+                print(said.stdout.splitlines()[-2])
         largest = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / KB
         print(f"largest memory of one process (command or worker): {largest:.0f} MB, at most "
               f"{largest * (asked.workers + 1):.0f} MB together")

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.devices.xbus import frame
 from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED, MtDataParser
 from pipeline.record.serial_port import SerialPort
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream
 from tests.pipeline.devices.random_streams import PARSERS, fuzz
-from tests.pipeline.devices.xbus_frame import frame
 from tests.pipeline.record.play import (
     calibrated,
     evening,

@@ -23,6 +23,7 @@ import numpy as np
 from tests.paths import ROOT
 
 TESTED = {
+    "calib.consistency.certificate": "tests/calib/consistency/test_certificate.py",
     "calib.consistency.clipping": "tests/calib/consistency/test_clipping.py",
     "calib.consistency.clock": "tests/calib/consistency/test_clock.py",
     "calib.consistency.clock_ratio": "tests/calib/consistency/test_clock_ratio.py",

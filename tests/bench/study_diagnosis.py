@@ -19,8 +19,8 @@ with sizes between the two of ``--sizes``, and a disturbance that no catalogue h
 share of hidden effects that were named, offered, and of sessions with a wrong name; each session
 is repeated with nothing hidden, since half of all are sound by the prior of the diagnosis, and over
 both halves stated probabilities stand beside frequencies; its designs are also ``hand`` and
-``free``. ``--list`` shows the trials that went wrong. ``--workers`` spreads the
-trials over processes; the figures are the same.
+``free``. ``--list`` shows the trials that went wrong. ``--workers`` and ``--scheduler`` spread the
+trials over processes or a Dask cluster; the figures are the same.
 """
 
 import argparse
@@ -260,8 +260,9 @@ def main() -> None:
     parser.add_argument("--strength", type=float, default=5.0, help="of the disturbance, sd")
     parser.add_argument("--list", action="store_true", help="show the trials that went wrong")
     parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
+    parser.add_argument("--scheduler", help="address of a Dask cluster")
     asked = parser.parse_args()
-    with trials_on(asked.workers) as each:
+    with trials_on(asked.workers, asked.scheduler) as each:
         QUESTIONS[asked.question](asked, each)
 
 

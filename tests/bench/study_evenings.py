@@ -16,7 +16,7 @@ effect; every evening has its own moments, periods and time constants, so that e
 own.
 The others are drawn as stacks (``tests.world.lot``, ``tests.world.turning_lot``). Each is fitted
 and diagnosed by itself. The tables show what was named, and every stated probability beside how
-often it came true. ``--workers`` is that of ``tests.bench.study_diagnosis``.
+often it came true. ``--workers`` and ``--scheduler`` are those of ``tests.bench.study_diagnosis``.
 """
 
 import argparse
@@ -173,13 +173,14 @@ def main() -> None:
     parser.add_argument("--sizes", type=float, nargs=2, default=(5.0, 5.0))
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--workers", type=int, default=1, help="processes of this machine")
+    parser.add_argument("--scheduler", help="address of a Dask cluster")
     asked = parser.parse_args()
     low, high = asked.sizes
     count = max(1, round(asked.evenings / in_one(asked.design)))
     seeds = range(asked.first_seed, asked.first_seed + count)
     trial = partial(part_of, asked.design, (low, high))
     begun = time.perf_counter()
-    with trials_on(asked.workers) as each:
+    with trials_on(asked.workers, asked.scheduler) as each:
         parts = [part for _, part in each(trial, seeds) if isinstance(part, Part)]
     by_the_clock = time.perf_counter() - begun
     hidden = [outcome for part in parts for outcome in part.hidden]

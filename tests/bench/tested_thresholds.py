@@ -44,6 +44,10 @@ HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
     ("calib.poses.reference", ("PLAUSIBLE_RATIO",), ("calib/poses/test_runs.py",)),
     ("calib.poses.runs.reference_runs", ("TURNING_RAD_S",),
      ("calib/poses/test_runs.py", "calib/mounting")),
+    ("calib.mounting.levelling", ("STEEPEST_FLOOR_RAD", "REVERSAL_SD_RAD"), ("calib/mounting",)),
+    ("calib.mounting.heading", (
+        "MEAN_S", "STRETCH_MEANS", "LARGEST_STUDENT", "SHORTEST_DRIVE_S", "WEAKEST_PUSH_M_S2",
+        "LARGEST_ACROSS", "MARKED_SHARE"), ("calib/mounting/test_heading.py",)),
     ("calib.mounting.mounting", ("EXPLAINED_SD", "LOCK_COSINE", "SHORTEST_LOG_S"),
      ("calib/mounting",)),
     ("calib.mounting.still_reading", ("LARGEST_OFFSET_RAD_S", "SAME_PLACE_M_S2", "SAME_PLACE_SD"),

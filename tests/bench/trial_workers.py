@@ -1,4 +1,4 @@
-"""Trials of a study on one process, or on several of this machine."""
+"""Trials of a study on one process, on several of this machine, or on a Dask cluster."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -20,12 +20,12 @@ the last part then keeps one worker busy for an eighth of its time at most."""
 
 
 @contextmanager
-def trials_on(workers: int) -> Iterator[Each[Result]]:
-    """How to map trials: in this process for one worker."""
-    if workers == 1:
+def trials_on(workers: int, scheduler: str | None) -> Iterator[Each[Result]]:
+    """How to map trials: in this process for one worker and no scheduler."""
+    if workers == 1 and scheduler is None:
         yield lambda trial, seeds: iter(_block(trial, list(seeds)))
         return
-    with connected(workers) as client:
+    with connected(scheduler, workers) as client:
         def each(
             trial: Trial[Result], seeds: Iterable[Seed]
         ) -> Iterator[tuple[Seed, Result | CalibrationError]]:

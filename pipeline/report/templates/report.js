@@ -27,6 +27,8 @@ const asks = window.workbench?.ask ?? null;
 
 {% include "script/rate_section.js" %}
 
+{% include "script/sphere.js" %}
+
 {% include "script/poses.js" %}
 
 {% include "script/glossary.js" %}

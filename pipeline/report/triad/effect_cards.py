@@ -1,7 +1,11 @@
-"""A card for every effect: its physics, its formula, its size, and what it is confused with."""
+"""A card for every effect: the physics as a drawing, its formula, its fingerprint, its size.
+
+The drawings are macros of ``templates/drawings.html`` by the name of the effect; an effect without
+one has the drawing of a user-defined effect.
+"""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Literal
@@ -16,6 +20,8 @@ from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES, FloatArray, Triad
+from pipeline.report.triad.fingerprint import Fingerprint, fingerprint, fingerprint_svg
+from pipeline.report.triad.refitted import Refits
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import FRAME, TriadResult
 from pipeline.text.formatting import with_minus_signs, with_sd
@@ -66,6 +72,7 @@ class Card:
     """What the page shows of one effect; ``size`` is None where nothing was fitted."""
 
     name: str
+    drawing: str
     physics: str
     formula: str
     standing: Standing
@@ -74,6 +81,8 @@ class Card:
     source: str
     size_title: str
     size: SizeTable | None
+    fingerprint: str
+    caption: str
     confused: str
     confused_here: str
     separates: str
@@ -81,7 +90,7 @@ class Card:
 
 
 def effect_cards(
-    result: TriadResult, payload: Json, defined: Mapping[str, Effect]
+    result: TriadResult, payload: Json, refits: Refits, drawings: Sequence[str]
 ) -> tuple[Card, ...]:
     """A card for every effect of the triad, the expanded ones first.
 
@@ -90,12 +99,14 @@ def effect_cards(
     result : TriadResult
     payload : dict
         :func:`pipeline.report.triad.refit_table.refit_json` of the same triad.
-    defined : mapping of str to Effect
-        The user's own effects of the triad.
+    refits : Refits
+        Of the same triad.
+    drawings : sequence of str
+        Names of the macros that draw.
     """
     entries = {one["name"]: one for one in payload["effects"]}
-    cards = [_card(result, effect, entries.get(effect.name))
-             for effect in _effects(result, entries, defined)]
+    cards = [_card(result, refits, effect, entries.get(effect.name), drawings)
+             for effect in _effects(result, entries, refits.defined)]
     return tuple(sorted(cards, key=lambda card: not card.expanded))
 
 
@@ -112,13 +123,20 @@ def _effects(
             continue
 
 
-def _card(result: TriadResult, effect: Effect, entry: Json | None) -> Card:
+def _card(
+    result: TriadResult, refits: Refits, effect: Effect, entry: Json | None,
+    drawings: Sequence[str],
+) -> Card:
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)
+    seen = entry is not None and entry["reason"] is None
+    shape = fingerprint(refits, effect.name) if seen else None
+    named = effect.name if effect.name in drawings else None
     listed = effect.name in EFFECTS
     return Card(
         name=effect.name,
+        drawing=named or ("column" if effect.names_column else "user_defined"),
         physics=effect.physics,
         formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
         standing=standing,
@@ -127,8 +145,11 @@ def _card(result: TriadResult, effect: Effect, entry: Json | None) -> Card:
         source=effect.page.source,
         size_title="Size in the model" if standing == "model" else "Size in these poses",
         size=_size_table(result, effect, candidate),
+        fingerprint="" if shape is None else fingerprint_svg(
+            shape, effect.name, result.calibration.fit),
+        caption="" if shape is None else _caption(effect, shape),
         confused=effect.page.confounded,
-        confused_here=_confused_here(entry),
+        confused_here=_confused_here(effect, entry, shape),
         separates=effect.page.separates,
         expanded=standing in EXPANDED and effect.acts_on != "reading",
     )
@@ -170,7 +191,19 @@ def _status(result: TriadResult, effect: Effect, standing: Standing) -> str:
     return words
 
 
-def _confused_here(entry: Json | None) -> str:
+def _caption(effect: Effect, shape: Fingerprint) -> str:
+    return (
+        f"Bars are rows of the fit, in sds; the band is the noise of ± 1 sd. At its best size "
+        f"{effect.name} explains {_per_cent(shape.explained)} of the residual's chi². The other "
+        f"parameters leave {_per_cent(shape.visible)} of its signature visible in these poses."
+    )
+
+
+def _per_cent(share: float) -> str:
+    return f"{100 * share:.{0 if share >= 0.1 else 1}f} %"
+
+
+def _confused_here(effect: Effect, entry: Json | None, shape: Fingerprint | None) -> str:
     if entry is None:
         return ""
     if entry["reason"] is not None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.consistency.certificate import CertificateComparison
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
 from calib.effects.catalogue import EFFECTS
@@ -33,12 +34,14 @@ MEANING = {
 
 @dataclass(frozen=True)
 class Row:
-    """One parameter: value ± sd, data sheet, difference."""
+    """One parameter: value ± sd, data sheet, difference, certificate, difference in sds."""
 
     name: str
     value: str
     sheet: str
     off: str
+    certificate: str
+    sigma: str
 
 
 @dataclass(frozen=True)
@@ -51,9 +54,11 @@ class Group:
     rows: tuple[Row, ...]
 
 
-def parameter_groups(result: TriadResult) -> tuple[Group, ...]:
+def parameter_groups(
+    result: TriadResult, certificate: CertificateComparison | None
+) -> tuple[Group, ...]:
     """Bias, scale and misalignment, then every added effect."""
-    return (*_base_groups(result), *_effect_groups(result), *_frame(result))
+    return (*_base_groups(result, certificate), *_effect_groups(result), *_frame(result))
 
 
 def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
@@ -86,7 +91,9 @@ def _known(text: str) -> str:
     return "–" if "nan" in text else text
 
 
-def _base_groups(result: TriadResult) -> Iterator[Group]:
+def _base_groups(
+    result: TriadResult, certificate: CertificateComparison | None
+) -> Iterator[Group]:
     parameters, spec = result.calibration.parameters, result.calibration.spec
     unit, factor = DISPLAY[result.triad]
     sd_misalignment, sd_bias, sd_scale = parameters.sd
@@ -94,28 +101,29 @@ def _base_groups(result: TriadResult) -> Iterator[Group]:
     off = (parameters.bias_counts - spec.nominal_bias_counts) / k * factor
     yield Group("bias", "counts", MEANING["bias"], tuple(
         Row(axis, fitted_text(parameters.bias_counts[j], sd_bias[j]),
-            f"{spec.nominal_bias_counts:g}", f"{off[j]:+.4g} {unit}")
+            f"{spec.nominal_bias_counts:g}", f"{off[j]:+.4g} {unit}",
+            *_certified(certificate, "bias", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     sheet = 1 / spec.nominal_scale
     yield Group("scale", f"counts per {SI_UNIT[result.triad]}", MEANING["scale"], tuple(
         Row(axis, fitted_text(k[j], sd_scale[j]), f"{sheet:.6g}",
-            f"{100 * (k[j] / sheet - 1):+.2f} %")
+            f"{100 * (k[j] / sheet - 1):+.2f} %", *_certified(certificate, "scale", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     alpha = parameters.misalignment_rad
     yield Group("misalignment", "rad", MEANING["misalignment"], tuple(
         Row(f"α{axis}", fitted_text(alpha[j], sd_misalignment[j]), "0",
-            f"{math.degrees(alpha[j]):+.3f}°")
+            f"{math.degrees(alpha[j]):+.3f}°", *_certified(certificate, "misalignment", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
 
 
 def _effect_groups(result: TriadResult) -> Iterator[Group]:
     for shown in shown_effects(result.calibration):
         effect = shown.effect
-        rows = [Row(name, value, "0", "")
+        rows = [Row(name, value, "0", "", "", "")
                 for name, value in zip(effect.parameters, shown.values, strict=True)]
         if effect.shape is not None and shown.shape is not None:
             label = f"{effect.shape.name} [{effect.shape.unit}]"
-            rows.append(Row(label, shown.shape, "", ""))
+            rows.append(Row(label, shown.shape, "", "", "", ""))
         yield Group(effect.name, shown.unit, effect.physics, tuple(rows))
 
 
@@ -128,10 +136,22 @@ def _frame(result: TriadResult) -> Iterator[Group]:
         "Rotation of the axes of the gyroscope relative to those of the accelerometer. It can be "
         "determined only if both were logged together on the turning plate.",
         tuple(
-            Row(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°")
+            Row(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
             for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)
         ),
     )
+
+
+def _certified(
+    certificate: CertificateComparison | None, name: str, j: int
+) -> tuple[str, str]:
+    """The certificate's value and the difference in sds; blank where it states none."""
+    group = next((g for g in certificate.groups if g.name == name), None) if certificate else None
+    if group is None:
+        return "", ""
+    value = with_sd(float(group.certificate[j]), float(group.certificate_sd[j]))
+    sigma = float(group.sigma[j])
+    return value, f"{sigma:+.1f}" if np.isfinite(sigma) else ""
 
 
 RANKED = 8  #: rows that are always shown; the others unfold

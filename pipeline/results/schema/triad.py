@@ -171,6 +171,17 @@ class GravityResult(Part):
     source: Text = means("where it comes from")
 
 
+class CertificateGroup(Part):
+    """A group of parameters beside the factory certificate."""
+
+    unit: Text = means("unit")
+    certificate: list[MaybeNumber] = means("values of the certificate")
+    certificate_sd: list[MaybeNumber] = means("their sds, from their last digits")
+    difference: list[MaybeNumber] = means("estimate less certificate")
+    sigma: list[MaybeNumber] = means("difference over its sd")
+    per_cent: list[MaybeNumber] = means("difference in per cent")
+
+
 class TriadSection(Part):
     """A calibrated triad."""
 
@@ -214,6 +225,8 @@ class AccelerometerResult(TriadSection):
     """The accelerometer."""
 
     gravity: GravityResult = means("the reference")
+    certificate: dict[str, CertificateGroup] | None = means(
+        "the factory certificate beside the estimate", default=None)
 
 
 class ReferenceResult(Part):
@@ -238,3 +251,5 @@ class GyroscopeResult(TriadSection):
         default=None)
     frame_sd_rad: ThreeSds | None = means("its sd", default=None)
     lever_m: ThreeOrNull | None = means("from the axis of the plate to the sensor", default=None)
+    certificate: dict[str, CertificateGroup] | None = means(
+        "the factory certificate beside the estimate", default=None)

@@ -134,7 +134,7 @@ const named = (each) => `${modelOf(each)}${each.without.length ? ` without ${pos
 class Bench {
   constructor(section) {
     this.section = section;
-    this.excluded = section.triad.poses.excluded;
+    this.excluded = section.triad.poses.excluded.map((pose) => pose.label);
     this.tried = this.before();
     this.root = document.getElementById("bench").content.firstElementChild.cloneNode(true);
     section.root.querySelector(".refit").after(this.root);

@@ -1,4 +1,4 @@
-"""Mounted sensors for the tests: the plumb line, from rotations and sensitive axes.
+"""Mounted sensors for the tests: the plumb line and a drive, from rotations and sensitive axes.
 
 Shares no formula with the package: attitudes are scipy rotations, readings are projections on the
 simulated sensor's physical axes, the truth is the rotation that was put in.
@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from calib.fit.least_squares.solver import fit
@@ -32,12 +33,12 @@ RATE_HZ = 100.0
 TRIAD = mti().accelerometer
 
 
-def vehicle_to_sensor(order: str, roll: float, pitch: float) -> FloatArray:
-    """The mounting: the sensor's axes turned out of the vehicle's, about own axes."""
+def vehicle_to_sensor(order: str, roll: float, pitch: float, yaw: float = 0.0) -> FloatArray:
+    """The mounting: the sensor's axes turned out of the vehicle's, first by yaw, about own axes."""
     turns = {"x": roll, "y": pitch}
     first, second = (order[1], order[0])
-    angles = [turns[first], turns[second]]
-    return Rotation.from_euler(f"{first}{second}".upper(), angles).as_matrix().T
+    angles = [yaw, turns[first], turns[second]]
+    return Rotation.from_euler(f"Z{first}{second}".upper(), angles).as_matrix().T
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +72,46 @@ class Mounted:
         return self.log(np.tile(G * direction, (round(seconds * RATE_HZ), 1)), seed)
 
 
-def floor(rise_x_rad: float, rise_y_rad: float) -> Up:
-    """Up in the vehicle's axes on a sloping floor."""
+def floor(rise_x_rad: float, rise_y_rad: float, reversed_by_rad: float | None = None) -> Up:
+    """Up in the vehicle's axes on a sloping floor; after turning round where an angle is given."""
     up = np.array([np.sin(rise_x_rad), np.sin(rise_y_rad), 0.0])
     up[2] = np.sqrt(1 - up @ up)
+    if reversed_by_rad is not None:
+        up = Rotation.from_euler("z", -reversed_by_rad).apply(up)
     return float(up[0]), float(up[1]), float(up[2])
+
+
+def drive(
+    seconds: float,
+    seed: int,
+    sign: float = 1.0,
+    shake_m_s2: float = 0.8,
+    sway_m_s2: float = 0.15,
+    road_slope_rad: float = 0.02,
+) -> FloatArray:
+    """Specific force (n, 3) of stop-and-go on a straight road, in the vehicle's axes.
+
+    Pushes of 1 to 2.5 m/s² for 4 to 7 s, forward and backward in turn beginning with ``sign``;
+    engine and road shake all axes; the lane is held by a slow sway to the side.
+    """
+    rng = np.random.default_rng([seed, 78])
+    n = round(seconds * RATE_HZ)
+    push, at, now = np.zeros(n), round(4 * RATE_HZ), sign
+    while at < n:
+        length = round(rng.uniform(4, 7) * RATE_HZ)
+        shape = np.sin(np.pi * np.arange(length) / length) ** 0.5
+        part = slice(at, min(at + length, n))
+        push[part] = now * rng.uniform(1, 2.5) * shape[: part.stop - part.start]
+        at += length + round(rng.uniform(2, 5) * RATE_HZ)
+        now = -now
+    keep = np.exp(-1 / RATE_HZ / 0.7)
+    kick = np.sqrt(1 - keep**2) * rng.standard_normal(n + 1000)
+    sway = sway_m_s2 * lfilter([1], [1, -keep], kick)[1000:]
+    force = shake_m_s2 * rng.standard_normal((n, 3))
+    force[:, 0] += push + G * np.sin(road_slope_rad)
+    force[:, 1] += sway
+    force[:, 2] += G * np.cos(road_slope_rad)
+    return force
 
 
 @cache

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from calib import earth
+from calib.consistency import certificate
 from calib.mounting import levelling as tilt
 from calib.mounting.levelling import (
     ORDERS,
@@ -48,6 +49,7 @@ def test_the_papers_roll_is_right_to_97_82_per_cent_not_99_978() -> None:
 def test_eq_1_to_3_turn_the_axes_not_the_vector() -> None:
     quarter = math.pi / 2
     for rotation, axis, turned in (
+        (mounting_rotation("xyz", 0.0, 0.0, quarter), [1, 0, 0], [0, -1, 0]),
         (mounting_rotation("xyz", quarter, 0.0), [0, 1, 0], [0, 0, -1]),
         (mounting_rotation("yxz", 0.0, quarter), [0, 0, 1], [-1, 0, 0]),
     ):
@@ -101,6 +103,6 @@ def test_calibration_comes_before_rotation_whatever_the_paper_prints() -> None:
     assert np.linalg.norm(printed - ours) > 0.05  # m/s²
 
 
-@pytest.mark.parametrize("module", [tilt, earth])
+@pytest.mark.parametrize("module", [tilt, certificate, earth])
 def test_the_examples_in_the_documentation_are_right(module: ModuleType) -> None:
     assert doctest.testmod(module) == doctest.TestResults(0, ANY)

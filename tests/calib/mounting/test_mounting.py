@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from calib.mounting.levelling import ORDERS, Order
-from calib.mounting.mounting import mounting_from_logs
+from calib.mounting.mounting import MountingLogs, mounting_from_logs
 from calib.poses.averaging.mean_noise import variance_of_mean
 from tests.calib.mounting.simulated_reading import (
     RATE_HZ,
@@ -38,7 +38,7 @@ def test_angles_are_within_a_hundredth_of_a_degree_over_the_whole_sphere(
         if order is not None and abs(rotation[ORDERS.index(order), 2]) > 0.95:
             continue  # next to the lock of a forced order an angle means little
         log = Mounted(quiet, rotation).still(30.0, tried)
-        found = mounting_from_logs([log], calibration(1, 0.1), G, order=order)
+        found = mounting_from_logs(MountingLogs([log]), calibration(1, 0.1), G, order=order)
         worst, tried = max(worst, float(np.abs(angles_off(found, rotation)).max())), tried + 1
     assert math.degrees(worst) < 0.01
 
@@ -51,7 +51,7 @@ def test_the_stated_sds_cover_the_truth_as_they_say() -> None:
         for k in range(2):
             rotation = any_mounting(rng)
             log = Mounted(TRIAD, rotation).still(30.0, 100 * seed + k)
-            found = mounting_from_logs([log], calibration(seed), G)
+            found = mounting_from_logs(MountingLogs([log]), calibration(seed), G)
             scores.append(angles_off(found, rotation) / found.sd_rad)
     # 400 scores, four of one calibration: ±2.5 % is two sds of the share.
     assert np.mean(np.abs(scores) < 1.96) == pytest.approx(0.95, abs=0.025)
@@ -61,15 +61,15 @@ def test_the_stated_sds_cover_the_truth_as_they_say() -> None:
 def test_without_the_calibrations_covariance_the_sd_would_be_too_small() -> None:
     rotation = vehicle_to_sensor("xyz", 0.4, 0.5)
     log = Mounted(TRIAD, rotation).still(600.0, 1)
-    sd = mounting_from_logs([log], calibration(), G).sd_rad
+    sd = mounting_from_logs(MountingLogs([log]), calibration(), G).sd_rad
     exact = replace(calibration(), fit=replace(calibration().fit, cov=np.zeros((9, 9))))
-    assert (sd > 3 * mounting_from_logs([log], exact, G).sd_rad).all()
+    assert (sd > 3 * mounting_from_logs(MountingLogs([log]), exact, G).sd_rad).all()
 
 
 def test_compensation_turns_the_reading_upright_and_leaves_its_length() -> None:
     rotation = vehicle_to_sensor("xyz", math.radians(30.65), math.radians(13.0))
     found = mounting_from_logs(
-        [Mounted(TRIAD, rotation).still(30.0, 1)], calibration(), G
+        MountingLogs([Mounted(TRIAD, rotation).still(30.0, 1)]), calibration(), G
     )
     assert found.order == "xyz"
     assert found.after[:2] == pytest.approx([0, 0], abs=1e-12)
@@ -80,9 +80,9 @@ def test_compensation_turns_the_reading_upright_and_leaves_its_length() -> None:
 
 def test_several_still_logs_count_as_one_longer_log() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.2, 0.1))
-    one = mounting_from_logs([mounted.still(30, 1)], calibration(0, 0.1), G)
+    one = mounting_from_logs(MountingLogs([mounted.still(30, 1)]), calibration(0, 0.1), G)
     four = mounting_from_logs(
-        [mounted.still(30, i) for i in range(4)], calibration(0, 0.1), G
+        MountingLogs([mounted.still(30, i) for i in range(4)]), calibration(0, 0.1), G
     )
     assert four.samples == 4 * one.samples
     assert four.sd_rad[0] < 0.7 * one.sd_rad[0]

@@ -8,7 +8,7 @@ import pytest
 
 from calib.effects.catalogue import find_effect
 from calib.errors import Undetermined
-from calib.mounting.mounting import mounting_from_logs
+from calib.mounting.mounting import MountingLogs, mounting_from_logs
 from calib.poses.imu_log import ImuLog
 from tests.calib.mounting.simulated_reading import (
     TRIAD,
@@ -23,25 +23,25 @@ from tests.calib.mounting.simulated_reading import (
 def test_gimbal_lock_of_a_forced_order_is_refused() -> None:
     log = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.0, math.radians(89))).still(30, 1)
     with pytest.raises(Undetermined, match="gimbal lock: with the rotation order xyz the pitch"):
-        mounting_from_logs([log], calibration(), G, order="xyz")
-    assert mounting_from_logs([log], calibration(), G).order == "yxz"
+        mounting_from_logs(MountingLogs([log]), calibration(), G, order="xyz")
+    assert mounting_from_logs(MountingLogs([log]), calibration(), G).order == "yxz"
     log = Mounted(TRIAD, vehicle_to_sensor("yxz", math.radians(89), 0.0)).still(30, 1)
     with pytest.raises(Undetermined, match="the roll is within 3° of 90° at this mounting"):
-        mounting_from_logs([log], calibration(), G, order="yxz")
+        mounting_from_logs(MountingLogs([log]), calibration(), G, order="yxz")
 
 
 def test_a_magnitude_that_is_not_gravity_is_refused() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
     force = np.tile([0.0, 0.0, 1.03 * G], (3000, 1))
     with pytest.raises(Undetermined, match=r"magnitude of 10\.09.*\+3\.0 % off"):
-        mounting_from_logs([mounted.log(force, 1)], calibration(), G)
+        mounting_from_logs(MountingLogs([mounted.log(force, 1)]), calibration(), G)
 
 
 def test_a_drifted_calibration_widens_the_sds_and_says_so() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
-    good = mounting_from_logs([mounted.still(30, 1)], calibration(), G)
+    good = mounting_from_logs(MountingLogs([mounted.still(30, 1)]), calibration(), G)
     force = np.tile([0.0, 0.0, 1.006 * G], (3000, 1))
-    drifted = mounting_from_logs([mounted.log(force, 1)], calibration(), G)
+    drifted = mounting_from_logs(MountingLogs([mounted.log(force, 1)]), calibration(), G)
     assert good.notes == ()
     assert "the calibration has drifted" in drifted.notes[0]
     assert drifted.sd_rad == pytest.approx([0.006, 0.006], rel=0.2)
@@ -49,7 +49,7 @@ def test_a_drifted_calibration_widens_the_sds_and_says_so() -> None:
 
 def test_a_short_log_says_that_its_sds_are_lower_bounds() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
-    found = mounting_from_logs([mounted.still(3, 1)], calibration(), G)
+    found = mounting_from_logs(MountingLogs([mounted.still(3, 1)]), calibration(), G)
     assert found.samples == 300
     assert "sds are lower bounds" in found.notes[0]
 
@@ -58,16 +58,16 @@ def test_logs_of_two_places_are_refused() -> None:
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
     logs = [mounted.still(30, 1), mounted.still(30, 2, floor(0.02, 0.0))]
     with pytest.raises(Undetermined, match="the vehicle was moved between them"):
-        mounting_from_logs(logs, calibration(), G)
+        mounting_from_logs(MountingLogs(logs), calibration(), G)
 
 
 def test_a_log_without_accelerometer_or_without_rest_is_refused() -> None:
     with pytest.raises(Undetermined, match="no still log was found"):
-        mounting_from_logs([], calibration(), G)
+        mounting_from_logs(MountingLogs([]), calibration(), G)
     log = Mounted(TRIAD, np.eye(3)).still(30, 1)
     blank = ImuLog(log.label, log.time_s, np.full((3000, 3), np.nan), log.accelerometer)
     with pytest.raises(Undetermined, match="no accelerometer columns"):
-        mounting_from_logs([blank], calibration(), G)
+        mounting_from_logs(MountingLogs([blank]), calibration(), G)
 
 
 @pytest.mark.parametrize(("first", "degrees"), [(500, 1.0), (1500, 0.5), (2500, 1.0)])
@@ -76,7 +76,7 @@ def test_a_vehicle_that_moves_by_a_degree_or_less_is_refused(first: int, degrees
     force[first:, 0] = G * math.radians(degrees)
     with pytest.raises(Undetermined, match="moved: accelerometer x"):
         mounting_from_logs(
-            [Mounted(TRIAD, np.eye(3)).log(force, 1)], calibration(), G
+            MountingLogs([Mounted(TRIAD, np.eye(3)).log(force, 1)]), calibration(), G
         )
 
 
@@ -85,7 +85,7 @@ def test_a_creeping_vehicle_is_refused() -> None:
     force[:, 1] = np.linspace(0.0, 0.1, 3000)
     with pytest.raises(Undetermined, match="moved: accelerometer y"):
         mounting_from_logs(
-            [Mounted(TRIAD, np.eye(3)).log(force, 1)], calibration(), G
+            MountingLogs([Mounted(TRIAD, np.eye(3)).log(force, 1)]), calibration(), G
         )
 
 
@@ -99,10 +99,10 @@ def test_effects_that_the_log_cannot_evaluate_are_named() -> None:
     warm = replace(found, fit=replace(found.fit, equations=equations, at=at, cov=cov))
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
     with pytest.raises(Undetermined, match="model has temperature_bias"):
-        mounting_from_logs([mounted.still(30, 1)], warm, G)
+        mounting_from_logs(MountingLogs([mounted.still(30, 1)]), warm, G)
     still = mounted.still(30, 1)
     logged = replace(still, columns={"temperature_c": np.full(3000, 45.0)})
-    plain = mounting_from_logs([still], found, G).before
-    assert mounting_from_logs([logged], warm, G).before - plain == pytest.approx(
+    plain = mounting_from_logs(MountingLogs([still]), found, G).before
+    assert mounting_from_logs(MountingLogs([logged]), warm, G).before - plain == pytest.approx(
         [-0.02, 0, 0], abs=1e-9
     )

@@ -35,6 +35,8 @@ gyroscope:
         columns: [[time_s, acc_x, acc_y, acc_z], [time_s, gyr_x, gyr_y, gyr_z]]
         find: still
       rate: stopped
+certificate:
+  accelerometer: {bias_counts: [1, 2, 3], scale_counts_per_unit: [4, 5, 6]}
 effects:
   mine: {expression: temperature_c ** 2, per: axis, unit: m/s² per °C²}
 installation: {log: gyr/a.csv}

@@ -119,8 +119,8 @@ COLUMNS = "columns: [[time_s, acc_x, acc_y, acc_z], [time_s, gyr_x, gyr_y, gyr_z
 @pytest.mark.parametrize(("old", "section", "message"), [
     ("acc/pose_*.csv          # in natural order", f"{{files: acc/*.csv, {COLUMNS}}}",
      "accelerometer.poses.columns: 2 lists of names for the 3 files of `files`. Give one list"),
-    ("{log: gyr/a.csv}", f"{{log: gyr/a.csv, {COLUMNS}}}",
-     "installation.columns: 2 lists of names for the 1 file of `log`. Give one list"),
+    ("{log: gyr/a.csv}", f"{{log: [gyr/a.csv, gyr/b.csv], drive_log: gyr/a.csv, {COLUMNS}}}",
+     "installation.columns: 2 lists of names for the 1 file of `drive_log`. Give one list"),
 ])
 def test_lists_of_column_names_are_one_or_one_per_file_of_a_key(
     session: Path, old: str, section: str, message: str

@@ -64,16 +64,16 @@ MISTAKES = [
     ("[time_s, acc_x, acc_y, acc_z]", "[acc_x, acc_y, acc_z]", 25, "time_s is missing"),
     ("[time_s, acc_x, acc_y, acc_z]", "[time_s, acc_x, acc_y]", 25, "acc_z missing beside"),
     ("        find: still\n", "", 23, "find: is missing"),
-    ("[240, 180]", "[240, x]", 12, "found 'x', expected a number"),
-    ("unit: m/s² per °C²", "unit: 1", 29, "found 1, expected text; put it in quotes, as in '1'"),
-    ("  mine:", "  bias:", 29, "'bias' cannot name a user-defined effect"),
-    ("installation: {log: gyr/a.csv}", "installation:", 30, "nothing stands after 'installation:'"),
-    ("poses: 18}", "poses: 7.5}", 31, "expected a whole number"),
-    ("poses: 18}", "poses: 27}", 31, "expected a number of at most 26"),
-    ("device: xsens-mti", "device: xsens", 31, "no device is named 'xsens' .did you mean 'xsens-m"),
-    ("device: xsens-mti", "device: lines", 31, "pattern: is missing"),
-    ("poses: 18}", "pattern: '{acc_x}'}", 31, "only for `device: lines`"),
-    ("xsens-mti, port: COM3", "lines, pattern: '{acc_x},{acc_y}'", 31, "acc_z missing"),
+    ("[1, 2, 3]", "[1, 2, x]", 29, "found 'x', expected a number"),
+    ("unit: m/s² per °C²", "unit: 1", 31, "found 1, expected text; put it in quotes, as in '1'"),
+    ("  mine:", "  bias:", 31, "'bias' cannot name a user-defined effect"),
+    ("installation: {log: gyr/a.csv}", "installation:", 32, "nothing stands after 'installation:'"),
+    ("poses: 18}", "poses: 7.5}", 33, "expected a whole number"),
+    ("poses: 18}", "poses: 27}", 33, "expected a number of at most 26"),
+    ("device: xsens-mti", "device: xsens", 33, "no device is named 'xsens' .did you mean 'xsens-m"),
+    ("device: xsens-mti", "device: lines", 33, "pattern: is missing"),
+    ("poses: 18}", "pattern: '{acc_x}'}", 33, "only for `device: lines`"),
+    ("xsens-mti, port: COM3", "lines, pattern: '{acc_x},{acc_y}'", 33, "acc_z missing"),
 ]
 
 
@@ -133,8 +133,8 @@ def test_of_many_mistakes_of_one_kind_the_first_are_listed_and_the_rest_is_count
     assert [each for each in paragraphs if "more" in each.split(": ")[2]] == [
         "config.yaml:16: accelerometer.poses: and 990 more of this kind.",
         "config.yaml:31: gyroscope.runs[10].poses: and 5 more of this kind.",
-        "config.yaml:54: effects.e10.per: and 2 more of this kind.",
-        "config.yaml:70: colour_10: and 3 more of this kind.",
+        "config.yaml:56: effects.e10.per: and 2 more of this kind.",
+        "config.yaml:72: colour_10: and 3 more of this kind.",
     ]
     assert paragraphs.index("config.yaml:16: accelerometer.poses: and 990 more of this kind.") == (
         SHOWN_ALIKE), "the number stands after what is listed"
@@ -158,7 +158,7 @@ def test_the_folder_is_looked_through_for_the_files_that_are_listed_only(
 
 def test_a_duplicate_key_is_named_with_both_lines(session: Path) -> None:
     (found,) = problems(session, GOOD + "title: other\n")
-    assert found.startswith("config.yaml:33: title: the key 'title' is given twice, first in "
+    assert found.startswith("config.yaml:35: title: the key 'title' is given twice, first in "
                             "line 1.")
 
 

@@ -16,7 +16,7 @@ from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Sample
 from tests.pipeline.devices.real_streams import begun, captured
 
-COUNTS = "counts"
+COUNTS, SI = "counts", "m/s², rad/s"
 
 
 def parse(text: str | bytes, parser: Mpu6050TextParser | None = None) -> list[Sample]:
@@ -25,34 +25,34 @@ def parse(text: str | bytes, parser: Mpu6050TextParser | None = None) -> list[Sa
     return parser.feed(data if data.endswith(b"\n") else data + b"\n")
 
 
-@pytest.mark.parametrize(("name", "count", "first", "last"), [
-    ("i2cdev_raw_offsets_printed_spaces", 8, (56, 48, 16384), (-96, -20, 16504)),
-    ("i2cdev_raw_uncalibrated", 8, (1552, 48, 15776), (1524, -20, 15832)),
-    ("pibits_demo_raw_printf", 6, (16804, 24, -3420), (16776, 28, -3528)),
+@pytest.mark.parametrize(("name", "count", "unit", "first", "last"), [
+    ("adafruit_six_positions_se85054", 6, SI, (-0.06, 0.0, 8.44), (0.04, -9.93, -0.05)),
+    ("arduino_ide_timestamped", 3, "unit not stated", (-1.84, 2.93, -9.22), (-2.98, 1.32, -10.18)),
+    ("i2cdev_raw_offsets_printed_spaces", 8, COUNTS, (56, 48, 16384), (-96, -20, 16504)),
+    ("i2cdev_raw_uncalibrated", 8, COUNTS, (1552, 48, 15776), (1524, -20, 15832)),
+    ("pibits_demo_raw_printf", 6, COUNTS, (16804, 24, -3420), (16776, 28, -3528)),
+    ("playground_krodal", 5, COUNTS, (260, 120, 15572), (212, 100, 15440)),
 ])
-def test_excerpts_of_raw_readings_are_read(
-    name: str, count: int, first: tuple[float, ...], last: tuple[float, ...]
+def test_every_excerpt_is_read(
+    name: str, count: int, unit: str, first: tuple[float, ...], last: tuple[float, ...]
 ) -> None:
     parser = begun(Mpu6050TextParser())
     excerpt = captured("mpu6050_text_excerpts", f"{name}.txt").read_bytes()
     samples = parse(excerpt, parser)
+    if len(samples) < count:  # the last is a block, which is complete where the next begins
+        samples += parse(excerpt, parser)[:1]
     assert len(samples) == count
-    assert (parser.bad, parser.unit, parser.advice) == (0, COUNTS, "")
+    assert (parser.bad, parser.unit, parser.advice) == (0, unit, "")
     assert (samples[0].accelerometer, samples[-1].accelerometer) == (first, last)
 
 
-@pytest.mark.parametrize("name", ["imu_zero_done_line", "xsens_mt_manager_2022_head"])
-def test_excerpts_that_hold_no_readings_yield_none(name: str) -> None:
-    assert parse(captured("mpu6050_text_excerpts", f"{name}.txt").read_bytes()) == []
-
-
-def test_a_line_of_another_sketch_is_described_by_a_pattern() -> None:
-    pattern = LinePattern.stated("{skip} -> X,Y,Z= {acc_x},{acc_y},{acc_z}")
-    parser = begun(LinePatternParser(pattern))
-    samples = parser.feed(captured(
-        "mpu6050_text_excerpts", "arduino_ide_timestamped.txt").read_bytes() + b"\n")
-    assert [sample.accelerometer for sample in samples] == [
-        (-1.84, 2.93, -9.22), (-2.3, 2.0, -9.91), (-2.98, 1.32, -10.18)]
+def test_excerpts_that_hold_no_readings_yield_none() -> None:
+    parser = begun(Mpu6050TextParser())
+    assert parse(captured("mpu6050_text_excerpts", "imu_zero_done_line.txt").read_bytes(),
+                 parser) == []
+    assert "IMU_Zero" in parser.advice
+    head = captured("mpu6050_text_excerpts", "xsens_mt_manager_2022_head.txt").read_bytes()
+    assert parse(head) == []
 
 
 def test_columns_are_found_by_their_header() -> None:
@@ -70,6 +70,24 @@ def test_columns_are_found_by_their_header() -> None:
     assert np.median(force) == pytest.approx(1, abs=0.05)
 
 
+def test_temperature_and_gyro_of_a_block_belong_to_it() -> None:
+    (sample,) = parse("Acceleration X: 0.10, Y: 0.05, Z: 9.76 m/s^2\n"
+                      "Rotation X: 0.15, Y: -0.05, Z: 0.02 rad/s\nTemperature: 25.00 degC\n\n"
+                      "Acceleration X: 0.11, Y: 0.05, Z: 9.76 m/s^2\n")
+    assert sample == Sample((0.10, 0.05, 9.76), (0.15, -0.05, 0.02), None,
+                            (("temperature_c", 25.0),))
+
+
+def test_a_block_that_lost_a_line_is_no_sample() -> None:
+    block = ("Acceleration X: 1, Y: 2, Z: 3 m/s^2\nRotation X: 4, Y: 5, Z: 6 rad/s\n"
+             "Temperature: 7 degC\n\n")
+    without = block.replace("Rotation X: 4, Y: 5, Z: 6 rad/s\n", "")
+    parser = begun(Mpu6050TextParser())
+    samples = parse(block + without + 2 * block, parser)
+    assert [sample.gyroscope for sample in samples] == [(4, 5, 6)] * 2
+    assert parser.bad == 1
+
+
 def test_offsets_that_a_sketch_prints_first_are_no_sample() -> None:
     text = "Updating internal sensor offsets...\n"
     text += "\t1520\t-2407\t1582\t0\t0\t0\na/g:\t1\t2\t3\t4\t5\t6\n"
@@ -77,8 +95,9 @@ def test_offsets_that_a_sketch_prints_first_are_no_sample() -> None:
 
 
 @pytest.mark.parametrize("text", [
-    "1,2,3,4,5,6\n", "AcX,AcY,AcZ,GyX,GyY,GyZ\n1,2,3,4,5,6\n",
+    "1,2,3,4,5,6\n", "Data,1,2,3,4,5,6\n", "AcX,AcY,AcZ,GyX,GyY,GyZ\n1,2,3,4,5,6\n",
     "n,ax,ay,az,gx,gy,gz\n0,1,2,3,4,5,6\n", "1; 2; 3; 4; 5; 6\n",
+    "AccelX:1,AccelY:2,AccelZ:3, GyroX:4,GyroY:5,GyroZ:6\n",
     "09:15:01.002 -> a/g:\t1\t2\t3\t4\t5\t6\n", "a/g:\t1\t2\t3\t4\t5\t6\r\n",
     "time_ms,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,temp\n17,1,2,3,4,5,6,25.1\n",
 ])
@@ -111,8 +130,10 @@ def test_the_half_line_at_the_beginning_is_left_out() -> None:
     assert parser.bad == 0
 
 
-def test_orientation_from_the_chip_is_no_reading() -> None:
-    assert parse("quat\t1.00\t0.00\t0.00\t0.00\n") == []
+def test_orientation_from_the_chip_is_refused_in_words() -> None:
+    parser = begun(Mpu6050TextParser())
+    assert parse("quat\t1.00\t0.00\t0.00\t0.00\n", parser) == []
+    assert "not raw readings" in parser.advice
 
 
 def test_crc8_is_the_catalogued_one() -> None:

@@ -1,28 +1,44 @@
-"""The Xsens protocol against worked frames, captured streams and damaged ones."""
+"""Xsens protocols against worked frames, captured streams and damaged ones."""
 
 import json
+import math
+import re
 
+import numpy as np
 import pytest
 
-from pipeline.devices.xbus import Message, XbusReader
-from pipeline.devices.xsens_mtdata import MtDataParser
+from pipeline.devices.sample import Parser
+from pipeline.devices.xbus import LONGEST_DATA, Message, XbusReader, frame
+from pipeline.devices.xsens_mtdata import PACKET_COUNTER, MtData2Parser, MtDataParser, packets
 from tests.pipeline.devices.real_streams import captured
-from tests.pipeline.devices.xbus_frame import frame
 
 RAW_SAMPLE = bytes.fromhex("FA FF 32 16 8154 8231 8E4D 8012 7EAD 7EF3 8000 8000 8000 1910 0001 7E")
+SAME_IN_MTDATA2 = bytes.fromhex("FA FF 36 1C 1020 02 0001 A010 14 8154 8231 8E4D 8012 7EAD 7EF3"
+                                "8000 8000 8000 1910 7E")
 
 
-@pytest.mark.parametrize("length", [0, 22, 253, 254])
-def test_a_message_of_any_length_reads_back(length: int) -> None:
+@pytest.mark.parametrize(("mid", "data", "expected"), [
+    (0x30, "", "FA FF 30 00 D1"), (0x10, "", "FA FF 10 00 F1"), (0x40, "", "FA FF 40 00 C1"),
+    (0xD0, "4000", "FA FF D0 02 40 00 EF"), (0xD2, "00000001", "FA FF D2 04 00 00 00 01 2A"),
+    (0x04, "0480", "FA FF 04 02 04 80 77"), (0xC0, "A0100064", "FA FF C0 04 A0 10 00 64 29"),
+    (0xC0, "20100064", "FA FF C0 04 20 10 00 64 A9"), (0x22, "0006", "FA FF 22 02 00 06 D7"),
+])
+def test_frames_are_those_of_the_manual(mid: int, data: str, expected: str) -> None:
+    assert frame(mid, bytes.fromhex(data)) == bytes.fromhex(expected)
+
+
+@pytest.mark.parametrize("length", [0, 253, 254, 255, 256, LONGEST_DATA])
+def test_a_frame_of_any_length_reads_back(length: int) -> None:
     data = bytes(i % 256 for i in range(length))
     reader = XbusReader()
     assert reader.feed(frame(0x36, data)) == [Message(0x36, data)]
     assert reader.bad == 0
 
 
-def test_raw_readings_are_the_ten_words() -> None:
-    parser = MtDataParser()
-    (sample,) = parser.feed(RAW_SAMPLE)
+@pytest.mark.parametrize("parser", [MtDataParser(), MtData2Parser()])
+def test_raw_readings_are_the_ten_words(parser: Parser) -> None:
+    bytes_ = RAW_SAMPLE if isinstance(parser, MtDataParser) else SAME_IN_MTDATA2
+    (sample,) = parser.feed(bytes_)
     assert sample.accelerometer == (33108, 33329, 36429)
     assert sample.gyroscope == (32786, 32429, 32499)
     assert sample.ticks == 1
@@ -55,22 +71,52 @@ def test_the_damaged_stream_yields_exactly_its_valid_frames(piece: int) -> None:
 
 
 @pytest.mark.parametrize("session", range(1, 6))
-def test_all_checksums_of_a_captured_stream_hold(session: int) -> None:
-    """MTData2 of a newer MTi: the same messages with data that are not read."""
+def test_all_checksums_of_the_captured_mtdata2_hold(session: int) -> None:
     data = captured("xsens_mtdata2_einride", f"{session}_output.bin").read_bytes()
     reader = XbusReader()
-    assert (len(reader.feed(data)), reader.bad) == (100, 0)
-    assert MtDataParser().feed(data) == []
+    messages = reader.feed(data)
+    assert (len(messages), reader.bad) == (100, 0)
+    counters = [int.from_bytes(data, "big") for message in messages
+                for data_id, data in packets(message.data) if data_id == PACKET_COUNTER]
+    first = 43398 + 100 * (session - 1)
+    assert counters == list(range(first, first + 100))
 
 
-def test_output_without_raw_readings_is_answered_with_what_to_do() -> None:
-    parser = MtDataParser()
-    assert parser.feed(frame(0x32, bytes(36))) == []
-    assert "output mode 0x4000" in parser.advice
+@pytest.mark.parametrize("session", range(1, 5))
+def test_calibrated_readings_are_those_another_decoder_found(session: int) -> None:
+    parser = MtData2Parser()
+    samples = parser.feed(captured("xsens_mtdata2_einride", f"{session}_output.bin").read_bytes())
+    text = captured("xsens_mtdata2_einride", f"{session}_output.golden.head.txt").read_text()
+    three = r"\n  X:(\S+)\n  Y:(\S+)\n  Z:(\S+)\n"
+    for field, name in (("Acceleration", "accelerometer"), ("RateOfTurn", "gyroscope")):
+        golden = np.array(re.findall(rf"(?m)^{field}\(.*\):{three}", text), dtype=float)
+        assert len(golden) >= 5
+        found = np.array([getattr(sample, name) for sample in samples])[: len(golden)]
+        np.testing.assert_allclose(found, golden, rtol=1e-12, atol=1e-15)
+    assert parser.unit == "m/s², rad/s"
+    assert np.median(np.diff([sample.ticks or 0 for sample in samples])) == 100
+
+
+def test_output_without_readings_is_answered_with_what_to_do() -> None:
+    parser = MtData2Parser()
+    parser.feed(captured("xsens_mtdata2_einride", "5_output.bin").read_bytes())
+    assert "0xA010" in parser.advice
+    legacy = MtDataParser()
+    legacy.feed(frame(0x32, bytes(36)))
+    assert "output mode 0x4000" in legacy.advice
 
 
 def test_a_false_start_hides_no_message() -> None:
-    false = bytes.fromhex("FA FF 36 FF 07 FF")  # announces bytes that are those of messages
+    # FA FF 36 FF 07 FF announces 2047 bytes that never come.
+    false = bytes.fromhex("FA FF 36 FF 07 FF")
     reader = XbusReader()
-    assert len(reader.feed(false + RAW_SAMPLE * 100)) == 100
+    found = reader.feed(false + RAW_SAMPLE * 100)
+    assert len(found) == 100
     assert reader.bad == 1
+
+
+def test_readings_that_are_no_numbers_are_damage() -> None:
+    parser = MtData2Parser()
+    nan = np.array([math.nan, 0, 0], ">f4").tobytes()
+    assert parser.feed(frame(0x36, bytes.fromhex("4020 0C") + nan)) == []
+    assert parser.bad == 1

@@ -241,6 +241,7 @@ def with_mounting(
     found = results_in(finished.folder)
     found["installation"] = {
         "order": "roll, pitch", "roll_deg": 0.0, "pitch_deg": 0.0, "sd_deg": [0.1, 0.1],
+        "yaw_deg": None, "yaw_sd_deg": None, "floor_rise_deg": None, "floor_rise_sd_deg": None,
         "rotation": TURNED.tolist(), "before": [0.0, 0.0, 9.8], "after": [0.0, 0.0, 9.8],
         "magnitude_error_m_s2": 0.0, "readings": 100, "notes": [],
     }

@@ -5,13 +5,17 @@ import json
 import os
 import shutil
 import signal
+import socket
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from distributed import Client, LocalCluster
 
-from pipeline.errors import BUG, DONE, UNDETERMINED, UNREADABLE, USAGE
+from pipeline.errors import BUG, DEVICE, DONE, UNDETERMINED, UNREADABLE, USAGE
 from pipeline.fleet.cluster import connected, run_fleet
 from pipeline.fleet.finish import finish_fleet
 from pipeline.fleet.record import RECORD_NAME, SessionRecord, folder_of, kept_evidence
@@ -39,16 +43,22 @@ def lot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def fleet(lot: Path, output: Path) -> int:
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[LocalCluster]:
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as started:
+        yield started
+
+
+def fleet(lot: Path, output: Path, cluster: LocalCluster, *options: str) -> int:
     return pipeline("fleet", f"{lot}/{{sensor}}/*/config.yaml", "--output", output,
-                    "--workers", "1", "--no-reports")
+                    "--scheduler", cluster.scheduler_address, "--no-reports", *options)
 
 
 @pytest.fixture(scope="module")
-def table(lot: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a fleet that was run once, by one worker."""
+def table(lot: Path, cluster: LocalCluster, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a fleet that was run once, by the one worker of a cluster elsewhere."""
     output = tmp_path_factory.mktemp("once") / "fleet"
-    assert fleet(lot, output) == DONE
+    assert fleet(lot, output, cluster) == DONE
     return output
 
 
@@ -85,14 +95,14 @@ def test_parquet_is_the_same_table(table: Path) -> None:
 
 
 def test_started_again_nothing_is_done_again_but_what_has_changed(
-    table: Path, lot: Path, tmp_path: Path
+    table: Path, lot: Path, cluster: LocalCluster, tmp_path: Path
 ) -> None:
     shutil.copytree(table, tmp_path / "again")
     shutil.copytree(lot, tmp_path / "lot")
     records = list((tmp_path / "again").rglob(RECORD_NAME))
     before = {path: path.stat().st_mtime_ns for path in records}
     edit(tmp_path / "lot/a/2/config.yaml", "title: ", "title: Another ")
-    assert fleet(tmp_path / "lot", tmp_path / "again") == DONE
+    assert fleet(tmp_path / "lot", tmp_path / "again", cluster) == DONE
     changed = {path.parent.relative_to(tmp_path / "again/sessions").as_posix()
                for path in records if path.stat().st_mtime_ns != before[path]}
     assert changed == {"a/2", "faulty/misspelt"}  # which is not read further than its mistake
@@ -103,7 +113,7 @@ def test_started_again_nothing_is_done_again_but_what_has_changed(
 def survived(lot: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a fleet that was run by two workers, of which one was killed."""
     output = tmp_path_factory.mktemp("killed")
-    with connected(2) as client:
+    with connected(None, 2) as client:
         tasks = [FleetTask(each, output, False, False)
                  for each in find_sessions(f"{lot}/{{sensor}}/*/config.yaml")]
         records: list[SessionRecord] = []
@@ -149,18 +159,55 @@ def test_the_evidence_of_each_triad_is_kept(table: Path) -> None:
 
 
 def test_a_session_that_shows_a_bug_is_told_and_stops_nothing(
-    lot: Path, tmp_path: Path
+    lot: Path, cluster: LocalCluster, tmp_path: Path
 ) -> None:
     sessions = find_sessions(f"{lot}/{{sensor}}/*/config.yaml")[:2]
     tasks = [FleetTask(sessions[0], tmp_path, False, False),
              FleetTask(sessions[1], None, False, False)]  # type: ignore[arg-type]
     records: list[SessionRecord] = []
-    with connected(1) as client:
+    with Client(cluster.scheduler_address) as client:
         run_fleet(client, tasks, records.append)
     by_name = {record.name: record for record in records}
     assert by_name["a/1"].exit_code == DONE
     assert by_name["a/2"].exit_code == BUG
     assert "our bug" in by_name["a/2"].reason
+
+
+def test_a_scheduler_that_does_not_answer_is_told_at_once(
+    lot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("pipeline.fleet.cluster.ANSWER_S", 0.2)
+    begun = time.monotonic()
+    assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path / "out",
+                    "--scheduler", "tcp://127.0.0.1:9") == DEVICE
+    assert time.monotonic() - begun < 30
+    assert "no Dask scheduler answers there" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_accepts_and_is_silent_is_no_scheduler(
+    lot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipeline.fleet.cluster.ANSWER_S", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        begun = time.monotonic()
+        assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path / "out",
+                        "--scheduler", f"127.0.0.1:{silent.getsockname()[1]}") == DEVICE
+    assert time.monotonic() - begun < 20
+
+
+@pytest.mark.parametrize("address", ["nonsense://x", "tls://127.0.0.1:9", "ucx://127.0.0.1:9"])
+def test_an_address_that_is_none_is_a_mistake_of_usage(
+    lot: Path, tmp_path: Path, address: str
+) -> None:
+    assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path / "out",
+                    "--scheduler", address) == USAGE
+
+
+def test_workers_and_a_scheduler_exclude_each_other(lot: Path, tmp_path: Path) -> None:
+    assert pipeline("fleet", f"{lot}/a/*/config.yaml", "--output", tmp_path, "--workers", "2",
+                    "--scheduler", "tcp://127.0.0.1:9") == USAGE
 
 
 @pytest.mark.parametrize(("library", "named"), [

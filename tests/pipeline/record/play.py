@@ -67,8 +67,6 @@ def poses_of(session: Session, turning: bool = True) -> list[Pose]:
 def write_config(folder: Path, session: Session, device: str, *, seconds: float = 3.0,
                  turning: bool = False, more: str = "") -> Path:
     """A configuration that asks for what ``session`` holds, with nothing recorded yet."""
-    if device == "xsens-mti":  # which counts samples, here many times as fast as in life
-        more = f", sample_rate_hz: {session.design.sample_rate_hz:g}{more}"
     preset = "xsens-mti" if session.design.sensor.name.startswith("Xsens") else "mpu-6050"
     rate = session.rates["17rpm"]
     gyro = ("gyroscope:\n  runs:\n    - {poses: gyr/pose_*.csv, rate: slow}\n"
@@ -121,12 +119,19 @@ class PlayedPort:
             protocol, poses_of(session, turning), session.design.sample_rate_hz, hold_s,
             specs_of(session), faults=faults)
         self._device, self._left = self._begin(), restart_after
+        self._answers = b""
 
     def read(self) -> tuple[bytes, float]:
+        data, self._answers = self._answers, b""
         if self._left is not None:
             self._left -= AT_ONCE
             self._device = self._begin() if self._left == 0 else self._device
-        return b"".join(self._device.next_sample() for _ in range(AT_ONCE)), time.monotonic()
+        if self._device.measuring:
+            data += b"".join(self._device.next_sample() for _ in range(AT_ONCE))
+        return data, time.monotonic()
+
+    def write(self, data: bytes) -> None:
+        self._answers += self._device.answer(data)
 
     def set_baud(self, baud: int) -> None: ...
 

@@ -69,7 +69,8 @@ def test_eighteen_poses_are_recorded_and_calibrate_to_the_truth(
     tmp_path: Path, mti_evening: Session, mpu_evening: Session, protocol: Protocol, device: str
 ) -> None:
     session = mti_evening if protocol == "xsens-mti" else mpu_evening
-    config = write_config(tmp_path, session, device)
+    more = ", sample_rate_hz: 100" if protocol != "sketch" else ""
+    config = write_config(tmp_path, session, device, more=more)
     watcher = record_from(config, PlayedPort(session, protocol))
     assert sum(message.startswith("taken ") for message in watcher.said) == 18
     assert "taken 18 of 18" in watcher.said[-1]
@@ -203,7 +204,7 @@ def test_a_recording_killed_again_and_again_ends_like_an_undisturbed_one(
 @pytest.mark.parametrize(("protocol", "device", "more", "message"), [
     ("xsens-mti", "mpu-6050", ", baud: 9600", "The port is open, but nothing comes|Bytes come"),
     ("binary", "lines", ", baud: 9600, pattern: '{acc_x},{acc_y},{acc_z}'", "Bytes come|none fits"),
-    ("sketch", "xsens-mti", ", baud: 9600", "Bytes come, but no readings"),
+    ("sketch", "xsens-mti", ", baud: 9600", "does not answer message 0x30"),
 ])
 def test_another_device_than_named_is_told(
     tmp_path: Path, mpu_evening: Session, mti_evening: Session, protocol: Protocol, device: str,

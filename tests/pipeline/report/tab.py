@@ -147,6 +147,21 @@ class Tab:
         for kind in ("mousePressed", "mouseReleased"):
             self.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
+    def drag(self, selector: str, dx: float, dy: float, *, touch: bool = False) -> None:
+        """Drag the middle of an element, with the mouse or a finger."""
+        x, y = self.centre(selector)
+        path = [(x + dx * i / 5, y + dy * i / 5) for i in range(6)]
+        if touch:
+            for kind, points in (("touchStart", path[:1]), *(("touchMove", [p]) for p in path[1:]),
+                                 ("touchEnd", [])):
+                self.send("Input.dispatchTouchEvent", type=kind,
+                          touchPoints=[{"x": a, "y": b} for a, b in points])
+            return
+        kinds = ["mousePressed", *["mouseMoved"] * 5, "mouseReleased"]
+        for kind, (a, b) in zip(kinds, [*path, path[-1]], strict=True):
+            self.send("Input.dispatchMouseEvent", type=kind, x=a, y=b, button="left", buttons=1,
+                      clickCount=1)
+
     def tap(self, selector: str) -> None:
         """Touch the middle of an element."""
         x, y = self.centre(selector)

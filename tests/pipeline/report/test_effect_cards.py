@@ -1,4 +1,4 @@
-"""The card of an effect: its standing, and its size in data-sheet units."""
+"""The card of an effect: its drawing, its size in data-sheet units, its fingerprint."""
 
 import math
 from dataclasses import replace
@@ -11,8 +11,10 @@ from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
+from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.triad.effect_cards import Card, effect_cards, formula_html
-from pipeline.report.triad.refit_table import refit_json
+from pipeline.report.triad.fingerprint import fingerprint
+from pipeline.report.triad.refit_table import refit_json, tickable
 from pipeline.report.triad.refitted import Refits
 from pipeline.stages.triads import TriadResult
 from tests.pipeline.report.browser import needs_browser
@@ -23,16 +25,44 @@ from tests.pipeline.report.tab import PHONE, Browser
 G = 9.80665
 
 
-def cards_of(result: TriadResult, defined: dict[str, Effect]) -> tuple[Card, ...]:
-    return effect_cards(
-        result, refit_json(result, Refits(result, defined), Path("c.yaml")), defined)
+def cards_of(
+    result: TriadResult, defined: dict[str, Effect], drawings: dict[str, object]
+) -> tuple[Card, ...]:
+    refits = Refits(result, defined)
+    return effect_cards(result, refit_json(result, refits, Path("c.yaml")), refits, tuple(drawings))
 
 
 @pytest.fixture(scope="module")
-def cards(hidden_session: HiddenSession) -> dict[str, Card]:
+def drawings() -> dict[str, object]:
+    return vars(page_templates().get_template("drawings.html").module)
+
+
+@pytest.fixture(scope="module")
+def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, Card]:
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
-    return {card.name: card for card in cards_of(result, {})}
+    every = cards_of(result, {}, drawings)
+    return {card.name: card for card in every}
+
+
+@pytest.mark.parametrize("name", [*EFFECTS, "column", "user_defined"])
+def test_every_effect_has_a_drawing_that_says_in_words_what_it_shows(
+    name: str, drawings: dict[str, object]
+) -> None:
+    draw = drawings[name]
+    assert callable(draw)
+    page = Page(str(draw()))
+    assert page.open == []
+    (svg,) = page.all("svg")
+    assert svg["role"] == "img"
+    assert len(svg["aria-label"] or "") > 40
+    assert {"title", "desc"} <= {tag for tag, _ in page.elements}
+
+
+def test_no_two_drawings_are_the_same(drawings: dict[str, object]) -> None:
+    drawn = [str(drawings[name]()) for name in EFFECTS]  # type: ignore[operator]
+    without_words = {text.split("</desc>")[1] for text in drawn}
+    assert len(without_words) == len(EFFECTS)
 
 
 def test_every_effect_of_the_triad_has_a_card(cards: dict[str, Card]) -> None:
@@ -69,17 +99,44 @@ def test_the_matrix_of_the_card_is_the_hidden_one_in_degrees_per_second_per_g(
             assert 0 < sd < 0.1 * np.abs(true).max()
 
 
-def test_a_blind_effect_says_why(cards: dict[str, Card]) -> None:
+def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
+    hidden_session: HiddenSession
+) -> None:
+    result = hidden_session.outcome.triad("gyroscope")
+    assert result is not None
+    refits = Refits(result, {})
+    shapes = {name: fingerprint(refits, name) for name in tickable(result, refits)}
+    there = shapes.pop("g_sensitivity")
+    assert there is not None
+    assert there.explained > 0.95
+    assert np.corrcoef(there.measured, there.pattern)[0, 1] > 0.97
+    for name, other in shapes.items():
+        effect = refits.effect(name)
+        assert effect is not None
+        assert (other is None) == (effect.acts_on == "noise"), name
+        assert other is None or other.explained < 0.7, name
+    fit = result.calibration.fit
+    # Nothing else is in the model: what is measured is the residual of the fit itself.
+    assert there.measured == pytest.approx(fit.rows.residual[: len(there.measured)], abs=1e-4)
+
+
+def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, Card]) -> None:
     card = cards["reference_scale"]
-    assert card.standing == "unseen"
+    assert (card.standing, card.fingerprint) == ("unseen", "")
     assert "cannot determine it" in card.confused_here
 
 
-def test_a_user_s_effect_has_a_card_by_its_name(hidden_session: HiddenSession) -> None:
+def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
+    hidden_session: HiddenSession, drawings: dict[str, object]
+) -> None:
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
-    mine = replace(find_effect("bias_drift"), name="fan_heat")
-    assert mine.name in {card.name for card in cards_of(result, {mine.name: mine})}
+    mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
+    defined: dict[str, Effect] = {mine.name: mine}
+    cards = cards_of(result, defined, drawings)
+    (card,) = (each for each in cards if each.name == mine.name)
+    assert card.drawing == "user_defined"
+    assert "<b>" not in card.fingerprint
 
 
 @pytest.mark.parametrize(("name", "triad", "size", "unit", "shown"), [

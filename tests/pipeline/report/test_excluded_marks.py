@@ -40,7 +40,9 @@ def test_an_excluded_pose_is_hollow_in_the_charts_and_named_in_the_table(page: P
     assert f"Excluded by the configuration: {OUT}." in Page(source).text
     poses = next(t for t in carried(source)["triads"] if t["triad"] == "accelerometer")
     assert OUT not in poses["labels"]
-    assert poses["poses"]["excluded"] == [OUT]
+    (hollow,) = poses["poses"]["excluded"]
+    assert hollow["label"] == OUT
+    assert len(hollow["up"]) == 3
 
 
 @needs_browser
@@ -50,7 +52,7 @@ def test_leaving_a_pose_out_offers_the_lines_with_what_is_excluded_already(
     with browser.tab() as tab:
         tab.open(page)
         section = "document.querySelector('#accelerometer')"
-        assert tab.evaluate(f"{section}.querySelectorAll('svg.residuals .excluded').length") == 1
+        assert tab.evaluate(f"{section}.querySelectorAll('.ball .excluded').length") == 1
         tab.evaluate(f"{section}.querySelector('tr[data-i=\"6\"] button').click()")
         tab.evaluate(f"{section}.querySelector('[data-do=leaveOut]').click()")
         lines = tab.evaluate(f"{section}.querySelector('[data-out-lines]').textContent")

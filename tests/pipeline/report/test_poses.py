@@ -1,4 +1,4 @@
-"""The poses in the browser: picked, marked everywhere, left out."""
+"""The poses in the browser: rotated, picked, marked everywhere, left out."""
 
 import base64
 import re
@@ -12,7 +12,7 @@ from calib.poses.attitudes import natural_directions
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
 from pipeline.report.page import report_html
-from pipeline.report.triad.pose_details import coverage_of, poses_json, up_directions
+from pipeline.report.triad.pose_sphere import coverage_of, sphere_json, up_directions
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.report.browser import needs_browser
@@ -21,6 +21,8 @@ from tests.pipeline.report.tab import DESKTOP, PHONE, Browser, Tab
 from tests.sessions import edit, quick_session
 
 GYRO = "section[data-triad=gyroscope]"
+STAGE = f"{GYRO} [data-stage]"
+WHERE = f"return document.querySelector('{GYRO} .pose[data-i=\"7\"]').getAttribute('transform');"
 
 
 def number(tab: Tab, name: str, triad: str = "gyroscope") -> float:
@@ -48,9 +50,10 @@ def tab(browser: Browser, hidden_session: HiddenSession) -> Iterator[Tab]:
 
 def test_a_design_without_some_directions_names_them() -> None:
     natural = natural_directions(corners=False)
-    said = coverage_of(np.repeat(natural[1:], 3, axis=0))
-    assert "51 poses cover 17 of the 18" in said
-    assert "missing" in said
+    coverage = coverage_of(np.repeat(natural[1:], 3, axis=0))
+    assert len(coverage.expected) == 26
+    assert "51 poses cover 17 of the 18" in coverage.caption
+    assert "missing" in coverage.caption
 
 
 def test_poses_by_hand_miss_no_direction() -> None:
@@ -58,8 +61,9 @@ def test_poses_by_hand_miss_no_direction() -> None:
     anywhere = rng.normal(size=(60, 3))
     again = np.repeat(natural_directions()[:12], [9, 5, 4, 7, 3, 1, 1, 3, 1, 2, 2, 1], axis=0)
     for vectors in (anywhere, again):
-        assert "no direction is called missing" in coverage_of(
-            vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+        coverage = coverage_of(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+        assert coverage.expected == ()
+        assert "no direction is marked as missing" in coverage.caption
 
 
 def test_the_vertical_of_a_pose_is_the_same_at_rest_and_in_both_directions(
@@ -79,7 +83,7 @@ def test_the_stored_trace_holds_the_extremes_of_the_log(hidden_session: HiddenSe
     outcome = hidden_session.outcome
     result = outcome.triad("accelerometer")
     assert result is not None
-    shown = poses_json(outcome, result)
+    shown = sphere_json(outcome, result)
     for k in (0, 11):
         label = result.calibration.fit.poses.label[k]
         log = read_log(outcome.config.source.path.parent / label)
@@ -100,7 +104,7 @@ def test_the_model_is_drawn_where_a_pose_without_its_residual_would_have_read(
     result = hidden_session.outcome.triad("accelerometer")
     assert result is not None
     poses = result.calibration.fit.poses
-    trace = poses_json(hidden_session.outcome, result)["traces"]
+    trace = sphere_json(hidden_session.outcome, result)["traces"]
     residual = np.array([pose.residual for pose in result.comparison.poses])
     along = np.array([each["along"] for each in trace])
     at = poses.conditions(poses.reading - residual[:, None] * along)
@@ -110,36 +114,65 @@ def test_the_model_is_drawn_where_a_pose_without_its_residual_would_have_read(
     assert (scatter > 3 * poses.sd * 1000).all()  # of a sample, in mm/s², not of the mean
 
 
-# --- picking -----------------------------------------------------------------------------------
+# --- the sphere --------------------------------------------------------------------------------
 
 
 @needs_browser
-def test_a_touched_mark_is_marked_in_every_chart_and_table(tab: Tab) -> None:
-    tab.click(f"{GYRO} svg.residuals g.mark[data-i='4']")
-    picked = tab.evaluate(
-        f"const all = [...document.querySelectorAll('{GYRO} .picked')];"
-        "return all.map((e) => e.dataset.i);")
-    shown = tab.evaluate(f"return document.querySelectorAll('{GYRO} [data-i=\"4\"]').length;")
-    assert picked == ["4"] * shown
-    assert shown >= 5
-    assert tab.evaluate(f"document.querySelectorAll('{GYRO} .trace path.range').length") == 3
-    facts = tab.evaluate(f"document.querySelector('{GYRO} [data-pose=facts]').textContent")
-    assert "attitude" in facts
+def test_the_sphere_is_rotated_by_mouse_and_by_arrow_keys(tab: Tab) -> None:
+    seen = [tab.evaluate(WHERE)]
+    tab.drag(f"{STAGE} .globe", 90, 40)
+    seen.append(tab.evaluate(WHERE))
+    tab.evaluate(f"document.querySelector('{STAGE}').focus()")
+    for key in ("ArrowLeft", "ArrowUp"):
+        tab.key(key)
+        seen.append(tab.evaluate(WHERE))
+    assert len(set(seen)) == 4
+    tab.key("ArrowDown")
+    tab.key("ArrowRight")
+    assert tab.evaluate(WHERE) == seen[1]
 
 
 @needs_browser
-def test_a_finger_picks_a_pose_on_a_phone(browser: Browser, hidden_session: HiddenSession) -> None:
+def test_a_finger_rotates_the_sphere_and_picks_a_pose_on_a_phone(
+    browser: Browser, hidden_session: HiddenSession
+) -> None:
     with browser.tab() as tab:
         tab.open(hidden_session.path, PHONE)
         tab.unfold()
-        tab.tap(f"{GYRO} svg.residuals g.mark[data-i='7']")
+        before = tab.evaluate(WHERE)
+        tab.drag(f"{STAGE} .globe", 70, 0, touch=True)
+        assert tab.evaluate(WHERE) != before
+        front = f"{STAGE} svg > g:last-of-type .pose:last-of-type"
+        k = tab.evaluate(f"return document.querySelector('{front}').dataset.i;")
+        tab.tap(f"{front} .reach")
         label = tab.evaluate(
             f"return document.querySelector('{GYRO} [data-pose=label]').textContent;")
         result = hidden_session.outcome.triad("gyroscope")
         assert result is not None
-        assert label == result.calibration.fit.poses.label[7]
+        assert label == result.calibration.fit.poses.label[int(k)]
         wide = tab.evaluate("return [document.documentElement.scrollWidth, window.innerWidth];")
         assert wide[0] <= wide[1]
+
+
+@needs_browser
+def test_enter_picks_the_pose_in_front_and_marks_it_in_every_chart_and_table(tab: Tab) -> None:
+    tab.evaluate(f"document.querySelector('{STAGE}').focus()")
+    tab.key("Enter")
+    picked = tab.evaluate(
+        f"const all = [...document.querySelectorAll('{GYRO} .picked')];"
+        "return all.map((e) => [e.dataset.i, e.closest('svg, table').getAttribute('class')]);")
+    assert len({k for k, _ in picked}) == 1
+    (k,) = {k for k, _ in picked}
+    shown = tab.evaluate(f"return document.querySelectorAll('{GYRO} [data-i=\"{k}\"]').length;")
+    assert len(picked) == shown >= 6
+    assert tab.evaluate(f"document.querySelectorAll('{GYRO} .trace path.range').length") == 3
+
+
+@needs_browser
+def test_a_touched_mark_of_a_chart_picks_its_pose(tab: Tab) -> None:
+    tab.click(f"{GYRO} svg.residuals g.mark[data-i='4']")
+    assert tab.evaluate(
+        f"document.querySelector('{STAGE} .pose[data-i=\"4\"]').classList.contains('picked')")
 
 
 @needs_browser

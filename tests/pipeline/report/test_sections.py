@@ -1,4 +1,4 @@
-"""What not every session has in its report: mounting, many clips, own effects."""
+"""What not every session has in its report: certificate, mounting, many clips, own effects."""
 
 import shutil
 from dataclasses import replace
@@ -12,7 +12,7 @@ from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.pose_charts import residual_figure
-from pipeline.report.triad.pose_details import coverage_of, up_directions
+from pipeline.report.triad.pose_sphere import coverage_of, up_directions
 from pipeline.report.triad.tables import budget_rows, candidate_rows
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import measure_setting
@@ -23,6 +23,10 @@ from tests.vision.phase_tracks import RPM, phase_track, steady
 from vision.rate.timebase import Timebase
 
 MORE = """
+certificate:
+  accelerometer:
+    bias_counts: [33652, 33395, 32034]
+    scale_counts_per_unit: [549.7, 552.7, 550.4]
 installation: {log: accelerometer/pose_05.csv}
 effects:
   warmth_squared: {expression: temperature_c ** 2, per: axis, unit: m/s² per °C²}
@@ -31,7 +35,7 @@ effects:
 
 @pytest.fixture(scope="module")
 def outcome(finished: RunSession, tmp_path_factory: pytest.TempPathFactory) -> Outcome:
-    """The session with a mounting, an effect of the user's own, and one added."""
+    """The session with a certificate, a mounting, an effect of the user's own, and one added."""
     folder = tmp_path_factory.mktemp("more")
     shutil.copytree(finished.config.parent, folder, dirs_exist_ok=True)
     config = folder / finished.config.name
@@ -45,8 +49,13 @@ def page(outcome: Outcome) -> Page:
     return Page(report_html(outcome, ()))
 
 
-def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> None:
+def test_a_certificate_stands_beside_the_estimate_with_the_difference_in_sds(page: Page) -> None:
     assert page.open == []
+    for words in ("certificate", "difference [sd]", "33652", "549.7"):
+        assert words in page.text
+
+
+def test_the_mounting_is_said_with_its_forces(page: Page, outcome: Outcome) -> None:
     assert outcome.installation is not None
     assert "Mounting" in page.text
     assert "roll" in page.text
@@ -94,7 +103,7 @@ def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero
     assert "about zero" not in residual_figure(outcome.triad("gyroscope")).good
     assert "about zero" in residual_figure(outcome.triad("accelerometer")).good
     covered = coverage_of(up_directions(outcome.triad("accelerometer")))
-    assert "18 poses cover 18 of the 18 faces and edges" in covered
+    assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
     page = Page(report_html(outcome, ()))
     assert page.open == []
     assert "0 of the 18" not in page.text

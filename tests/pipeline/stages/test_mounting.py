@@ -1,16 +1,21 @@
-"""From a configuration with `installation:` to what results.json holds."""
+"""From a configuration with `installation:` and `certificate:` to what results.json holds."""
 
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
+from pipeline.console.parameter_text import certificate_lines, mounting_text
 from pipeline.errors import ConfigError
+from pipeline.results.schema.triad import CertificateGroup
 from pipeline.results.write import installation_section
+from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.mounting import measure_mounting
 from pipeline.stages.site import Gravity
 from tests.calib.mounting.simulated_reading import (
@@ -18,6 +23,7 @@ from tests.calib.mounting.simulated_reading import (
     G,
     Mounted,
     calibration,
+    drive,
     floor,
     vehicle_to_sensor,
 )
@@ -29,6 +35,12 @@ accelerometer: {{poses: pose.csv}}
 installation:
   log: installed.csv
 """
+CERTIFICATE = """\
+certificate:
+  accelerometer:
+    bias_counts: [33652, 33395, 32034]
+    scale_counts_per_unit: [549.7, 552.7, 550.4]
+"""
 
 
 def write(path: Path, log: ImuLog) -> None:
@@ -39,11 +51,19 @@ def write(path: Path, log: ImuLog) -> None:
 GRAVITY = Gravity(G, 0.0, "stated")
 
 
+def accelerometer() -> Any:
+    """What the stage before hands on, as far as a certificate reads it."""
+    return SimpleNamespace(triad="accelerometer", calibration=calibration())
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A session's folder with the logs of a sensor mounted at 30°, 15°."""
-    mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", math.radians(30), math.radians(15)))
+    """A session's folder with every log of a sensor mounted at 30°, 15°, yaw 40°."""
+    angles = (math.radians(30), math.radians(15), math.radians(40))
+    mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", *angles))
     write(tmp_path / "installed.csv", mounted.still(30, 1, floor(0.02, 0.0)))
+    write(tmp_path / "back.csv", mounted.still(30, 2, floor(0.02, 0.0, math.pi)))
+    write(tmp_path / "drive.csv", mounted.log(drive(90, 3), 3))
     write(tmp_path / "pose.csv", mounted.still(8, 4))
     return tmp_path
 
@@ -60,9 +80,25 @@ def test_a_still_log_gives_roll_and_pitch_and_nothing_else(folder: Path) -> None
     said = installation_section(found).as_json()
     assert set(said) >= {"order", "roll_deg", "pitch_deg", "sd_deg", "rotation", "before", "after"}
     assert said["order"] == "xyz"
+    assert said["yaw_deg"] is None
+    assert said["floor_rise_deg"] is None
     # The floor rises by 1.15° ahead, which one log takes for mounting.
     assert abs(said["roll_deg"] - 30) + abs(said["pitch_deg"] - 15) > 1
     assert json.loads(json.dumps(said, allow_nan=False)) == said
+
+
+def test_reverse_and_drive_logs_give_floor_and_yaw(folder: Path) -> None:
+    config = loaded(folder, CONFIG + "  reverse_log: back.csv\n  drive_log: drive.csv\n")
+    found = measure_mounting(config, calibration(), GRAVITY)
+    assert found is not None
+    said = installation_section(found).as_json()
+    roll_sd, pitch_sd = said["sd_deg"]
+    assert said["roll_deg"] == pytest.approx(30, abs=4 * roll_sd)
+    assert said["pitch_deg"] == pytest.approx(15, abs=4 * pitch_sd)
+    assert said["yaw_deg"] == pytest.approx(40, abs=4 * said["yaw_sd_deg"])
+    assert said["floor_rise_deg"] == pytest.approx([math.degrees(0.02), 0], abs=0.12)
+    assert mounting_text(found).startswith("roll 29.99")
+    assert ", yaw 4" in mounting_text(found)
 
 
 def test_the_file_s_order_overrules_eq_6_and_both_orders_are_told(folder: Path) -> None:
@@ -111,3 +147,20 @@ def test_still_stretches_are_found_where_the_file_says_so(folder: Path) -> None:
 def test_without_the_section_there_is_no_installation(folder: Path) -> None:
     config = loaded(folder, CONFIG.split("installation")[0])
     assert measure_mounting(config, calibration(), GRAVITY) is None
+
+
+def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> None:
+    config = loaded(folder, CONFIG + CERTIFICATE)
+    found = compare_with_certificate(config, accelerometer())
+    assert found is not None
+    said = {group.name: CertificateGroup.of(group).as_json() for group in found.groups}
+    assert set(said) == {"bias", "scale"}
+    assert np.abs(said["bias"]["difference"]).max() < 3  # counts; the world has these very values
+    assert np.abs(said["scale"]["per_cent"]).max() < 0.06
+    lines = certificate_lines(found)
+    assert len(lines) == 7
+    assert lines[1].split()[:3] == ["bias", "[counts]", "x"]
+
+
+def test_a_triad_without_a_certificate_has_none_beside_it(folder: Path) -> None:
+    assert compare_with_certificate(loaded(folder, CONFIG), accelerometer()) is None

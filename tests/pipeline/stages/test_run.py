@@ -105,12 +105,12 @@ def test_an_added_effect_is_fitted_and_reported_with_its_unit(session: Path) -> 
     assert min(drift["sd"]) > 0
 
 
-def test_a_mounted_sensor_is_part_of_the_same_run(
+def test_a_mounted_sensor_and_a_certificate_are_part_of_the_same_run(
     finished: RunSession, session: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     poses = results_in(finished.folder)["accelerometer"]["poses"]
     upright = next(p["label"] for p in poses if p["corrected"][2] > 9.7)
-    text = session.read_text(encoding="utf-8") + f"installation: {{log: {upright}}}\n"
+    text = session.read_text(encoding="utf-8") + f"installation: {{log: {upright}}}\n" + CERTIFICATE
     session.write_text(text, encoding="utf-8")
     assert pipeline("run", session) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -120,6 +120,19 @@ def test_a_mounted_sensor_is_part_of_the_same_run(
     assert f"order {mounting['order']}" in said
     assert max(abs(mounting["roll_deg"]), abs(mounting["pitch_deg"])) < 5
     assert mounting["after"][2] == pytest.approx(9.80267, abs=0.02)
+    away = found["accelerometer"]["certificate"]["bias"]["difference"]
+    bias = np.array(found["accelerometer"]["parameters"]["bias_counts"])
+    assert away == pytest.approx(bias - [33_600, 33_400, 32_000])
+    assert found["gyroscope"]["certificate"] is None
+    assert any("33600" in line and "bias" in line for line in lines)
+
+
+CERTIFICATE = """
+certificate:
+  accelerometer:
+    bias_counts: [33600, 33400, 32000]
+    scale_counts_per_unit: [550, 550, 550]
+"""
 
 
 def test_time_counts_from_the_start_of_the_session_whatever_the_logger_s_clock(

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.consistency.certificate import frame_free
 from calib.fit.parameters import TriadParameters
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
-from tests.studies.angrisano.frame import frame_free
 
 SAMPLE_RATE_HZ = 100.0
 PAUSE_S = 30.0

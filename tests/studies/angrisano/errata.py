@@ -8,13 +8,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from calib.consistency.certificate import frame_free
 from calib.fit.least_squares.angrisano import data_sheet_start
 from calib.fit.parameters import alignment
 from calib.mounting.levelling import mounting_rotation
 from calib.poses.imu_log import FloatArray
 from pipeline.text.tables import aligned
 from tests.studies.angrisano.bench import leaning_axes
-from tests.studies.angrisano.frame import frame_free
 from tests.studies.angrisano.iteration import iterate_as_printed
 from tests.studies.angrisano.published import ACCELEROMETER, GRAVITY_M_S2
 from tests.studies.angrisano.table1 import accelerometer

@@ -1,13 +1,6 @@
 // One pose at a time: marked in every chart and table, with its raw log, and left out on demand.
+const REACH_SD = 4;  // the colours reach at least so many sds
 const STRIP = 46, GAP = 8, LEFT = 62, WIDTH = 400;
-const SVG = document.querySelector("svg").namespaceURI;
-
-const element = (name, attributes = {}, text = "") => {
-  const node = document.createElementNS(SVG, name);
-  Object.entries(attributes).forEach(([key, value]) => node.setAttribute(key, value));
-  if (text) node.textContent = text;
-  return node;
-};
 
 class Poses {
   constructor(section) {
@@ -18,13 +11,16 @@ class Poses {
     this.panel = this.root.querySelector("[data-pose-panel]");
     this.home = this.panel.parentElement;
     this.picked = -1;
+    this.sphere = new Sphere(this.root, this.triad.poses, (k) => this.pick(k));
     this.root.classList.add("live");
     section.root.addEventListener("click", (event) => {
       const mark = event.target.closest("[data-i]");
-      if (!mark) return;
+      if (!mark || mark.closest("[data-stage]")) return;
       this.openBeside(mark);
       this.pick(Number(mark.dataset.i));
     });
+    this.root.querySelector("[data-run]")?.addEventListener(
+      "change", (event) => this.sphere.show(event.target.value));
     for (const button of this.root.querySelectorAll("[data-do]")) {
       button.addEventListener("click", () => this[button.dataset.do]());
     }
@@ -52,6 +48,8 @@ class Poses {
     this.picked = k;
     for (const old of this.section.root.querySelectorAll(".picked")) old.classList.remove("picked");
     for (const mark of this.section.root.querySelectorAll(`[data-i="${k}"]`)) mark.classList.add("picked");
+    this.sphere.marks[k].classList.add("picked");
+    this.sphere.face(k);
     this.describe();
   }
 
@@ -73,13 +71,23 @@ class Poses {
   }
 
   update() {
-    const { labels } = this.triad, { out } = this.section;
+    const { labels, is_null: atRest } = this.triad, { out } = this.section;
     this.now = this.values();
+    const inSd = this.now.map((each) => each.inSd);
+    const limit = nice(Math.max(REACH_SD, ...inSd.map((value) => Math.abs(value) || 0)));
+    const kind = inSd.map((value, k) => (atRest[k] ? "rest"
+      : Math.abs(value) <= 1 ? "noise" : value > 0 ? "above" : "below"));
+    const text = labels.map((label, k) => `${label}: ${this.words(k)}${out.has(k) ? " (left out)" : ""}`);
+    this.sphere.colour(inSd, text, kind, limit, out);
+    this.root.querySelectorAll("[data-limit]").forEach((each) => {
+      each.textContent = short(Number(each.dataset.limit) * limit);
+    });
+    this.root.style.setProperty("--noise", `${(100 / limit).toFixed(2)}%`);
     for (const row of this.root.querySelectorAll("tr[data-i]")) {
       const k = Number(row.dataset.i);
       row.classList.toggle("left-out", out.has(k));
       row.querySelector("[data-residual]").textContent = withSd(this.now[k].value, this.now[k].sd);
-      row.querySelector("[data-in-sd]").textContent = short(this.now[k].inSd);
+      row.querySelector("[data-in-sd]").textContent = short(inSd[k]);
     }
     for (const mark of this.section.root.querySelectorAll("svg [data-i]")) {
       mark.classList.toggle("left-out", out.has(Number(mark.dataset.i)));

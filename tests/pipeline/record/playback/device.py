@@ -16,20 +16,36 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from pipeline.devices.line_pattern import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.devices.sample import CLOCK_MODULUS
+from pipeline.devices.xbus import (
+    DATA_LENGTH_AT,
+    ERROR,
+    GO_TO_CONFIG,
+    GO_TO_MEASUREMENT,
+    REQUEST_CONFIGURATION,
+    RESET,
+    SET_PERIOD,
+    TICKS_PER_S,
+    WAKE_UP,
+    WAKE_UP_ACK,
+    WRONG_PERIOD,
+    XbusReader,
+    frame,
+)
 from pipeline.devices.xsens_mtdata import (
     COUNTER_MODULUS,
     MTDATA,
     RAW_COUNTED,
     TEMPERATURE_STEP_C,
 )
-from tests.pipeline.devices.xbus_frame import frame
 from tests.pipeline.record.playback import Protocol
 
+CONFIGURATION_BYTES = 118  #: of the answer to a request of configuration, by the manual
 MOVE_S = 1.2  #: a hand's motion from one pose to the next
 HAND_M_S2, HAND_RAD_S = 3.0, 1.5  #: standard deviation of what the hand adds
 GREETING = b"Initializing I2C devices...\r\nMPU6050 connection successful\r\n"
 HEADER_EVERY = 1000  #: samples
 NO_FIELD = (2**15,) * 3  #: words of the magnetometer: the middle of their range
+SAME_RATE = 0.02  #: relative; a device sets itself to the nearest rate that it can do
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +107,7 @@ def played(
 
 
 class PlaybackDevice:
-    """Bytes of a device, which sends by itself.
+    """Bytes of a device: what it sends by itself, and what it answers.
 
     Parameters
     ----------
@@ -117,10 +133,14 @@ class PlaybackDevice:
         self._low, self._high = np.array([spec.count_range for spec in specs]).repeat(3, axis=0).T
         self._faults, self._rng = faults or Faults(), random.Random(seed)
         self._count = 0
+        self._requests = XbusReader()
+        self.measuring = protocol != "xsens-mti"
 
     def greeting(self) -> bytes:
         """What the device sends when it is switched on or reset."""
-        return b"" if self._protocol in ("sketch", "xsens-mti") else GREETING
+        if self._protocol == "xsens-mti":
+            return frame(WAKE_UP)
+        return b"" if self._protocol == "sketch" else GREETING
 
     def next_sample(self) -> bytes:
         """The bytes of the next sample, as they come over the line."""
@@ -143,3 +163,28 @@ class PlaybackDevice:
         if self._protocol == "a/g":
             return ("a/g:\t" + "\t".join(map(str, words)) + "\r\n").encode()
         return b"".join(word.to_bytes(2, "big", signed=True) for word in words)
+
+    def answer(self, data: bytes) -> bytes:
+        """What the device answers to the bytes it was sent."""
+        if self._protocol != "xsens-mti":
+            return b""
+        return b"".join(self._answer(message.mid, message.data)
+                        for message in self._requests.feed(data))
+
+    def _answer(self, mid: int, data: bytes) -> bytes:
+        if mid == WAKE_UP_ACK:
+            return b""
+        if mid == RESET:
+            self.measuring = False
+            return frame(RESET + 1) + self.greeting()
+        if mid in (GO_TO_CONFIG, GO_TO_MEASUREMENT):
+            self.measuring = mid == GO_TO_MEASUREMENT
+        if mid == SET_PERIOD:  # what is played has a rate of its own
+            wanted_hz = TICKS_PER_S / max(1, int.from_bytes(data, "big"))
+            if abs(wanted_hz / self._rate_hz - 1) > SAME_RATE:
+                return frame(ERROR, bytes([WRONG_PERIOD]))
+        if mid == REQUEST_CONFIGURATION:  # the length of the data is all that the host reads
+            length = RAW_COUNTED.size.to_bytes(2, "big")
+            after = bytes(CONFIGURATION_BYTES - DATA_LENGTH_AT - len(length))
+            return frame(mid + 1, bytes(DATA_LENGTH_AT) + length + after)
+        return frame(mid + 1)

@@ -84,6 +84,13 @@ class PseudoPort:
         except BlockingIOError:
             return 0
 
+    def receive(self) -> bytes:
+        """What was written to the port."""
+        try:
+            return os.read(self._master, 4096)
+        except OSError:  # nothing there, or nobody has it open
+            return b""
+
     def play(
         self,
         device: PlaybackDevice,
@@ -106,8 +113,10 @@ class PseudoPort:
                 pulled = begun = time.monotonic()
                 sent = 0
                 continue
+            if answer := device.answer(self.receive()):
+                self.send(answer)
             due = int((now - begun) * rate_hz)
-            if due > sent:
+            if device.measuring and due > sent:
                 count = min(due - sent, MOST_AT_ONCE)
                 self.send(b"".join(device.next_sample() for _ in range(count)))
             sent = due

@@ -1,6 +1,7 @@
-"""What the page shows of one pose: its attitude, what is known of it, and its raw log.
+"""The attitudes that the poses cover, and the residuals over the sphere of them.
 
-An attitude is where the vertical points in the axes of the sensor: the side that faces up.
+A pose stands where the vertical points in the axes of the sensor: the side that faces up. The
+script of the page draws the sphere, so that it can be rotated.
 """
 
 import base64
@@ -14,7 +15,6 @@ from calib.numbers import NO_LENGTH, RPM
 from calib.poses.attitudes import (
     NEAR_COSINE,
     WEDGE_DIRECTIONS,
-    direction_name,
     list_directions,
     natural_directions,
 )
@@ -23,6 +23,7 @@ from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.console.model_change_text import exclude_lines, pose_sections
 from pipeline.results.json_values import Json
+from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, with_minus_signs, with_sd
@@ -33,28 +34,36 @@ MOST_REPEATS = 2.0
 """Times the median number of poses in a direction: a design lays all of them equally often."""
 
 
-def coverage_of(directions: FloatArray) -> str:
-    """Which directions unit vectors (n, 3) cover, in words; NaN for poses without a direction.
+@dataclass(frozen=True, eq=False)
+class Coverage:
+    """The expected directions, each with whether a pose is near, and a sentence.
 
-    No direction is missing where the poses do not follow the design.
+    ``expected`` is empty where the poses do not follow the design: then no direction is missing.
     """
+
+    expected: tuple[tuple[FloatArray, bool], ...]
+    caption: str
+
+
+def coverage_of(directions: FloatArray) -> Coverage:
+    """The coverage of unit vectors (n, 3), NaN for poses without a direction."""
     known = directions[np.isfinite(directions).all(axis=1)]
     if not len(known):
-        return ("These poses have no known direction: the plate was stopped and no "
-                "accelerometer was logged.")
+        return Coverage((), "These poses have no known direction: the plate was stopped and no "
+                            "accelerometer was logged.")
     natural = natural_directions()
     near = natural @ known.T  # (26, n)
     covered = near.max(axis=1) >= NEAR_COSINE
     faces, corners = int(covered[:WEDGE_DIRECTIONS].sum()), int(covered[WEDGE_DIRECTIONS:].sum())
     if not _follows_design(near, faces):
-        return (f"{count(len(known), 'pose')}. They do not follow the design of 6 "
-                f"faces and 12 edges, so no direction is called missing.")
+        return Coverage((), f"{count(len(known), 'pose')}. They do not follow the design of 6 "
+                            f"faces and 12 edges, so no direction is marked as missing.")
     caption = (f"{count(len(known), 'pose')} cover {faces} of the 18 faces and edges and "
                f"{corners} of the 8 corners.")
     if faces < WEDGE_DIRECTIONS:
         missing = list_directions(natural[:WEDGE_DIRECTIONS][~covered[:WEDGE_DIRECTIONS]])
         caption += f" These directions are missing: {missing}."
-    return caption
+    return Coverage(tuple(zip(natural, map(bool, covered), strict=True)), caption)
 
 
 def _follows_design(near: FloatArray, faces: int) -> bool:
@@ -73,10 +82,11 @@ def _follows_design(near: FloatArray, faces: int) -> bool:
 
 
 LEVELS = 255  #: levels of a raw log's chart: one byte for every value
+DIGITS = 4  #: digits of a direction
 
 
-def poses_json(outcome: Outcome, result: TriadResult) -> Json:
-    """Facts and raw logs of the poses of one triad.
+def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
+    """Directions, facts and raw logs of the poses of one triad.
 
     Parameters
     ----------
@@ -85,19 +95,34 @@ def poses_json(outcome: Outcome, result: TriadResult) -> Json:
     result : TriadResult
         One of its triads.
     """
-    up, poses = up_directions(result), result.calibration.fit.poses
+    up = up_directions(result)
     means = _means(outcome, result)
     along = reading_directions(result)
+    coverage = coverage_of(up)
     return {
-        "caption": coverage_of(up),
-        "runs": list(poses.run),
-        "facts": [[*_attitude(up[i], result.triad), *_facts(poses, mean, i)]
+        "up": [_direction(one) for one in up],
+        "expected": [
+            {"up": [round(float(v), DIGITS) for v in direction], "covered": bool(is_covered)}
+            for direction, is_covered in coverage.expected
+        ],
+        "caption": coverage.caption,
+        "runs": list(result.calibration.fit.poses.run),
+        "facts": [list(_facts(result.calibration.fit.poses, mean, i))
                   for i, mean in enumerate(means)],
         "traces": [None if mean.stated else _trace(result, mean, along[i])
                    for i, mean in enumerate(means)],
-        "excluded": [one.label for one in result.excluded],
+        "excluded": [_excluded(result, one) for one in result.excluded],
         "exclude": _exclude_json(outcome, result),
     }
+
+
+def _excluded(result: TriadResult, pose: ExcludedPose) -> Json:
+    """An excluded pose on the sphere: its direction, and what the fit without it makes of it."""
+    if pose.predicted is None:
+        return {"label": pose.label, "run": pose.run, "up": None, "in_sd": None}
+    up = _upward(result.triad, pose.predicted.vector[None], pose.predicted.poses)[0]
+    return {"label": pose.label, "run": pose.run, "in_sd": pose.predicted.residual.in_sd,
+            "up": _direction(up)}
 
 
 def _exclude_json(outcome: Outcome, result: TriadResult) -> Json:
@@ -115,17 +140,20 @@ def up_directions(result: TriadResult) -> FloatArray:
     the specific force shows it: NaN where that was not logged.
     """
     fit = result.calibration.fit
-    vector = fit.rows.vector
-    if result.triad == "gyroscope":
-        turns = np.sign(fit.poses.spin_rad_s)[:, None]
-        vector = np.where(turns != 0, vector * turns, fit.poses.force)
+    return _upward(result.triad, fit.rows.vector, fit.poses)
+
+
+def _direction(up: FloatArray) -> list[float] | None:
+    return [round(float(v), DIGITS) for v in up] if np.isfinite(up).all() else None
+
+
+def _upward(triad: Triad, vector: FloatArray, poses: PoseSet) -> FloatArray:
+    """The same of corrected vectors (n, 3) of n poses."""
+    if triad == "gyroscope":
+        turns = np.sign(poses.spin_rad_s)[:, None]
+        vector = np.where(turns != 0, vector * turns, poses.force)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(vector / np.linalg.norm(vector, axis=1, keepdims=True))
-
-
-def _attitude(up: FloatArray, triad: Triad) -> Iterator[tuple[str, str]]:
-    if np.isfinite(up).all():
-        yield "attitude", with_minus_signs(direction_name(up, triad))
 
 
 def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
