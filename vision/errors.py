@@ -45,8 +45,8 @@ class NothingMoves(RateRefused):
     """The frames of a stretch differ by the noise of the camera alone."""
 
 
-class NothingRepeats(RateRefused):
-    """Much changes in the picture, and nothing of it comes back."""
+class NoPlate(RateRefused):
+    """Much changes in the picture, and nothing of it comes back, or what does so cannot turn."""
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vision.errors import NoPlate
 from vision.image_return import image_return, much_varies, other_return
 from vision.plate.periodic import periodic_pixels
 from vision.plate.pixel_motion import turning
@@ -102,6 +103,18 @@ def test_what_goes_to_and_fro_is_no_turning_plate() -> None:
     pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), returned.period_s,
                              returned.sd_s)
     assert turning(pixels, mask) is None
+
+
+def test_what_returns_faster_in_one_place_than_a_plate_can_turn_is_no_plate() -> None:
+    """A pattern that is wound up twice as fast as it turns: its determinant is four."""
+    y, x = np.mgrid[:96, :128]
+    turned = 2 * 2 * np.pi * np.arange(FRAMES)[:, None, None] / 37.3
+    u = (x - 64) * np.cos(turned) - (y - 48) * np.sin(turned)
+    frames = np.rint(90 + 40 * np.exp(-((u - 20) ** 2) / 60)).astype(np.uint8)
+    mask = np.hypot(x - 64, y - 48) < 45
+    pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), 37.3 * FRAME_S, 0.001)
+    with pytest.raises(NoPlate, match="does not turn"):
+        turning(pixels, mask)
 
 
 def test_things_that_move_vary_and_a_lamp_that_flickers_does_not() -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.errors import NoPlate
 from vision.geometry import FloatArray, PlateView, view_of_ellipse
 from vision.plate.periodic import PeriodicPixels
 
@@ -64,6 +65,11 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
     pixels : PeriodicPixels
     mask : array of bool, shape (h, w)
         Where the pixels lie in the frame, row by row.
+
+    Raises
+    ------
+    NoPlate
+        They move as no plate does, however often per turn it looks the same.
     """
     y, x = np.nonzero(_with_neighbours(mask))
     if not len(x):
@@ -81,7 +87,9 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
         return None
     flow, at_middle = beta.reshape(2, 3)[:, :2] / scale, beta.reshape(2, 3)[:, 2]
     once = float(np.linalg.det(flow)) / explained**2
-    if not THRESHOLDS.once < once < 1 / THRESHOLDS.once:
+    if once > 1 / THRESHOLDS.once:
+        raise NoPlate(f"what returns in the picture does not turn: det A is {once:.1f}")
+    if once < THRESHOLDS.once:
         return None
     # The points run along x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.drawing import annotated
-from vision.errors import NothingRepeats, RateRefused
+from vision.errors import NoPlate, RateRefused
 from vision.geometry import FloatArray, PlateView
 from vision.image_return import ImageReturn
 from vision.numbers import RPM
@@ -70,17 +70,21 @@ def picture_return(small: SmallClip) -> PictureReturn:
     Raises
     ------
     RateRefused
-        The picture does not return.
+        The picture does not return, or not as that of a plate does.
     """
     small.choose()
     returns, mask = small.returns, small.mask
     if returns is None or mask is None:
         lasts = small.time_s[-1] - small.time_s[0] if small.time_s else 0.0
         why = f"Nothing in the picture repeats within its {lasts:.1f} s."
-        raise (NothingRepeats if small.varies else RateRefused)(why)
+        raise (NoPlate if small.varies else RateRefused)(why)
     values, time = np.stack(small.values), np.array(small.time_s)
     pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
-    return PictureReturn(small, returns, values, pixels, turning(pixels, mask))
+    try:
+        seen = turning(pixels, mask)
+    except NoPlate as error:
+        raise NoPlate(_only_returns(returns), returns=returns) from error
+    return PictureReturn(small, returns, values, pixels, seen)
 
 
 def _as_followed(

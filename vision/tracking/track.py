@@ -18,8 +18,8 @@ import cv2
 
 from vision.errors import (
     NoSuchPart,
+    NoPlate,
     NothingMoves,
-    NothingRepeats,
     RateRefused,
     more_telling,
 )
@@ -103,7 +103,7 @@ def track_phase(
     tracks, returned = [by_luma], None
     if plate is None and not isinstance(by_luma, NothingMoves):
         returned = looked.by_return(by_luma)
-    nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NothingRepeats)
+    nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NoPlate)
     if not _turns(by_luma) and not nothing and not _good(returned):
         tracks.append(looked.tracked(ClipPass(colours=True)))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
@@ -131,7 +131,7 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
     still = [track for track in tracks if not isinstance(track, RateRefused)]
     if still:
         return still[0]
-    last = refusals.pop() if len(refusals) > 2 or isinstance(refusals[-1], NothingRepeats) else ""
+    last = refusals.pop() if len(refusals) > 2 or isinstance(refusals[-1], NoPlate) else ""
     telling = reduce(more_telling, refusals)
     raise type(telling)(f"{telling} {last}".rstrip())
 
