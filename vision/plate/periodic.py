@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.image_return import NOISE_FROM
 from vision.numbers import SD_PER_MAD
 
 FEW_ROUNDS, ROUNDS = 2, 4  #: rounds of angles and coefficients; numerical
@@ -177,7 +178,8 @@ class _HarmonicFit:
                                   -self.coefficients[1 : orders + 1]])
         at = waves @ self.coefficients
         rest = shown - at
-        self.noise = np.asarray(SD_PER_MAD * np.median(np.abs(rest), axis=0) + 1, np.float32)
+        some = np.abs(rest[:: max(1, len(rest) // NOISE_FROM)])
+        self.noise = np.asarray(SD_PER_MAD * np.median(some, axis=0) + 1, np.float32)
         weight = 1 / self.noise**2
         slope = waves @ (k * swapped)
         information = slope**2 @ weight

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, TypeGuard
 import cv2
 
 from vision.errors import (
-    NoSuchPart,
     NoPlate,
+    NoSuchPart,
     NothingMoves,
     RateRefused,
     more_telling,
