@@ -29,6 +29,7 @@ SMOOTH = 0.3
 judgement: half a swing fits into it, and steeper functions cost what they take more."""
 
 CURVED = "temperature_bias_curve"  #: the listed curve
+ATTITUDE = "attitude"  #: what an unknown function is of, where it is of how the sensor lies
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by a line and a square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
@@ -99,11 +100,11 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         yield name, [("", Course(shapes[:, :, None] * each_axis[:, None, :]))]
         if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
             yield name, [(IN_A_CURVE, Course.of_bias(line_and_square(values)))]
-    yield "attitude", [("", Course.of_size(_attitude(fit)))]
+    yield ATTITUDE, [("", Course.of_size(_attitude(fit)))]
     if np.ptp(each_axis, axis=0).all():
-        yield "attitude", [("", _by_own_axis(each_axis))]
+        yield ATTITUDE, [("", _by_own_axis(each_axis))]
     if poses.triad in EFFECTS[SQUARED].triads and np.isfinite(poses.force).all():
-        yield "attitude", [("", _by_products_of_force(poses.force))]
+        yield ATTITUDE, [("", _by_products_of_force(poses.force))]
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
             yield TEMPERATURE, _with_a_lag(poses.time_s, poses.columns[TEMPERATURE])

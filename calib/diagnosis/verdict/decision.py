@@ -15,7 +15,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
-from calib.diagnosis.hypotheses.unlisted import IN_A_CURVE
+from calib.diagnosis.hypotheses.unlisted import ATTITUDE, IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.verdict.explained import explained, stands_out
@@ -85,9 +85,12 @@ def reach_verdict(posterior: Posterior) -> Verdict:
                   if _is_step(posterior.hypotheses[j]))
     if joint is not None:
         with_names = (share, explains) if explains else explained(posterior, joint)
-        if not with_names[1] and not stands_out(posterior.base, joint.fit):
-            return _unlisted(posterior, share, explains) or _noise(
-                posterior, kinds_of_noise(posterior.base))
+        if not with_names[1]:
+            unlisted = _unlisted(posterior, share, explains)
+            if not stands_out(posterior.base, joint.fit):
+                return unlisted or _noise(posterior, kinds_of_noise(posterior.base))
+            if unlisted is not None and _is_part_of(posterior, joint, named, unlisted):
+                return unlisted
         share, explains = with_names
         first = named[0]
         alone = _one_pose(posterior, joint, first.name) if len(named) == 1 else None
@@ -162,6 +165,17 @@ def _signal_rows(posterior: Posterior, joint: Refit, name: str) -> FloatArray:
              for i in range(slices[each].start, slices[each].stop)]
     rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
     return posterior.table.projector(rows)
+
+
+def _is_part_of(
+    posterior: Posterior, joint: Refit, named: Sequence[Inclusion], unlisted: Verdict
+) -> bool:
+    """Whether all that is named is but the first term of an unknown function of the attitude."""
+    functions = [posterior.table.unit_block(j) for j in posterior.lead.members
+                 if posterior.hypotheses[j].follows == unlisted.name == ATTITUDE]
+    signals = [_signal_rows(posterior, joint, each.name) for each in named]
+    return all(any(np.sum((block.T @ signal) ** 2) >= CONSTANTS.sure * (signal @ signal)
+                   for block in functions) for signal in signals)
 
 
 def _one_pose(posterior: Posterior, joint: Refit, name: str) -> str | None:

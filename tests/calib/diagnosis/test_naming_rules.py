@@ -1,5 +1,6 @@
 """What keeps a verdict from a wrong name: left-out poses, errors of formulas, starts of shapes."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -50,6 +51,22 @@ def test_a_shape_that_no_effect_has_is_no_noise_beside_an_effect_that_is_slight(
     verdict = find(fit(replace(poses, reading=read), Model.of(BASE))).verdict
     assert (verdict.code, verdict.name) == ("unknown", "attitude")
     assert "temperature_bias" in {name for each in verdict.beside for name in each.members}
+
+
+@pytest.mark.parametrize(("error", "code", "name"), [
+    (lambda s: np.where(np.abs(s) > 2.6, -0.03 * np.sign(s) * (np.abs(s) - 2.6), 0.0),
+     "unknown", "attitude"),
+    (lambda s: np.where(np.abs(s) < 0.004, -s, -0.004 * np.sign(s)), "unknown", "attitude"),
+    (lambda s: -1e-3 * s**3 * [1.0, 0.7, -0.4], "effect", "cubic"),
+])
+def test_the_first_term_of_another_shape_is_no_name(
+    error: Callable[[FloatArray], FloatArray], code: str, name: str
+) -> None:
+    """A saturation was a cubic, a dead band an offset of the reference, with the rest beside it."""
+    true = rich_poses("gyroscope", 8)
+    poses = noisy(replace(true, reading=true.reading + error(true.reading)), 8)
+    verdict = find(fit(poses, Model.of(BASE))).verdict
+    assert (verdict.code, verdict.name) == (code, name)
 
 
 @pytest.mark.parametrize(("bend_sds", "code"), [(0.55, "effect"), (0.6, "unknown")])
