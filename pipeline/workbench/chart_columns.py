@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from scipy.stats import beta, norm
+from scipy.special import betaincinv, ndtri
 
 from calib.fit.triad.calibration import TriadCalibration
 from calib.numbers import NO_LENGTH, RPM
@@ -36,7 +36,7 @@ def chart_columns(session: OpenSession, triad: Triad) -> Json:
     poses = calibration.fit.poses
     n = int((~poses.reference.is_null).sum())
     place = np.arange(1, n + 1)
-    z, low, high = (norm.ppf(beta.ppf(share, place, n + 1 - place)).tolist()
+    z, low, high = (ndtri(betaincinv(place, n + 1 - place, share)).tolist()
                     for share in (0.5, *BAND))
     return {
         "columns": {name: values.tolist() for name, values in _columns(poses)

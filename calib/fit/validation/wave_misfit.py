@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f
+from scipy.special import fdtrc
 
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import EFFECTS, Effect
@@ -190,7 +190,7 @@ def _is_noise(squares: float, dof: int, waves: WaveRows, rows: IntArray) -> bool
     """Whether rows of a run leave no more than noise, whose sds its waves show by themselves."""
     rings = len(np.unique(waves.row_pose[rows]))
     shown = 2 * len(NEIGHBOURS) * rings * 3 * (2 if waves.of_gravity else 1)
-    return bool(f.sf(squares / dof, dof, shown) >= UNEXPLAINED_P_VALUE)
+    return bool(fdtrc(dof, shown, squares / dof) >= UNEXPLAINED_P_VALUE)
 
 
 def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float, int]:
