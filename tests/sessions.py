@@ -1,7 +1,9 @@
 """Sessions on disk and the command run on them, as a user has and does it."""
 
 import json
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +50,13 @@ def accelerometer_alone(folder: Path) -> Path:
 def pipeline(*arguments: str | Path) -> int:
     """One command in this process; an exception that nobody expects goes through."""
     return cli.main([str(argument) for argument in arguments])
+
+
+def typed(*arguments: str | Path) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of one command in this process."""
+    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as errors:
+        code = pipeline(*arguments)
+    return code, out.getvalue(), errors.getvalue()
 
 
 def configured(folder: Path, text: str) -> Path:

@@ -1,8 +1,6 @@
 """The outlook before recording is what recording then gives."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -23,8 +21,7 @@ from calib.poses.runs.ring import TILT_SD_RAD
 from calib.poses.runs.ring_errors import tilt_name
 from pipeline.stages.pose_means import first_directions
 from tests.fitting import Calibrated, averaged, calibrated, spec_of, tilted_pose_sets
-from tests.paths import ROOT
-from tests.sessions import configured, pipeline
+from tests.sessions import configured, pipeline, typed
 from tests.world.designs import SLOW, paper_design, tilted_design
 from tests.world.imu import Sensor, mpu6050, mti
 from tests.world.session import Session, simulate
@@ -218,10 +215,9 @@ def test_the_next_planned_pose_is_the_missing_one_that_is_worth_most_per_minute(
 
 
 def plan(config: Path, *options: str) -> str:
-    done = subprocess.run([sys.executable, "-m", "pipeline", "plan", str(config), *options],
-                          cwd=ROOT, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
+    code, printed, errors = typed("plan", config, *options)
+    assert (code, errors) == (0, "")
+    return printed
 
 
 NEW = """\

@@ -18,18 +18,13 @@ from pipeline.record import demo
 from pipeline.record import serial_port as line
 from pipeline.record.serial_port import SerialPortInfo, only_port, permission_advice
 from tests.paths import ROOT
-from tests.sessions import results_in
+from tests.sessions import results_in, typed
 
 MINE = """sensor: xsens-mti
 site: {latitude_deg: 40.85, height_m: 20}
 accelerometer: {poses: rehearsal/pose_*.csv, model: [bias]}
 record: {device: xsens-mti, poses: 6, seconds_per_pose: 3, order: random}
 """
-
-
-def pipeline(*arguments: str, folder: Path = ROOT) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "pipeline", *arguments], cwd=folder, text=True,
-                          capture_output=True, check=False, env=ENVIRONMENT)
 
 
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -86,23 +81,23 @@ def test_ctrl_c_keeps_what_is_taken_and_says_how_to_go_on(tmp_path: Path) -> Non
 def test_a_device_that_is_not_there_exits_with_6(tmp_path: Path) -> None:
     config = tmp_path / "mine.yaml"
     config.write_text(MINE)
-    done = pipeline("record", str(config), "--port", str(tmp_path / "none"))
-    assert (done.returncode, done.stdout) == (6, "")
-    assert "there is no such port" in done.stderr
+    code, printed, errors = typed("record", config, "--port", tmp_path / "none")
+    assert (code, printed) == (6, "")
+    assert "there is no such port" in errors
 
 
 def test_a_configuration_without_record_is_refused(tmp_path: Path) -> None:
     config = tmp_path / "mine.yaml"
     config.write_text(MINE.split("record:")[0])
-    done = pipeline("record", str(config))
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
+    code, _, errors = typed("record", config)
+    assert code == 2
+    assert errors.count("\n") == 1
 
 
 def test_ports_says_what_to_do_where_none_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    done = pipeline("record", "--ports")
-    assert done.returncode == 0
-    assert "No serial port was detected" in done.stdout or "next: set `port:" in done.stdout
+    code, printed, _ = typed("record", "--ports")
+    assert code == 0
+    assert "No serial port was detected" in printed or "next: set `port:" in printed
 
 
 def test_permissions_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -128,12 +123,11 @@ def test_the_port_is_asked_for_where_it_is_not_clear(
 def test_poses_that_determine_nothing_are_refused_before_the_first(tmp_path: Path) -> None:
     config = tmp_path / "mine.yaml"
     config.write_text(MINE.replace(", model: [bias]", ""))
-    done = pipeline("record", str(config), "--port", str(tmp_path / "none"))
-    assert done.returncode == 4
-    assert "6 poses give 6 equations for 9 parameters" in done.stderr
-    done = pipeline("record", str(config), "--port", str(tmp_path / "none"),
-                    "--anyway")
-    assert done.returncode == 6  # on to the port
+    port = ("--port", tmp_path / "none")
+    code, _, errors = typed("record", config, *port)
+    assert code == 4
+    assert "6 poses give 6 equations for 9 parameters" in errors
+    assert typed("record", config, *port, "--anyway")[0] == 6  # on to the port
 
 
 def test_a_line_about_a_triad_is_said_where_it_has_changed(
