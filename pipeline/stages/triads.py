@@ -5,16 +5,20 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from calib.assess import AssessedTriad, assess, calibrate
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
     turning_while_still,
 )
+from calib.consistency.force import force_notes, require_gravity
 from calib.consistency.stated_sds import sds_too_large
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.evaluable import missing_in, with_typical_columns
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
@@ -26,12 +30,11 @@ from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose
-from pipeline.stages.force_check import KNOWN_FORCE, check_force
-from pipeline.stages.leaning_poses import leaning_poses
 from pipeline.stages.poses import Recordings
 from pipeline.stages.site import Gravity, gravity_of
 from pipeline.stages.triad_poses import (
     TriadPoses,
+    accelerometer_poses,
     gyroscope_poses,
     model_on,
     resting_poses,
@@ -201,15 +204,51 @@ def triad_input(
 
     if triad == "accelerometer":
         assert gravity is not None
-        return read_in(leaning_poses(config, recordings, gravity), gravity=gravity)
+        return read_in(accelerometer_poses(config, recordings, gravity), gravity=gravity)
     if triad != "gyroscope":
         return read_in(resting_poses(triad, config, recordings))
-    recorded, force = gyroscope_poses(config, rates, recordings, accelerometer), KNOWN_FORCE
-    if accelerometer is not None and gravity is not None:
-        force = check_force(recorded.used, accelerometer, gravity.value_m_s2)
+    recorded = gyroscope_poses(config, rates, recordings, accelerometer)
+    is_known, notes = (
+        (True, ()) if accelerometer is None or gravity is None
+        else _check_force(recorded.used, accelerometer, gravity.value_m_s2))
     return read_in(
-        recorded, notes=force.notes,
-        senses=senses_of(config, recordings) if accelerometer and force.is_known else None)
+        recorded, notes=notes,
+        senses=senses_of(config, recordings) if accelerometer and is_known else None)
+
+
+def _check_force(
+    poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
+) -> tuple[bool, tuple[str, ...]]:
+    """Whether the calibrated force in a gyroscope's poses is good enough to compare axes by.
+
+    Returns
+    -------
+    bool
+    tuple of str
+        Sentences on what is not known of it.
+
+    Raises
+    ------
+    Contradiction
+        The calibrated accelerometer does not read gravity in them.
+    """
+    whole = with_typical_columns(accelerometer, poses)
+    missing = missing_in(accelerometer, poses)
+    if still := missing_in(accelerometer, whole):
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in still.items())
+        return False, (
+            f"the poses of the gyroscope cannot evaluate all effects of the accelerometer "
+            f"({reasons}). The specific force there is corrected without them, and the axes of "
+            f"the triads were not compared.",)
+    require_gravity(whole, accelerometer, gravity_m_s2)
+    hardly, off = force_notes(whole, accelerometer, gravity_m_s2)
+    notes = tuple(note for note in (hardly, off) if note)
+    if missing and np.isfinite(poses.force).all():
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in missing.items())
+        notes += (f"in the poses of the gyroscope the accelerometer is corrected as in its own "
+                  f"poses on average, because they cannot evaluate all of its effects "
+                  f"({reasons}).",)
+    return hardly is None, notes
 
 
 def _calibrated(triad: TriadInput) -> TriadResult:
