@@ -13,6 +13,7 @@ from pipeline.errors import PipelineError
 from pipeline.guess.agreement import disagreements, implausible
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.session import SessionGuess
+from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.stages.run import Outcome
 
 #: From the largest to the smallest; a bias alone is no calibration of an accelerometer.
@@ -69,6 +70,9 @@ def checked_config(
                 break  # of a gyroscope at rest there is no more than a bias
             changes.append(f"the {triad} is left out: {error}")
             choices = replace(choices, left_out={**choices.left_out, triad: fault})
+    if any(not table.clock.is_known and not table.are_means for table in guess.tables):
+        fault = (f"{fault} The file states no sample rate, and {ASSUMED_HZ:g} Hz is no more than "
+                 f"usual: state it by --rate-hz.")
     return CheckedConfig(config_text(guess, path.parent, choices), None, tuple(changes), fault)
 
 

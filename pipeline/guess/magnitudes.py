@@ -35,7 +35,9 @@ OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
 """Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
-SMALL_UNITS = ("mrad_s", "mdeg_s")
+UNITS_PER_DEG_S = tuple(math.radians(1) / size for size in RATE_UNITS.values())  #: facts
+SMALL_UNITS_PER_DEG_S = tuple(math.radians(1) / RATE_UNITS[unit] for unit in ("mrad_s", "mdeg_s"))
+"""Facts: of units in which whole numbers are written."""
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Speeds of record players; the slowest and the last one from gramophones."""
 
@@ -45,9 +47,9 @@ RPM_TOLERANCE = 0.05
 GRAVITY_TOLERANCE = 0.15
 """A factory accelerometer reads gravity within a tenth in every attitude."""
 
-LOOSEST, LOOSEST_SPREAD = 1.8, 0.7
-"""Limits of a triad that is known to be the accelerometer: one board in ``tests`` reads 1.4 g
-upright, and in a hand half of the readings are accelerated."""
+LOOSEST = 1.8
+"""Ratio of a reading at rest to gravity, either way, up to which a triad may be the accelerometer:
+one board in ``tests`` reads 1.4 g upright."""
 
 FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m/s² in each
 MOST_INNER = 0.7
@@ -135,7 +137,7 @@ def gravity_unit(
     # Of one length, in a range or a unit that is none of these, if it is gravity at all.
     is_unusual = off >= GRAVITY_TOLERANCE and (
         unit == "counts" or (rests is not None and rests.misfit < ROUNDEST))
-    if spread > LOOSEST_SPREAD or (off > math.log(LOOSEST) and not (is_unusual and steady)):
+    if off > math.log(LOOSEST) and not (is_unusual and steady):
         return None
     if is_unusual and steady and (unit == "counts" or off > math.log(LOOSEST)):
         unit, per_g = "counts", float(f"{length:.3g}")
@@ -144,29 +146,26 @@ def gravity_unit(
     return GravityUnit(unit, per_g, encoding, length, steady and off < GRAVITY_TOLERANCE)
 
 
-def nearest_rate_unit(
+def nearest_rate_scale(
     si_per_unit: float, encoding: str, beside_m_s2: float | None
-) -> tuple[str, float | None]:
-    """The unit that is nearest to a scale in rad/s, and counts per °/s where it is none.
+) -> float:
+    """Units per °/s of the usual unit or range that is nearest to a scale in rad/s, else its own.
 
     ``beside_m_s2`` are the m/s² per unit of the accelerometer: beside mg, whole numbers may be of a
     small unit, and the counts of a BNO055 come together.
     """
     gain = beside_m_s2 / FORCE_UNITS["mg"] if beside_m_s2 else 0.0
-    whole_units = 1 - GRAVITY_TOLERANCE < gain < 1 + GRAVITY_TOLERANCE
-    is_bno055 = math.isclose(gain * BNO055_PER_G, 1000)
+    known = USUAL_COUNTS_PER_DEG_S if encoding else UNITS_PER_DEG_S
+    if encoding == OFFSET_BINARY:
+        known = OFFSET_COUNTS_PER_DEG_S
+    elif encoding and math.isclose(gain * BNO055_PER_G, 1000):
+        known = (BNO055_PER_DEG_S,)
+    elif encoding and 1 - GRAVITY_TOLERANCE < gain < 1 + GRAVITY_TOLERANCE:
+        known = (*known, *SMALL_UNITS_PER_DEG_S)
     per_deg = math.radians(1) / si_per_unit
-    units = () if encoding and not whole_units else SMALL_UNITS if encoding else RATE_UNITS
-    counts = (() if not encoding else
-              OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else
-              (BNO055_PER_DEG_S,) if is_bno055 else USUAL_COUNTS_PER_DEG_S)
-    known = [*((unit, RATE_UNITS[unit], None) for unit in units),
-             *(("counts", math.radians(1) / usual, usual) for usual in counts)]
-    off, unit, usual = min(((abs(math.log(si_per_unit / size)), unit, usual)
-                            for unit, size, usual in known), key=lambda item: item[0])
-    if off < 2 * GRAVITY_TOLERANCE:
-        return unit, usual
-    return "counts", float(f"{per_deg:.2g}")
+    nearest = min(known, key=lambda usual: abs(math.log(per_deg / usual)))
+    is_near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
+    return nearest if is_near else float(f"{per_deg:.2g}")
 
 
 def record_rpm(rate_rad_s: float) -> float | None:

@@ -5,10 +5,12 @@ from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
 
+from calib.poses.imu_log import AXES
 from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import find_head
 from pipeline.logs.header_words import read_name
+from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
 from pipeline.text.names import word
 
@@ -40,6 +42,22 @@ FACTOR = re.compile(r"\s*(\d+\.?\d*[eE][+-]\d+)\s*\*\s*")
 LONGEST_SHOWN = 60  #: letters of a line in a message; of text
 BYTE = re.compile(r"(.*?)[ _.]?(h|l|hi|lo|high|low|msb|lsb)", re.IGNORECASE)
 """A column of one byte of a number: ``AXH``, ``acc_x_lsb``."""
+
+
+def require_numbers_in_cells(path: Path, lines: Sequence[str]) -> None:
+    """Refuse rows of which several cells hold a list of samples each.
+
+    Raises
+    ------
+    UnreadableInput
+    """
+    rows = [LIST.findall(line) for line in lines[len(lines) // 2 :][:EVENTS]]
+    full = next((cells for cells in rows if len(cells) >= len(AXES)), None)
+    if full and sum(len(cells) == len(full) for cells in rows) > len(rows) / 2:
+        raise UnreadableInput(
+            f"{path}: {len(full)} cells of each row hold {full[0].count('|') + 1} numbers each, as "
+            f"'{full[0][:LONGEST_SHOWN]}': a row is several samples. Write a row for each sample, "
+            f"for example by `explode()` in pandas.")
 
 
 def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:

@@ -59,12 +59,16 @@ class MeasuredClip:
 class ScaleChoice:
     """A unit or a range of the gyroscope that nothing rules out: ``per_deg`` units are 1 °/s.
 
-    ``unit`` is empty for counts; ``rpm`` is the plate's speed that follows, None at rest.
+    ``rpm`` is the plate's speed that follows, None at rest.
     """
 
     per_deg: float
-    unit: str
     rpm: float | None
+
+    @property
+    def unit(self) -> str:
+        """The unit; empty for counts."""
+        return rate_unit(self.per_deg)
 
     @property
     def answer(self) -> str:
@@ -78,15 +82,8 @@ class ScaleChoice:
         return name + ("" if self.rpm is None else f" would be {self.rpm:.3g} rpm")
 
 
-@dataclass(frozen=True, eq=False)
-class Settled:
-    """The tables with the scale of their gyroscope.
-
-    ``choices`` are the scales among which nothing decides.
-    """
-
-    tables: tuple[TableGuess, ...]
-    choices: tuple[ScaleChoice, ...] = ()
+Settled = tuple[list[TableGuess], tuple[ScaleChoice, ...]]
+"""Tables, and the scales of their gyroscope among which nothing decides."""
 
 
 def settle_scale(
@@ -103,7 +100,7 @@ def settle_scale(
     """
     undecided = [table for table in tables if table.gyroscope and table.gyroscope.choices]
     if not undecided:
-        return Settled(tuple(tables))
+        return [*tables], ()
     gyroscope = undecided[0].gyroscope
     assert gyroscope is not None
     decided = [table.gyroscope for table in tables if table.gyroscope
@@ -123,8 +120,7 @@ def settle_scale(
                 f"(correlation {turn.agreement:.2f})"))
     turning = _turning(undecided)
     if not turning:
-        return Settled(tuple(tables), tuple(
-            _choice(per_deg, None) for per_deg in gyroscope.choices))
+        return [*tables], tuple(ScaleChoice(per_deg, None) for per_deg in gyroscope.choices)
     # Lengths are in rad/s at the first sensitivity; at another they are so many times as long.
     first = math.radians(1) / gyroscope.si_per_unit
     lengths = np.array([_length(table) for table in turning])
@@ -142,13 +138,9 @@ def settle_scale(
         return _settled(tables, per_deg, (
             f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
             f"range makes a speed of record players"))
-    return Settled(tuple(tables), tuple(
-        _choice(per_deg, min(RECORD_RPM, key=lambda rpm: abs(
-            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in able or every))
-
-
-def _choice(per_deg: float, rpm: float | None) -> ScaleChoice:
-    return ScaleChoice(per_deg, rate_unit(per_deg), rpm)
+    return [*tables], tuple(
+        ScaleChoice(per_deg, min(RECORD_RPM, key=lambda rpm: abs(
+            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in able or every)
 
 
 def _known_factors(
@@ -210,12 +202,11 @@ def _rate_by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float
 
 def _settled(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:
     """The tables with so many units per °/s where these were open; a bias goes with it."""
-    return Settled(tuple(
+    return [
         replace(table, gyroscope=(scaled := table.gyroscope.scaled(per_deg, because)),
                 rate_bias=None if table.rate_bias is None else
                 table.rate_bias * scaled.si_per_unit / table.gyroscope.si_per_unit)
-        if table.gyroscope and table.gyroscope.choices else table
-        for table in tables))
+        if table.gyroscope and table.gyroscope.choices else table for table in tables], ()
 
 
 def without_rate_bias(tables: Sequence[TableGuess]) -> list[TableGuess]:

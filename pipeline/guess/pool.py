@@ -28,8 +28,6 @@ LARGEST_CENTRE, ROUNDEST = 0.7, 0.03
 """Distance of the centre over the radius, at most, of points that lie on the sphere no better than
 so: a bias of 0.7 g, or of 70 °/s at 17 rpm. Points that do lie on it may be volts, whose zero is
 far from 0. A judgement."""
-ROUNDS, OUTLIER = 4, 4.0
-"""Fits of the sphere, each without what lies so many sds off the one before. A judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,24 +129,21 @@ class Sphere:
 
 
 def sphere_through(points: FloatArray) -> Sphere | None:
-    """The sphere through most of the points (k, 3); None where they do not determine one.
+    """The sphere through the points (k, 3); None where they do not determine one.
 
     What has one length in every attitude lies on it: its radius is the unit, its centre the bias.
     """
-    kept = points
-    for _ in range(ROUNDS):
-        if len(kept) < FEWEST_MEANS:
-            return None
-        extent = np.linalg.svd(kept - kept.mean(axis=0), compute_uv=False)
-        if not extent[-1] > FLATTEST * extent[0]:
-            return None
-        known = np.column_stack([2 * kept, np.ones(len(kept))])
-        solution = np.linalg.lstsq(known, (kept**2).sum(axis=1), rcond=None)[0]
-        centre = solution[:3]
-        radius = float(np.sqrt(max(solution[3] + centre @ centre, 0.0)))
-        off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
-        sd = max(float(np.median(off)) / MEDIAN_OF_NORMAL, radius * np.finfo(float).eps)
-        kept = points[off <= OUTLIER * sd]
+    if len(points) < FEWEST_MEANS:
+        return None
+    extent = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if not extent[-1] > FLATTEST * extent[0]:
+        return None
+    known = np.column_stack([2 * points, np.ones(len(points))])
+    solution = np.linalg.lstsq(known, (points**2).sum(axis=1), rcond=None)[0]
+    centre = solution[:3]
+    radius = float(np.sqrt(max(solution[3] + centre @ centre, 0.0)))
+    off = np.abs(np.linalg.norm(points - centre, axis=1) - radius)
+    sd = max(float(np.median(off)) / MEDIAN_OF_NORMAL, radius * np.finfo(float).eps)
     if sd > ROUNDEST * radius and np.linalg.norm(centre) > LARGEST_CENTRE * radius:
         return None
     return Sphere(centre, radius, sd / radius)

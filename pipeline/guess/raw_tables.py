@@ -9,7 +9,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
-from pipeline.guess.no_log import no_table, require_samples
+from pipeline.guess.no_log import no_table, require_numbers_in_cells, require_samples
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import find_head
@@ -79,6 +79,7 @@ def raw_tables(path: Path) -> list[RawTable]:
     kind = kind_of(file)
     if kind is None:
         lines = text_lines(path, read_bytes(path))
+        require_numbers_in_cells(path, lines)
         text = raw_text(path, lines)
         if text is None:
             raise no_table(path, lines)

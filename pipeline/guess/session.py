@@ -1,5 +1,6 @@
 """Tables put together to a session: what is a pose, which sets of poses, at which rate."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -112,14 +113,14 @@ def guess_session(
         Units of the gyroscope per °/s as the user states them.
     """
     alone, doubts = drop_alternatives(tables)
-    settled = settle_scale(without_rate_bias(alone), clips, per_deg)
-    doubts += _together(settled.tables)
-    layout = _layout(settled.tables)
+    settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
+    doubts += _together(settled)
+    layout = _layout(settled)
     groups: dict[tuple[Layout, str | None, bool], list[TableGuess]] = {}
-    speeds = speeds_of([table.turning_rad_s for table in settled.tables])
-    for table, turns in zip(settled.tables, speeds, strict=True):
+    speeds = speeds_of([table.turning_rad_s for table in settled])
+    for table, turns in zip(settled, speeds, strict=True):
         kind: Layout = "means" if table.are_means else layout
-        name = STOPPED if not turns else None if settled.choices else _speed(turns, clips)
+        name = STOPPED if not turns else None if scales else _speed(turns, clips)
         clockwise = bool(turns) and table.turns_clockwise
         groups.setdefault((kind, name, clockwise), []).append(table)
     sources = tuple(
@@ -128,10 +129,10 @@ def guess_session(
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
-    if not settled.choices:
+    if not scales:
         doubts += _rate_doubts(sources)
-    doubts += _differing(settled.tables)
-    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), settled.choices)
+    doubts += _differing(settled)
+    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales)
 
 
 def _speed(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> str | None:
@@ -168,8 +169,11 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     """
     kept: list[TableGuess] = []
     doubts = []
+    like = Counter((table.path.parent, *table.table.columns) for table in tables)
     for table in sorted(tables, key=_rawness):
-        same = next((other for other in kept if _are_alternatives(table, other)), None)
+        are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
+        same = None if are_poses else next(
+            (other for other in kept if _are_alternatives(table, other)), None)
         if same is None:
             kept.append(table)
         else:

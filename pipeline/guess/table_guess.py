@@ -1,6 +1,5 @@
 """What one table is: its clock, its triads, whether its rows are pose means."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -33,7 +32,6 @@ MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tu
 #: Names of files in which phone apps write what they compute from the sensors, and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
-SENSOR_LOGGER = {"time", "seconds_elapsed", "x", "y", "z"}  #: columns of this app; fact
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
 TURNING_RAD_S = 0.3
 
@@ -197,8 +195,6 @@ def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess
             return [_alike([table], rate_hz)[0] for table in tables]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
-        if gyroscope and gyroscope.choices and tables[0].columns.keys() >= SENSOR_LOGGER:
-            gyroscope = gyroscope.scaled(math.radians(1), "Sensor Logger writes rad/s")
         if force and rate and gyroscope and not pool.has_clock:
             gyroscope, clocks = clocked_by_turns(clocks, rate, force, gyroscope)
     if accelerometer is None and gyroscope is None:

@@ -17,13 +17,11 @@ from pipeline.guess.magnitudes import (
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
     RATE_UNITS,
-    SMALL_UNITS,
+    SMALL_UNITS_PER_DEG_S,
     GravityUnit,
-    nearest_rate_unit,
-    record_rpm,
+    nearest_rate_scale,
     sample_noise_sd,
     signed,
-    typical_length,
 )
 from pipeline.guess.triads import NEARLY_ALL, PossibleTriad, Triple, called, triples_by_name
 from pipeline.guess.turns import OWN
@@ -77,10 +75,8 @@ class TriadGuess:
 
     def scaled(self, per_deg: float, because: str) -> "TriadGuess":
         """The gyroscope with ``per_deg`` of its units per °/s."""
-        unit = rate_unit(per_deg) or "counts"
-        return rate_triad(self.columns, unit, per_deg if unit == "counts" else None, self.encoding,
-                          f"{self.because}; {because}", self.doubt,
-                          bits=int(dict(self.sheet).get("bits", BITS)))
+        return rate_triad(self.columns, per_deg, self.encoding, f"{self.because}; {because}",
+                          self.doubt, int(dict(self.sheet).get("bits", BITS)))
 
     def si(self, values: FloatArray) -> FloatArray:
         """Readings (t, 3) of the file in SI units."""
@@ -130,51 +126,40 @@ def gyroscope_in(
     seen = turn.si_per_unit if turn and turn.is_sure and rate.pool.has_clock else None
     stated = RATE_UNITS.get(words.unit)
     if stated and (seen is None or LOOSEST > seen / stated > 1 / LOOSEST):
-        return rate_triad(rate.columns, words.unit, None, "", f"{because}, which state the unit",
-                          mounted)
+        return rate_triad(rate.columns, math.radians(1) / stated, "",
+                          f"{because}, which state the unit", mounted)
+    beside = accelerometer.si_per_unit if accelerometer else None
     if turn is None or seen is None:
         in_mg = accelerometer is not None and accelerometer.sheet == (("unit", "mg"),)
-        return _by_size(rate, encoding, because, mounted, SMALL_UNITS if in_mg else ())
-    unit, per_deg = nearest_rate_unit(seen, encoding,
-                                      accelerometer.si_per_unit if accelerometer else None)
+        choices = _open_scales(rate, encoding, in_mg)
+        return rate_triad(rate.columns, choices[0], encoding, because, mounted, _bits(rate),
+                          choices if len(choices) > 1 else ())
+    per_deg = nearest_rate_scale(seen, encoding, beside)
     doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
              f"{stated / seen:.3g} times what the accelerometer sees" if stated else "")
-    if unit == "counts" and not encoding:
+    if not rate_unit(per_deg) and not encoding:
         doubt = (f"gravity turns by {seen:.3g} rad/s per unit of the gyroscope, which is no "
                  f"usual unit; see whether the times are right")
-    return rate_triad(rate.columns, unit, per_deg, encoding, (
+    return rate_triad(rate.columns, per_deg, encoding, (
         f"{because}; between the rests gravity turns by what {seen:.3g} rad/s per unit make of the "
         f"readings (correlation {turn.agreement:.2f})"),
-        "; ".join(filter(None, [doubt, mounted])), bits=_bits(rate))
+        "; ".join(filter(None, [doubt, mounted])), _bits(rate))
 
 
-def _by_size(
-    rate: PossibleTriad, encoding: str, because: str, doubt: str, whole_units: Sequence[str]
-) -> TriadGuess:
-    """The units of a gyroscope that its noise and its largest reading do not rule out.
+def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float, ...]:
+    """Units per °/s of a gyroscope that its noise and its largest reading do not rule out.
 
-    Whole numbers are counts of a usual range, or of ``whole_units``.
+    Whole numbers are counts of a usual range, or of a small unit beside an accelerometer in mg.
     """
     if encoding:
         known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
-        further = [math.radians(1) / RATE_UNITS[unit] for unit in whole_units]
-        return rate_triad(rate.columns, "counts", known[0], encoding, because, doubt,
-                          bits=_bits(rate), choices=(*known, *further))
-    length, noise = typical_length(rate.values), sample_noise_sd(rate.values)
+        return (*known, *SMALL_UNITS_PER_DEG_S) if in_mg else known
+    noise = sample_noise_sd(rate.values)
     largest = float(np.quantile(np.abs(rate.values), NEARLY_ALL))
-    units = [unit for unit, size in RATE_UNITS.items() if largest * size < FASTEST_RAD_S
-             and (noise == 0 or QUIETEST_RAD_S < noise * size < NOISIEST_RAD_S)]
-    for unit in units:
-        if (rpm := record_rpm(length * RATE_UNITS[unit])) is not None:
-            return rate_triad(rate.columns, unit, None, "", (
-                f"{because}; {length:.4g} is {rpm:.3g} rpm, a speed of record players"), doubt)
-    usual = [unit for unit in units if unit in USUAL_RATE_UNITS] or units or [*USUAL_RATE_UNITS]
-    reason = (f"{because}; what one sample scatters by, {noise:.2g}, and {largest:.3g}, which few "
-              f"exceed, suit {' and '.join(UNIT_WORDS[unit] for unit in usual)}")
-    usual.sort(key=lambda unit: RATE_UNITS[unit])
-    choices = tuple(math.radians(1) / RATE_UNITS[unit] for unit in usual)
-    return rate_triad(rate.columns, usual[0], None, "", reason, doubt,
-                      choices=choices if len(choices) > 1 else ())
+    sizes = sorted(RATE_UNITS[unit] for unit in USUAL_RATE_UNITS)
+    able = [size for size in sizes if largest * size < FASTEST_RAD_S
+            and (noise == 0 or QUIETEST_RAD_S < noise * size < NOISIEST_RAD_S)]
+    return tuple(math.radians(1) / size for size in able or sizes)
 
 
 def clocked_by_turns(
@@ -211,16 +196,17 @@ def clocked_by_turns(
 
 
 def rate_triad(
-    triple: Triple, unit: str, per_deg: float | None, encoding: str, because: str, doubt: str,
+    triple: Triple, per_deg: float, encoding: str, because: str, doubt: str,
     bits: int = BITS, choices: tuple[float, ...] = (),
 ) -> TriadGuess:
-    """A gyroscope in a unit, or in counts of which ``per_deg`` are 1 °/s."""
-    if per_deg is not None:
+    """A gyroscope of whose unit or counts so many are 1 °/s."""
+    unit, size = rate_unit(per_deg), math.radians(1) / per_deg
+    if not unit:
         return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding, bits),
                           f"counts, {per_deg:g} per °/s" + (f", {encoding}" if encoding else ""),
-                          because, math.radians(1) / per_deg, doubt, choices, encoding)
-    words = " or ".join(UNIT_WORDS[rate_unit(per_deg)] for per_deg in choices) or UNIT_WORDS[unit]
-    return TriadGuess(triple, (("unit", unit),), words, because, RATE_UNITS[unit], doubt, choices)
+                          because, size, doubt, choices, encoding)
+    words = " or ".join(UNIT_WORDS[rate_unit(choice)] for choice in choices) or UNIT_WORDS[unit]
+    return TriadGuess(triple, (("unit", unit),), words, because, size, doubt, choices)
 
 
 def per_deg_of(stated: str | float) -> float:

@@ -21,6 +21,8 @@ FEWEST_ROWS, MOST_STEPS = 100, 5
 is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""
 USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
 
+SECONDS_AT_A_TURN = 58  #: fact: of a clock that shows minutes, before the next minute, to a second
+
 SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
 """The slowest sketch prints twice a second; no MEMS sensor gives more than 32 kHz."""
 SLOW_HZ, LONGEST_SLOW_S = 5.0, 1800.0
@@ -142,6 +144,7 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
     array, shape (t,)
         In the same unit.
     """
+    ticks = _without_clock_face(ticks)
     step = np.diff(ticks)
     back = np.flatnonzero(step < 0)
     if back.size == 0 or back.size == len(step):
@@ -154,6 +157,17 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
             return ticks
         turned[i + 1] = period
     return np.asarray(ticks + np.cumsum(turned))
+
+
+def _without_clock_face(ticks: FloatArray) -> FloatArray:
+    """Seconds of the day of times (t,) like 100059.99, which is followed by 100100.00, as
+    receivers of satellites write them; other times as they are."""
+    hours, minutes, seconds = ticks // 10_000, ticks // 100 % 100, ticks % 100
+    turns = np.flatnonzero(np.diff(minutes))
+    is_face = len(turns) and (minutes < 60).all() and (seconds < 60).all() and (hours < 24).all()
+    if not is_face or np.median(np.diff(ticks)) > 1 or (seconds[turns] < SECONDS_AT_A_TURN).any():
+        return ticks
+    return np.asarray(3600 * hours + 60 * minutes + seconds)
 
 
 def likely_units(step: float) -> list[TimeUnit]:

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 
 DELIMITERS = ("\t", ";", "|", ",")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-COMMENT = re.compile(r"(?<![A-Za-z])#")  #: behind a letter it is the end of a name: ``Tick#``
+COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: no part of a name: ``Tick#``, ``Run #1``
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",

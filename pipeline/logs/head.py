@@ -88,10 +88,12 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
                 usual = usual or _usual_shape(lines)
             if header is None and usual not in (None, _shape(dialect, row)):
                 continue  # a setting, or the end of a line that the logger began amid
-            if header and width_of_numbers(text) == 0 and len(cells) == len(header[1]):
-                continue  # a line of units
+            if header and width_of_numbers(text) == 0:
+                continue  # a line of units, or the title of the rows
             if delimiter_of(text):  # what a board says between blanks is no header of such rows
                 above = [line for line in above if delimiter_of(lines[line[0]])]
+            above = [(at, names) for at, names in above if len(names) != len(row) - 1
+                     or delimiter_of(lines[at].lstrip("#/% ")) == delimiter_of(text)]
             return _head(i, header, above, len(row), rate_hz)
         else:
             above.append((i, cells))

@@ -1,9 +1,9 @@
 """Lines of text around numbers, as sketches print them, made into rows of a table.
 
-Six manners are read: a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also
-when a sample takes a few lines), rows in brackets (``(0.1, 0.2, 9.8)``), and the clock of a serial
-monitor before an arrow (``12:00:00.010 -> 1,2,3``), documents of YAML; sentences of NMEA and
-:mod:`pipeline.logs.sentences` besides. Rows keep their lines in the file.
+Read are a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also when a sample
+takes a few lines), the clock of a serial monitor before an arrow (``12:00:00.010 -> 1,2,3``), rows
+whose first cell names their kind, documents of YAML, sentences of NMEA, and what
+:mod:`pipeline.logs.sentences` reads. Rows keep their lines in the file.
 """
 
 import re
@@ -18,12 +18,12 @@ from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_s
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
                    rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:.])")
-BRACKETS = re.compile(r"\s*+[(\[{](.*)[)\]}]\s*+[,;]?\s*+")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
 SENTENCE = re.compile(r"\s*+\$(\w++),(.*)\*[0-9A-Fa-f]{2}\s*+")  #: a sentence of NMEA 0183
+KIND = re.compile(r"([A-Z][A-Z0-9_]*)\s*,")  #: a first cell that names the kind of a row
 END_OF_DOCUMENT = "---"
 KEY = re.compile(r"( *)([A-Za-z_]\w*):\s*(.*?)\s*")  #: a line of YAML
 MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
@@ -41,11 +41,10 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
                                       if (match := ARROW.fullmatch(line))])
     if _share(shown, lambda line: TAG.match(line) is not None) >= LEAST_SHARE:
         return [TAG.sub("", line) for line in lines]
-    if _share(shown, lambda line: BRACKETS.fullmatch(line) is not None) >= LEAST_SHARE:
-        return unlabelled_lines([match[1] if (match := BRACKETS.fullmatch(line)) else line
-                                 for line in lines])
     if (documents := _documents(lines)) is not None:
         return documents
+    if (rows := _of_one_kind(lines, shown)) is not None:
+        return rows
     cycle = _cycle(shown)
     numbers = sum(len(SLOT.findall(line)) for line in shown)
     if sum(map(len, cycle)) >= FEWEST:
@@ -126,6 +125,28 @@ def _documents(lines: list[str]) -> list[str] | None:
     if names:
         rows[0] = ",".join(names)
     return rows if names else None
+
+
+def _of_one_kind(lines: Sequence[str], shown: Sequence[str]) -> list[str] | None:
+    """Lines of which the first cell names the kind of row: those of the most frequent kind.
+
+    Kinds of other widths are left out, as an autopilot's messages beside those of its sensors;
+    None where there are none, or a kind of the same width may be another sensor.
+    """
+    kinds = Counter((match[1], line.count(",")) for line in shown
+                    if (match := KIND.match(line)) is not None)
+    widths = {width for _, width in kinds}
+    if len(kinds) < 2 or kinds.total() < len(shown) or len(widths) < len(kinds):
+        return None
+    main, width = kinds.most_common(1)[0][0]
+    rows = [line if line.count(",") == width and line.startswith(main) else "" for line in lines]
+    for i, line in enumerate(lines):  # "FMT, 163, 58, IMU, QBff, TimeUS, GyrX, ..." names them
+        cells = [cell.strip() for cell in line.split(",")]
+        if main in cells[1:] and len(cells) > width and not any(
+                SLOT.fullmatch(cell) for cell in cells[-width:]):
+            rows[i] = ",".join([cells[0], *cells[-width:]])
+            break
+    return rows
 
 
 def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:

@@ -26,6 +26,7 @@ PADDING = re.compile(r"(?<=[\[({]) | (?=[\])}])")  #: blanks of a fixed width in
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|"
 BEHIND = {"[": "]", "(": ")"}
+LIST = re.compile(r"-?[\d.]+(?:[|]-?[\d.]+){4,}")  #: samples of one channel in one cell
 MARK = "\0"  #: stands for a number
 VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbers in brackets
 
@@ -71,6 +72,8 @@ def _hides_numbers(line: str) -> bool:
     hidden = [cell for cell in dialect.cells(plain)
               if not dialect.holds_number(cell) and seconds_of(cell) is None
               and local_date_seconds(cell) is None]
+    if LIST.search(line):
+        return False
     if VECTOR.search(_text(line)):
         return True
     with_units = any(spelled_unit(cell[slot.end() :]) for cell in hidden

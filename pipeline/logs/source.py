@@ -27,7 +27,8 @@ SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|
 """What a spreadsheet writes where there is no value: no comment begins there."""
 UNIT_BEHIND = re.compile(r"[\[(].*")  #: in brackets, which any code page has
 CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
-"""Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first."""
+"""Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first, which has
+the letters of units."""
 GZIP_MAGIC = b"\x1f\x8b"
 TAR_AT, TAR_MAGIC = 257, b"ustar"  #: facts: where the mark of an archive of tar stands
 
@@ -120,8 +121,9 @@ def _in_code_page(data: bytes) -> str:
 
     def known(page: str) -> int:
         names = head.decode(page, "ignore").splitlines()
-        return max((sum(read_name(UNIT_BEHIND.sub("", cell)).quantity != "" for cell in split_cells(
-            line, delimiter_of(line))) for line in names), default=0)
+        return max((sum((read_name(UNIT_BEHIND.sub("", cell)).quantity != "")
+                        + (read_name(cell).quantity != "") for cell in split_cells(
+                            line, delimiter_of(line))) for line in names), default=0)
     return data.decode(max(CODE_PAGES, key=known), "replace")
 
 

@@ -23,30 +23,36 @@ FEWEST_ROWS = 3  #: rows from which it shows that each holds several samples
 
 
 def tables(path: Path) -> list[FileTable]:
-    """One table: the numbers that every object has, lists and objects inside unrolled."""
+    """A table of the numbers that every object has, lists and objects inside unrolled.
+
+    An object with several lists of objects has a table for each.
+    """
     text = path.read_text(encoding="utf-8-sig")
-    samples = [dict(_numbers("", sample)) for sample in _unrolled([*_samples(path, text)])]
-    if not samples:
-        return []
-    names = [name for name in samples[0] if all(name in sample for sample in samples)]
-    columns = {name: np.array([sample[name] for sample in samples]) for name in names}
-    return [FileTable(path.stem, columns)] if columns else []
+    with suppress(json.JSONDecodeError):
+        value = json.loads(text)
+        lists = {name: inner for name, inner in value.items() if isinstance(inner, list)
+                 and inner and isinstance(inner[0], dict)} if isinstance(value, dict) else {}
+        if len(lists) > 1:
+            return [table for name, inner in lists.items() for table in _table(name, inner)]
+        return _table(path.stem, [*_rows(value)])
+    return _table(path.stem, [*_samples(path, text)])
+
+
+def _table(name: str, rows: list[Any]) -> list[FileTable]:
+    """The table of such rows; none where they hold no number."""
+    samples = [dict(_numbers("", sample)) for sample in _unrolled(rows)]
+    names = [key for key in samples[0] if all(key in sample for sample in samples)] if (
+        samples) else []
+    columns = {key: np.array([sample[key] for sample in samples]) for key in names}
+    return [FileTable(name, columns)] if columns else []
 
 
 def _samples(path: Path, text: str) -> Iterator[Any]:
-    with suppress(json.JSONDecodeError):
-        yield from _rows(json.loads(text))
-        return
     for number, line in enumerate(text.splitlines(), 1):
         try:
             if line.strip():
                 yield _object(line)
         except json.JSONDecodeError as error:
-            if _is_whole(text):
-                raise UnreadableInput(
-                    f"{path}: is one JSON object over several lines, as results and settings are, "
-                    f"and no log. Expected one object per line, or a list of them."
-                ) from error
             raise UnreadableInput(f"{path}:{number}: is no JSON ({error.msg}). One object per "
                                   "line is expected; delete the damaged line.") from error
 
@@ -59,14 +65,6 @@ def _object(line: str) -> Any:
         with suppress(ValueError, SyntaxError, MemoryError, RecursionError):
             return ast.literal_eval(line.strip())
         raise
-
-
-def _is_whole(text: str) -> bool:
-    try:
-        json.loads(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _rows(value: Any) -> Iterator[Any]:
@@ -129,9 +127,11 @@ def _lists_of_samples(row: dict[str, Any]) -> list[str]:
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
     """Every number in a value, under a name like ``acc.x`` or ``acc[0]``; dates in seconds.
 
-    A number may be quoted."""
+    A number may be quoted, and so may several with commas between them."""
     if isinstance(value, str) and is_number(value):
         value = float(value)
+    elif isinstance(value, str) and all(map(is_number, cells := value.split(","))):
+        value = cells
     if isinstance(value, int | float) and not isinstance(value, bool):
         yield name, float(value)
     elif isinstance(value, str) and (seconds := seconds_of(value)) is not None:

@@ -2,15 +2,18 @@
 
 import json
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pipeline.errors import UnreadableInput
 from pipeline.guess.agreement import disagreements
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
 from pipeline.guess.turns import turn_of
+from pipeline.logs.clock import unwrapped_ticks
 from pipeline.logs.formats.json_lines import tables
 from tests.pipeline.guess.hand_log import HandLog, hand_log
 
@@ -130,3 +133,48 @@ def test_columns_in_objects_and_dictionaries_of_python_are_samples(
     table, = tables(path)
     np.testing.assert_array_equal([table.columns[f"acc.{axis}"] for axis in "xyz"],
                                   [[1, 2], [3, 4], [5, 6]])
+
+
+def test_lists_of_objects_in_one_object_are_a_table_each(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    rows = [{"t": i, "v": "1.5,2.5,-3"} for i in range(3)]
+    path.write_text(json.dumps({"accelerometer": rows, "gyroscope": rows[:2]}), encoding="utf-8")
+    force, rate = tables(path)
+    assert (force.name, rate.name) == ("accelerometer", "gyroscope")
+    np.testing.assert_array_equal(force.columns["v[2]"], [-3, -3, -3])
+
+
+def test_poses_in_one_archive_are_no_copies_of_one_recording(tmp_path: Path, log: HandLog) -> None:
+    with ZipFile(tmp_path / "poses.zip", "w") as archive:
+        for rest in range(8):
+            at = log.rest == rest
+            archive.writestr(f"pose_{rest}.csv", columns_text(
+                NAMES[:4], log.time_s[at] - log.time_s[at][0], log.acc[at]))
+    found, _ = guess_files([tmp_path / "poses.zip"], None)
+    assert len(guess_session(found).tables) == 8
+
+
+def test_a_cell_with_the_samples_of_a_row_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    cell = "|".join(map(str, range(25)))
+    path.write_text("t,x,y,z\n" + f"1,{cell},{cell},{cell}\n" * 9, encoding="utf-8")
+    with pytest.raises(UnreadableInput, match="3 cells of each row hold 25 numbers each"):
+        guess_files([path], None)
+
+
+def test_a_clock_that_shows_hours_and_minutes_is_in_seconds_of_the_day() -> None:
+    np.testing.assert_allclose(unwrapped_ticks(np.array([100059.0, 100059.5, 100100.0, 100100.5])),
+                               36059 + np.array([0.0, 0.5, 1.0, 1.5]))
+    counter = np.arange(100058.0, 100104.0)  # goes on behind 59
+    np.testing.assert_array_equal(unwrapped_ticks(counter), counter)
+
+
+def test_the_code_page_is_that_in_which_units_are_units(tmp_path: Path, log: HandLog) -> None:
+    names = ("Zaman (s)", *(f"İvme {axis} (m/s²)" for axis in "XYZ"),
+             *(f"Açısal Hız {axis} (°/s)" for axis in "XYZ"))
+    path = tmp_path / "a.csv"
+    path.write_bytes(columns_text(names, log.time_s, log.acc, log.gyr / DEG).encode("cp1254"))
+    found, _ = guess_files([path], None)
+    gyroscope = guess_session(found).gyroscope
+    assert gyroscope is not None
+    assert gyroscope.because == "their names, which state the unit"

@@ -21,3 +21,23 @@ def test_twice_the_length_takes_about_twice_the_time(line: str) -> None:
         assert len(unlabelled_lines(lines)) == len(lines)
         took.append(time.process_time() - begun)
     assert took[1] < 3.3 * took[0] + 0.05
+
+
+def test_rows_of_the_most_frequent_kind_are_read_under_the_names_of_their_message() -> None:
+    lines = ["FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
+             "FMT, 163, 58, IMU, QBfff, TimeUS,I,GyrX,GyrY,GyrZ", "PARM, 1, RATE, 400",
+             *["IMU, 10, 0, 0.1, 0.2, 0.3", "IMU, 20, 0, 0.1, 0.2, 0.3", "ATT, 20, 1.5"] * 30]
+    rows = unlabelled_lines(lines)
+    assert len(rows) == len(lines)
+    assert rows[:5] == ["", "FMT,TimeUS,I,GyrX,GyrY,GyrZ", "", lines[3], lines[4]]
+    assert rows[5] == ""
+
+
+def test_numbers_of_a_fixed_width_in_brackets_are_cells() -> None:
+    rows = unlabelled_lines([f"{t:.2f} [{v: .3f} {-v: .3f} {v: .3f}]"
+                             for t, v in enumerate([0.5, -0.25] * 20)])
+    assert rows[1] == "1.00,-0.250,0.250,-0.250"
+
+
+def test_numbers_behind_one_letter_and_a_colon_are_cells() -> None:
+    assert unlabelled_lines(["A:-12,34,998;G:120,-30,5"] * 40)[1] == "-12,34,998,120,-30,5"
