@@ -6,9 +6,10 @@ from math import isnan
 import numpy as np
 
 from calib.diagnosis.next_measurement.advice import pose_in_words
-from calib.diagnosis.unseen import together
+from calib.diagnosis.unseen import LEAST_SHARE, together
 from calib.diagnosis.verdict.decision import Code
-from calib.effects.catalogue import UnknownEffect, find_effect
+from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
+from calib.effects.typical import largest_for
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
 from calib.rounding import in_digits, two_digits
@@ -16,7 +17,7 @@ from pipeline.console.parameter_text import mounting_text
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
 from pipeline.stages.triads import TriadResult
-from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count
+from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, relative
 from pipeline.text.tables import table_lines
 
 FEW_POSES = 3.0
@@ -146,10 +147,8 @@ def ranking_lines(result: TriadResult) -> list[str]:
         for candidate in diagnosis.ranking[:RANKED]
     ]
     lines = table_lines(rows)
-    for limit in diagnosis.limits[:RANKED]:
-        unit, factor = display_unit(limit.unit, [limit.value])
-        size = f"{two_digits(limit.value * factor)} {unit}"
-        lines.append(f"  at 95 % no larger than: {limit.name} {size}")
+    for name, size in limit_rows(result)[:RANKED]:
+        lines.append(f"  at 95 % no larger than: {name} {size}")
     if result.undetermined:
         lines.append(f"  these data cannot determine: {', '.join(result.undetermined)}")
     if result.unseen:
@@ -161,14 +160,33 @@ def ranking_lines(result: TriadResult) -> list[str]:
 
 def unseen_text(result: TriadResult) -> str:
     """What the effects that these poses cannot see do to the parameters, if they are typical."""
-    sds = together(result.unseen)
-    scale = float(np.nanmax(sds[2] / result.calibration.parameters.scale_counts_per_unit))
+    sds, parameters = together(result.unseen), result.calibration.parameters
+    moved = np.any(np.nan_to_num(sds) > LEAST_SHARE * np.nan_to_num(parameters.sd), axis=1).tolist()
+    scale = float(np.nanmax(sds[2] / parameters.scale_counts_per_unit))
     worst = max(result.unseen, key=lambda name: float(np.nanmax(result.unseen[name][2])))
-    return (
-        f"if your sensor is typical, these move a scale by up to {100 * scale:.2g} %, a bias by "
-        f"{np.nanmax(sds[1]):.2g} counts and a misalignment by {np.nanmax(sds[0]):.2g} rad (1 sd, "
-        f"the scale most by {worst}); the stated sds do not contain that"
-    )
+    parts = [
+        text for text, is_moved in (
+            (f"a scale by up to {relative(scale)} (most by {worst})", moved[2]),
+            (f"a bias by {np.nanmax(sds[1]):.2g} counts", moved[1]),
+            (f"a misalignment by {np.nanmax(sds[0]):.2g} rad", moved[0]),
+        ) if is_moved
+    ]
+    return (f"if your sensor is typical, these move {' and '.join(parts)}, 1 sd; the stated sds do "
+            f"not contain that")
+
+
+def limit_rows(result: TriadResult) -> list[tuple[str, str]]:
+    """Effects that were looked for and not named, with their upper limits at 95 %.
+
+    One that these poses limit only to a size that no part has is left out.
+    """
+    rows = []
+    for limit in result.diagnosis.limits:
+        effect = EFFECTS.get(limit.name)
+        if effect is None or limit.value <= largest_for(result.triad, effect.page.typical.values()):
+            unit, factor = display_unit(limit.unit, [limit.value])
+            rows.append((limit.name, f"{two_digits(limit.value * factor)} {unit}"))
+    return rows
 
 
 def aside_text(columns: Sequence[str]) -> str:

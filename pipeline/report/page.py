@@ -8,7 +8,7 @@ from typing import Any
 from calib.diagnosis.verdict.decision import Code
 from calib.rounding import two_digits
 from pipeline.console.answers import RATES, Answer, answers_of, headline
-from pipeline.console.run_text import triad_figures
+from pipeline.console.run_text import limit_rows, triad_figures
 from pipeline.report.layout.page_templates import TERMS, page_templates, script_json
 from pipeline.report.mounting_view import mounting_view
 from pipeline.report.plate.pose_frames import pose_frames
@@ -20,13 +20,7 @@ from pipeline.report.triad.pose_charts import residual_figure, run_legend
 from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits
-from pipeline.report.triad.tables import (
-    RANKED,
-    budget_rows,
-    candidate_rows,
-    limit_rows,
-    parameter_groups,
-)
+from pipeline.report.triad.tables import RANKED, budget_rows, candidate_rows, parameter_groups
 from pipeline.results.schema.noise import HistoryLine
 from pipeline.results.write import config_sha256
 from pipeline.stages.certificate import compare_with_certificate
@@ -157,6 +151,6 @@ def _triad_view(
         "excluded_rows": excluded_rows(result),
         "staircase": staircase(result.triad, history),
         "candidates": candidate_rows(result),
-        "limits": tuple(limit_rows(result)),
+        "limits": limit_rows(result),
         "blind": result.undetermined,
     }

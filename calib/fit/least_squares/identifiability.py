@@ -184,8 +184,12 @@ def _advice(equations: Equations) -> str:
     turning = ~poses.reference.is_null
     if not turning.any():
         return "Poses on the turning plate are missing."
-    missing = uncovered(poses.reading[turning] - equations.start.bias,
-                        natural_directions(corners=False))
+    wanted = natural_directions(corners=False)
+    missing = uncovered(poses.reading[turning] - equations.start.bias, wanted)
+    if 2 * len(missing) > len(wanted):
+        near = [each for each in wanted if not (missing == each).all(axis=1).any()]
+        return (f"Of the {len(wanted)} faces and edges, poses lie within 25° of "
+                f"{list_directions(near, len(near), poses.triad) or 'none'} alone. Add the others.")
     if len(missing) == 0:
         return "Every face and edge is covered: repeat the poses, or take an effect out."
     listed = list_directions(missing, len(missing), poses.triad)

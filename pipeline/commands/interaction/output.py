@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline.commands import paragraph
+from pipeline.commands.interaction.arguments import CONFIG_NAME
 from pipeline.console.terminal import ShownStream
 
 if TYPE_CHECKING:
@@ -91,9 +92,12 @@ CONFIGURATION = (".yaml", ".yml")
 def named_results(path: Path, allow_python: bool) -> "Stored":
     """The results in ``path``, or those of the configuration that it is."""
     from pipeline.config.load import load_config
+    from pipeline.results.names import RESULTS_NAME
     from pipeline.results.read import load_results
     from pipeline.text.names import command as proposed
 
+    if (path / CONFIG_NAME).exists() and not (path / RESULTS_NAME).exists():
+        path /= CONFIG_NAME  # a folder stands for the configuration in it
     folder = load_config(path).output_folder if path.suffix in CONFIGURATION else path
     if not folder.exists():
         raise click.UsageError(

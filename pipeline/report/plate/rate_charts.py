@@ -75,7 +75,7 @@ def rate_view(
 
 def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     whole = rate.rate_rad_s
-    yield "rate", f"{whole:.7f} ± {rate.sd_rad_s:.2g} rad/s"
+    yield "rate", f"{with_sd(whole, rate.sd_rad_s)} rad/s"
     if not rate.clips:
         return
     yield "uncertainty from the frames", relative(rate.image_sd_rad_s / whole)
@@ -93,13 +93,14 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     if counted:
         difference = float(np.mean([ratio for ratio, _ in counted])) - 1
         sd = float(np.mean([sd for _, sd in counted]))
-        yield "difference by counting frames", f"{difference * PPM:+.0f} ppm ± {relative(sd)}"
+        yield "difference by counting frames", with_minus_signs(
+            f"{difference * PPM:+.0f} ppm ± {relative(sd)}")
     lagged = [
         lag.rate_rad_s / clip.rate_rad_s for clip in rate.clips if (lag := clip.cross_checks.lag)
     ]
     if lagged:
         difference = float(np.mean(lagged)) - 1
-        yield "difference by correlating frames", f"{difference * PPM:+.0f} ppm"
+        yield "difference by correlating frames", with_minus_signs(f"{difference * PPM:+.0f} ppm")
     dropped = sum(clip.frames.dropped for clip in rate.clips)
     if dropped:
         yield "dropped frames without a gap in the time stamps", str(dropped)
@@ -128,7 +129,8 @@ def _speed_facts(clip: "RateMeasurement", source: str) -> Iterator[tuple[str, st
         return
     yield "wow and flutter, AES6-weighted", two_sigma(figures.weighted, figures.weighted_noise)
     yield "wow and flutter, unweighted", two_sigma(figures.unweighted, figures.unweighted_noise)
-    yield "drift of the rate", f"{60 * PPM * figures.drift_per_s:+.0f} ppm per minute"
+    yield "drift of the rate", with_minus_signs(
+        f"{60 * PPM * figures.drift_per_s:+.0f} ppm per minute")
 
 
 def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:

@@ -15,7 +15,7 @@ from calib.effects.units import display_unit
 from calib.fit.triad.calibration import NOISE, uncertainty_budget
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import AXES, SI_UNIT, Triad
-from calib.rounding import in_digits, two_digits
+from calib.rounding import in_digits
 from pipeline.console.parameter_text import fitted_text, shown_effects
 from pipeline.drawings.charts import tick_text
 from pipeline.stages.triads import TriadResult
@@ -210,10 +210,3 @@ def _size(candidate: Candidate, triad: Triad) -> str:
     unit, factor = display_unit(candidate.unit, candidate.size)
     value = with_sd(float(candidate.size[largest]) * factor, float(candidate.sd[largest]) * factor)
     return with_minus_signs(f"{value} {unit}")
-
-
-def limit_rows(result: TriadResult) -> Iterator[tuple[str, str]]:
-    """Every effect that was looked for and not named, with its upper limit at 95 %."""
-    for limit in result.diagnosis.limits:
-        unit, factor = display_unit(limit.unit, np.array([limit.value]))
-        yield limit.name, f"{two_digits(limit.value * factor)} {unit}"

@@ -9,6 +9,7 @@ import pytest
 
 from calib.diagnosis.search.posterior import Inclusion
 from pipeline.config.load import load_config
+from pipeline.console.run_text import limit_rows, unseen_text
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.pose_charts import residual_figure
@@ -180,3 +181,23 @@ def test_a_size_that_no_part_has_is_told_in_words(outcome: Outcome) -> None:
         sizes.append(row.size)
     assert "±" in sizes[0]
     assert sizes[1] == "larger than any part has"
+
+
+def test_a_limit_that_no_part_reaches_is_not_listed(outcome: Outcome) -> None:
+    result = outcome.triad("accelerometer")
+    diagnosis = result.diagnosis
+    one = next(each for each in diagnosis.ranking if each.name == "cubic")
+    vague = tuple(replace(one, sd=1e9 * one.sd) if each is one else each
+                  for each in diagnosis.ranking)
+    listed = dict(limit_rows(result))
+    kept = dict(limit_rows(replace(result, diagnosis=replace(diagnosis, ranking=vague))))
+    assert listed.keys() - kept.keys() == {"cubic"}
+
+
+def test_what_the_unseen_hardly_moves_is_not_said(outcome: Outcome) -> None:
+    result = outcome.triad("gyroscope")
+    moved = 0.5 * np.array(result.calibration.parameters.sd) * np.array([[1e-10], [1e-12], [1.0]])
+    said = unseen_text(replace(result, unseen={"reference_scale": moved}))
+    assert "a scale by up to" in said
+    assert "bias" not in said
+    assert "misalignment" not in said

@@ -56,6 +56,15 @@ def test_sessions_of_one_sensor_agree(
     assert "gyroscope: first and second agree" in out
 
 
+def test_a_folder_stands_for_the_run_of_the_configuration_in_it(
+    sessions: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("compare", sessions / "first", sessions / "second") == 0
+    by_folder = capsys.readouterr().out
+    assert pipeline("compare", run_of(sessions / "first"), run_of(sessions / "second")) == 0
+    assert capsys.readouterr().out == by_folder
+
+
 def test_each_calibration_errs_more_on_the_poses_of_the_other_session(sessions: Path) -> None:
     results = [load_results(run_of(sessions / name)) for name in ("first", "second")]
     for each in compare_calibrations(results):
