@@ -50,10 +50,7 @@ class NoPlate(RateRefused):
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
-    """The first of two refusals, unless nothing moved there and something did later.
-
-    Without its traceback, which would hold on to the frames that were looked at.
-    """
+    """The first of two refusals, unless nothing moved there and something did later."""
     if first is None or isinstance(first, NothingMoves) > isinstance(later, NothingMoves):
-        return later.with_traceback(None)
+        return later
     return first

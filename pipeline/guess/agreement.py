@@ -5,16 +5,16 @@ turns of gravity and against the clock; after it, against the fit and the data s
 refuses is said with what it found, and no other guess is made.
 """
 
-import math
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
 from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import called_accelerometers, why_no_log
-from pipeline.guess.magnitudes import GRAVITY_TOLERANCE, LOOSEST
-from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
+from pipeline.guess.magnitudes import LOOSEST
+from pipeline.guess.pool import FEWEST_MEANS, REST_S
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.stages.run import Outcome
@@ -31,7 +31,7 @@ def disagreements(guess: SessionGuess) -> Iterator[str]:
     """What contradicts the guess of the files, a sentence each; of each law the first table."""
     if not guess.sources:
         return
-    for law in (_unused_accelerometer, _no_unit, _other_turns, _too_short):
+    for law in (_unused_accelerometer, _one_axis_twice, _no_unit, _other_turns, _too_short):
         yield from [fault for source in guess.sources for table in source.tables
                     if (fault := law(guess, table))][:1]
 
@@ -43,15 +43,23 @@ def _unused_accelerometer(guess: SessionGuess, table: TableGuess) -> str:
     return f"{table.path}: {why_no_log(table.table)}."
 
 
+def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:
+    """Two axes of a triad that hold the same numbers."""
+    for triad in (table.accelerometer, table.gyroscope):
+        for one, other in combinations(triad.columns if triad else (), 2):
+            first, second = table.table.columns[one], table.table.columns[other]
+            if np.array_equal(first, second) and first.any():
+                return (f"{table.path}: '{one}' and '{other}' hold the same numbers: one axis is "
+                        f"written twice and another is missing. Correct what writes the log.")
+    return ""
+
+
 def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
     """Decimal numbers of a gyroscope that turns gravity in no unit by its clock."""
     triad = table.gyroscope
-    if triad is None or triad.encoding or "unit" in dict(triad.sheet):
+    if triad is None or triad.encoding or "unit" in dict(triad.sheet) or not triad.doubt:
         return ""
-    force, step_s = table.accelerometer, usual_step(table.clock.time_s)
-    if force and abs(math.log(force.si_per_unit * step_s)) < GRAVITY_TOLERANCE:
-        return ""  # what changes from sample to sample, m/s and rad, as navigation sensors give it
-    return (f"{table.path}: {triad.doubt or triad.because}: either its clock or its unit is none "
+    return (f"{table.path}: {triad.doubt}: either its clock or its unit is none "
             f"of the usual ones. State it by --rate-hz or --gyroscope-unit.")
 
 

@@ -21,6 +21,7 @@ from pipeline.guess.units import (
     accelerometer_in,
     clocked_by_turns,
     gyroscope_in,
+    per_sample,
 )
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
@@ -195,6 +196,8 @@ def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess
             return [_alike([table], rate_hz)[0] for table in tables]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
+        if accelerometer and gyroscope and pool.has_clock:
+            accelerometer, gyroscope = per_sample(accelerometer, gyroscope, pool.step_s)
         if force and rate and gyroscope and not pool.has_clock:
             gyroscope, clocks = clocked_by_turns(clocks, rate, force, gyroscope)
     if accelerometer is None and gyroscope is None:

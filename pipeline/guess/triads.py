@@ -180,7 +180,7 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
             pairs.append(((0, name, _is_gravity(force), 1, 0), force, None))
     for rate in every:
         name = _called_as(rate, "gyr")
-        if name > 0 and (rate.is_sensor or rate.words.quantity == "gyr"):
+        if name > 0 and _may_be_gyroscope(rate):
             pairs.append(((0, name, False, 1, 0), None, rate))
         pairs += [(evidence, force, rate) for force in forces
                   if (evidence := _evidence(force, rate)) is not None]
@@ -200,7 +200,7 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     if {*rate.columns} & {*force.columns} or called(rate.words) == "acc":
         return None
     name, force_name = _called_as(rate, "gyr"), _called_as(force, "acc")
-    if not rate.is_sensor and rate.words.quantity != "gyr":
+    if not _may_be_gyroscope(rate):
         return None
     turn = rate.turns(force)
     turned = 0 if turn is None or not turn.is_sure else 2 if turn.axes == OWN else 1
@@ -234,6 +234,11 @@ def _called_as(triad: PossibleTriad, sensor: str) -> int:
         return 1 if hint == sensor else -1
     unknown = words.stem and not words.stem.isdecimal()
     return -1 if OTHER & {words.stem} or (sensor == "gyr" and unknown) else 0
+
+
+def _may_be_gyroscope(rate: PossibleTriad) -> bool:
+    """Whether columns are a sensor's, or are called a gyroscope and read anything at all."""
+    return rate.is_sensor or (rate.words.quantity == "gyr" and bool(rate.values.any()))
 
 
 def _may_be_accelerometer(force: PossibleTriad) -> bool:

@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
+    GRAVITY_TOLERANCE,
     LOOSEST,
     NEAR_THOUSAND,
     OFFSET_BINARY,
@@ -193,6 +195,21 @@ def clocked_by_turns(
                                        f"the accelerometer sees",
                                doubt=f"the file holds no times; {rate_hz:g} Hz follows from the "
                                      f"turns, off by a third at most") for clock in clocks]
+
+
+def per_sample(
+    force: TriadGuess, rate: TriadGuess, step_s: float
+) -> tuple[TriadGuess, TriadGuess]:
+    """Both triads in m/s and rad from sample to sample, as navigation sensors give them, where that
+    is what they nearly are; else as they are."""
+    off = max(abs(math.log(triad.si_per_unit * step_s)) for triad in (force, rate))
+    if off > GRAVITY_TOLERANCE or "unit" in dict(rate.sheet):
+        return force, rate
+    per_g = STANDARD_GRAVITY_M_S2 * step_s
+    because = f"gravity and its turns are what changes in {step_s:.4g} s"
+    exact = replace(force, sheet=_counts("counts_per_g", per_g, "", BITS), si_per_unit=1 / step_s,
+                    unit=f"counts, {per_g:.5g} per g", because=because, doubt="")
+    return exact, rate_triad(rate.columns, math.radians(1) * step_s, "", because, "")
 
 
 def rate_triad(

@@ -19,6 +19,7 @@ PERIODS = (2.0**32, 1e9, 2.0**24, 1e6, 2.0**16, 1e3, 2.0**8, 86_400.0, 86_400_00
 FEWEST_ROWS, MOST_STEPS = 100, 5
 """Rows of a clock between two steps back, and number of steps in a log. A judgement: a board that
 is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""
+MOST_WRAPS = 3.0  #: times a counter begins again, over how often its usual step makes it; judgement
 USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
 
 SECONDS_AT_A_TURN = 58  #: fact: of a clock that shows minutes, before the next minute, to a second
@@ -153,8 +154,8 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
     turned = np.zeros(len(ticks))
     for i in back:
         period = next((p for p in PERIODS if 0 < step[i] + p <= USUAL_STEPS * usual), None)
-        if period is None:
-            return ticks
+        if period is None or len(back) > 1 + MOST_WRAPS * usual * len(step) / period:
+            return ticks  # noise, which steps back in every second row
         turned[i + 1] = period
     return np.asarray(ticks + np.cumsum(turned))
 

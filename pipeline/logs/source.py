@@ -19,8 +19,8 @@ REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])"
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
 """Signs that a word processor makes of a minus."""
-THOUSANDS = re.compile(r"(?<=\d)[\u00a0\u202f\u2009](?=\d{3}(?!\d))")
-"""Blanks that a spreadsheet puts between thousands, and no table between columns."""
+THOUSANDS = re.compile(r"(?<=\d)[\u00a0\u202f\u2009'\u2019](?=\d{3}(?!\d))")
+"""Signs that a spreadsheet puts between thousands, and no table between columns."""
 NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
 """Between decimal numbers of a fixed width where the sign of the second touches the first."""
 SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
@@ -135,7 +135,7 @@ def decimal_numbers(text: str) -> str:
     >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
     ('16 -2', '-0.25E+01')
     """
-    if not text.isascii():
+    if not text.isascii() or "'" in text:
         text = THOUSANDS.sub("", MINUS.sub("-", text))
     if "#" in text:
         text = SPREADSHEET_ERROR.sub("nan", text)

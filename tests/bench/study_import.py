@@ -1,7 +1,8 @@
 """What half and double of each threshold of `pipeline import` changes.
 
 Run: ``python -m tests.bench.study_import``; with the beginnings of names, as in ``... guess.pool
-guess.triads``, these thresholds on the sets whose columns or units numbers alone tell. The files
+guess.triads``, these thresholds on the sets whose columns or units numbers alone tell, with the
+names of their columns and with letters in the place of these. The files
 are those of ``tests.pipeline.guess``, from one recording and from one evening at a record player,
 and the public logs where they are there. Counted are the sets of files whose columns, units, clock
 or motion are guessed otherwise.
@@ -12,14 +13,17 @@ import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
+from string import ascii_letters
 from typing import Any
 
 import pipeline.guess
 from pipeline.errors import UnreadableInput
-from pipeline.guess.files import guess_files
+from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.session import guess_session
+from pipeline.guess.table_guess import guess_tables
 from tests.paths import REAL
 from tests.pipeline.guess.container_files import CONTAINERS
 from tests.pipeline.guess.evening import Evening
@@ -62,6 +66,9 @@ def guesses(folder: Path) -> Iterator[Guess]:
         place.mkdir()
         foreign = write(place, log)
         yield lambda files=foreign.files, hz=foreign.rate_hz: essence(files, hz)  # type: ignore[misc]
+        if chosen is BY_NUMBERS:
+            yield lambda files=foreign.files, hz=foreign.rate_hz: essence(  # type: ignore[misc]
+                files, hz, names=False)
     for lean_deg, range_deg_s in ((0.6, 250.0), (0.6, 2000.0), (0.0, 500.0)):
         evening, place = Evening(range_deg_s=range_deg_s, lean_deg=lean_deg), folder / str(
             (lean_deg, range_deg_s))
@@ -72,11 +79,19 @@ def guesses(folder: Path) -> Iterator[Guess]:
         yield lambda files=[REAL / name]: essence(files, None)  # type: ignore[misc]
 
 
-def essence(files: list[Path], rate_hz: float | None) -> object:
+def nameless(table: RawTable) -> RawTable:
+    """A table with letters in the place of the names of its columns."""
+    letters = tuple(ascii_letters[: len(table.columns)])
+    return replace(table, columns=dict(zip(letters, table.columns.values(), strict=True)),
+                   header=letters if table.header else ())
+
+
+def essence(files: list[Path], rate_hz: float | None, names: bool = True) -> object:
     """What a configuration would state of the files."""
     try:
-        tables, _ = guess_files(files, rate_hz)
-        guess = guess_session(tables)
+        tables = [table if names else nameless(table)
+                  for path in files for table in raw_tables(path)]
+        guess = guess_session([table for table in guess_tables(tables, rate_hz) if table])
     except UnreadableInput as error:
         return str(error)
     return [(source.layout, source.rate, [

@@ -12,7 +12,7 @@ sides, and encoders change between the two within a clip.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,8 +75,15 @@ class Regressors:
 
     def rows(self, used: BoolArray) -> "Regressors":
         """Some of the rows."""
-        *arrays, _ = fields(self)
-        return replace(self, **{array.name: getattr(self, array.name)[used] for array in arrays})
+        return Regressors(
+            self.time_s[used],
+            self.stamp_s[used],
+            self.line_rad[used],
+            self.steps_rad[used],
+            self.forward[used],
+            self.mark_row_px[used],
+            self.rate_rad_s,
+        )
 
 
 def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regressors:

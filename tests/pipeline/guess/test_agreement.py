@@ -178,3 +178,34 @@ def test_the_code_page_is_that_in_which_units_are_units(tmp_path: Path, log: Han
     gyroscope = guess_session(found).gyroscope
     assert gyroscope is not None
     assert gyroscope.because == "their names, which state the unit"
+
+
+def test_increments_from_sample_to_sample_have_their_exact_unit(
+    tmp_path: Path, log: HandLog
+) -> None:
+    found = guess(tmp_path / "a.csv", ("time", "dvx", "dvy", "dvz", "dax", "day", "daz"),
+                  log.time_s, log.acc / 50, log.gyr / 50)
+    assert found.gyroscope is not None
+    assert found.accelerometer is not None
+    assert found.gyroscope.si_per_unit == pytest.approx(50)
+    assert found.accelerometer.si_per_unit == pytest.approx(50)
+    assert not [*disagreements(found)]
+
+
+def test_one_axis_that_is_written_twice_is_refused(tmp_path: Path, log: HandLog) -> None:
+    acc = log.acc[:, [0, 0, 2]]
+    found = guess(tmp_path / "a.csv", NAMES, log.time_s, acc, log.gyr)
+    assert "'ax' and 'ay' hold the same numbers" in next(disagreements(found))
+
+
+def test_a_gyroscope_of_zeros_is_none(tmp_path: Path, log: HandLog) -> None:
+    found = guess(tmp_path / "a.csv", NAMES, log.time_s, log.acc, 0 * log.gyr)
+    assert found.gyroscope is None
+    assert "left are gx, gy, gz" in found.doubts[0]
+
+
+def test_noise_is_no_counter_that_begins_again() -> None:
+    noise = np.rint(np.random.default_rng(4).normal(0, 20, 400))
+    assert (np.diff(unwrapped_ticks(noise)) < 0).any()
+    counter = np.arange(2000.0) % 256
+    np.testing.assert_array_equal(unwrapped_ticks(counter), np.arange(2000.0))
