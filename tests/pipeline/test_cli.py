@@ -19,7 +19,7 @@ from pipeline.commands.interaction.output import say
 from pipeline.console.terminal import ShownStream
 from pipeline.errors import ConfigError, DeviceError, UnreadableInput, exit_code_of
 from tests.paths import ROOT
-from tests.sessions import quick_session
+from tests.sessions import quick_session, typed
 
 HEAVY = ("numpy", "scipy", "cv2", "matplotlib", "pydantic", "yaml", "rich", "jinja2", "serial")
 
@@ -152,14 +152,14 @@ def test_wrong_usage_exits_with_2(arguments: tuple[str, ...]) -> None:
 
 
 def test_init_writes_a_template_and_never_overwrites(tmp_path: Path) -> None:
-    first = run("init", str(tmp_path / "new"))
+    code, printed, _ = typed("init", tmp_path / "new")
     path = tmp_path / "new" / "config.yaml"
-    assert first.returncode == 0
-    assert f"pipeline check {path}" in first.stdout
+    assert code == 0
+    assert f"pipeline check {path}" in printed
     path.write_text("mine")
-    second = run("init", str(tmp_path / "new"))
-    assert second.returncode == 2
-    assert "left as it is" in second.stderr
+    code, _, errors = typed("init", tmp_path / "new")
+    assert code == 2
+    assert "left as it is" in errors
     assert path.read_text() == "mine"
 
 
@@ -167,9 +167,9 @@ def test_check_says_what_is_there_on_stdout(tmp_path: Path) -> None:
     (tmp_path / "clip.mp4").touch()
     path = tmp_path / "c.yaml"
     path.write_text("sensor: mpu-6050\nrate: {slow: {video: clip.mp4}}\n")
-    done = run("check", str(path))
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "slow: 1 clip, container time, 100 ppm" in done.stdout
+    code, printed, errors = typed("check", path)
+    assert (code, errors) == (0, "")
+    assert "slow: 1 clip, container time, 100 ppm" in printed
 
 
 def test_check_lists_mistakes_on_stderr_without_a_traceback(tmp_path: Path) -> None:
