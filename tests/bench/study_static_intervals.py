@@ -23,8 +23,6 @@ CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
     (rest_candidates, "MARGIN_SHARE"),
     (rest_candidates, "MARGIN_S"),
     (rest_candidates, "SAME_ATTITUDE"),
-    (rest_candidates, "WANDER_S"),
-    (rest_candidates, "NOISE_OF_RANGE"),
     (rest_candidates, "MOST_BLOCKS"),
     (rest_candidates, "NOISE_OF_SHIFT"),
     (static_intervals, "STILL_RATIO"),

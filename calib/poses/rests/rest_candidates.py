@@ -50,14 +50,9 @@ SAME_ATTITUDE = math.radians(2.0)
 """Consecutive rests closer than this are pieces of one, unless the sensor was moved between. It is
 also how far an attitude may wander within a rest: its mean then is short by θ²/24. Derived."""
 
-WANDER_S = 2.0
-"""Time in which an attitude may wander that far: 1 °/s is the most of a resting hand. Fact."""
-
 MOST_BLOCKS = 8
 """Parts of a rest whose means are compared: enough of them to see a slow turn, few enough to
 average. A judgement."""
-
-NOISE_OF_RANGE = 3.0  #: sds of one; derived: MOST_BLOCKS normal means range over 2.8 on average
 
 WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
 """The same as a change of the accelerometer's reading."""
@@ -240,15 +235,9 @@ def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
     """Why a quiet stretch is no pose: it turned slowly, or the plate stood still."""
     samples = rest.stop - rest.start
     count = min(max(2, samples // triad.window), MOST_BLOCKS)
-    length = samples // count
-    edges = rest.start + length * np.arange(count + 1)
-    means, variances = triad.sums.moments(edges)
-    scatter = float(variances.sum()) / count
-    noise = math.sqrt(max(scatter, 0.0) / length)
-    share = min(1.0, samples * triad.step_s / WANDER_S)
-    limit = triad.largest_wander * share + NOISE_OF_RANGE * noise
+    means = triad.sums.means(rest.start + samples // count * np.arange(count + 1))
     wander = float(np.linalg.norm(np.ptp(means, axis=0)))
-    if wander > limit:
+    if wander > triad.largest_wander:
         return f"moved slowly (by up to {wander:.2g} {triad.unit})"
     rate = float(np.linalg.norm(triad.mean(rest)))
     if triad.triad == "gyroscope" and rate < PLATE_STANDS * triad.rate_rad_s:
