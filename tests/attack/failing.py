@@ -105,14 +105,20 @@ def typed(command: str, prepared: Path, folder: Path) -> tuple[Path, list[str]]:
     return config, [part for word in words for part in (poses if word == "POSES" else [word])]
 
 
+_RUN: set[str] = set()
+"""Commands that have run in this process, and imported what they need."""
+
+
 def calls_of(
     command: str, fault: Fault, prepared: Path, folder: Path
 ) -> tuple[int, set[str]]:
     """How many calls a command makes that can have this fault, and the files that it changes."""
     _, words = typed(command, prepared, folder)
-    pipeline(*words)  # imports everything
-    shutil.rmtree(folder)
-    _, words = typed(command, prepared, folder)
+    if command not in _RUN:
+        pipeline(*words)  # imports everything
+        shutil.rmtree(folder)
+        typed(command, prepared, folder)
+        _RUN.add(command)
     before = hashes(folder)
     with failing(fault, 0, folder) as calls:
         pipeline(*words)

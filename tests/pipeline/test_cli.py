@@ -108,8 +108,8 @@ def test_the_help_of_every_command_has_examples_that_exist() -> None:
                     if line.strip()]
         assert examples, name
         options = {option for parameter in command.params for option in parameter.opts}
-        for typed, *words in examples:
-            assert typed == name
+        for called, *words in examples:
+            assert called == name
             assert {word for word in words if word.startswith("--")} <= options
 
 
