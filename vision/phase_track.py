@@ -34,8 +34,6 @@ class PlateLayout:
         What of the frames was measured: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
     symmetry : int
         The plate looks the same after a turn of 2π/symmetry.
-    explained : float
-        Share of the variation on the plate that its turning explains, at most 1.
     mark_azimuth_rad, mark_radius : float
         The mark at plate angle zero, the radius in plate radii; NaN without a mark.
     """
@@ -45,7 +43,6 @@ class PlateLayout:
     size_px: tuple[int, int]
     channel: str
     symmetry: int
-    explained: float
     mark_azimuth_rad: float
     mark_radius: float
 

@@ -21,7 +21,6 @@ LAYOUT: dict[str, Any] = {
     "size_px": (480, 360),
     "channel": LUMA,
     "symmetry": 1,
-    "explained": 0.99,
     "mark_azimuth_rad": 0.0,
     "mark_radius": 0.9,
 }

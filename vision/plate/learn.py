@@ -14,7 +14,7 @@ from vision.plate.choice import CERTAIN, Outline, chosen_plate, or_of_parts, tur
 from vision.plate.detect import proposals
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
-from vision.plate.refusal import NOTHING_MOVES, why_it_jumps, why_nothing_turns
+from vision.plate.refusal import why_it_jumps, why_nothing_moves, why_nothing_turns
 from vision.plate.rotation import seek_spindle
 from vision.plate.template import Template
 from vision.video.reader import Frame, Luma
@@ -88,7 +88,7 @@ def learn(
             return _learn(name, frames, channel, brightness, rim, on_step, camera_stands)
         except RateRefused as error:
             refusal = more_telling(refusal, error)
-    raise refusal or NothingMoves(f"{name}: {NOTHING_MOVES}")
+    raise refusal or NothingMoves(f"{name}: {why_nothing_moves(frames[0].luma)}")
 
 
 class _InBrightness:
@@ -123,7 +123,7 @@ def _learn(
     camera_stands: bool,
 ) -> PlateModel:
     if stands_still([channel(frames[i]) for i in spread_choice(len(frames), CHANGE_OF)]):
-        raise NothingMoves(f"{name}: {NOTHING_MOVES}")
+        raise NothingMoves(f"{name}: {why_nothing_moves(frames[0].luma)}")
     images = [channel(frame) for frame in frames]
     background = median_image(images)
     on_step()

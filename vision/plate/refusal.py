@@ -14,11 +14,16 @@ DARK = 48.0  # luma of the brightest twentieth; black is 16; likewise
 BRIGHTEST = 0.95  # quantile
 NOTHING = 0.15  # coherence of what only flickers, whose outline may lie anywhere; likewise
 
-NOTHING_MOVES = (
-    "nothing in the frame turns about a fixed axis: what changes from frame to frame is no more "
-    "than the noise of the camera. Check that the plate turns; if it does, put a mark of paper or "
-    "tape on it that is much brighter or darker than the plate."
-)
+
+def why_nothing_moves(seen: Luma) -> str:
+    """Frames such as the one seen, (h, w), differ by noise alone."""
+    return (
+        "nothing in the frame turns about a fixed axis: what changes from frame to frame is no "
+        "more than the noise of the camera. "
+    ) + (_too_dark(seen) or (
+        "Check that the plate turns; if it does, put a mark of paper or tape on it that is much "
+        "brighter or darker than the plate."
+    ))
 
 
 def why_nothing_turns(
@@ -42,21 +47,24 @@ def why_nothing_turns(
     fault = ""
     if view is not None and coherence > NOTHING:
         fault = _partly_seen(view, background.shape)
-    light = float(np.quantile(background, BRIGHTEST))
     return (
         f"nothing in the frame turns about a fixed axis: {len(outlines)} round outline(s) were "
         f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
         f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} "
-        f"{_to_change_first(fault, light, coherence, camera_stands)}"
+        f"{_too_dark(background) or _to_change_first(fault, coherence, camera_stands)}"
     )
 
 
-def _to_change_first(fault: str, light: float, coherence: float, camera_stands: bool) -> str:
-    if light < DARK:
-        return (
-            f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of 255, "
-            f"where black is 16."
-        )
+def _too_dark(seen: Luma) -> str:
+    """What to do about a frame, (h, w), that is nearly black; else empty."""
+    light = float(np.quantile(seen, BRIGHTEST))
+    return "" if light >= DARK else (
+        f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of 255, where "
+        f"black is 16."
+    )
+
+
+def _to_change_first(fault: str, coherence: float, camera_stands: bool) -> str:
     if fault:
         return "Film the whole plate from above."
     if coherence < NOTHING:

@@ -119,7 +119,6 @@ class FrameMeasurements:
             size_px=(w * clip.reduction, h * clip.reduction),
             channel=str(self._plate.channel),
             symmetry=self._plate.symmetry,
-            explained=template.explained,
             mark_azimuth_rad=np.nan if mark is None else mark.azimuth_rad,
             mark_radius=np.nan if mark is None else mark.radius,
         )

@@ -137,7 +137,6 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
         size_px=(w * clip.reduction, h * clip.reduction),
         channel=LUMA,
         symmetry=1,
-        explained=float(np.median(pixels.match)) ** 2,
         mark_azimuth_rad=np.nan,
         mark_radius=np.nan,
     )

@@ -5,7 +5,7 @@ import pytest
 
 from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView, view_of_ellipse
-from vision.plate.refusal import why_nothing_turns
+from vision.plate.refusal import why_nothing_moves, why_nothing_turns
 from vision.plate.rotation import CoarseRotation
 
 GREY = np.full((360, 480), 100, np.uint8)
@@ -33,6 +33,12 @@ def test_the_first_thing_to_change_is_what_is_wrong(
     text = said(view, coherence, light=light, camera_stands=camera_stands)
     assert first in text
     assert ("stand" in first) == ("Fix the camera" in text)
+
+
+def test_a_plate_at_rest_in_the_dark_is_told_of_the_light_first() -> None:
+    """Noise hides what turns in a dark film: whether it turns cannot be asked yet."""
+    assert "Switch on a light" in why_nothing_moves(np.full_like(GREY, 20))
+    assert "Check that the plate turns" in why_nothing_moves(GREY)
 
 
 def test_of_two_refusals_the_one_that_saw_something_is_told() -> None:
