@@ -2,9 +2,9 @@
 
     python -m tests.bench.diagnosis_thresholds [--trials 105] [--first 640000] [--only NAME ...]
 
-Sessions of the simulated bench hide none, one or two effects, in rich designs, in those of the
-paper and in poses laid by hand, for both triads; a third of them is disturbed as well, by a step, a
-bad pose, a wander, a swing, a lag, a square, the pose before or the plate. They are fitted once.
+Evenings of simulated pose means hide none, one or two effects, of 4 to 100 sd, in poses of the
+paper, at rest and turning, and in poses laid by hand; a fifth of those at rest hides a step, a bad
+pose, a wander or a swing. They are fitted once.
 Each field of ``calib.diagnosis.constants`` is multiplied by a half and by two, one at a time, and
 put to where it decides nothing; so are counts and shares of its modules. All are diagnosed again.
 Of a share close to one, the rest to one is halved and doubled. Printed per value, as rows of the
@@ -34,17 +34,16 @@ from calib.fit import noise_size
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from tests.bench.study_evenings import design_called, hidden_in
 from tests.bench.threshold_records import FACTORS, replaced
-from tests.set_trials import SetOutcome, design_of, draw_set, scored
-from tests.trials import TriadName, drawn, poses_of
-from tests.world.bench import Design
-from tests.world.hidden import Hidden
+from tests.lots import pose_sets_of
+from tests.set_trials import SetOutcome, scored
+from tests.world.lot import LotPlan, draw_lot
+from tests.world.turning_lot import draw_turning_lot
 
-KINDS = (("gyroscope", "rich"), ("accelerometer", "hand"), ("gyroscope", "paper"),
-         ("accelerometer", "rich"))
+KINDS = ("paper", "plate", "hand")
 SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
-DISTURBED_BY = ("jump", "bad_pose", "wander", "periodic", "temperature_lag", "temperature_squared",
-                "memory", "plate_wander")
+DISTURBED_BY = ("jump", "bad_pose", "wander", "periodic")
 COUNTS = {(courses, "STEPS_TRIED"): 4, (listed, "MODES"): 200,
           (candidates, "BEST_OF_EACH_SIZE"): 0, (candidates, "LARGEST_LISTED"): 2,
           (search, "ROUNDS"): 0, (search, "FAR_ROUNDS"): 0, (search, "REFITTED"): 30,
@@ -79,25 +78,22 @@ class Session:
 def sessions(first: int, trials: int) -> Iterator[Session]:
     """``trials`` sessions; one that is refused is left out."""
     for i in range(trials):
-        seed, (triad, title) = first + i, KINDS[i % 4]
-        design = design_of(title, seed)
-        hidden = draw_set(design, seed, triad, i % 3, SIZES)
-        if i // 4 % 3 == 2:
-            hidden += [disturbance(design, seed, triad, DISTURBED_BY[i // 3 % len(DISTURBED_BY)])]
+        seed, kind = first + i, KINDS[i % 3]
+        possible = np.random.default_rng([seed, 33]).permutation(hidden_in(kind)).tolist()
+        hidden = tuple(possible[: i // 3 % 3])
+        if kind != "plate" and i % 5 == 4:
+            hidden = (*hidden, DISTURBED_BY[i // 5 % len(DISTURBED_BY)])[-2:]
+        elif kind == "plate":
+            hidden = hidden[:1]
+        one, other_one = (*hidden, None, None)[:2]
+        draw = draw_turning_lot if kind == "plate" else draw_lot
+        plan = LotPlan(1, hidden=one, beside=other_one, own_sd=SIZES)
         try:
-            base = fit(poses_of(design, seed, triad, hidden), Model.of(BASE))
+            base = fit(pose_sets_of(draw(design_called(kind), plan, seed))[0], Model.of(BASE))
         except CalibrationError as error:
             print(f"{seed}: refused: {error}")
             continue
-        yield Session(seed, base, tuple(each.name for each in hidden))
-
-
-def disturbance(design: Design, seed: int, triad: TriadName, name: str) -> Hidden:
-    """The disturbance ``name``, a step where it does not reach the poses."""
-    size = float(np.exp(np.random.default_rng([seed, 33]).uniform(*np.log(SIZES))))
-    hidden = drawn(name, triad, size, design, seed) or drawn("jump", triad, size, design, seed)
-    assert hidden is not None
-    return hidden
+        yield Session(seed, base, hidden)
 
 
 def outcomes(every: Sequence[Session]) -> list[tuple[SetOutcome, tuple[str, ...]]]:
@@ -183,7 +179,7 @@ def summary(found: Sequence[tuple[SetOutcome, tuple[str, ...]]]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--trials", type=int, default=105)
+    parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--first", type=int, default=640000)
     parser.add_argument("--only", nargs="*", default=())
     options = parser.parse_args()
