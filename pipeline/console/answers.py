@@ -14,6 +14,7 @@ import numpy as np
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import SIGNS, Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
+from calib.poses.runs.reference_runs import GRAVITY
 from calib.rounding import two_digits
 from pipeline.console.model_change_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
@@ -25,7 +26,6 @@ from pipeline.text.formatting import DISPLAY, count
 from pipeline.text.names import command, word
 
 LOG = "LOG --output FILE"  #: placeholders for files of the user
-HOLDS_EFFECTS = "json"  #: format that stores added effects
 RATES = "plate rates"  #: subject of the answer on the clips
 WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
@@ -167,7 +167,8 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     config = outcome.config.source.path
     excluding = result.diagnosis.verdict is Code.BAD_POSE
     return Answer(
-        result.triad, words.standing, words.short, _is_it_good(result),
+        result.triad, words.standing, words.short,
+        f"{_is_it_good(result)}{_by_gravity(outcome, result)}",
         f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
         f"{words.following}:" if words.step in ("apply", "add") else f"{words.following}, then:",
         words.step,
@@ -200,6 +201,20 @@ def _is_it_good(result: TriadResult) -> str:
         f"{count(len(comparison.poses), 'pose')} is {two_digits(rms)} {unit}, {size} "
         f"(sd {two_digits(noise * factor)} {unit})."
     )
+
+
+def _by_gravity(outcome: Outcome, result: TriadResult) -> str:
+    """What would make the scale more certain, as a sentence, where no latitude is stated."""
+    site, reference = outcome.config.site, result.calibration.fit.poses.reference
+    if (result.prediction is None or GRAVITY not in reference.common_names
+            or (site is not None and site.latitude_deg is not None)):
+        return ""
+    sd = float(np.abs(reference.common[:, reference.common_names.index(GRAVITY)]).max())
+    if 2 * sd**2 < result.prediction.sd_median**2:
+        return ""
+    unit, factor = DISPLAY[result.triad]
+    return (f" Most of that is gravity, which is known to {two_digits(sd * factor)} {unit}: state "
+            f"your latitude (`site: {{latitude_deg: ...}}`) and run again.")
 
 
 def _mostly_unseen(result: TriadResult) -> str:
@@ -244,9 +259,7 @@ def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]
     """The commands that the next step takes."""
     step = result.diagnosis.explanation.step
     if step == "apply":
-        base_only = all(e.acts_on == "reading" for e in result.calibration.fit.model.effects)
-        return (f"{command('apply', folder)} {LOG}",
-                command("export", folder, "--to", "arduino" if base_only else HOLDS_EFFECTS))
+        return (f"{command('apply', folder)} {LOG}", command("export", folder, "--to", "arduino"))
     add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
     if step == "add":
         return add

@@ -112,3 +112,19 @@ def test_an_effect_that_follows_no_covariate_has_none(tmp_path: Path) -> None:
     assert outcome.triad("gyroscope") is not None
     assert outcome.triad("gyroscope").diagnosis.name == "g_sensitivity"
     assert leading_covariate(outcome.triad("gyroscope")) is None
+
+
+def test_a_session_without_a_latitude_is_told_that_gravity_is_most_of_the_error(
+    plain: Path, tmp_path: Path
+) -> None:
+    folder = shutil.copytree(plain.parent, tmp_path / "anywhere")
+    text = plain.read_text(encoding="utf-8")
+    told = []
+    for site in ("{gravity_m_s2: 9.8067, sd_m_s2: 0.02}", "{latitude_deg: 40.85, height_m: 20}"):
+        (folder / "config.yaml").write_text(
+            re.sub(r"(?m)^site:.*\n(?: .*\n)*", f"site: {site}\n", text), encoding="utf-8")
+        outcome = run_stages(load_config(folder / "config.yaml"), RunContext())
+        told.append(next(answer for answer in answers_of(outcome, "config.run")
+                         if answer.subject == "accelerometer").good)
+    assert "Most of that is gravity, which is known to 20 mm/s²: state your latitude" in told[0]
+    assert "gravity" not in told[1]
