@@ -59,8 +59,8 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
     triad = table.gyroscope
     if triad is None or triad.encoding or "unit" in dict(triad.sheet) or not triad.doubt:
         return ""
-    return (f"{table.path}: {triad.doubt}: either its clock or its unit is none "
-            f"of the usual ones. State it by --rate-hz or --gyroscope-unit.")
+    return (f"{table.path}: {triad.doubt}: its clock or its unit is another. State "
+            f"it by --rate-hz or --gyroscope-unit.")
 
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:

@@ -140,8 +140,9 @@ def gyroscope_in(
     doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
              f"{stated / seen:.3g} times what the accelerometer sees" if stated else "")
     if not rate_unit(per_deg) and not encoding:
-        doubt = (f"gravity turns by {seen:.3g} rad/s per unit of the gyroscope, which is no "
-                 f"usual unit; see whether the times are right")
+        doubt = (f"{doubt}; at {stated / seen / rate.pool.step_s:.3g} Hz both would agree" if stated
+                 else f"gravity turns by {seen:.3g} rad/s per unit of the gyroscope, which is no "
+                      f"usual unit")
     return rate_triad(rate.columns, per_deg, encoding, (
         f"{because}; between the rests gravity turns by what {seen:.3g} rad/s per unit make of the "
         f"readings (correlation {turn.agreement:.2f})"),
@@ -219,8 +220,9 @@ def rate_triad(
     """A gyroscope of whose unit or counts so many are 1 °/s."""
     unit, size = rate_unit(per_deg), math.radians(1) / per_deg
     if not unit:
+        scale = "of a range that is open" if choices else f"{per_deg:g} per °/s"
         return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding, bits),
-                          f"counts, {per_deg:g} per °/s" + (f", {encoding}" if encoding else ""),
+                          f"counts, {scale}" + (f", {encoding}" if encoding else ""),
                           because, size, doubt, choices, encoding)
     words = " or ".join(UNIT_WORDS[rate_unit(choice)] for choice in choices) or UNIT_WORDS[unit]
     return TriadGuess(triple, (("unit", unit),), words, because, size, doubt, choices)
