@@ -241,7 +241,7 @@ gyroscope:
     assert pipeline("run", config) == 4
     message = capsys.readouterr().err
     assert "gyroscope: 6 poses give 6 equations for 9 parameters" in message
-    assert "edge -x -y up" in message
+    assert "poses lie within 25° of -x up, -y up, -z up, +z up, +y up, +x up alone" in message
 
 
 LEG_HZ = 16.0  #: rows arrive by radio about that often; the file has no time
