@@ -1,7 +1,6 @@
 """The source files as syntax trees, for the tests that read the code."""
 
 import ast
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -26,14 +25,17 @@ def tree_of(module: str) -> ast.Module:
     return ast.parse((FILES | TEST_FILES)[module].read_text(encoding="utf-8"))
 
 
-def imports(tree: ast.AST) -> Iterator[tuple[str, str | None]]:
+@cache
+def imports(tree: ast.AST) -> tuple[tuple[str, str | None], ...]:
     """Module and, for ``from`` imports, name of every import, also those inside functions."""
+    every: list[tuple[str, str | None]] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from ((alias.name, None) for alias in node.names)
+            every += ((alias.name, None) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"line {node.lineno}: imports are absolute"
-            yield from ((node.module or "", alias.name) for alias in node.names)
+            every += ((node.module or "", alias.name) for alias in node.names)
+    return tuple(every)
 
 
 def begins(name: str, home: str) -> bool:
