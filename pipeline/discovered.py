@@ -22,16 +22,19 @@ def definition(triad: str, found: Discovered) -> str:
 
 
 def without_formula(result: TriadResult) -> str | None:
-    """The effect that takes an unknown error into the sds where no formula holds; None else."""
-    name = "bias_wander" if result.diagnosis.name == "time_s" else "extra_noise"
-    unknown = result.diagnosis.verdict is Code.UNKNOWN
-    return name if unknown and name not in result.calibration.fit.model.names else None
+    """The effect that takes an error without a formula into the sds; None where none is sought."""
+    diagnosis = result.diagnosis
+    name = "bias_wander" if diagnosis.name == "time_s" else "extra_noise"
+    if diagnosis.verdict is Code.NOISE:
+        name = diagnosis.name or name
+    sought = diagnosis.explanation.step == "discover"
+    return name if sought and name not in result.calibration.fit.model.names else None
 
 
 def change_for_unknown(
     outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
 ) -> ModelChange | None:
-    """What ``--auto`` adds where a verdict is unknown: what :func:`discover` finds.
+    """What ``--auto`` adds where a formula is to be sought: what :func:`discover` finds.
 
     Where there is no formula, what takes the error into the sds. ``refused`` are those that were
     tried and did not lower the leave-one-out error.
@@ -44,7 +47,7 @@ def change_for_unknown(
         A Python function of the model raised.
     """
     for result in outcome.triads:
-        if result.diagnosis.verdict is not Code.UNKNOWN:
+        if result.diagnosis.explanation.step != "discover":
             continue
         config = outcome.config
         best = discover(result.calibration.fit, config.covariates)

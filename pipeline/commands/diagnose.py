@@ -30,7 +30,6 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     The command runs every stage and does not change the results or the history. Where no listed
     effect fits, it looks for a formula as `pipeline discover` does.
     """
-    from calib.diagnosis.verdict.decision import Code
     from calib.discovery.discover import discover
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
@@ -59,7 +58,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
         echo_verdict(result)
         for line in [*misfit_lines(result), *ranking_lines(result)]:
             click.echo(line)
-        if result.diagnosis.verdict is Code.UNKNOWN:
+        if result.diagnosis.explanation.step == "discover":
             formula = discover(result.calibration.fit, session.covariates)
             sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))

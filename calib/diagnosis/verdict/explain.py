@@ -28,6 +28,7 @@ from calib.diagnosis.verdict.wording import (
     physics,
     readable,
     remedy_of_noise,
+    step_of_noise,
     unsupported,
     what_separates,
 )
@@ -222,11 +223,11 @@ def _bad_pose(case: Case) -> Explanation:
 
 
 def _noise(case: Case) -> Explanation:
-    chi2 = float(case.fit.weight @ case.fit.rows.residual**2)
-    factor = np.sqrt(chi2 / max(case.fit.dof, 1))
+    factor = np.sqrt(case.fit.weight @ case.fit.rows.residual**2 / max(case.fit.dof, 1))
     instead = f"The sds of the parameters contain it. {_instead_of_noise(case)}"
     name = case.verdict.name
-    add = "Add it: the sds then contain it, and its size is printed; no correction takes it away"
+    from_run_to_run = FROM_RUN_TO_RUN in case.verdict.details
+    step, following = step_of_noise(factor, from_run_to_run)
     if name == "bias_wander":
         text = (
             f"The bias wanders during the session, {case.verdict.details[0]} ({case.misfit}): "
@@ -234,17 +235,16 @@ def _noise(case: Case) -> Explanation:
             f"{two_digits(factor)} times the poses' own noise. {_alike(case)}{instead}A faster "
             f"session, or poses repeated throughout it, leaves less of it."
         )
-        return Explanation("open", "its bias wanders during the session", text, "add", add)
+        return Explanation("open", "its bias wanders during the session", text, step, following)
     if name == "rate_scatter":
         text = (
             f"The rate of the plate scatters {case.verdict.details[0]} ({case.misfit}). "
             f"{_alike(case)}{instead}Film the plate with each pose, so that each has a rate of its "
             f"own."
         )
-        if case.advice is None and case.verdict.details[0] != FROM_RUN_TO_RUN:
-            return Explanation("open", "the rate of the plate scatters", text, "add", add)
-        return Explanation("open", "the rate of the plate scatters", text, "record",
-                           f"Film the plate with each pose ({CLIPS.minutes:.0f} min)")
+        if step == "add" and (case.advice is not None or from_run_to_run):
+            step, following = "record", f"Film the plate with each pose ({CLIPS.minutes:.0f} min)"
+        return Explanation("open", "the rate of the plate scatters", text, step, following)
     text = (
         f"The residual is {two_digits(factor)} times what the poses' own noise explains, "
         f"without a shape that any effect has ({case.misfit}). "
@@ -253,7 +253,7 @@ def _noise(case: Case) -> Explanation:
     short = "the residual is larger than the noise, without any shape"
     if name is None:
         return Explanation("open", short, f"{text} {NOTHING_MORE}.", "apply", CORRECT)
-    return Explanation("open", short, text, "add", add)
+    return Explanation("open", short, text, step, following)
 
 
 def _instead_of_noise(case: Case) -> str:

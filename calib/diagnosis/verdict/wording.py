@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from calib.diagnosis.hypotheses.listed import ANY_FUNCTION
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
+from calib.diagnosis.verdict.explanation import Step
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -15,7 +16,8 @@ from calib.poses.triad_kind import TRIAD_KINDS
 from calib.rounding import two_digits
 
 MORE_THAN_NOISE = 10.0
-"""Residuals ten times the noise within the poses come from between them. It chooses words only."""
+"""Residuals ten times the noise within the poses come from between them, and a formula of them is
+looked for before they are called noise. A judgement."""
 
 
 OTHER_FILES = "files of another sensor, range or unit, and for exchanged columns"
@@ -161,6 +163,17 @@ def remedy_of_noise(factor: float) -> str:
             f"moved, for {OTHER_FILES}."
         )
     return "Longer poses and a firmer base usually help."
+
+
+def step_of_noise(factor: float, from_run_to_run: bool) -> tuple[Step, str]:
+    """What to do about a residual of so many times the noise, for programs and in words.
+
+    What scatters from run to run is no formula of what a pose is.
+    """
+    if factor > MORE_THAN_NOISE and not from_run_to_run:
+        return "discover", "Look for a formula of it: what the samples show is seldom so much less"
+    return "add", ("Add it: the sds then contain it, and its size is printed; no correction takes "
+                   "it away")
 
 
 def beyond_parts(beyond: Mapping[str, float]) -> str:

@@ -18,6 +18,7 @@ from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explain import SPOKEN, explain
 from calib.diagnosis.verdict.explanation import Step
 from calib.diagnosis.verdict.ranking import rank
+from calib.discovery.discover import discover
 from calib.effects.catalogue import BASE, find_effect
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -91,6 +92,20 @@ def test_what_has_no_formula_has_a_name_that_can_be_added(
         settled += diagnose(after).verdict == "nothing_missing"
     assert right >= 3
     assert settled >= 3
+
+
+def test_a_formula_is_sought_before_a_residual_far_above_the_noise_is_called_noise() -> None:
+    """A converter that errs by a wave of many periods over its range has no smooth shape."""
+    poses = sound(3)
+    wave = np.sin(2 * np.pi * poses.reading / np.abs(poses.reading).max() * 2.7 + 0.4)
+    for sds, step in ((4.0, "record"), (30.0, "discover")):
+        base, said = fitted(replace(poses, reading=poses.reading + sds * poses.sd * wave))
+        assert (said.verdict, said.explanation.step) == ("noise", step), said.text
+    assert said.addable == ()
+    formula = discover(base)
+    assert formula is not None
+    assert "a wave in its reading" in formula.formula.words
+    assert formula.left_out_after < 0.2 * formula.left_out_before
 
 
 def test_noise_of_one_run_is_named_with_it_and_its_size_is_fitted() -> None:
