@@ -68,7 +68,7 @@ def find(
 
 @dataclass(frozen=True)
 class _Clock:
-    """When the poses of ``fit`` were taken, their names and runs, and the constants: ``key``."""
+    """When poses were taken, their names and runs, what the model has, the constants: ``key``."""
 
     key: tuple[object, ...]
     fit: Fit = field(compare=False)
@@ -78,7 +78,8 @@ class _Clock:
         poses = fit.poses
         times = [None if each is None else each.tobytes()
                  for each in (poses.time_s, poses.run_time_s)]
-        return cls((*times, poses.label, poses.run, *vars(CONSTANTS).values()), fit)
+        names = fit.model.names
+        return cls((*times, poses.label, poses.run, names, *vars(CONSTANTS).values()), fit)
 
 
 @lru_cache(maxsize=4)  # sessions of one design are diagnosed by the thousand

@@ -108,6 +108,14 @@ def test_a_formula_is_sought_before_a_residual_far_above_the_noise_is_called_noi
     assert formula.left_out_after < 0.2 * formula.left_out_before
 
 
+def test_a_second_step_has_the_name_of_the_second_where_the_first_was_just_added() -> None:
+    """Hypotheses that know no more than when poses were taken are kept, by what the model has."""
+    poses = stepped(2, 20.0)
+    for names, next_one in (((), "bias_step"), (("bias_step",), "bias_step_2")):
+        known = find(fit(poses, Model.of((*BASE, *names)))).posterior.first
+        assert {name for name in known if name.startswith("bias_step")} == {next_one}
+
+
 def test_noise_of_one_run_is_named_with_it_and_its_size_is_fitted() -> None:
     sizes = []
     for seed in range(3):
