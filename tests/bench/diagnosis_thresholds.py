@@ -47,7 +47,7 @@ DISTURBED_BY = ("jump", "bad_pose", "wander", "periodic")
 COUNTS = {(courses, "STEPS_TRIED"): 4, (listed, "MODES"): 200,
           (candidates, "BEST_OF_EACH_SIZE"): 0, (candidates, "LARGEST_LISTED"): 2,
           (search, "ROUNDS"): 0, (search, "FAR_ROUNDS"): 0, (search, "REFITTED"): 30,
-          (search, "GROWN"): 0, (search, "MOST_SETS_OF_POSES"): 0}
+          (search, "GROWN"): 0, (search, "MOST_SETS_OF_PLACES"): 0}
 """Counts of its modules, with the value by which each is switched off."""
 
 SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_LARGER"): 1e-300,

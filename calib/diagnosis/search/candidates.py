@@ -75,10 +75,11 @@ class Candidates:
             if sum(seen[j] for j in members) <= spare:
                 yield members
 
-    def bad_poses(self, table: Table) -> list[int]:
-        """Every pose that these rows can tell from the others."""
-        return [j for j, h in enumerate(self.hypotheses)
-                if h.kind == "bad_pose" and not table.is_blind(j)]
+    def placed(self, table: Table) -> tuple[list[int], ...]:
+        """Every pose that these rows can tell from the others, and every step that they show."""
+        return tuple([j for j, h in enumerate(self.hypotheses)
+                      if h.is_placed and h.kind == kind and not table.is_blind(j)]
+                     for kind in ("bad_pose", "listed"))
 
     def one_more(self, table: Table, members: Members, which: Iterable[int]) -> Iterator[Members]:
         """``members`` and one more of ``which``."""

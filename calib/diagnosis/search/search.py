@@ -30,8 +30,8 @@ from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
 
-MOST_SETS_OF_POSES = 1000
-"""Sets of bad poses of one size; of more poses they grow from the best. A limit of time."""
+MOST_SETS_OF_PLACES = 1000
+"""Sets of bad poses, or steps, of one size; of more they grow from the best. A limit of time."""
 
 ROUNDS = 6
 """Solutions at which sets are weighed again, at most. A limit of time."""
@@ -112,7 +112,8 @@ class _Search:
         for count in range(3, LARGEST_LISTED + 1):
             self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, count)])
         for count in range(2, LARGEST_LISTED + 1):
-            self._weigh(self.table, self._of_poses(count))
+            for placed in self.candidates.placed(self.table):
+                self._weigh(self.table, self._of_places(placed, count))
         best: dict[int, list[Members]] = {}
         listed = {*self._listed}
         for entry in sorted(self.entries.values(), key=lambda e: -e.log_posterior):
@@ -123,16 +124,15 @@ class _Search:
             for larger in self.candidates.one_more(self.table, members, self.seen)
         }))
 
-    def _of_poses(self, count: int) -> Sequence[Members]:
-        """Sets of ``count`` bad poses: all where they are few, as one hides behind the next."""
-        poses = self.candidates.bad_poses(self.table)
-        if comb(len(poses), count) <= MOST_SETS_OF_POSES:
-            return [*self.candidates.of_effects(self.table, poses, count)]
+    def _of_places(self, placed: Sequence[int], count: int) -> Sequence[Members]:
+        """Sets of ``count`` bad poses or steps: all where they are few, as one hides the next."""
+        if comb(len(placed), count) <= MOST_SETS_OF_PLACES:
+            return [*self.candidates.of_effects(self.table, placed, count)]
         fewer = [e for e in self.entries.values()
-                 if len(e.members) == count - 1 and {*poses}.issuperset(e.members)]
+                 if len(e.members) == count - 1 and {*placed}.issuperset(e.members)]
         fewer.sort(key=lambda e: -e.log_posterior)
         return sorted({larger for e in fewer[:GROWN]
-                       for larger in self.candidates.one_more(self.table, e.members, poses)})
+                       for larger in self.candidates.one_more(self.table, e.members, placed)})
 
     @cached_property
     def _listed(self) -> list[int]:

@@ -108,6 +108,15 @@ def test_a_formula_is_sought_before_a_residual_far_above_the_noise_is_called_noi
     assert formula.left_out_after < 0.2 * formula.left_out_before
 
 
+def test_a_bias_that_steps_and_comes_back_is_two_steps_and_no_wander() -> None:
+    """Either step alone explains little; the pair is weighed all the same."""
+    poses = stepped(2, 20.0)
+    back = poses.time_s >= np.sort(poses.time_s)[72]
+    read = poses.reading - 20 * np.outer(back, poses.sd[0] * [1, -1, 0.5])
+    verdict = find(fit(replace(poses, reading=read), Model.of(BASE))).verdict
+    assert (verdict.code, verdict.name, len(verdict.details)) == ("effect", "bias_step", 2)
+
+
 def test_a_second_step_has_the_name_of_the_second_where_the_first_was_just_added() -> None:
     """Hypotheses that know no more than when poses were taken are kept, by what the model has."""
     poses = stepped(2, 20.0)
