@@ -7,7 +7,12 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import Finite, PathArgument
-from pipeline.commands.interaction.output import echo_warnings, echo_whole, python_option
+from pipeline.commands.interaction.output import (
+    echo_warnings,
+    echo_whole,
+    named_results,
+    python_option,
+)
 from pipeline.logs.columns import SECONDS_PER
 
 if TYPE_CHECKING:
@@ -54,11 +59,12 @@ def command(
     anyway: bool,
     allow_python: bool,
 ) -> None:
-    """Correct LOG with the calibration in RESULTS (results.json or its folder); CSV in SI units.
+    """Correct LOG with the calibration in RESULTS; CSV in SI units.
 
-    If RESULTS contains a mounting, both triads are rotated into the axes of the vehicle. The column
-    `saturated` is 1 in samples with an axis at the end of its range. The command refuses logs that
-    this sensor cannot have written, and lists the values outside the range of the calibration.
+    RESULTS is results.json, its folder, or the configuration that was run. If it contains a
+    mounting, both triads are rotated into the axes of the vehicle. The column `saturated` is 1 in
+    samples with an axis at the end of its range. The command refuses logs that this sensor cannot
+    have written, and lists the values outside the range of the calibration.
     """
     from calib.errors import CalibrationError
     from pipeline.errors import PipelineError
@@ -67,10 +73,9 @@ def command(
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.fitness import require_fit
-    from pipeline.results.read import load_results
     from pipeline.results.written import write_output
 
-    stored = load_results(results, allow_python)
+    stored = named_results(results, allow_python)
     notes = [*require_fit(stored, anyway)]
     clock = StatedClock(rate_hz, time_unit)
     readings = (_read_as_session(log, stored, clock) if columns is None

@@ -7,7 +7,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import PathArgument
-from pipeline.commands.interaction.output import echo_warnings, python_option
+from pipeline.commands.interaction.output import echo_warnings, named_results, python_option
 from pipeline.export.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -40,14 +40,14 @@ def command(
     results: Path, form: str, output: Path | None, noise: Path | None, force: bool,
     anyway: bool, allow_python: bool,
 ) -> None:
-    """Write the calibration in RESULTS (results.json or its folder) for another program.
+    """Write the calibration in RESULTS for another program.
 
+    RESULTS is results.json, its folder, or the configuration that was run.
     The command prints what the format cannot store.
     """
     from pipeline.export.parts import stood_for
     from pipeline.export.write import EXPORTERS
     from pipeline.results.fitness import require_fit
-    from pipeline.results.read import load_results
     from pipeline.results.written import write_output
     from pipeline.text.names import nearest_name
 
@@ -58,7 +58,7 @@ def command(
         )
     if noise is not None and form != "kalibr":
         raise click.UsageError(f"--noise is for kalibr; {form} has no place for it")
-    stored = load_results(results, allow_python)
+    stored = named_results(results, allow_python)
     echo_warnings(require_fit(stored, anyway))
     export = _kalibr_with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
     echo_warnings((*export.loses, *stood_for(stored)), "note")

@@ -57,12 +57,15 @@ def test_sessions_of_one_sensor_agree(
 
 
 def test_a_folder_stands_for_the_run_of_the_configuration_in_it(
-    sessions: Path, capsys: pytest.CaptureFixture[str]
+    sessions: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert pipeline("compare", sessions / "first", sessions / "second") == 0
     by_folder = capsys.readouterr().out
     assert pipeline("compare", run_of(sessions / "first"), run_of(sessions / "second")) == 0
     assert capsys.readouterr().out == by_folder
+    for name in ("first", "first/config.yaml", "first/config.run/results.json"):
+        assert pipeline("export", sessions / name, "--to", "json", "--output", tmp_path,
+                        "--force") == 0
 
 
 def test_each_calibration_errs_more_on_the_poses_of_the_other_session(sessions: Path) -> None:
