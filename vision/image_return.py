@@ -85,14 +85,11 @@ class ImageReturn:
         Seconds.
     turns : int
         Periods to the latest clear return.
-    correlation : float
-        Of the best blocks with themselves at the returns.
     """
 
     period_s: float
     sd_s: float
     turns: int
-    correlation: float
 
     @property
     def rate_rad_s(self) -> float:
@@ -149,7 +146,7 @@ def image_return(
         return None
     period, sd = fitted_period(lags, count)
     sd = float(np.hypot(sd, BIAS * period))
-    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()), mean)
+    return ImageReturn(period * frame_s, sd * frame_s, int(count.max()))
 
 
 def much_varies(small: NDArray[np.uint8]) -> bool:

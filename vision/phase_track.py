@@ -98,6 +98,8 @@ class PhaseTrack:
         A PNG of one frame with plate, centre, marks and radii drawn in.
     notes : tuple of str
         What the user should know about the tracking.
+    leaning_frames : float
+        Sd of what the angle gains in the clip, beside that of the frames, frame times.
     """
 
     source: str
@@ -113,6 +115,7 @@ class PhaseTrack:
     motion: FloatArray
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
+    leaning_frames: float = 0.0
 
     @property
     def apparent_turns(self) -> float:
@@ -170,10 +173,6 @@ class PlateAngle:
     def repaired_time_s(self) -> FloatArray:
         """Time with that of the dropped frames put back, shape (u,)."""
         return np.asarray(self.time_s + self.frame_s * np.cumsum(self.dropped))
-
-    def between(self, first: int, last: int) -> "PlateAngle":
-        """The part on frames ``first`` to ``last``, both included."""
-        return self.without((self.index < first) | (self.index > last))
 
     def without(self, some: BoolArray) -> "PlateAngle":
         """The angle without some frames, shape (u,); what was dropped before them stays dropped."""

@@ -8,6 +8,11 @@ that comes back after a turn,
 whatever the lens, the rim and the light are. The angles θ_t and the coefficients are found in turn:
 the coefficients by least squares for given angles, each order shrunk by what of it stands out from
 noise (Wiener), and the angles by Newton's step θ → θ + Σ_p V' f'/Σ_p f'².
+
+With N frames in a turn an order N - k looks like k, but for what N θ advances beside the frames. A
+mark that is narrow against the angle between two frames has such orders; where every turn shows the
+same angles, |⟨e^(iNθ)⟩| near 1, nothing separates them, and the angle leans to N whole frames per
+turn. What a plate gains or loses in the clip is then known to a frame time, evenly spread.
 """
 
 from dataclasses import dataclass
@@ -43,8 +48,8 @@ class PeriodicPixels:
         Correlation of the frame with what the pixels show at that angle.
     smear_rad2 : array, shape (f,)
         Variance of the smear along the turn beyond the mean one, rad².
-    orders : int
-        That stand out from noise.
+    leaning_frames : float
+        Sd of what the angle gains in the clip, by orders that no frame separates, frame times.
     coefficients : array, shape (2k + 1, p)
         Mean, cosines and sines, in the unit of the values.
     """
@@ -52,7 +57,7 @@ class PeriodicPixels:
     angle_rad: FloatArray
     match: FloatArray
     smear_rad2: FloatArray
-    orders: int
+    leaning_frames: float
     coefficients: NDArray[np.float32]
 
 
@@ -87,7 +92,12 @@ def periodic_pixels(
     coefficients = fit.coefficients
     coefficients[0] += mean
     angle = _even(angle, time_s, used, few)
-    return PeriodicPixels(angle, fit.match, fit.smear, fit.orders_shown, coefficients)
+    per_turn = 2 * np.pi * np.ptp(time_s) / frame_s / np.ptp(angle)
+    leaning = 0.0
+    if most >= int(PER_STEP * per_turn):  # else the orders that look alike are far apart
+        same = abs(complex(np.exp(1j * round(per_turn) * angle).mean()))
+        leaning = same * float(np.sqrt(fit.highest_shown / 12))
+    return PeriodicPixels(angle, fit.match, fit.smear, leaning, coefficients)
 
 
 def informative(
@@ -172,7 +182,7 @@ class _HarmonicFit:
         floor = np.diag(np.linalg.inv(normal))
         kept = np.maximum(1 - floor / np.maximum(power, 1e-12), 0)
         kept[0] = 1
-        self.orders_shown = int((kept[1 : orders + 1] > 0.5).sum())
+        self.highest_shown = float(kept[orders])  # share of its power that is no noise
         self.coefficients = np.asarray(free * kept[:, None], np.float32)
         swapped = np.concatenate([np.zeros_like(free[:1]), self.coefficients[orders + 1 :],
                                   -self.coefficients[1 : orders + 1]])

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.image_return import (
@@ -36,13 +35,10 @@ class FrameCount:
     ----------
     rate_rad_s, sd_rad_s : float
         Positive, rad/s.
-    alignments : array of int, shape (m,)
-        Frames in which the marks are aligned.
     """
 
     rate_rad_s: float
     sd_rad_s: float
-    alignments: NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,4 +156,4 @@ def count_frames(angle: PlateAngle) -> FrameCount | None:
     aligned = np.where(nearer, after - 1, after)
     time = float(angle.time_s[aligned[-1]] - angle.time_s[aligned[0]])
     rate = float(2 * np.pi * (whole[-1] - whole[0])) / time
-    return FrameCount(rate, rate * END_SD * frame_s / time, angle.index[aligned])
+    return FrameCount(rate, rate * END_SD * frame_s / time)

@@ -56,7 +56,7 @@ class RateUncertainty:
     ----------
     image_rad_s : float
         From the frames: angles, dropped frames that may be none, a shutter that changed, the frame
-        time of a camera slower than its clip.
+        time of a camera slower than its clip, turns that show the same angles.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -220,6 +220,7 @@ def _measured(
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,
         frames.relative_sd * rate,
+        track.leaning_frames * angle.frame_s / float(np.ptp(angle.time_s)) * rate,
     )
     checks = cross_check(angle, rate, returns)
     seen = replace(seen, rate_rad_s=rate, others=checks)

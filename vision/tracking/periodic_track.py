@@ -154,6 +154,7 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
         motion=motion,
         annotated=annotated(shown.bgr, layout, np.nan),
         notes=(*notes, _how(clip.path.name)),
+        leaning_frames=pixels.leaning_frames,
     )
 
 

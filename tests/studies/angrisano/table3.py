@@ -93,7 +93,7 @@ def film(rate_rad_s: float, seconds: float, rng: np.random.Generator) -> PlateAn
 def counted_turn(angle: PlateAngle) -> tuple[float, float]:
     """Rate and sd from the frames between the first two alignments, rad/s."""
     second = int(np.argmax(angle.angle_rad >= 2 * math.pi))
-    found = count_frames(angle.between(0, second + 1))
+    found = count_frames(angle.without(angle.index > second + 1))
     assert found is not None  # the film holds a whole turn
     return found.rate_rad_s, found.sd_rad_s
 
