@@ -111,7 +111,7 @@ def prospect_of(
     projector = Projector(fitted)
     signatures, absent = [], {}
     partly = {}
-    for effect in candidate_effects(fitted, user_effects, covariates):
+    for effect in candidate_effects(fitted.model, fitted.poses, user_effects, covariates):
         reason = unavailable(effect, poses.conditions(poses.reading))
         if reason is not None:
             absent[effect.name] = reason

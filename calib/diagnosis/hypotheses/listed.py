@@ -144,15 +144,18 @@ class Hypothesis:
 
 
 def candidate_effects(
-    fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
+    model: Model, poses: PoseSet, user_effects: Sequence[Effect] = (),
+    covariates: Sequence[str] | None = None,
 ) -> Iterator[Effect]:
-    """Effects that could be added to the model of ``fit``: listed, logged columns, the user's.
+    """Effects that could be added to ``model``: listed, logged columns, the user's.
 
     Of bias, scale and misalignment those are among them that the model lacks.
 
     Parameters
     ----------
-    fit : Fit
+    model : Model
+    poses : PoseSet
+        What it is fitted to.
     user_effects : sequence of Effect
         User-defined effects.
     covariates : sequence of str or None
@@ -162,16 +165,8 @@ def candidate_effects(
     Yields
     ------
     Effect
-        It acts on the triad of ``fit``; whether the poses can evaluate it is not checked.
+        It acts on the triad of ``poses``; whether these can evaluate it is not checked.
     """
-    yield from effects_beside(fit.model, fit.poses, user_effects, covariates)
-
-
-def effects_beside(
-    model: Model, poses: PoseSet, user_effects: Sequence[Effect] = (),
-    covariates: Sequence[str] | None = None,
-) -> Iterator[Effect]:
-    """The same by the model (p parameters) and the poses that it is fitted to."""
     # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
     base = BASE if poses.reference.magnitude.any() else BASE[:1]
     listed = [e for e in EFFECTS.values() if e.name in base or e.acts_on not in OTHERWISE]
@@ -212,7 +207,8 @@ def listed_hypotheses(
 ) -> tuple[Sequence[Hypothesis], dict[str, str]]:
     """Every effect that could be added, at each start of its shape, and why others cannot be."""
     at = fit.equations.at_reading
-    effects = [e.within(at) for e in candidate_effects(fit, user_effects, covariates)]
+    effects = [e.within(at) for e in candidate_effects(
+        fit.model, fit.poses, user_effects, covariates)]
     absent = {effect.name: why_not_finite(effect, at) for effect in effects
               if not np.isfinite(effect.evaluate(at)).all()}
     return _at_their_shapes([each for each in effects if each.name not in absent]), absent

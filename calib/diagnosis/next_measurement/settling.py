@@ -56,17 +56,18 @@ def settling_block(
 
 def _chance(posterior: Posterior, then: Fit, names: Sequence[str]) -> float | None:
     """Share of simulated sessions in which what is there has a name at ``then``."""
-    again = [*_at(posterior, then, names)]
-    table = table_at(then, again)
-    of = {name: [j for j, h in enumerate(again) if h.name == name and not table.is_blind(j)]
-          for name in dict.fromkeys(h.name for h in again)}
+    sized = [*_at(posterior, then, names)]
+    table = table_at(then, [h for h, _ in sized])
+    of: dict[str, list[int]] = {h.name: [] for h, _ in sized}
+    for j, (h, _) in enumerate(sized):
+        of[h.name] += [] if table.is_blind(j) else [j]
     if not of:
         return None
     places = [*of.values()]
 
     def signals(i: int, random: np.random.Generator) -> FloatArray:
         x = table.rows[table.where(places[i][0])]
-        size = _size(posterior, again[places[i][0]])
+        _, size = sized[places[i][0]]
         return np.asarray(size * random.normal(size=(DRAWS, len(x))) @ x)
 
     return share_named(table.projector, table.noise,
@@ -74,31 +75,29 @@ def _chance(posterior: Posterior, then: Fit, names: Sequence[str]) -> float | No
                        np.zeros((len(places), len(places)), bool))
 
 
-def _at(posterior: Posterior, then: Fit, names: Sequence[str]) -> Iterator[Hypothesis]:
-    """The likeliest hypotheses of ``names``, as they are over the poses of ``then``."""
-    order = np.argsort(-posterior.log_factor)
-    every = [posterior.hypotheses[j] for j in order]
+def _at(
+    posterior: Posterior, then: Fit, names: Sequence[str]
+) -> Iterator[tuple[Hypothesis, float]]:
+    """The likeliest hypotheses of ``names`` over the poses of ``then``, and their sizes.
+
+    These are the units of the table by which they take what they take of the misfit now.
+    """
+    order = np.argsort(-posterior.log_factor).tolist()
     with_course = [*by_clock(then), *scattering_rates(then)]
-    if any(h.follows is not None for h in every if h.name in names):
+    if any(h.follows is not None for h in posterior.hypotheses if h.name in names):
         with_course += unknown_hypotheses(then, causes(then.poses))
     course = {(h.name, h.detail): h for h in reversed(with_course)}
     for name in names:
-        same = dict.fromkeys((h.name, h.detail, h.shape) for h in every if h.name == name)
-        for _, detail, shape in [*same][:MOST_OF_EACH]:
-            first = next(h for h in every if (h.name, h.detail, h.shape) == (name, detail, shape))
-            if first.course is None:
-                yield first
-            elif (name, detail) in course:
-                yield course[name, detail]
-
-
-def _size(posterior: Posterior, hypothesis: Hypothesis) -> float:
-    """Units of the table by which it takes the misfit that it takes in the poses recorded."""
-    j = next(j for j in np.argsort(-posterior.log_factor)
-             if posterior.hypotheses[j].name == hypothesis.name
-             and posterior.hypotheses[j].detail == hypothesis.detail)
-    seen = max(int(posterior.table.seen[j]), 1)
-    squared = float((posterior.table.rows[posterior.table.where(int(j))] ** 2).sum())
-    fall = max(float(posterior.drop[j]) - seen, seen)
-    return float(np.sqrt(fall / squared)) if squared else 0.0
-
+        same: dict[tuple[str, float | None], int] = {}
+        for j in order:
+            h = posterior.hypotheses[j]
+            if h.name == name:
+                same.setdefault((h.detail, h.shape), j)
+        for j in [*same.values()][:MOST_OF_EACH]:
+            h = posterior.hypotheses[j]
+            later = h if h.course is None else course.get((name, h.detail))
+            if later is not None:
+                seen, squared = max(int(posterior.table.seen[j]), 1), float(
+                    (posterior.table.rows[posterior.table.where(j)] ** 2).sum())
+                fall = max(float(posterior.drop[j]) - seen, seen)
+                yield later, float(np.sqrt(fall / squared)) if squared else 0.0

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.listed import effects_beside
+from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import NORM_FLOOR, orthonormal_bases
@@ -101,7 +101,7 @@ def evidence_of(
     residual = residual - basis @ (basis.swapaxes(-1, -2) @ residual)
     trials: list[Trial] = []
     visible: list[FloatArray] = [np.zeros((*root.shape, 0))]
-    for effect in effects_beside(fit.model, fit.poses, user_effects, covariates):
+    for effect in candidate_effects(fit.model, fit.poses, user_effects, covariates):
         if effect.in_square or (names and effect.name not in names):
             continue
         for trial in trials_of(effect, fit.poses.triad):
