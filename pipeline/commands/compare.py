@@ -65,6 +65,10 @@ def command(
     for one in compared:
         if (seen := ageing[one.triad]) is not None:
             click.echo(paragraph(f"{one.triad}: {ageing_text(seen, one.triad)}"))
+        elif one.triad in allowed:
+            click.echo(paragraph(
+                f"{one.triad}: when it passes the limit is not known. That takes two sessions of "
+                f"one model and one data sheet, of other poses, half a day apart or more."))
 
 
 def _limit(text: str) -> tuple[str, float]:

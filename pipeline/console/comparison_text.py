@@ -7,7 +7,7 @@ import numpy as np
 
 from calib.effects.units import display_unit
 from calib.poses.imu_log import Triad
-from calib.rounding import in_digits
+from calib.rounding import in_digits, two_digits
 from pipeline.results.ageing import Ageing
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
 from pipeline.results.fitness import parts_of_error
@@ -56,7 +56,7 @@ def conclusions(compared: ComparedTriad, names: Sequence[str]) -> Iterator[str]:
 def ageing_text(ageing: Ageing, triad: Triad) -> str:
     """What moved between the sessions, and when the error to expect will pass the limit."""
     unit, factor = DISPLAY[triad]
-    moved, noise, now, limit = (f"{value * factor:.2g} {unit}" for value in (
+    moved, noise, now, limit = (f"{two_digits(value * factor)} {unit}" for value in (
         ageing.moved, ageing.noise, ageing.now, ageing.limit))
     over = f"over {_days(ageing.days)}"
     if limit == now or ageing.limit <= ageing.now:

@@ -63,6 +63,9 @@ def test_a_folder_stands_for_the_run_of_the_configuration_in_it(
     by_folder = capsys.readouterr().out
     assert pipeline("compare", run_of(sessions / "first"), run_of(sessions / "second")) == 0
     assert capsys.readouterr().out == by_folder
+    assert pipeline("compare", sessions / "first", sessions / "second", "--limit",
+                    "accelerometer=50") == 0  # recorded minutes apart
+    assert "accelerometer: when it passes the limit is not known" in capsys.readouterr().out
     for name in ("first", "first/config.yaml", "first/config.run/results.json"):
         assert pipeline("export", sessions / name, "--to", "json", "--output", tmp_path,
                         "--force") == 0
