@@ -178,8 +178,8 @@ def _unknown(case: Case) -> Explanation:
 def _course(case: Case, what: str, which: str) -> Explanation:
     """An error of unlisted shape; ``which`` says what it may be, with odds."""
     beside = "" if which else _beside(case)
-    # Runs at other rates are other logs too.
-    logs = f"Look for {OTHER_FILES} first. " if case.verdict.name == "spin_rad_s" else ""
+    logs = (f"Look for a stated rate that is off, for {OTHER_FILES} first. "
+            if case.verdict.name == "spin_rad_s" else "")
     text = (
         f"Something is missing{'' if case.verdict.group else ' that no listed effect explains'}: "
         f"{what}{which} ({case.misfit}). "

@@ -15,9 +15,9 @@ from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from calib.rounding import two_digits
 
-MORE_THAN_NOISE = 10.0
-"""Residuals ten times the noise within the poses come from between them, and a formula of them is
-looked for before they are called noise. A judgement."""
+MORE_THAN_NOISE = 5.0
+"""Residuals five times the noise within the poses come from between them, and a formula of them is
+looked for before they are called noise. A judgement: noise between poses seldom makes three."""
 
 
 OTHER_FILES = "files of another sensor, range or unit, and for exchanged columns"

@@ -79,7 +79,7 @@ def test_what_has_no_formula_has_a_name_that_can_be_added(
 ) -> None:
     right, settled = 0, 0
     for seed in range(4):
-        base, said = fitted(make(seed, 5.0))
+        base, said = fitted(make(seed, 4.0))
         right += (said.verdict, said.name) == (code, name)
         if said.name != name:
             continue
@@ -115,6 +115,13 @@ def test_a_bias_that_steps_and_comes_back_is_two_steps_and_no_wander() -> None:
     read = poses.reading - 20 * np.outer(back, poses.sd[0] * [1, -1, 0.5])
     verdict = find(fit(replace(poses, reading=read), Model.of(BASE))).verdict
     assert (verdict.code, verdict.name, len(verdict.details)) == ("effect", "bias_step", 2)
+
+
+def test_what_follows_the_rate_may_be_a_stated_rate_that_is_off() -> None:
+    base = fit(sound(1), Model.of(BASE))
+    for name, said in (("spin_rad_s", True), ("supply_v", False)):
+        text = explain(base, Verdict(Code.UNKNOWN, name), [], 1e-9, None).text
+        assert ("Look for a stated rate that is off" in text) is said
 
 
 def test_a_second_step_has_the_name_of_the_second_where_the_first_was_just_added() -> None:
