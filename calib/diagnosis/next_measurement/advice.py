@@ -224,15 +224,17 @@ def lay_missing(fit: Fit, prediction: Prediction | None) -> Advice | None:
 def pose_in_words(fit: Fit, label: str) -> str:
     """A pose by its file and the side that faces up: ``pose_07.csv (edge +x -z up)``.
 
-    The file alone where a plate at rest shows no attitude.
+    The file alone where a plate at rest shows no attitude; its folders are left out where they lie
+    beside that of the session.
     """
+    shown = label.rpartition("/")[2] if label.startswith("../") else label
     i, poses = list(fit.poses.label).index(label), fit.poses
     up = poses.force[i]
     if not np.isfinite(up).all():
         spin = poses.spin_rad_s[i] if poses.triad == "gyroscope" else 1.0
         up = fit.rows.vector[i] * np.sign(spin)
     length = float(np.linalg.norm(up))
-    return f"{label} ({direction_name(up / length)})" if length > 0 else label
+    return f"{shown} ({direction_name(up / length)})" if length > 0 else shown
 
 
 def list_labels(labels: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ import pytest
 from calib.consistency.stated_sds import sds_too_large
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
+from calib.diagnosis.next_measurement.advice import pose_in_words
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.verdict.decision import refit_of
 from calib.diagnosis.verdict.ranking import rank
@@ -99,3 +100,12 @@ def test_a_size_by_the_data_sheet_s_gain_is_called_so() -> None:
     assert found.names == ("g_sensitivity",)
     assert "by the gain of the data sheet, which these poses do not measure" in found.text
     assert "data sheet" not in diagnose(hiding("quadratic", 30.0, 1)).text
+
+
+def test_a_pose_is_named_without_the_folders_beside_that_of_the_session() -> None:
+    design = design_of("paper", 1)
+    poses = poses_of(design, 1, "accelerometer", ())
+    labels = ("../../lab/evening/log.csv 3.1-9.8 s", "rest/pose_02.csv", *poses.label[2:])
+    named = fit(replace(poses, label=labels), Model.of(BASE))
+    assert pose_in_words(named, labels[0]).startswith("log.csv 3.1-9.8 s (")
+    assert pose_in_words(named, labels[1]).startswith("rest/pose_02.csv (")
