@@ -22,6 +22,7 @@ MARK = {"taking": "green", "taken": "green", "moving": "yellow", "unsteady": "ye
         "repeats": "cyan", "between": "cyan", "wrong": "red"}
 TRACE, BARS = 18, "▁▂▃▄▅▆▇█"  #: readings of a trace, and its signs
 BAR = 30  #: characters of the bar that fills while a pose is taken
+NAMES = 3  #: poses in a row; layout
 
 
 def watcher(quiet: bool, outlook: "Outlook") -> "LivePanel | PlainLines":
@@ -127,12 +128,12 @@ def panel(view: "RecordingView", traces: "FloatArray") -> "Table":
     table.add_row("gyr", "  ".join(f"{x:8.4f}" for x in reading[3:])
                   + f"  rad/s, by data sheet: {rpm:.1f} rpm")
     table.add_row("", "  ".join(trace_text(values) for values in traces[:, 3:].T))
-    names = Text()
-    for i, direction in enumerate(view.wanted):
-        recorded = i in view.covered
-        name = direction_name(direction).replace(" ", "\N{NO-BREAK SPACE}")  # one word to wrap
-        names.append(f"{'✓' if recorded else '·'}\N{NO-BREAK SPACE}{name}   ",
-                     style="green" if recorded else "dim")
+    names = Table.grid(padding=(0, 3))
+    poses = [Text(f"{'✓' if i in view.covered else '·'} {direction_name(direction)}",
+                     style="green" if i in view.covered else "dim")
+                for i, direction in enumerate(view.wanted)]
+    for first in range(0, len(poses), NAMES):
+        names.add_row(*poses[first : first + NAMES])
     table.add_row(f"{len(view.covered)}/{len(view.wanted)}", names)
     table.add_row("line", f"{view.rate_hz:.1f} samples/s, {view.bad} damaged")
     if not missing:
