@@ -10,7 +10,7 @@ that may be a rim. ``rotation``: whether something turns about their axis, and h
 that repeats around the plate. ``polar``: frames along rings. ``template``: the plate as it would
 look standing still. ``alignment``: template, angles and view together. ``inertia``: which frames
 show their angle. ``view_refinement``: where the axis is. ``learning_frames``: templates of an
-outline. ``evidence``: what is believed to turn. ``choice``: which outline is the plate. ``mark``:
-the mark and the symmetry. ``learn``: from frames to the ``PlateModel``. ``refusal``: the messages
-where there is no plate.
+outline. ``evidence``: what is believed to turn. ``choice``: the spindles of outlines, and which of
+them is the plate. ``mark``: the mark and the symmetry. ``learn``: from frames to the
+``PlateModel``. ``refusal``: the messages where there is no plate.
 """

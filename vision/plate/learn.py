@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -10,12 +9,17 @@ from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView
 from vision.plate.background import median_image, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
-from vision.plate.choice import CERTAIN, Outline, chosen_plate, or_of_parts, turns_together
+from vision.plate.choice import (
+    Outline,
+    chosen_plate,
+    or_of_parts,
+    seek_spindle,
+    turns_together,
+)
 from vision.plate.detect import proposals
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
 from vision.plate.refusal import why_it_jumps, why_nothing_moves, why_nothing_turns
-from vision.plate.rotation import seek_spindle
 from vision.plate.template import Template
 from vision.video.reader import Frame, Luma
 
@@ -82,42 +86,18 @@ def learn(
         No proposal turns about a fixed axis, in any of the channels.
     """
     refusal: RateRefused | None = None
-    brightness = _InBrightness([frame.luma for frame in frames])
     for channel in seen:
         try:
-            return _learn(name, frames, channel, brightness, rim, on_step, camera_stands)
+            return _learn(name, frames, channel, rim, on_step, camera_stands)
         except RateRefused as error:
             refusal = more_telling(refusal, error)
     raise refusal or NothingMoves(f"{name}: {why_nothing_moves(frames[0].luma)}")
-
-
-class _InBrightness:
-    """What every axis of colour needs of the brightness, looked for once.
-
-    Parameters
-    ----------
-    images : list of arrays of uint8, shape (h, w)
-    """
-
-    def __init__(self, images: list[Luma]) -> None:
-        self._images = images
-
-    @cached_property
-    def background(self) -> Luma:
-        """What stands still, shape (h, w)."""
-        return median_image(self._images)
-
-    @cached_property
-    def outlines(self) -> list[PlateView]:
-        """Views of possible plates."""
-        return proposals(self.background, self._images)
 
 
 def _learn(
     name: str,
     frames: list[Frame],
     channel: Channel,
-    brightness: "_InBrightness",
     rim: PlateView | None,
     on_step: Callable[[], None],
     camera_stands: bool,
@@ -130,12 +110,13 @@ def _learn(
     views = proposals(background, images) if rim is None else [rim]
     in_brightness = background
     if not isinstance(channel, Brightness):  # the rim may have no colour of its own
-        in_brightness = brightness.background
-        views += brightness.outlines if rim is None else []
+        lumas = [frame.luma for frame in frames]
+        in_brightness = median_image(lumas)
+        views += proposals(in_brightness, lumas) if rim is None else []
     learning = LearningFrames(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
-    outlines = [seek_spindle(view, learning, CERTAIN) for view in views]
+    outlines = [seek_spindle(view, learning) for view in views]
     plate, jumping = chosen_plate(outlines, learning)
     plate = or_of_parts(plate, [view for view, _ in outlines], learning)
     fine = None if plate is None else learning.fine(plate.coarse, plate.parts)

@@ -4,36 +4,16 @@ No mark, no first guess, no memory of earlier frames: in each window the rate is
 most of what varies adds up (``vision.plate.window_rate``).
 """
 
-import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.geometry import FloatArray, PlateView
+from vision.geometry import FloatArray
 from vision.plate.low_orders import Orders
 from vision.plate.window_rate import WindowRate
 
 WINDOW = 48  # frames
-NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
-
-
-@dataclass(frozen=True)
-class RotationThresholds:
-    """Where the axis is. Tuned on tests.bench.vision_scenes but where stated.
-
-    Attributes
-    ----------
-    steep_rad : float
-        Tilt from which the spindle is sought beside the middle of the rim's ellipse. Derived: at 8°
-        from three radii away it is 5 % of the radius off.
-    """
-
-    steep_rad: float = math.radians(8)
-
-
-THRESHOLDS = RotationThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,50 +92,6 @@ class RotationSearch:
             The ``clearest`` of a ``CoarseRotation``.
         """
         return self._windows[self._parts.index(part)].best(spectra, weight)[1]
-
-
-class Spinning(Protocol):
-    """Frames in which something may turn about an axis."""
-
-    def rotation(self, view: PlateView) -> CoarseRotation:
-        """Rough motion about the spindle of a view."""
-        ...
-
-    def share(self, view: PlateView, part: slice) -> float:
-        """What turns together about it in one window, of what varies, 0 to 1."""
-        ...
-
-
-def seek_spindle(
-    view: PlateView, frames: Spinning, certain: float
-) -> tuple[PlateView, CoarseRotation]:
-    """The view with the spindle where most turns together, and that rotation.
-
-    From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
-    sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
-    steeply does not. Not sought where the coherence is ``certain`` at once; the places tried are
-    compared in the window that is clearest about the middle.
-    """
-    about_middle = frames.rotation(view)
-    if about_middle.coherence > certain or view.tilt_rad < THRESHOLDS.steep_rad:
-        return view, about_middle
-    clearest = about_middle.clearest
-    best, most = view, frames.share(view, clearest)
-    squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
-    for side in (1, -1):
-        for nearness in NEARNESS:
-            u, v = side * nearness * np.sin(view.tilt_rad) * squeezed
-            x, y = view.pixels(np.hypot(u, v), np.arctan2(v, u))
-            other = view.about(float(x), float(y))
-            share = frames.share(other, clearest)
-            if share <= most:
-                break
-            best, most = other, share
-    if best is view:
-        return view, about_middle
-    about_best = frames.rotation(best)
-    better = about_best.coherence > about_middle.coherence
-    return (best, about_best) if better else (view, about_middle)
 
 
 def _without_strays(rate: FloatArray) -> FloatArray:

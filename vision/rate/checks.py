@@ -121,12 +121,8 @@ class Seen:
         return float(np.median(np.abs(np.diff(self.history.angle.angle_rad))))
 
 
-@dataclass(frozen=True)
-class Check:
-    """How far something goes, 1 and more where it matters, and what is said then."""
-
-    size: Callable[[Seen], float]
-    sentence: Callable[[Seen], str]
+#: How far something goes, 1 and more where it matters, and what is said then.
+Check = tuple[Callable[[Seen], float], Callable[[Seen], str]]
 
 
 def refuse(seen: Seen) -> None:
@@ -137,15 +133,15 @@ def refuse(seen: Seen) -> None:
     RateRefused
         With the rate against time.
     """
-    for check in REFUSALS:
-        if check.size(seen) >= 1:
-            raise RateRefused(f"{seen.source}: {check.sentence(seen)}", seen.history)
+    for size, sentence in REFUSALS:
+        if size(seen) >= 1:
+            raise RateRefused(f"{seen.source}: {sentence(seen)}", seen.history)
 
 
 def warnings(seen: Seen) -> tuple[str, ...]:
     """A paragraph for everything that is worth a warning."""
-    return tuple(f"{seen.source}: {check.sentence(seen)}" for check in WARNINGS
-                 if check.size(seen) >= 1)
+    return tuple(f"{seen.source}: {sentence(seen)}" for size, sentence in WARNINGS
+                 if size(seen) >= 1)
 
 
 def _jumps(seen: Seen) -> str:
@@ -252,19 +248,19 @@ def _says_two_rates(seen: Seen) -> str:
     )
 
 
-REFUSALS = (
-    Check(lambda seen: seen.unsteady, _says_unsteady),
-    Check(lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
-    Check(lambda seen: seen.scatter_rad / max(
+REFUSALS: tuple[Check, ...] = (
+    (lambda seen: seen.unsteady, _says_unsteady),
+    (lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
+    (lambda seen: seen.scatter_rad / max(
         THRESHOLDS.hidden_drop * seen.step_rad,
         THRESHOLDS.wandering * seen.history.phase_noise_rad), _says_wandering),
 )
-WARNINGS = (  # in the order in which they are printed
-    Check(lambda seen: seen.dropped.jumps, _says_jumps),
-    Check(lambda seen: seen.change / max(THRESHOLDS.uneven, seen.even_history[1]), _says_uneven),
-    Check(lambda seen: seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad)
+WARNINGS: tuple[Check, ...] = (  # in the order in which they are printed
+    (lambda seen: seen.dropped.jumps, _says_jumps),
+    (lambda seen: seen.change / max(THRESHOLDS.uneven, seen.even_history[1]), _says_uneven),
+    (lambda seen: seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad)
           * (seen.dropped.count == 0), _says_hidden_drop),
-    Check(lambda seen: seen.scatter_rad / THRESHOLDS.scattered_rad, _says_scattered),
-    Check(lambda seen: seen.others is not None and seen.others.second is not None,
-          _says_two_rates),
+    (lambda seen: seen.scatter_rad / THRESHOLDS.scattered_rad, _says_scattered),
+    (lambda seen: seen.others is not None and seen.others.second is not None,
+     _says_two_rates),
 )

@@ -12,7 +12,7 @@ sides, and encoders change between the two within a clip.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -75,15 +75,8 @@ class Regressors:
 
     def rows(self, used: BoolArray) -> "Regressors":
         """Some of the rows."""
-        return Regressors(
-            self.time_s[used],
-            self.stamp_s[used],
-            self.line_rad[used],
-            self.steps_rad[used],
-            self.forward[used],
-            self.mark_row_px[used],
-            self.rate_rad_s,
-        )
+        *arrays, _ = fields(self)
+        return replace(self, **{array.name: getattr(self, array.name)[used] for array in arrays})
 
 
 def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regressors:

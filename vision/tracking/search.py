@@ -36,30 +36,19 @@ class ClipTask:
             self.on_progress(count, clip.frames_stated)
 
 
-@dataclass(frozen=True)
-class ClipPass:
-    """How the clip is read.
-
-    Attributes
-    ----------
-    colours : bool
-        The colours are looked at, and not the brightness.
-    camera_moves : bool
-        The camera is known to.
-    """
-
-    colours: bool = False
-    camera_moves: bool = False
-
-
 def learned_plate(
     task: ClipTask,
-    way: ClipPass,
     clip: ClipReader,
     batches: Iterator[list[Frame]],
     on_frames: Callable[[int], None],
+    *,
+    colours: bool,
+    camera_moves: bool,
 ) -> "tuple[PlateModel, Stretch]":
-    """The plate, and the frames it was learned from."""
+    """The plate, and the frames it was learned from.
+
+    In their colours or their brightness; where the camera is known to move, without its motion.
+    """
     from vision.plate.channel import Brightness, axes_of_colour
     from vision.plate.learn import learn
 
@@ -67,7 +56,7 @@ def learned_plate(
     batches, skipped = _from(task.from_s, batches)
     refusal: RateRefused | None = None
     looked = 0
-    while looked < (IN_COLOURS if way.colours else ATTEMPTS):
+    while looked < (IN_COLOURS if colours else ATTEMPTS):
         on_step = partial(on_frames, skipped)
         stretch = next_stretch(batches, skipped, on_step)
         if task.from_s > 0 and len(stretch.frames) < FEWEST and refusal is None:
@@ -81,8 +70,8 @@ def learned_plate(
                 f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
                 f"rate needs a clip of the turning plate, at best a minute long."
             )
-        stretch = stretch.with_fields().steadied(camera_moves=way.camera_moves)
-        seen = axes_of_colour(stretch.frames) if way.colours else [Brightness()]
+        stretch = stretch.with_fields().steadied(camera_moves=camera_moves)
+        seen = axes_of_colour(stretch.frames) if colours else [Brightness()]
         try:
             plate = learn(task.path.name, stretch.frames, seen, rim, on_step,
                           camera_stands=stretch.around is not None)

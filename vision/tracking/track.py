@@ -9,7 +9,7 @@ was found late, and where the camera is seen to move after that, the clip is rea
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
@@ -24,7 +24,7 @@ from vision.errors import (
     more_telling,
 )
 from vision.geometry import PlateOverride
-from vision.tracking.search import ClipPass, ClipTask, learned_plate
+from vision.tracking.search import ClipTask, learned_plate
 from vision.tracking.small_clip import SmallClip
 from vision.tracking.stretch import Stretch
 from vision.video.reader import BATCH, ClipReader, Frame
@@ -97,7 +97,7 @@ def track_phase(
     cv2.setNumThreads(1)  # the other cores decode
     task = ClipTask(Path(path), plate, from_s, on_progress)
     looked = _Looked(task)
-    by_luma = looked.tracked(ClipPass())
+    by_luma = looked.tracked()
     if _good(by_luma):
         return by_luma
     tracks, returned = [by_luma], None
@@ -105,7 +105,7 @@ def track_phase(
         returned = looked.by_return(by_luma)
     nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NoPlate)
     if not _turns(by_luma) and not nothing and not _good(returned):
-        tracks.append(looked.tracked(ClipPass(colours=True)))
+        tracks.append(looked.tracked(colours=True))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
         raise by_luma  # nor does anything turn in the colours
     if plate is None and not _good(tracks[-1]):
@@ -174,10 +174,10 @@ class _Looked:
         self._task = task
         self._small: SmallClip | None = None
 
-    def tracked(self, way: ClipPass) -> "PhaseTrack | RateRefused":
+    def tracked(self, *, colours: bool = False) -> "PhaseTrack | RateRefused":
         """The track of a plate by its template, or why there is none."""
         try:
-            return self._tracked(way)
+            return self._tracked(colours)
         except NoSuchPart:
             raise
         except RateRefused as refusal:
@@ -206,15 +206,16 @@ class _Looked:
         while not small.ended and next(batches, None) is not None:
             self._task.report(small.clip, len(small.time_s))
 
-    def _tracked(self, way: ClipPass) -> "PhaseTrack":
+    def _tracked(self, colours: bool, camera_moves: bool = False) -> "PhaseTrack":
         task = self._task
-        with ClipReader(task.path, colours=way.colours) as clip:
+        with ClipReader(task.path, colours=colours) as clip:
             from vision.tracking.frame_measurement import FrameMeasurements  # while it is decoded
 
-            small = SmallClip(clip, ended=way.colours or task.rim is not None)
+            small = SmallClip(clip, ended=colours or task.rim is not None)
             batches, on_frames = small.followed(clip), partial(task.report, clip)
             try:
-                plate, stretch = learned_plate(task, way, clip, batches, on_frames)
+                plate, stretch = learned_plate(
+                    task, clip, batches, on_frames, colours=colours, camera_moves=camera_moves)
             except RateRefused:
                 if not small.ended:
                     self._small = small
@@ -232,11 +233,11 @@ class _Looked:
             else:
                 stretch.frames.clear()
         if not from_the_first:  # what was learned late is measured in all frames
-            with ClipReader(task.path, colours=way.colours) as clip:
+            with ClipReader(task.path, colours=colours) as clip:
                 rest = stretch.prepared(iter(clip))
                 track = _measured(measurements, clip, rest, stretch, partial(task.report, clip))
-        if stretch.camera is None and not way.camera_moves and measurements.camera_moved:
-            return self._tracked(replace(way, camera_moves=True))
+        if stretch.camera is None and not camera_moves and measurements.camera_moved:
+            return self._tracked(colours, camera_moves=True)
         return track
 
 
