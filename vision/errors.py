@@ -50,7 +50,10 @@ class NoPlate(RateRefused):
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
-    """The first of two refusals, unless nothing moved there and something did later."""
+    """The first of two refusals, unless nothing moved there and something did later.
+
+    Without its traceback, which would hold on to the frames that were looked at.
+    """
     if first is None or isinstance(first, NothingMoves) > isinstance(later, NothingMoves):
-        return later
+        return later.with_traceback(None)
     return first

@@ -181,7 +181,7 @@ class _Looked:
         except NoSuchPart:
             raise
         except RateRefused as refusal:
-            return refusal
+            return refusal.with_traceback(None)  # which holds on to frames
 
     def by_return(self, roughly: "PhaseTrack | RateRefused") -> "PhaseTrack | RateRefused":
         """The track by the return of the picture, with what a poor one of the plate tells of it."""
@@ -216,8 +216,8 @@ class _Looked:
             try:
                 plate, stretch = learned_plate(
                     task, clip, batches, on_frames, colours=colours, camera_moves=camera_moves)
-            except RateRefused:
-                if not small.ended:
+            except RateRefused as refusal:
+                if not small.ended and not isinstance(refusal, NothingMoves):
                     self._small = small
                     self._read_on(small, batches)
                 raise

@@ -47,3 +47,15 @@ def test_of_two_refusals_the_one_that_saw_something_is_told() -> None:
     assert more_telling(still, moves) is moves
     assert more_telling(moves, still) is moves
     assert more_telling(still, NothingMoves("c")) is still
+
+
+def test_a_refusal_that_is_kept_holds_on_to_no_frames() -> None:
+    """A traceback would, through the variables of the functions in it: hundreds of megabytes."""
+    refusal: RateRefused | None = None
+    for error in (NothingMoves("nothing moves"), RateRefused("nothing turns")):
+        try:
+            raise error
+        except RateRefused as raised:
+            refusal = more_telling(refusal, raised)
+        assert refusal is error
+        assert refusal.__traceback__ is None
