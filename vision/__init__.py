@@ -42,6 +42,11 @@ if TYPE_CHECKING:
 __all__ = ["measure_rate"]
 
 
+def __dir__() -> list[str]:
+    """What a notebook completes."""
+    return list(__all__)
+
+
 def __getattr__(name: str) -> Any:
     """Load what a notebook asks for when it asks: the command line imports this package too."""
     if name != "measure_rate":

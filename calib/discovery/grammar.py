@@ -7,8 +7,9 @@ number in it. Each is an expression of :mod:`calib.effects.expression` with its 
 construction, ready to be an effect of a configuration.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -17,7 +18,7 @@ import numpy as np
 from calib.discovery.functions import LAG_RATIO, Function, functions
 from calib.discovery.response import of_reading
 from calib.effects.effect import Effect
-from calib.effects.expression import read_expression
+from calib.effects.expression import KNOWN_NAMES, read_expression
 from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import Per, user_effect
 from calib.poses.imu_log import SI_UNIT, Triad
@@ -120,18 +121,45 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     columns : tuple of str
         The logged columns that may cause an error.
     """
-    drivers = {name: poses.columns[name] for name in columns if name.isidentifier()}
+    named = _named(columns)
+    drivers = {key: poses.columns[name] for key, name in named.items()}
     if np.isfinite(poses.time_s).all():
         drivers["time_s"] = poses.time_s
     drivers = {name: values for name, values in drivers.items()
                if np.isfinite(values).all() and np.ptp(values) > 0}
-    every = functions(drivers, time_constants(poses), len(poses))
+    every = _spelt(functions(drivers, time_constants(poses), len(poses)), named)
     of_axis = of_reading(float(np.abs(poses.reading).max()), SI_UNIT[poses.triad])
     return [Formula("bias", "axis", function, poses.triad) for function in of_axis] + [
         Formula(factor, per, function, poses.triad)
         for factor, per in known_factors(poses)
         for function in (*(() if factor in OF_BASE else (CONSTANT,)), *every)
         if _may_follow(factor, function)]
+
+
+def _named(columns: Iterable[str]) -> dict[str, str]:
+    """The logged columns by what stands for them in names of effects: letters, digits and ``_``."""
+    named: dict[str, str] = {}
+    for name in columns:
+        key = re.sub(r"[^A-Za-z0-9]+", "_", name)
+        key = key if key == name and not name[:1].isdigit() else f"column_{key.strip('_')}"
+        while key in named:
+            key += "_"
+        if name not in KNOWN_NAMES:
+            named[key] = name
+    return named
+
+
+def _spelt(every: list[Function], named: Mapping[str, str]) -> list[Function]:
+    """The functions with their columns by name, ``column('NAME')`` where that is no identifier."""
+    strange = {key: name.replace("{", "{{").replace("}", "}}")
+               for key, name in named.items() if key != name}
+    if not strange:
+        return every
+    key = re.compile(rf"\b({'|'.join(strange)})\b")
+    return [replace(
+        one, text=key.sub(lambda part: f"column({strange[part[0]]!r})", one.text),
+        words=key.sub(lambda part: strange[part[0]], one.words),
+        column=named.get(one.column, one.column)) for one in every]
 
 
 def _may_follow(factor: Factor, function: Function) -> bool:

@@ -1,9 +1,10 @@
 """Expressions in what was logged: read by Python's parser, evaluated here node by node.
 
 Nothing runs but what is listed: numbers, names, + - * / **, a few functions of one argument, and
-``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere. What logged columns were until
-now counts by ``lag(x, SECONDS)``, what follows x with a time constant, ``play(x, HALF_WIDTH)``,
-what follows it across a gap, and ``total(x)``, its integral over time; x is made of logged columns.
+``run('NAME')``, which is 1 in the poses of that run and 0 elsewhere; ``column('NAME')`` is the
+logged column of any name. What logged columns were until now counts by ``lag(x, SECONDS)``, what
+follows x with a time constant, ``play(x, HALF_WIDTH)``, what follows it across a gap, and
+``total(x)``, its integral over time; x is made of logged columns.
 
     x, y, z, s                     components of the vector; s is the axis's own
     fx, fy, fz, f                  specific force, likewise
@@ -134,7 +135,7 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
             f"read. Write it as a Python function instead"
         )
     try:
-        tree = ast.parse(text.strip(), mode="eval").body
+        tree = _ColumnsByName().visit(ast.parse(text.strip(), mode="eval").body)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         problem = getattr(error, "msg", error)
         raise BadExpression(f"'{text}' is not an expression ({problem})") from error
@@ -150,6 +151,17 @@ def read_expression(text: str, shapes: Sequence[str] = ()) -> Expression:
             raise BadExpression(f"the shape parameter '{shape}' is not used in '{text}'", shape,
                                 [name for name in names if name not in KNOWN_NAMES])
     return Expression(text, tree, tuple(names), tuple(runs), tuple(shapes), tuple(pasts))
+
+
+class _ColumnsByName(ast.NodeTransformer):
+    """Makes ``column('NAME')`` a name, which may then be any text."""
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        match node:
+            case ast.Call(func=ast.Name(id="column"), keywords=[],
+                          args=[ast.Constant(value=str() as name)]) if name not in KNOWN_NAMES:
+                return ast.Name(name)
+        return self.generic_visit(node)
 
 
 def substituted(tree: ast.expr, values: Mapping[str, ast.expr]) -> ast.expr:
@@ -200,7 +212,7 @@ def _check(
             raise BadExpression(
                 f"'{ast.unparse(node)}' is not allowed in an expression; allowed are numbers, "
                 f"names of columns, + - * / **, {', '.join(FUNCTIONS)}, run('NAME'), "
-                f"lag(x, SECONDS), play(x, HALF_WIDTH) and total(x)",
+                f"column('NAME'), lag(x, SECONDS), play(x, HALF_WIDTH) and total(x)",
                 called.id if isinstance(called, ast.Name) else "", (*FUNCTIONS, RUN, *PASTS),
             )
 

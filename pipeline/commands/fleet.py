@@ -45,6 +45,8 @@ def command(
 ) -> int:
     """Run many sessions, and write one table of all of them.
 
+    Needs the extra `fleet`: pip install 'turntable-imu-calibration[fleet]'.
+
     GLOB is a pattern of configurations; in quotes, {sensor} in it matches any text, as * does, and
     this text names the sensor: the command compares the sessions of a sensor with each other. A
     session that fails does not stop the others; the table states the reason. If you type the

@@ -37,7 +37,7 @@ def command(
 
     The Allan deviation needs evenly spaced samples of a sensor that nobody touches: some minutes
     for the noise density, two hours or more for the others. Needs the extra `noise`:
-    pip install -e '.[noise]'.
+    pip install 'turntable-imu-calibration[noise]'.
     """
     from pipeline.errors import UnreadableInput
 
@@ -46,7 +46,7 @@ def command(
     except ImportError as error:
         raise UnreadableInput(
             f"{log}: an Allan deviation needs {error.name}, which is not installed. Type: pip "
-            f"install -e '.[noise]'") from error
+            f"install 'turntable-imu-calibration[noise]'") from error
     from calib.noise.stillness import require_still, sample_step_s
     from calib.poses.imu_log import TRIADS
     from pipeline.config.load import load_config

@@ -166,11 +166,15 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     words = result.diagnosis.explanation
     config = outcome.config.source.path
     excluding = result.diagnosis.verdict is Code.BAD_POSE
+    following = words.following
+    if excluding:
+        following += (f": write `exclude` under `{result.triad}:` of {config.name} as in the lines "
+                      "below")
     return Answer(
         result.triad, words.standing, words.short,
         f"{_is_it_good(result)}{_by_gravity(outcome, result)}",
         f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
-        f"{words.following}:" if words.step in ("apply", "add") else f"{words.following}, then:",
+        f"{following}{':' if words.step in ('apply', 'add') else ', then:'}",
         words.step,
         _commands(result, config, folder),
         lines_to_exclude(outcome, result, result.diagnosis.group) if excluding else "",

@@ -35,17 +35,12 @@ def connected(scheduler: str | None, workers: int) -> "Iterator[Client]":
     Raises
     ------
     ConfigError
-        Dask is not installed here, or the address is none, or another version runs there.
+        The address is none, or another version runs there.
     DeviceError
         The scheduler does not answer, or has no workers.
     """
-    try:
-        from distributed import Client, LocalCluster
-    except ImportError as error:
-        raise ConfigError(
-            f"`pipeline fleet` runs on Dask, which is not installed. Type: pip install "
-            f"'{DISTRIBUTION}[fleet]'"
-        ) from error
+    from distributed import Client, LocalCluster
+
     if scheduler is None:
         with (
             LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0",

@@ -95,17 +95,18 @@ PARAMETER_NAMES = tuple(f"{key}_{axis}" for key in PARAMETERS for axis in AXES)
 
 
 def require_libraries() -> None:
-    """Refuse before anything slow where a library of the table is not installed.
+    """Refuse before anything slow where a library is not installed.
 
     Raises
     ------
     ConfigError
         With the command that installs it.
     """
-    for library in ("pyarrow", "pandas"):
+    for library, name in {"pyarrow": "pyarrow (for Parquet)", "pandas": "pandas",
+                          "distributed": "Dask"}.items():
         if find_spec(library) is None:
-            raise ConfigError(f"`pipeline fleet` writes a table (Parquet), and {library} is not "
-                              f"installed. Type: pip install '{DISTRIBUTION}[fleet]'")
+            raise ConfigError(f"`pipeline fleet` needs {name}, which is not installed. Type: pip "
+                              f"install '{DISTRIBUTION}[fleet]'")
 
 
 def fleet_table(parts: "Iterable[DataFrame]") -> "DataFrame":

@@ -7,6 +7,7 @@ import pytest
 
 import calib
 import pipeline
+import vision
 from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.notebook.display import partial_residuals
 from tests.sessions import quick_session
@@ -21,6 +22,7 @@ def loaded(tmp_path_factory: pytest.TempPathFactory) -> "pipeline.LoadedSession"
 def test_names_complete_and_a_session_is_text(loaded: "pipeline.LoadedSession") -> None:
     assert dir(calib) == ["Calibration", "calibrate", "compare"]
     assert "load" in dir(pipeline)
+    assert dir(vision) == ["measure_rate"]
     assert "accelerometer, 18 poses" in repr(loaded)
     shown = repr(loaded.accelerometer.diagnose())  # type: ignore[union-attr]
     assert shown.startswith("nothing_missing: ")

@@ -11,6 +11,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
+from pipeline.text.names import DISTRIBUTION
 
 BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
 BAG_SUFFIX = ".db3"  #: end of the name of a database that is a ROS 2 bag
@@ -136,7 +137,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
     except ImportError as error:
         raise UnreadableInput(
             f"{path}: is {kind.one}; reading it needs {error.name}, which is not installed. "
-            f"Type, in the folder of the program: pip install -e '.[{kind.extra}]'"
+            f"Type: pip install '{DISTRIBUTION}[{kind.extra}]'"
         ) from error
     with _LibraryCode(path, kind):
         tables: list[FileTable] = module.tables(path)

@@ -5,6 +5,7 @@ What stands behind ``next:``, ``afterwards:`` or a colon is read as a shell read
 
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,12 @@ import pytest
 from pipeline.config.load import load_config
 from tests.pipeline.guess.foreign_files import milli_g
 from tests.pipeline.guess.hand_log import hand_log
-from tests.sessions import pipeline, quick_session
+from tests.sessions import edit, pipeline, quick_session, rewrite_rows
+from tests.world.bench import wedge_directions
+from tests.world.designs import paper_design, still_run
+from tests.world.session import simulate
+from tests.world.sizes import draw_effect
+from tests.world.write import write_session
 
 FOLDER = "Jörg's evening [3] (a & b) -x"
 COLUMN = "Fan speed [1/min], ö"
@@ -64,6 +70,52 @@ def test_a_column_with_any_name_in_the_logs_of_one_triad_is_added_as_proposed(
                  if word == "FILE" else word for word in words]
         assert pipeline(*typed) == 0
     assert pipeline("remove", session, f"accelerometer.column:{COLUMN}") == 0
+
+
+def test_a_bad_pose_is_excluded_where_the_sentence_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config, _ = quick_session(tmp_path)
+    bad = tmp_path / "accelerometer" / "pose_07.csv"
+    table = np.loadtxt(bad, delimiter=",", skiprows=1)
+    rewrite_rows(bad, table + np.eye(table.shape[1])[1] * 200)
+    assert pipeline("run", config) == 0
+    out = capsys.readouterr().out
+    (words,) = proposed(out)
+    where, lines = re.findall(r"under `(.*)` of config.yaml as in the lines below, then:.*\n"
+                              r"((?:.*\n)+)", out)[0]
+    assert lines.splitlines()[:2] == [where, "  exclude: [pose_07]"]
+    edit(config, f"\n{where}", "\n" + "\n".join(lines.splitlines()[:2]))
+    assert pipeline(*words) == 0
+    assert "accelerometer: Nothing is missing" in capsys.readouterr().out
+
+
+def test_a_class_is_added_as_proposed_and_named_with_the_block_that_is_proposed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wedge = wedge_directions()
+    first = paper_design().scaled(seconds=0.3)
+    hidden = draw_effect("temperature_bias", "accelerometer", 4.0, first, 3)
+    design = replace(paper_design(), runs=(
+        still_run(wedge), still_run(wedge, "warm", soak_c=20.0, lead_s=1200.0),
+        still_run(wedge, "cooled", lead_s=1200.0))).scaled(seconds=0.3)
+    config = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False).config
+    later = tmp_path / "later"
+    later.mkdir()
+    for path in sorted((tmp_path / "accelerometer").glob("*.csv"))[len(wedge):]:
+        path.rename(later / path.name)
+    assert pipeline("run", config) == 0
+    out = capsys.readouterr().out
+    assert "next: record the same poses warmed by about 20 °C and once more after" in out
+    run, add = proposed(out)
+    before = config.read_text(encoding="utf-8")
+    assert pipeline(*add) == 0
+    assert re.search(r"^verdict +effect +nothing_missing$", capsys.readouterr().out, re.MULTILINE)
+    config.write_text(before, encoding="utf-8")
+    edit(config, "accelerometer/pose_*.csv", "[accelerometer/pose_*.csv, later/pose_*.csv]")
+    assert pipeline(*run) == 0
+    (add,) = proposed(capsys.readouterr().out)
+    assert add[-1] == "accelerometer.temperature_bias"
 
 
 def test_commands_before_the_first_log_are_typed_as_proposed(

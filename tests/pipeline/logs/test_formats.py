@@ -225,7 +225,7 @@ def test_a_missing_library_names_the_command_that_installs_it(
     path = parquet(tmp_path)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.delitem(sys.modules, "pipeline.logs.formats.parquet", raising=False)
-    command = r"pip install -e '.\[parquet\]'"
+    command = r"pip install 'turntable-imu-calibration\[parquet\]'"
     with pytest.raises(UnreadableInput, match=command):
         read_log(path)
 
