@@ -137,10 +137,10 @@ def _ask_scale(choices: "Sequence[ScaleChoice]") -> float:
 
 
 def _say(path: Path, checked: "CheckedConfig") -> None:
-    """What the check has changed, and whether the configuration runs."""
+    """What the check has changed or warns of, and whether the configuration runs."""
     from pipeline.errors import UnfinishedGuess
 
-    echo_warnings(checked.changes)
+    echo_warnings((*checked.changes, *(checked.outcome.warnings if checked.outcome else ())))
     if checked.outcome is None:
         raise UnfinishedGuess(
             f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "
@@ -152,12 +152,22 @@ def _say(path: Path, checked: "CheckedConfig") -> None:
 
 
 def _show_run(path: Path, checked: "CheckedConfig") -> None:
-    """The errors of the trial run, and the next command."""
-    from pipeline.console.run_text import recordings_line, triad_line
+    """The errors of the trial run, what it leaves in doubt, and the next command."""
+    from calib.diagnosis.verdict.decision import Code
+    from pipeline.console.run_text import recordings_line, triad_line, verdict_line
 
     assert checked.outcome is not None
+    triads = checked.outcome.triads
     click.echo(recordings_line(checked.outcome.recordings))
-    for result in checked.outcome.triads:
+    for result in triads:
         click.echo(triad_line(result))
-    click.echo(f"{path} was written, and it runs.")
+    doubtful = [result for result in triads
+                if result.diagnosis.verdict is not Code.NOTHING_MISSING]
+    for result in doubtful:
+        click.echo(verdict_line(result))
+    names = " and the ".join(result.triad for result in doubtful)
+    click.echo(f"{path} was written, and it runs." if not doubtful else
+               f"{path} was written. It is complete and its logs can be read, but the calibration "
+               f"is in doubt: the lines on the {names} above say what is missing, or why that "
+               f"cannot be told.")
     click.echo(f"next: {proposed('run', path)}")

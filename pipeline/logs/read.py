@@ -30,15 +30,12 @@ from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_o
 from pipeline.logs.header import named_columns, our_names
 from pipeline.logs.join import join_logs
 from pipeline.logs.source import read_bytes, text_lines
-from pipeline.logs.text import LogText, log_text, numbers_of
+from pipeline.logs.text import MOST_LACKING, LogText, log_text, numbers_of
 from pipeline.text.names import nearest_name
 
 MOST_DISTINCT = 0.9
 """Share of distinct rows in a log that is no copy of itself in part. A judgement: the readings of a
 board that was reset differ by noise, whatever its clock does."""
-MOST_LACKING = 0.1
-"""Share of rows without a time or a reading that a log may have: lost samples leave steps of its
-clock. A judgement: a card or a radio that loses more is broken."""
 TABLES = 6  #: tables that a message lists
 
 
@@ -181,7 +178,7 @@ def _by_rate(table: LogTable) -> list[LogTable]:
     """One table for each triad, where the rows of one are empty while the other is read."""
     there = {triad: ~np.isnan([table.values[name] for name in triad]).all(axis=0)
              for triad in (ACCELEROMETER, GYROSCOPE) if triad[0] in table.values}
-    if len(there) < 2 or all(rows.all() for rows in there.values()):
+    if len({rows.tobytes() for rows in there.values()}) < 2:
         return [table]
     parts = []
     for triad, rows in there.items():
@@ -260,4 +257,4 @@ def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
     at = np.flatnonzero(~rows)
     whole = {name: values[at] for name, values in table.values.items()}
     return replace(table, values=whole, place=_row_of(table, at)), (
-        f"{rows.sum()} of its {len(rows)} rows lack a reading and are left out",)
+        f"rows that lack a reading and are left out: {rows.sum()} of {len(rows)}",)

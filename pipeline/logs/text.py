@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import (
     ACCELEROMETER,
@@ -25,7 +25,6 @@ from pipeline.logs.dialect import (
     is_number,
     local_date_seconds,
     seconds_of,
-    split_cells,
 )
 from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
 from pipeline.logs.head import (
@@ -39,9 +38,10 @@ from pipeline.logs.head import (
 from pipeline.logs.header import named_columns
 
 DIALECT_ROWS = 1000  #: in which a decimal comma shows
-MOST_WORDS = 0.1
-"""Share of cells that are no numbers in a column of numbers. A judgement: damaged rows are few, and
-of checksums in hexadecimal half are letters."""
+MOST_LACKING = 0.1
+"""Share of rows that a log may have without a time or a reading, of lines that are no samples, and
+of words in a column of numbers. A judgement: a card or a radio that loses more is broken, and of
+checksums in hexadecimal half are letters."""
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
 #: What loggers write, in lower case, where there is no value.
 MISSING = frozenset(("", "nan", "null", "none", "na", "n/a", "-", "--"))
@@ -174,7 +174,7 @@ def _first_row(path: Path, lines: list[str], first: int) -> tuple[Dialect, list[
         there = (cell for cell in column if cell.lower() not in MISSING)
         if not dialect.hold_numbers(column):
             known = [(cell, dialect.holds_number(cell)) for cell in there]
-            of_text = sum(not number for _, number in known) > MOST_WORDS * len(known)
+            of_text = sum(not number for _, number in known) > MOST_LACKING * len(known)
             there = (cell for cell, number in known if number != of_text)
         cells[i] = next(there, cells[i])
     return dialect, cells
@@ -186,79 +186,88 @@ def columns_of_text(text: LogText) -> dict[str, FloatArray]:
     Raises
     ------
     UnreadableInput
-        A cell is no number.
+        As of :func:`numbers_of`.
     """
-    return {name: column for name, column in zip(text.names, numbers_of(text).T, strict=True)
+    table = numbers_of(text)
+    table = table[~np.isnan(table).all(axis=1)]
+    return {name: column for name, column in zip(text.names, table.T, strict=True)
             if name != SKIP}
 
 
 def numbers_of(text: LogText) -> FloatArray:
     """The rows as an array (t, columns), each in its unit; skipped columns are NaN.
 
+    A row that is no sample is NaN whole: an event, a marker, a last line that is cut off.
+
     Raises
     ------
     UnreadableInput
-        A row has another number of cells, or a cell that is no number; with its line.
+        More than a tenth of the rows have another number of cells, or a cell that is no number;
+        with the first line of them.
     """
     wanted = [i for i, name in enumerate(text.names) if name != SKIP]
     all_wanted = len(wanted) == len(text.names)
     rows = _plain_rows(text)
-    delimiter = "\t" if text.is_rewritten else text.dialect.delimiter
     try:
         # With usecols NumPy no longer minds ragged rows: these are counted here.
         if not all_wanted and any(len(cells) != len(text.names) for _, cells in text.rows()):
             raise ValueError("ragged rows")
-        table = np.loadtxt(rows, delimiter=delimiter, ndmin=2,
-                           usecols=None if all_wanted else wanted,
+        table = np.loadtxt(rows, delimiter="\t" if text.is_rewritten else text.dialect.delimiter,
+                           ndmin=2, usecols=None if all_wanted else wanted,
                            quotechar='"' if '"' in rows[0] else None)
         if table.shape[1] != len(wanted):
             raise ValueError("ragged rows")
-    except ValueError as error:
-        if fault := _first_fault(text):
-            raise UnreadableInput(fault) from error
-        whole = (split_cells(row, delimiter) for row in rows)
-        table = _gap_table(text, [cells for cells in whole if cells and text.is_sample(cells)])
-        table = table[:, wanted]
-    full = np.full((len(table), len(text.names)), np.nan)
-    full[:, wanted] = table
+        full = np.full((len(table), len(text.names)), np.nan)
+        full[:, wanted] = table
+        lost = np.zeros(len(full), bool)
+    except ValueError:
+        full, lost = _row_by_row(text)
     readings = [i for i in wanted if text.names[i] in IN_TRIADS]
-    there = ~np.isnan(full[:, readings]).all(axis=1) if readings else np.ones(len(full), bool)
+    there = ~np.isnan(full[:, readings]).all(axis=1) if readings else ~lost
     if not there.any():
         raise UnreadableInput(f"{text.path}: no row holds a reading. Record the log again.")
-    return np.asarray(full[there])
+    return np.asarray(full[there | lost])
 
 
-def _gap_table(text: LogText, rows: Sequence[Sequence[str]]) -> FloatArray:
-    """The cells of rows (t, columns) as numbers, NaN for what is skipped or missing."""
-    try:
-        return np.asarray([[math.nan if name == SKIP or cell.lower() in MISSING
-                            else float(text.dialect.decimal_points(cell))
-                            for name, cell in zip(text.names, cells, strict=True)]
-                           for cells in rows], np.float64).reshape(-1, len(text.names))
-    except ValueError as error:
-        raise UnreadableInput(f"{text.path}: {error}.") from error
+def _row_by_row(text: LogText) -> tuple[FloatArray, BoolArray]:
+    """The rows as numbers (t, columns), NaN for what is skipped or missing, and which (t,) are no
+    samples."""
+    every = list(_timed_rows(text))
+    table = np.full((len(every), len(text.names)), math.nan)
+    lost = np.zeros(len(every), bool)
+    faults = []
+    for i, (line, cells) in enumerate(every):
+        if fault := _fault(text, cells):
+            faults.append(f"{text.path}:{line}: {fault}")
+            lost[i] = True
+        else:
+            table[i] = [math.nan if name == SKIP or cell.lower() in MISSING
+                        else float(text.dialect.decimal_points(cell))
+                        for name, cell in zip(text.names, cells, strict=True)]
+    if lost.mean() > MOST_LACKING:
+        share = f" {len(faults)} of its {len(every)} rows are no samples." if faults[1:] else ""
+        raise UnreadableInput(f"{faults[0]}{share}")
+    return table, lost
 
 
 def _plain_rows(text: LogText) -> list[str]:
     """The rows with decimal points, and seconds in the place of dates."""
-    rows = text.lines[text.first :]
-    if text.dated is not None:
-        return _dated_rows(text, text.dated)
-    if not text.dialect.decimal_comma:
-        return rows
-    require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
+    if text.dialect.decimal_comma:
+        require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
     if text.is_rewritten:
-        return ["\t".join(map(text.dialect.decimal_points, cells)) for _, cells in text.rows()]
-    return [text.dialect.decimal_points(row) for row in rows]
+        return ["\t".join(map(text.dialect.decimal_points, cells))
+                for _, cells in _timed_rows(text)]
+    return [text.dialect.decimal_points(row) for row in text.lines[text.first :]]
 
 
-def _dated_rows(text: LogText, at: int) -> list[str]:
+def _timed_rows(text: LogText) -> Iterator[tuple[int, list[str]]]:
     """Rows whose time is in seconds, from dates; after midnight a time of the day goes on."""
     first_date: str | None = None
-    rows = []
+    at = text.dated
     for line, cells in text.rows():
-        if len(cells) != len(text.names):
-            return text.lines[text.first :]  # a fault, which is named elsewhere
+        if at is None or len(cells) != len(text.names):
+            yield line, cells
+            continue
         seconds = seconds_of(cells[at])
         if seconds is None and (local := local_date_seconds(cells[at])) is not None:
             date, seconds = local
@@ -270,31 +279,21 @@ def _dated_rows(text: LogText, at: int) -> list[str]:
                     "2024-12-31 23:59:59.999."
                 )
         cells[at] = cells[at] if seconds is None else repr(seconds)
-        rows.append("\t".join(map(text.dialect.decimal_points, cells)))
-    return rows
+        yield line, cells
 
 
-def _first_fault(text: LogText) -> str | None:
-    """The first row that is too short, too long, or holds a cell that cannot be read; in words."""
-    numbered = list(text.rows())
-    for line, cells in numbered:
-        if len(cells) != len(text.names):
-            if joined := next((cell for cell in cells if cell.count(".") > 1
-                               and not is_time(cell)), None):
-                return (f"{text.path}:{line}: '{joined}' is two numbers without a blank between "
-                        f"them. Write the file anew with a comma between the columns.")
-            cut = (" The file seems cut off in its last line; delete that line."
-                   if line == numbered[-1][0] and len(cells) < len(text.names)
-                   else " Delete the damaged line, or record the log again.")
-            return (f"{text.path}:{line}: {len(cells)} values found, {len(text.names)} expected "
-                    f"({', '.join(text.names)}).{cut}")
-        for i, (name, cell) in enumerate(zip(text.names, cells, strict=True)):
-            if name == SKIP or is_number(text.dialect.decimal_points(cell)):
-                continue
-            if cell.lower() in MISSING:
-                continue
-            if i == text.dated and is_time(cell):
-                continue
-            return (f"{text.path}:{line}: column {name}: found '{cell}', a number is expected. "
-                    "Delete the damaged line, or record the log again.")
-    return None
+def _fault(text: LogText, cells: Sequence[str]) -> str:
+    """Why a row is too short, too long, or holds a cell that cannot be read; empty for a sample."""
+    if len(cells) != len(text.names):
+        if joined := next((cell for cell in cells if cell.count(".") > 1
+                           and not is_time(cell)), None):
+            return (f"'{joined}' is two numbers without a blank between them. Write the file anew "
+                    f"with a comma between the columns.")
+        return (f"{len(cells)} values found, {len(text.names)} expected "
+                f"({', '.join(text.names)}). Delete the damaged line, or record the log again.")
+    wrong = next(((name, cell) for name, cell in zip(text.names, cells, strict=True)
+                  if name != SKIP and cell.lower() not in MISSING
+                  and not is_number(text.dialect.decimal_points(cell))), None)
+    return "" if wrong is None else (
+        f"column {wrong[0]}: found '{wrong[1]}', a number is expected. Delete the damaged line, or "
+        f"record the log again.")

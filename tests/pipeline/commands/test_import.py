@@ -41,6 +41,23 @@ def test_a_log_becomes_a_configuration_that_runs(
     assert main(["run", "log.yaml", "--quiet"]) == 0
 
 
+def test_it_runs_is_said_only_of_a_model_that_explains_the_poses(
+    here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bent = log.acc + 2e-3 * log.acc**2 * [1, 0, 0]
+    for name, acc, runs in (("sound", log.acc, True), ("bent", bent, False)):
+        table = np.column_stack([log.time_s, acc, log.gyr])
+        rows = [",".join(f"{value:.5f}" for value in row) for row in table]
+        rows[:0] = ["time_s,ax,ay,az,gx,gy,gz", "0,EVENT,button,,,,"]
+        (here / f"{name}.csv").write_text("\n".join(rows)[:-20])
+        assert main(["import", f"{name}.csv"]) == 0
+        shown = capsys.readouterr()
+        assert ("was written, and it runs." in shown.out) is runs
+        assert ("the lines on the accelerometer above say what is missing" in shown.out) is not runs
+        assert ("\naccelerometer: " in shown.out) is not runs
+        assert "rows that lack a reading and are left out: 2 of" in shown.err
+
+
 def test_a_configuration_is_replaced_with_force_only(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:

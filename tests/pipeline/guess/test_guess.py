@@ -118,7 +118,7 @@ def test_a_temperature_in_fahrenheit_is_no_temperature_in_celsius(
 def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: HandLog) -> None:
     outcome = imported(LAB["lost_samples"](tmp_path, log), tmp_path).outcome
     assert outcome is not None
-    assert "59 of its 2531 rows lack a reading and are left out" in " ".join(outcome.warnings)
+    assert "rows that lack a reading and are left out: 59 of 2531" in " ".join(outcome.warnings)
 
 
 def test_whole_mg_are_no_counts_of_a_bno055(tmp_path: Path, log: HandLog) -> None:

@@ -96,7 +96,7 @@ FAULTS = [
     (HEAD, "no row of numbers below the header"),
     (HEAD + "0,1,2,3\n1,1,2\n2,1,2,3\n", "pose.csv:3: 3 values found, 4 expected"),
     (HEAD + "0,1,2,3\n1,1,2,3,4\n2,1,2,3\n", "pose.csv:3: 5 values found, 4 expected"),
-    (HEAD + "0,1,2,3\n1,1,2\n", "pose.csv:3: 3 values found.*cut off"),
+    (HEAD + "0,1,2,3\n1,1,2\n", "pose.csv:3: 3 values found, 4 expected"),
     (HEAD + "0,1,2,3\n1,one,2,3\n", "pose.csv:3: column acc_x: found 'one', a number"),
     (HEAD + "0,a,b,c\n1,1,2,3\n2,1,2,3\n", "pose.csv:2: column acc_x: found 'a'"),
     (HEAD + "0,1,2,3\n1,,2,3\n", "pose.csv:3: column acc_x: found nan, a finite"),
@@ -133,6 +133,22 @@ def test_rows_that_skip_columns_are_still_counted(tmp_path: Path) -> None:
     path = write(tmp_path, "part,time_s,acc_x,acc_y,acc_z\na,0,1,2,3\nb,1,1,9,2,3\n")
     with pytest.raises(UnreadableInput, match=r"pose.csv:3: 6 values found, 5 expected"):
         read_log(path)
+
+
+@pytest.mark.parametrize(("odd", "kept"), [
+    ("{row}\n40,EVENT,button,\n", 40), ("{row}\nmarker 3,1\n", 40), ("{row}\n40,x,2,3,,,\n", 40),
+    ("{cut}", 39)], ids=["event", "marker", "other width", "last line cut off"])
+def test_few_rows_that_are_no_samples_are_left_out_and_told(
+    tmp_path: Path, odd: str, kept: int
+) -> None:
+    rows = [f"{i},{i % 7},2,3" for i in range(40)]
+    whole = "\n".join([HEAD.strip(), *rows[:-1], odd.format(row=rows[-1], cut=rows[-1][:-2])])
+    read = read_log(write(tmp_path, whole))
+    np.testing.assert_array_equal(read.accelerometer[:, 0], np.arange(kept) % 7)
+    assert read.notes == (f"rows that lack a reading and are left out: 1 of {kept + 1}",)
+    many = [row if i % 8 else f"{i},EVENT,button," for i, row in enumerate(rows)]
+    with pytest.raises(UnreadableInput, match=r"csv:2: .*'EVENT', .* 5 of its 40 rows are no samp"):
+        read_log(write(tmp_path, "\n".join([HEAD.strip(), *many])))
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
