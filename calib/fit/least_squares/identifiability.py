@@ -188,8 +188,11 @@ def _advice(equations: Equations) -> str:
     missing = uncovered(poses.reading[turning] - equations.start.bias, wanted)
     if 2 * len(missing) > len(wanted):
         near = [each for each in wanted if not (missing == each).all(axis=1).any()]
+        faces = [each for each in missing if np.count_nonzero(each) == 1]
+        first = f", first {list_directions(faces, len(faces), poses.triad)}" if faces else ""
         return (f"Of the {len(wanted)} faces and edges, poses lie within 25° of "
-                f"{list_directions(near, len(near), poses.triad) or 'none'} alone. Add the others.")
+                f"{list_directions(near, len(near), poses.triad) or 'none'} alone. "
+                f"Add the others{first}.")
     if len(missing) == 0:
         return "Every face and edge is covered: repeat the poses, or take an effect out."
     listed = list_directions(missing, len(missing), poses.triad)
