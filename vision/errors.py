@@ -49,6 +49,10 @@ class NoPlate(RateRefused):
     """Much changes in the picture, and nothing of it comes back, or what does so cannot turn."""
 
 
+class CameraMoves(NoPlate):
+    """All that is seen shifts together, and nothing of it comes back."""
+
+
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
     """The first of two refusals, unless nothing moved there and something did later.
 

@@ -36,6 +36,8 @@ class PlateLayout:
         The plate looks the same after a turn of 2π/symmetry.
     mark_azimuth_rad, mark_radius : float
         The mark at plate angle zero, the radius in plate radii; NaN without a mark.
+    explained : float
+        Share of what varies in it that turning about its axis explains; NaN where not measured.
     """
 
     view: FloatArray
@@ -45,6 +47,7 @@ class PlateLayout:
     symmetry: int
     mark_azimuth_rad: float
     mark_radius: float
+    explained: float = np.nan
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
         """How far below the spindle the mark stands at plate angles of shape (f,).

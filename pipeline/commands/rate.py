@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -16,7 +15,8 @@ from pipeline.commands.interaction.rate_outputs import FlutterChoice, RateOutput
 from pipeline.config.units import FASTEST_RPM
 
 if TYPE_CHECKING:
-    from vision.errors import RateRefused
+    from pipeline.stages.rate import SettingRate
+    from vision.phase_track import PhaseTrack
     from vision.rate.timebase import Timebase
 
 FILMED_S = 60.0  #: the clip that the guide asks for
@@ -120,23 +120,9 @@ def command(
         raise click.UsageError("--rim and --tilted-rim both state the rim; give one of them.")
     ellipse = tilted_rim or (None if rim is None else (*rim, rim[2], 0.0))
     with _filmed(camera, seconds, keep) as clip:
-        chosen = _Chosen(videos if clip is None else (clip,), fps, clock, nominal_rpm, from_s, to_s,
-                         ellipse, shown)
-        _measure(chosen, outputs, choice)
-
-
-@dataclass(frozen=True)
-class _Chosen:
-    """What to measure, how, and how to show it."""
-
-    videos: tuple[Path, ...]
-    fps: float | None
-    clock: str | None
-    nominal_rpm: float | None
-    from_s: float | None
-    to_s: float | None
-    rim: tuple[float, float, float, float, float] | None
-    shown: Literal["text", "quiet", "json"]
+        clips = videos if clip is None else (clip,)
+        _measure(clips, _clock(clips, fps, clock), nominal_rpm, (from_s, to_s), ellipse, shown,
+                 outputs, choice)
 
 
 @contextmanager
@@ -155,32 +141,34 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
         yield clip
 
 
-def _clock(chosen: _Chosen) -> "Timebase":
+def _clock(videos: tuple[Path, ...], fps: float | None, name: str | None) -> "Timebase":
     """The clock of the clips: their own stamps, a frame rate, or a camera's that is known."""
     from vision.rate.timebase import CLOCK_PPM, Timebase
 
-    if chosen.clock is None:
-        source: Literal["container", "constant"] = "container" if chosen.fps is None else "constant"
-        return Timebase(source=source, fps=chosen.fps, ppm=CLOCK_PPM[source])
+    if name is None:
+        source: Literal["container", "constant"] = "container" if fps is None else "constant"
+        return Timebase(source=source, fps=fps, ppm=CLOCK_PPM[source])
     from pipeline.cameras import cameras_file, known_cameras
     from pipeline.stages.rate import camera_timebase
 
     known = known_cameras()
-    if chosen.clock not in known:
+    if name not in known:
         raise click.UsageError(
-            f"--clock {chosen.clock}: {cameras_file()} has {', '.join(known) or 'no camera'}. "
-            f"Measure it (pipeline clock --camera {chosen.clock}).")
-    return camera_timebase(known[chosen.clock], chosen.videos)
+            f"--clock {name}: {cameras_file()} has {', '.join(known) or 'no camera'}. "
+            f"Measure it (pipeline clock --camera {name}).")
+    return camera_timebase(known[name], videos)
 
 
-def _echo_refused(name: str, refused: "RateRefused") -> None:
-    from pipeline.results.rate import refusal_json
-
-    by_name = {name: refusal_json(refused)}
-    echo_json(by_name)
-
-
-def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> None:
+def _measure(
+    videos: tuple[Path, ...],
+    clock: "Timebase",
+    nominal_rpm: float | None,
+    part: tuple[float | None, float | None],
+    rim: tuple[float, float, float, float, float] | None,
+    shown: Literal["text", "quiet", "json"],
+    outputs: RateOutputs,
+    flutter: FlutterChoice,
+) -> None:
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
     from pipeline.files import write_whole
@@ -191,62 +179,57 @@ def _measure(chosen: _Chosen, outputs: RateOutputs, flutter: FlutterChoice) -> N
     from vision.geometry import PlateOverride
     from vision.rate.steady_part import ClipPart
 
-    stems = [video.stem for video in chosen.videos]
+    stems = [video.stem for video in videos]
     if len(set(stems)) < len(stems):
         twice = next(stem for i, stem in enumerate(stems) if stem in stems[:i])
         raise click.UsageError(
             f"two clips have the name '{twice}', which is the key of the results. Rename one, or "
             f"measure them in two commands."
         )
-    clock = _clock(chosen)
-    part = ClipPart(chosen.from_s, chosen.to_s)
-    rim = None if chosen.rim is None else PlateOverride(chosen.rim[:2], *chosen.rim[2:])
-    with ClipProgress(chosen.shown != "quiet") as progress:
-        clips = [ClipToFollow(video, rim, chosen.from_s or 0.0) for video in chosen.videos]
-        try:
+    plate = None if rim is None else PlateOverride(rim[:2], *rim[2:])
+    clips = [ClipToFollow(video, plate, part[0] or 0.0) for video in videos]
+    tracks: list[PhaseTrack] = []
+    rates: list[SettingRate] = []
+    refused: RateRefused | None = None
+    try:
+        with ClipProgress(shown != "quiet") as progress:
             tracks = follow_clips(clips, RunContext(None, progress))
-        except RateRefused as refused:
-            if chosen.shown == "json":
-                refused_name = next((video.stem for video in chosen.videos
-                                     if str(refused).startswith(f"{video.name}:")), stems[0])
-                _echo_refused(refused_name, refused)
-            raise
-    rates = []
-    for stem, track in zip(stems, tracks, strict=True):
-        try:
+        for stem, track in zip(stems, tracks, strict=True):
             rates.append(measure_setting(
-                stem, [track], clock, chosen.nominal_rpm, part=part))
-        except RateRefused as refused:
-            if refused.history is not None and outputs.csv is not None:
-                write_whole(outputs.csv, angles_csv(refused.history))
-            if outputs.overlay is not None:
-                with ClipProgress(chosen.shown != "quiet") as progress:
-                    draw_overlay(chosen.videos[0], track, None, outputs.overlay, progress)
-            if chosen.shown == "json":
-                _echo_refused(stem, refused)
-            elif refused.history is not None:
-                for line in rate_history_lines(stem, refused.history):
-                    click.echo(line)
-            raise
-    if outputs.overlay is not None:
-        with ClipProgress(chosen.shown != "quiet") as progress:
-            draw_overlay(chosen.videos[0], tracks[0], rates[0], outputs.overlay, progress)
-    if outputs.csv is not None:
-        write_whole(outputs.csv, angles_csv(rates[0].clips[0].history, rates[0].clips[0]))
+                stem, [track], clock, nominal_rpm, part=ClipPart(*part)))
+    except RateRefused as error:
+        refused = error
+    if tracks and outputs.overlay is not None:
+        with ClipProgress(shown != "quiet") as progress:
+            draw_overlay(videos[0], tracks[0], next(iter(rates), None), outputs.overlay, progress)
+    clip = rates[0].clips[0] if rates else None
+    history = refused.history if refused else clip.history if clip else None
+    if history is not None and outputs.csv is not None:
+        write_whole(outputs.csv, angles_csv(history, clip))
+    if refused is not None:
+        stem = next((video.stem for video in videos if str(refused).startswith(f"{video.name}:")),
+                    stems[0])
+        if shown == "json":
+            from pipeline.results.rate import refusal_json
+
+            echo_json({stem: refusal_json(refused)})
+        elif history is not None:
+            for line in rate_history_lines(stem, history):
+                click.echo(line)
+        raise refused
     for rate in rates:
         echo_warnings(rate.warnings)
     if flutter.is_asked:
-        show_flutter(flutter, rates, outputs, chosen.shown)
+        show_flutter(flutter, rates, outputs, shown)
         return
-    if chosen.shown == "json":
+    if shown == "json":
         from pipeline.results.rate import rate_section
 
-        by_name = {rate.name: rate_section(rate).as_json() for rate in rates}
-        echo_json(by_name)
+        echo_json({rate.name: rate_section(rate).as_json() for rate in rates})
         return
     for rate in rates:
         click.echo(rate_line(rate))
-        for line in clip_lines(rate) if chosen.shown == "text" else ():
+        for line in clip_lines(rate) if shown == "text" else ():
             click.echo(line)
     for path in outputs.written:
         click.echo(path)

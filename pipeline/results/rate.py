@@ -108,6 +108,7 @@ def _clip(source: str, clip: "RateMeasurement") -> ClipRate:
         model=clip.fit.model,
         terms={term.name: FittedPart.of(term, values=term.value) for term in clip.fit.terms},
         aliases_rad_s=clip.aliases.rates_rad_s,
+        alias_choice=clip.aliases.reason,
         lost_frames=clip.frames.dropped,
         duplicate_frames=clip.frames.repeated,
         diagnosis=_phase_diagnosis(clip.diagnosis),

@@ -23,6 +23,7 @@ LAYOUT: dict[str, Any] = {
     "symmetry": 1,
     "mark_azimuth_rad": 0.0,
     "mark_radius": 0.9,
+    "explained": 0.95,
 }
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from vision.errors import NoPlate
 from vision.image_return import image_return, much_varies, other_return
 from vision.plate.periodic import periodic_pixels
-from vision.plate.pixel_motion import turning
+from vision.plate.pixel_motion import Turning, turning
 
 FRAME_S = 1 / 25
 FRAMES = 250
@@ -110,11 +110,35 @@ def test_what_returns_faster_in_one_place_than_a_plate_can_turn_is_no_plate() ->
     y, x = np.mgrid[:96, :128]
     turned = 2 * 2 * np.pi * np.arange(FRAMES)[:, None, None] / 37.3
     u = (x - 64) * np.cos(turned) - (y - 48) * np.sin(turned)
-    frames = np.rint(90 + 40 * np.exp(-((u - 20) ** 2) / 60)).astype(np.uint8)
+    frames = 90 + 40 * np.exp(-((u - 20) ** 2) / 60)
     mask = np.hypot(x - 64, y - 48) < 45
-    pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), 37.3 * FRAME_S, 0.001)
-    with pytest.raises(NoPlate, match="does not turn"):
-        turning(pixels, mask)
+    with pytest.raises(NoPlate, match="moves as no plate can turn"):
+        turned_by(frames, mask, 37.3)
+
+
+def test_what_passes_by_in_one_direction_is_no_plate() -> None:
+    """Boxes on a belt, alike; the rim of a plate far below the frame passes too, but turns."""
+    y, x = np.mgrid[:96, :128]
+    time = np.arange(FRAMES)
+    along = (x - 2.1 * time[:, None, None]) % 70 - 35
+    belt = np.exp(-(along**2 + (y - 48) ** 2) / 90)
+    mask = np.abs(y - 48) < 14
+    with pytest.raises(NoPlate, match=r"passes by in one direction .* turning 0% more"):
+        turned_by(90 + 80 * belt, mask, 70 / 2.1)
+    angle = 2 * np.pi * time[:, None, None] / 60
+    rim = sum(np.exp(-((x - 64 - 90 * np.sin(a)) ** 2 + (y - 130 + 90 * np.cos(a)) ** 2) / 90)
+              for a in (angle + b for b in (0.0, 0.9, 2.3, 4.1)))
+    turned = turned_by(90 + 80 * rim, np.abs(np.hypot(x - 64, y - 130) - 90) < 10, 60.0)
+    assert turned is not None
+    assert turned.way == -1
+
+
+def turned_by(
+    frames: NDArray[np.float64], mask: NDArray[np.bool_], period: float
+) -> Turning | None:
+    shown = np.rint(frames[:, mask]).astype(np.uint8)
+    time = FRAME_S * np.arange(FRAMES)
+    return turning(periodic_pixels(shown, time, period * FRAME_S, 0.001), mask)
 
 
 def test_things_that_move_vary_and_a_lamp_that_flickers_does_not() -> None:

@@ -3,8 +3,9 @@
 With f the periodic functions of ``vision.plate.periodic``, a point of the plate passes at v per
 radian, and ∂f/∂θ + v·∇f = 0 with v = A x + b about the spindle -A⁻¹b. A has the eigenvalues ±i/N,
 and so the determinant 1/N², where the picture returns N times per turn; what goes to and fro has
-not. The sign of its curl is the sense of rotation, and the ellipses along which points run are the
-view. Noise in ∇f makes least squares find A too small, by the share of ∂f/∂θ that it explains.
+not, and of what passes by in one direction b alone explains as much as A and b. The sign of the
+curl is the sense of rotation, and the ellipses along which points run are the view. Noise in ∇f
+makes least squares find A too small, by the share of ∂f/∂θ that it explains.
 """
 
 from dataclasses import dataclass
@@ -32,10 +33,14 @@ class TurningThresholds:
     explained : float
         Of the change of the pixels, that the motion explains: with less its determinant is not
         known to a third. Tuned on ``tests.bench.clip_study --only cut,edge_on,from_the_side``.
+    passes : float
+        Of what the motion explains, that one shift of all explains. Derived: nine tenths; of a
+        plate it is the turning that explains, unless its spindle is far outside the frame.
     """
 
     once: float = 0.6
     explained: float = 0.1
+    passes: float = 0.9
 
 
 THRESHOLDS = TurningThresholds()
@@ -81,15 +86,18 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
     down = (image[:, y + 1, x] - image[:, y - 1, x]) / 2
     columns = np.stack([right * u, right * v, right, down * u, down * v, down], axis=-1)
     rows, change = columns.reshape(-1, 6), -along[:, y, x].ravel()
-    beta = np.linalg.lstsq(rows.T @ rows, rows.T @ change)[0]
-    explained = float(1 - ((change - rows @ beta) ** 2).sum() / max((change**2).sum(), 1e-12))
+    beta, explained = _explained(rows, change)
     if explained < THRESHOLDS.explained:
         return None
     flow, at_middle = beta.reshape(2, 3)[:, :2] / scale, beta.reshape(2, 3)[:, 2]
     once = float(np.linalg.det(flow)) / explained**2
     if once > 1 / THRESHOLDS.once:
-        raise NoPlate(f"what returns in the picture does not turn: det A is {once:.1f}")
+        raise NoPlate(f"it moves as no plate can turn (det A is {once:.1f})")
     if once < THRESHOLDS.once:
+        _, by_shift = _explained(rows[:, [2, 5]], change)
+        if by_shift > THRESHOLDS.passes * explained:
+            raise NoPlate(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
+                          f"how it changes, turning {explained - by_shift:.0%} more)")
         return None
     # The points run along x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2
@@ -104,6 +112,13 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
                            (float(reach[0]), float(reach[1])),
                            float(np.arctan2(axes[1, 0], axes[0, 0])))
     return Turning(view, 1 if flow[1, 0] < flow[0, 1] else -1)
+
+
+def _explained(rows: FloatArray, change: FloatArray) -> tuple[FloatArray, float]:
+    """The motion (k,) that explains a change (n,) best by its rows (n, k), and the share."""
+    beta = np.linalg.lstsq(rows.T @ rows, rows.T @ change)[0]
+    left = float(((change - rows @ beta) ** 2).sum())
+    return np.asarray(beta), 1 - left / max(float((change**2).sum()), 1e-12)
 
 
 def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

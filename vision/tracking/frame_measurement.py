@@ -121,6 +121,7 @@ class FrameMeasurements:
             symmetry=self._plate.symmetry,
             mark_azimuth_rad=np.nan if mark is None else mark.azimuth_rad,
             mark_radius=np.nan if mark is None else mark.radius,
+            explained=template.explained,
         )
 
 

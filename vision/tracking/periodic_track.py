@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.drawing import annotated
-from vision.errors import NoPlate, RateRefused
+from vision.errors import CameraMoves, NoPlate, RateRefused
 from vision.geometry import FloatArray, PlateView
 from vision.image_return import ImageReturn
 from vision.numbers import RPM
@@ -77,13 +77,19 @@ def picture_return(small: SmallClip) -> PictureReturn:
     if returns is None or mask is None:
         lasts = small.time_s[-1] - small.time_s[0] if small.time_s else 0.0
         why = f"Nothing in the picture repeats within its {lasts:.1f} s."
+        if small.pans_px_s:
+            raise CameraMoves(
+                f"the camera moves: all that it sees shifts by {small.pans_px_s:.0f} px per "
+                f"second, and nothing turns about a fixed axis in the scene")
         raise (NoPlate if small.varies else RateRefused)(why)
     values, time = np.stack(small.values), np.array(small.time_s)
     pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
     try:
         seen = turning(pixels, mask)
     except NoPlate as error:
-        raise NoPlate(_only_returns(returns), returns=returns) from error
+        raise NoPlate(
+            f"the picture repeats every {returns.period_s:.3g} s or so, {returns.turns} times in a "
+            f"row, and what returns is no plate: {error}", returns=returns) from error
     return PictureReturn(small, returns, values, pixels, seen)
 
 

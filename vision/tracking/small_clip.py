@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.plate.background import spread_choice
 from vision.video.reader import NO_CHROMA, ClipReader, Frame
 from vision.video.reduction import reduced
 
@@ -51,6 +52,8 @@ class SmallClip:
         The return of the picture.
     varies : bool
         Much varies, and nothing returns.
+    pans_px_s : float
+        How fast all that is seen shifts together, pixels of the clip; 0 where it does not.
     ended : bool
         No more frames are taken.
     """
@@ -66,6 +69,7 @@ class SmallClip:
     camera: "Registration | None" = None
     returns: "ImageReturn | None" = None
     varies: bool = False
+    pans_px_s: float = 0.0
     ended: bool = False
     _whole: list[Frame] = field(default_factory=list)
 
@@ -104,7 +108,7 @@ class SmallClip:
         """Find the return of the picture, and the pixels that tell the angle best."""
         from vision.image_return import image_return, much_varies
         from vision.plate.periodic import informative
-        from vision.tracking.registration import THRESHOLDS, registration
+        from vision.tracking.registration import LOOKED_AT, THRESHOLDS, registration
 
         time, whole = np.array(self.time_s), self._whole
         if self.ended or self.mask is not None or len(whole) < 2:
@@ -120,7 +124,15 @@ class SmallClip:
         tiny = np.stack([reduced(small.luma, smaller) for small in whole])
         self.returns = image_return(tiny[at], frame_s)
         if self.returns is None:
-            self.varies = much_varies(tiny[:: max(1, len(tiny) // GLIMPSES)])
+            apart = max(1, len(tiny) // GLIMPSES)
+            self.varies = much_varies(tiny[::apart])
+            if camera is None:  # it may go so far that hardly anything stays in the frame
+                half = [registration([whole[i], whole[i + apart]])[1]
+                        for i in spread_choice(len(whole) - apart, LOOKED_AT)]
+                shift = 2 * float(np.median(np.nan_to_num(half)))
+                if shift > THRESHOLDS.moved_px:
+                    pixels = self.factor * self.clip.reduction
+                    self.pans_px_s = pixels * shift / (apart * frame_s)
             self.end()
             return
         most = max(self.clip.frames_stated or 0, len(time))

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, TypeGuard
 import cv2
 
 from vision.errors import (
+    CameraMoves,
     NoPlate,
     NoSuchPart,
     NothingMoves,
@@ -125,7 +126,8 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
         allowed = THRESHOLDS.clearly * min(map(_scatter_rad, turning))
         return next(track for track in turning if _scatter_rad(track) <= allowed)
     refusals = [track for track in tracks if isinstance(track, RateRefused)]
-    returned = next((each for each in refusals if each.returns is not None), None)
+    returned = next((each for each in refusals
+                     if each.returns is not None or isinstance(each, CameraMoves)), None)
     if returned is not None:
         raise _only_returns(name, returned)
     still = [track for track in tracks if not isinstance(track, RateRefused)]
@@ -137,7 +139,10 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
 
 
 def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
-    """What to do where the picture returns, and no plate is seen."""
+    """What to do where the picture returns, or the camera moves, and no plate is seen."""
+    if isinstance(refusal, NoPlate):
+        return type(refusal)(f"{name}: {refusal}. Film the whole plate from above and from a "
+                             f"stand, with nothing else that moves.", returns=refusal.returns)
     assert refusal.returns is not None
     rate = refusal.returns.rate_rad_s
     sd = rate * refusal.returns.sd_s / refusal.returns.period_s

@@ -88,7 +88,8 @@ class ClipRate(Part):
     model: list[Text] = means("terms of the model")
     terms: dict[str, FittedPart] = means("fitted terms besides the rate")
     aliases_rad_s: list[MaybeNumber] = means(
-        "rates that give the same frames; negative is clockwise")
+        "rates that give the same frames, the chosen one first; negative is clockwise")
+    alias_choice: Text = Field(default="", description="why that one is chosen")
     lost_frames: Count = means("dropped frames")
     duplicate_frames: Count = means("repeated frames")
     diagnosis: DiagnosisResult = means("what the model misses")

@@ -185,6 +185,20 @@ def test_a_rate_that_is_not_constant_is_refused_with_its_history(
     assert f"from {first:.2f} to {last:.2f} rpm" in str(refused.value)
 
 
+@pytest.mark.parametrize("way", ["too little", "unsteadily"])
+def test_what_turning_hardly_explains_is_not_called_the_plate(way: str) -> None:
+    """Someone who walks by turns, for a template, by some angle; the share is stated."""
+    time, _ = steady(seconds=10)
+    turned = 0.1 * time if way == "too little" else 2.0 * time - 0.05 * time**2
+    for share, is_plate in ((0.24, False), (0.8, True)):
+        track = phase_track(time, turned, noise_rad=NOISE, explained=share)
+        with pytest.raises(RateRefused) as refused:
+            measure_rate(track, timebase=CLOCK)
+        assert (": the plate does not" in str(refused.value)) == (is_plate and way == "unsteadily")
+        assert ("turning explains 24% of what changes in it" in str(refused.value)) != is_plate
+        assert ("film for a minute" in str(refused.value)) == (is_plate and way == "too little")
+
+
 def test_of_a_clip_with_a_run_up_the_steady_part_is_measured_and_named() -> None:
     time, _ = steady(seconds=60)
     track = phase_track(time, 3.49 * (time + 1.5 * (np.exp(-time / 1.5) - 1)), noise_rad=NOISE)
