@@ -15,7 +15,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.console.flutter_text import two_sigma
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.drawings.charts import Chart, Figure, across, nice_limit, upward
-from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_bins, rate_terms_json, shown_frames
+from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_means, rate_terms_json, shown_frames
 from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure
 from pipeline.report.plate.term_sizes import term_sizes
 from pipeline.report.triad.partial_residuals import PPM
@@ -147,13 +147,12 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
         "a horizontal band without bend, step or wave: the rate of the plate was constant.",
     )
     angle = np.degrees(fit.angle_rad)
-    bins = angle_bins(angle[fit.used])
     yield _phase_figure(
         angle[shown], residual[shown], limit, "Angle residual against plate angle",
         "plate angle [°]", f"The line shows means over {360 // ANGLE_BINS}° of angle.",
         "a horizontal line without a wave. A wave that repeats with every revolution shows an "
         "off-centre mark or a tilted view; over whole revolutions it does not change the rate.",
-        (bins.middle, bins.means(residual[fit.used])),
+        angle_means(angle[fit.used], residual[fit.used]),
     )
     course = course_of_clip(clip)
     for figure in (polar_figure(course), spectrogram_figure(course)):

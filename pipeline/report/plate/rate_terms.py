@@ -7,7 +7,6 @@ frames that the charts show. Columns are scaled to an RMS of 1, angles are in de
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,26 +26,12 @@ ANGLE_BINS = 36  #: bins of 10°: half a wave of a twice-per-turn term has nine;
 LEAST_LIMIT_DEG = 1e-6  #: limit of a chart where the residual vanishes
 
 
-@dataclass(frozen=True, eq=False)
-class AngleBins:
-    """Bins of the plate angle that hold a frame: their middles, degrees (b,), and their frames."""
-
-    middle: FloatArray
-    place: IntArray
-    frames: IntArray
-
-    def means(self, values: FloatArray) -> FloatArray:
-        """Mean of ``values`` (n,) in every bin, (b,), in their unit."""
-        sums = np.bincount(self.place, values, ANGLE_BINS)[self.frames > 0]
-        return np.asarray(sums / self.frames[self.frames > 0])
-
-
-def angle_bins(angle_deg: FloatArray) -> AngleBins:
-    """The bins of angles (n,) from -180° to 180°."""
-    edges = np.linspace(-180.0, 180.0, ANGLE_BINS + 1)
-    place = np.clip(np.digitize(angle_deg, edges) - 1, 0, ANGLE_BINS - 1)
-    frames = np.bincount(place, minlength=ANGLE_BINS)
-    return AngleBins(((edges[:-1] + edges[1:]) / 2)[frames > 0], place, frames)
+def angle_means(angle_deg: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Middles, degrees (b,), of the bins of angles (n,) that hold one, and means of the values."""
+    frames, edges = np.histogram(angle_deg, ANGLE_BINS, (-180.0, 180.0))
+    sums, _ = np.histogram(angle_deg, edges, weights=values)
+    seen = frames > 0
+    return ((edges[:-1] + edges[1:]) / 2)[seen], sums[seen] / frames[seen]
 
 
 def shown_frames(fit: StatedFit) -> tuple[IntArray, float]:
@@ -68,7 +53,7 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
     stacked = np.hstack(columns)
     shown, limit = shown_frames(fit)
     place = np.searchsorted(frames, shown)
-    bins = angle_bins(np.degrees(fit.angle_rad[frames]))
+    angle = np.degrees(fit.angle_rad[frames])
     return {
         "setting": rate.name,
         "limit": limit,
@@ -83,8 +68,8 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
                  for number in range(2 ** len(names))],
         "y": rounded(residual[place], DIGITS_SHOWN),
         "x": [rounded(column[place], DIGITS_SHOWN) for column in stacked.T],
-        "mean_y": rounded(bins.means(residual), DIGITS_SHOWN),
-        "mean_x": [rounded(bins.means(column), DIGITS_SHOWN) for column in stacked.T],
+        "mean_y": rounded(angle_means(angle, residual)[1], DIGITS_SHOWN),
+        "mean_x": [rounded(angle_means(angle, column)[1], DIGITS_SHOWN) for column in stacked.T],
     }
 
 
