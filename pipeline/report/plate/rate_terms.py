@@ -27,7 +27,7 @@ LEAST_LIMIT_DEG = 1e-6  #: limit of a chart where the residual vanishes
 
 
 def angle_means(angle_deg: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Middles, degrees (b,), of the bins of angles (n,) that hold one, and means of the values."""
+    """Middles (b,), in °, of bins of angles (n,) that hold any; means of values, in their unit."""
     frames, edges = np.histogram(angle_deg, ANGLE_BINS, (-180.0, 180.0))
     sums, _ = np.histogram(angle_deg, edges, weights=values)
     seen = frames > 0
