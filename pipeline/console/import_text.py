@@ -63,7 +63,7 @@ def guessed_table(table: TableGuess) -> list[str]:
     if table.further:
         more = f" and {len(table.further) - FURTHER} more" if table.further[FURTHER:] else ""
         rows.append(["  further", ", ".join(table.further[:FURTHER]) + more, "",
-                     "columns that may be causes"])
+                     "logged beside them"])
     lines += table_lines(rows)
     readings = [name for name in table.theirs if name in (TIME, *ACCELEROMETER, *GYROSCOPE)
                 or name.startswith("time_") or name == TEMPERATURE]

@@ -260,8 +260,7 @@ def _calibrated(triad: TriadInput) -> TriadResult:
         **vars(assessed),
         made_from=triad,
         unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, triad.part),
-        warnings=(*notes, *doubts_of(assessed.calibration),
-                  *(sds_too_large(fitted) if triad.recorded.has_stated_sds else ())),
+        warnings=(*notes, *doubts_of(assessed.calibration), *sds_too_large(fitted)),
         excluded=triad.recorded.excluded(fitted),
     )
 

@@ -139,7 +139,8 @@ def _beside(case: Case) -> str:
     if verdict.beside:
         words = [_with_odds(case, each) for each in verdict.beside]
         return f"Perhaps there is also {enumeration(words, 'or')}. "
-    if not verdict.explains and verdict.code is not Code.UNKNOWN:  # no refit has that
+    refitted = verdict.code is not Code.UNKNOWN
+    if refitted and not verdict.explains and case.rests_on_size:
         rest = 100 * (1 - verdict.share)
         return f"{rest:.0f} % of the misfit remain: something else is missing too. "
     return ""
