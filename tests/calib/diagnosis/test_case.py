@@ -80,6 +80,17 @@ def test_sds_that_are_plainly_too_large_are_remarked_on(sd: float) -> None:
     assert all("about 2." in words for words in said)
 
 
+def test_no_rest_of_a_misfit_is_told_where_noise_alone_makes_it() -> None:
+    """Three bad poses under sds that are stated at 2.2 times what the others scatter."""
+    poses = noisy(rich_poses("gyroscope", 2), 2)
+    sd, reading, bad = 2.2 * poses.sd, poses.reading.copy(), [3, 40, 60]
+    reading[bad] += 3.75 * sd[bad] * np.sign(reading[bad])
+    found = diagnose(fit(replace(poses, reading=reading, sd=sd), Model.of(BASE)))
+    assert found.verdict.value == "bad_pose"
+    assert "which noise alone can make" in found.text
+    assert "remain" not in found.text
+
+
 @pytest.mark.parametrize(("sd_g2", "seen"), [(1e-6, False), (0.3, True)])
 def test_an_effect_that_shows_only_at_an_absurd_size_is_blind(sd_g2: float, seen: bool) -> None:
     """Vibration of a quiet table, and of an engine, under an accelerometer."""
