@@ -139,11 +139,10 @@ def _beside(case: Case) -> str:
     if verdict.beside:
         words = [_with_odds(case, each) for each in verdict.beside]
         return f"Perhaps there is also {enumeration(words, 'or')}. "
-    refitted = verdict.code is not Code.UNKNOWN
-    if refitted and not verdict.explains and case.rests_on_size:
-        rest = 100 * (1 - verdict.share)
-        return f"{rest:.0f} % of the misfit remain: something else is missing too. "
-    return ""
+    if verdict.explains or verdict.code is Code.UNKNOWN or not case.rests_on_size:
+        return ""
+    rest = 100 * (1 - verdict.share)
+    return f"{rest:.0f} % of the misfit remain: something else is missing too. "
 
 
 def _ambiguous(case: Case) -> Explanation:
