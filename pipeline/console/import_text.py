@@ -9,9 +9,9 @@ from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, TRIADS
 from pipeline.config.types import STOPPED
 from pipeline.guess.checked import CheckedConfig
-from pipeline.guess.clocks import EPOCH_S
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
+from pipeline.logs.clock import EPOCH_S
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.text.formatting import count
 from pipeline.text.tables import table_lines

@@ -9,17 +9,16 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.logs.clock import (
     ASSUMED_HZ,
+    EPOCH_S,
     continued_clock,
     likely_units,
     unwrapped_ticks,
 )
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
+from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import read_name
 
-#: Seconds since 1970 from 2001 to 2128, in each unit.
-EPOCH_S = (1e9, 5e9)
-FIRST, FEWEST_BESIDE = 2, 3
-"""Facts: seconds and their parts stand in the first two columns, and a triad behind them."""
+FIRST = 2  #: fact: columns in which seconds and their parts stand, before those of a triad
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +49,12 @@ def guess_clock(
     note = ""
     if stated_hz is None:
         for name in _candidates(columns):
-            ticks = unwrapped_ticks(columns[name])
-            ticks, steps = continued_clock(ticks)
-            rows_of_steps = np.flatnonzero(np.diff(columns[name]) < 0) + 2
-            continued = (f"'{name}' steps back at row {', '.join(map(str, rows_of_steps))}, and is "
-                         f"continued there") if steps else ""
+            ticks, continued = continued_clock(unwrapped_ticks(columns[name]))
             ours, factor = our_name(name)
-            if ours == TIME and (np.diff(ticks) > 0).all() and _is_usual(ticks * factor):
+            if ours == TIME and (np.diff(ticks) > 0).all() and (
+                    rows < 2 or "s" in likely_units(float(np.median(np.diff(ticks))) * factor)):
                 return ClockGuess(name, None, None, ticks * factor,
-                                  "its name is a known program's", continued)
+                                  "its name is a known program's", "; ".join(continued))
             if not np.isfinite(ticks).all():
                 continue
             step = np.diff(ticks)
@@ -66,7 +62,7 @@ def guess_clock(
             if unit is not None and (step > 0).all():
                 seconds = SECONDS_PER["s" if si else unit]
                 return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because,
-                                  "; ".join(filter(None, [doubt, continued])))
+                                  "; ".join(filter(None, [doubt, *continued])))
             if unit is not None and read_name(name).quantity == "time" and (step > 0).any():
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
@@ -83,11 +79,6 @@ def guess_clock(
     return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)
 
 
-def _is_usual(time_s: FloatArray) -> bool:
-    """Whether the usual step of a clock, s, is one that sensors are logged at."""
-    return "s" in likely_units(float(np.median(np.diff(time_s)))) if len(time_s) > 1 else True
-
-
 def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     """Columns that may be times: those that are called so, and else one in front that grows."""
     named = [name for name in columns if read_name(name).quantity == "time"]
@@ -99,9 +90,9 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     if named or since_1970:
         return [*named, *since_1970]
     # In front, but for a number of the row, whether it begins again after 255 or not.
-    return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_BESIDE
-            and (step := np.diff(unwrapped_ticks(columns[name]))).min(initial=1) > 0
-            and not (step == 1).all()]
+    return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_NUMBERS
+            and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
+                 ).min(initial=1) > 0 and not (step == 1).all()]
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:

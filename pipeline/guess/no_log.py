@@ -123,11 +123,6 @@ def _require_whole_numbers(text: LogText) -> None:
             f"from 32768 on.")
 
 
-def hint_word(word: str) -> str:
-    """``acc`` or ``gyr`` where a word of a row names that sensor."""
-    return next((name for name in ("acc", "gyr") if word.lower().startswith(name)), "")
-
-
 def _require_one_sensor(text: LogText) -> None:
     """Refuse rows of several sensors or boards, each named by a word or a number in its row."""
     rows = [cells for _, cells in islice(text.rows(), EVENTS)]
@@ -135,7 +130,7 @@ def _require_one_sensor(text: LogText) -> None:
     for i in range(min(map(len, rows), default=0)):
         words = [cells[i] for cells in rows]
         kinds = list(dict.fromkeys(words))
-        readings = [word for word in kinds if hint_word(word)]
+        readings = [word for word in kinds if word.lower().startswith(("acc", "gyr"))]
         turns = sum(one != other for one, other in pairwise(words)) / len(words)
         named = not text.dialect.holds_number(kinds[0]) or (
             i < len(names) and NAMES_A_BOARD.search(names[i]) is not None)

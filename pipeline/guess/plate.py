@@ -21,7 +21,6 @@ from pipeline.guess.magnitudes import (
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
     RECORD_RPM,
-    RPM_TOLERANCE,
     USUAL_COUNTS_PER_DEG_S,
     record_rpm,
 )
@@ -246,9 +245,7 @@ def matching_clip(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> MeasuredC
 
 def nominal_rpm(rate_rad_s: float) -> float:
     """The speed of record players that a filmed rate is, else the rate itself, to 0.1 %."""
-    rpm = abs(rate_rad_s) / RPM
-    nearest = min(RECORD_RPM, key=lambda speed: abs(rpm / speed - 1))
-    return nearest if abs(rpm / nearest - 1) < RPM_TOLERANCE else float(f"{rpm:.4g}")
+    return record_rpm(abs(rate_rad_s)) or float(f"{abs(rate_rad_s) / RPM:.4g}")
 
 
 def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.numbers import MEDIAN_OF_NORMAL
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.raw_tables import RawTable
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS
@@ -39,7 +39,7 @@ class PooledTables:
     columns : mapping of str to array, shape (t,)
         Without the columns of times.
     table : array, shape (t,)
-        The table of each row, from 0; no unit.
+        The table of each row, from 0, or its stretch between gaps of the clock; no unit.
     step_s : float
         Mean time from one row to the next, s, without gaps.
     has_clock : bool
@@ -68,10 +68,21 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
     names = [name for name in tables[0].columns if name not in times]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
     steps = [usual_step(clock.time_s) for clock in clocks if len(clock.time_s) > 1]
+    begins = [_begins(table, clock) for table, clock in zip(tables, clocks, strict=True)]
     return PooledTables(
-        columns, np.repeat(np.arange(len(tables)), [table.rows for table in tables]),
+        columns, np.cumsum(np.concatenate(begins)) - 1,
         float(np.median(steps)) if steps else 1 / ASSUMED_HZ,
         all(clock.is_known for clock in clocks), hint)
+
+
+def _begins(table: RawTable, clock: ClockGuess) -> BoolArray:
+    """Which rows (t,) stand first in a table, after a gap or after a step back of its clock."""
+    ticks = clock.time_s if clock.column is None else table.columns[clock.column]
+    begins = np.ones(len(ticks), bool)
+    step = np.diff(ticks)
+    if step.size:
+        begins[1:] = (step < 0) | (step > USUAL_STEPS * np.median(step))
+    return begins
 
 
 def usual_step(time_s: FloatArray) -> float:

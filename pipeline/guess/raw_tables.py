@@ -12,7 +12,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.guess.no_log import no_table, require_numbers_in_cells, require_samples
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
-from pipeline.logs.head import find_head
+from pipeline.logs.head import FEWEST_NUMBERS, find_head
 from pipeline.logs.header_words import read_name
 from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
@@ -28,7 +28,6 @@ STATED_RATE = re.compile(
 STATED_PERIOD = re.compile(
     r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
 
-TRIAD = 3  #: fact: columns of a sensor beside its clock
 CLOCKS_APART = 0.01
 """Logarithm of the rates of two clocks in one row, at most, that tick alike. A judgement: clocks of
 one device differ by 1e-4, and one in whole seconds misses less than one in a minute."""
@@ -125,7 +124,7 @@ def _require_one_clock(text: LogText, columns: Mapping[str, FloatArray]) -> None
     if len(times) < 2:
         return
     ends = [*times[1:], len(text.names)]
-    wide = all(end - begin > TRIAD for begin, end in zip(times, ends, strict=True))
+    wide = all(end - begin > FEWEST_NUMBERS for begin, end in zip(times, ends, strict=True))
     apart = [i for i in times[1:] if _is_another_clock(columns[text.names[times[0]]],
                                                        columns[text.names[i]])]
     if wide and apart:

@@ -12,7 +12,6 @@ from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import TRIADS
 from pipeline.config.types import STOPPED
-from pipeline.guess.clocks import EPOCH_S
 from pipeline.guess.magnitudes import record_rpm
 from pipeline.guess.plate import (
     SI,
@@ -27,6 +26,7 @@ from pipeline.guess.plate import (
 from pipeline.guess.pool import FEWEST_MEANS
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess
+from pipeline.logs.clock import EPOCH_S
 
 MOST_POSE_S = 120.0
 """A longer file is a log of many poses. Half and double change nothing in
@@ -116,16 +116,16 @@ def guess_session(
     settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
     doubts += _together(settled)
     layout = _layout(settled)
-    groups: dict[tuple[Layout, str | None, bool], list[TableGuess]] = {}
+    groups: dict[tuple[Layout, float | None, bool], list[TableGuess]] = {}
     speeds = speeds_of([table.turning_rad_s for table in settled])
     for table, turns in zip(settled, speeds, strict=True):
         kind: Layout = "means" if table.are_means else layout
-        name = STOPPED if not turns else None if scales else _speed(turns, clips)
+        rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
         clockwise = bool(turns) and table.turns_clockwise
-        groups.setdefault((kind, name, clockwise), []).append(table)
+        groups.setdefault((kind, rpm, clockwise), []).append(table)
     sources = tuple(
-        _source(kind, name, clockwise, _paired(group) if kind == "log" else group, clips)
-        for (kind, name, clockwise), group in groups.items())
+        _source(kind, rpm, clockwise, _paired(group) if kind == "log" else group, clips)
+        for (kind, rpm, clockwise), group in groups.items())
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
@@ -135,30 +135,28 @@ def guess_session(
     return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales)
 
 
-def _speed(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> str | None:
-    """The name of a turning table's speed: by the clip, or by the speeds of record players."""
+def _speed_rpm(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> float | None:
+    """A turning table's speed: by the clip, or by the speeds of record players; None if neither."""
     clip = matching_clip(rate_rad_s, clips)
-    rpm = nominal_rpm(clip.rate_rad_s) if clip else record_rpm(rate_rad_s)
-    return f"{rpm:.3g}rpm" if rpm else None
+    return nominal_rpm(clip.rate_rad_s) if clip else record_rpm(rate_rad_s)
 
 
 def _source(
-    layout: Layout, name: str | None, clockwise: bool, tables: Sequence[TableGuess],
+    layout: Layout, rpm: float | None, clockwise: bool, tables: Sequence[TableGuess],
     clips: Sequence[MeasuredClip],
 ) -> PoseSource:
-    """Tables of one setting with its rate and its clip."""
-    if name == STOPPED:
-        return PoseSource(layout, tuple(tables), name)
+    """Tables of one setting, 0 rpm at rest and None where it is not known, with their clip."""
+    if rpm == 0:
+        return PoseSource(layout, tuple(tables), STOPPED)
     sign = -1.0 if clockwise else 1.0
     felt = sign * float(np.median([table.turning_rad_s for table in tables]))
-    clip = matching_clip(felt, clips)
-    if name is None:
+    if rpm is None:
         return PoseSource(layout, tuple(tables), None, felt)
+    clip = matching_clip(felt, clips)
     if clip is not None and len(clips) > 1 and clip.rate_rad_s * felt < 0:
         clip = None  # another clip shows the other direction
-    rpm = nominal_rpm(clip.rate_rad_s) if clip else record_rpm(felt * sign) or 0.0
-    return PoseSource(layout, tuple(tables), f"m{name}" if clockwise else name, sign * rpm * RPM,
-                      clip)
+    name = f"{'m' if clockwise else ''}{rpm:.3g}rpm"
+    return PoseSource(layout, tuple(tables), name, sign * rpm * RPM, clip)
 
 
 def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
@@ -170,7 +168,8 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     kept: list[TableGuess] = []
     doubts = []
     like = Counter((table.path.parent, *table.table.columns) for table in tables)
-    for table in sorted(tables, key=_rawness):
+    # Readings that a phone has not corrected yet come before those that it has.
+    for table in sorted(tables, key=lambda table: "uncalibrated" not in table.path.name.lower()):
         are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
         same = None if are_poses else next(
             (other for other in kept if _are_alternatives(table, other)), None)
@@ -181,11 +180,6 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
                           f"of the same kind at the same times")
     order = {id(table): i for i, table in enumerate(tables)}
     return sorted(kept, key=lambda table: order[id(table)]), doubts
-
-
-def _rawness(table: TableGuess) -> bool:
-    """Sorts readings that a phone has not corrected yet before those that it has."""
-    return "uncalibrated" not in table.path.name.lower()
 
 
 def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled, usual_step
+from pipeline.guess.pool import are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import (
     AXIS_COUNT,
@@ -146,8 +146,8 @@ class TableGuess:
     @property
     def columns(self) -> list[str] | dict[str, str] | None:
         """What a configuration states under ``columns``; None where the names are ours already."""
+        ours = {theirs: name for name, theirs in self.theirs.items()}
         if self.table.positions:
-            ours = {theirs: name for name, theirs in self.theirs.items()}
             return [ours.get(name, SKIP) for name in self.table.positions]
         header = self.table.header
         read = dict(zip(our_names(header), header, strict=True))
@@ -155,7 +155,6 @@ class TableGuess:
         known = all(read.get(our_name(name)) == theirs for name, theirs in self.theirs.items())
         if known and not time_unused:
             return None
-        ours = {theirs: name for name, theirs in self.theirs.items()}
         return [ours.get(name, SKIP) for name in header] if time_unused else self.theirs
 
 
@@ -219,8 +218,10 @@ def _table_guess(
         theirs |= dict(zip(names, triad.columns, strict=True)) if triad else {}
     theirs |= dict(_further(table, accelerometer, gyroscope))
     guess = TableGuess(table, clock, accelerometer, gyroscope, theirs, False)
-    return replace(guess, are_means=accelerometer is not None and _are_means(
-        guess.si(accelerometer)))
+    if accelerometer is None:
+        return guess
+    values = guess.si(accelerometer)
+    return replace(guess, are_means=len(values) <= MOST_MEANS and are_apart(values))
 
 
 def hint_of(path: Path) -> str:
@@ -269,8 +270,3 @@ def _is_celsius(values: FloatArray) -> bool:
     """Whether a temperature is in °C and not in raw counts; False without any value."""
     known = values[np.isfinite(values)]
     return bool(known.size) and CELSIUS[0] < float(np.median(known)) < CELSIUS[1]
-
-
-def _are_means(values: FloatArray) -> bool:
-    """Whether each row of readings (t, 3) in SI units is a pose of its own."""
-    return FEWEST_MEANS <= len(values) <= MOST_MEANS and are_apart(values)

@@ -81,18 +81,15 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     direction = np.concatenate([up[:-1], up[1:]], axis=1)[turning]
     rise = (np.arange(block) + 0.5) / block
     weight = step_s * np.concatenate([rise, 1 - rise])
-    # Products (k, 3, 3) of direction and reading, summed; of them (W reading) for every way W, and
-    # the components of direction × (W reading) are (ways, k, 3).
+    # What a way W predicts is the sum of direction × (W reading), linear in its nine elements.
     products = np.einsum("j,kjb,kjc->kbc", weight, direction, rate[both] - np.median(rate, axis=0))
-    turned = np.einsum("kbc,wdc->wkbd", products, WAYS)
-    predicted = np.stack([turned[:, :, 1, 2] - turned[:, :, 2, 1],
-                          turned[:, :, 2, 0] - turned[:, :, 0, 2],
-                          turned[:, :, 0, 1] - turned[:, :, 1, 0]], axis=2)
-    seen = moved[turning]
-    power = (predicted**2).sum(axis=(1, 2))
-    if not power.all():
+    cross = np.cross(np.eye(3)[:, None], np.eye(3))
+    linear = np.einsum("bda,kbc->kadc", cross, products).reshape(-1, 9)
+    seen, ways = moved[turning], WAYS.reshape(-1, 9)
+    power = np.einsum("wi,ij,wj->w", ways, linear.T @ linear, ways)
+    if not (power > 0).all():
         return None
-    common = (predicted * seen).sum(axis=(1, 2))
+    common = ways @ (linear.T @ seen.ravel())
     agreement = common / np.sqrt(power * (seen**2).sum())
     same = int(np.argmax(np.trace(WAYS, axis1=1, axis2=2)))
     best = same if agreement[same] >= AGREEMENT else int(np.abs(agreement).argmax())

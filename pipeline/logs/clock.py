@@ -16,9 +16,10 @@ from pipeline.logs.columns import COUNTER, SECONDS_PER, TIME, TimeUnit
 COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never jump that far
 #: Where counters of 8 to 32 bits begin again, the parts of a second, and the clock at midnight.
 PERIODS = (2.0**32, 1e9, 2.0**24, 1e6, 2.0**16, 1e3, 2.0**8, 86_400.0, 86_400_000.0)
-FEWEST_ROWS, MOST_STEPS = 100, 5
-"""Rows of a clock between two steps back, and number of steps in a log. A judgement: a board that
-is reset or a phone whose clock is set does so once or twice, a misplaced row takes one row."""
+EPOCH_S = (1e9, 5e9)  #: seconds since 1970 from 2001 to 2128
+FEWEST_ROWS = 100
+"""Rows of a clock between two steps back. A judgement: a board that is reset, a phone whose clock
+is set and poses below each other count on for a second or more, a misplaced row takes one row."""
 MOST_WRAPS = 3.0  #: times a counter begins again, over how often its usual step makes it; judgement
 USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
 
@@ -120,14 +121,14 @@ def continued_clock(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     step = np.diff(time_s)
     back = np.flatnonzero(step < 0)
     stretches = np.split(time_s, back + 1)
-    if not 0 < len(back) <= MOST_STEPS or min(map(len, stretches)) < FEWEST_ROWS:
+    if not len(back) or min(map(len, stretches)) < FEWEST_ROWS:
         return time_s, ()
     usual = float(np.median(step[step > 0]))
     shift = np.zeros(len(time_s))
     shift[back + 1] = usual - step[back]
-    shown = ", ".join(f"by {-step[i]:.4g} s at row {i + 2}" for i in back)
+    more = f" and {len(back) - 1} times below it" if len(back) > 1 else ""
     return np.asarray(time_s + np.cumsum(shift)), (
-        f"its clock steps back {shown}, and is continued there",)
+        f"its clock steps back at row {back[0] + 2}{more}, and is continued there",)
 
 
 def unwrapped_ticks(ticks: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
+from pipeline.logs.clock import EPOCH_S, FASTEST_HZ, SLOWEST_HZ
 from pipeline.logs.columns import (
     ColumnNames,
     Renamed,
@@ -22,6 +23,7 @@ from pipeline.logs.dialect import (
     split_cells,
 )
 from pipeline.logs.header import MISSING_TRIAD, our_names, wrong_header
+from pipeline.logs.header_words import spelled_unit
 
 COMMENT_SIGNS = ("#", "//", "%")
 #: Written by MT Manager among its comments; missing in some exports, so never assumed.
@@ -29,6 +31,7 @@ UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
 #: Settings that loggers write above the header ("Fs,100") take a few lines, not more.
 LONGEST_HEAD = 200
 LONGEST_FOOTER = 100  #: lines below the rows, of words and sums; of text
+OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units beside readings
 FEWEST_NUMBERS = 3  #: numbers in a row: a triad
 
 #: In front of the names, of which there is then one more than cells; C is Fortran's.
@@ -65,11 +68,11 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     is the last line above the rows that has as many cells as they have. A line of units between
     the two is passed over.
     """
-    rate_hz: float | None = None
     header: tuple[int, list[str]] | None = None
     above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
     usual: tuple[int, bool] | None = None
-    for i, line in enumerate(lines[:LONGEST_HEAD]):
+    begin, rate_hz = _start_and_rate(lines)
+    for i, line in enumerate(lines[begin:LONGEST_HEAD], begin):
         text = line.strip()
         comment = text.startswith(COMMENT_SIGNS)
         if comment:
@@ -101,6 +104,20 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     return Head(None, names, at, rate_hz)
 
 
+def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
+    """The number of lines that state the start and the rate in every column, and that rate in Hz.
+
+    Empatica writes them so above its readings; elsewhere there are none.
+    """
+    rows = [split_cells(line, ",") for line in lines[:2]]
+    if len(rows) < 2 or any(len(cells) < FEWEST_NUMBERS or len({*cells}) > 1
+                            or not is_number(cells[0]) for cells in rows):
+        return 0, None
+    start, rate_hz = (float(cells[0]) for cells in rows)
+    is_so = EPOCH_S[0] < start < EPOCH_S[1] and SLOWEST_HZ < rate_hz < FASTEST_HZ
+    return (len(rows), rate_hz) if is_so else (0, None)
+
+
 def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
     """The shape of most rows in the middle of a text; None where there are no rows."""
     shapes: Counter[tuple[int, bool]] = Counter()
@@ -128,7 +145,8 @@ def _head(
                if len(without_sign(names, width) or ()) in (width, width - 1)]
     if header is None and fitting:
         header = fitting[-1]
-        units = all(unit_like(cell) for cell in header[1] if cell)
+        units = all(spelled_unit(unit) or unit.lower() in OTHER_UNITS
+                    for unit in map(_bare_unit, header[1]))
         if units and len(fitting) > 1:
             at, names = fitting[-2]
             header = (at, [f"{name} ({_bare_unit(unit)})" if unit else name for name, unit in
@@ -138,19 +156,11 @@ def _head(
     return Head(first, header[1], header[0], rate_hz)
 
 
-UNIT = re.compile(r"[(\[]?(s|ms|us|µs|ns|m/s\^?2|m/s²|m/\(s\^2\)|g|mg|deg/s|°/s|dps|rad/s|deg|°|c|"
-                  r"°c|degc|counts|lsb|ut|µt|gauss|hz|-|v|hpa|pa|)[)\]]?", re.IGNORECASE)
-
 
 def _bare_unit(cell: str) -> str:
     """``[m/s^2]`` -> ``m/s^2``; brackets inside a unit stay."""
     text = cell.strip()
     return text[1:-1].strip() if text[:1] in "([" and text[-1:] in ")]" else text
-
-
-def unit_like(cell: str) -> bool:
-    """Whether a cell of a header is nothing but a unit."""
-    return UNIT.fullmatch(cell.strip()) is not None
 
 
 def width_of_numbers(line: str) -> int:

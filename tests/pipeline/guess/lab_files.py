@@ -155,11 +155,29 @@ def event_lines(folder: Path, log: HandLog) -> Foreign:
         "time_s,ax,ay,az,gx,gy,gz", "0,EVENT,button,,,,", *rows[:-1], rows[-1][:20]])])
 
 
+def start_and_rate(folder: Path, log: HandLog) -> Foreign:
+    """Empatica's manner: start and rate stand above the readings, once in every column."""
+    rows = [",".join(map(str, row)) for row in np.rint(log.acc / G * 4096).astype(int)]
+    return Foreign([write_lines(folder / "ACC.csv", [
+        ", ".join(["1714557600.000000"] * 3), ", ".join([f"{log.rate_hz:.6f}"] * 3), *rows])],
+        4096 / G, None)
+
+
+def blocks(folder: Path, log: HandLog) -> Foreign:
+    """The rests alone, each a block of gnuplot whose clock begins at 0."""
+    lines = ["# poses of a board"]
+    for pose in range(log.rest.max() + 1):
+        at = np.flatnonzero(log.rest == pose)
+        table = np.column_stack([log.time_s[at] - log.time_s[at[0]], log.acc[at], log.gyr[at]])
+        lines += ["", "", f"# pose {pose}", *(" ".join(f"{v:.5f}" for v in row) for row in table)]
+    return Foreign([write_lines(folder / "poses.dat", lines)])
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
         fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg,
-        plotter, wide_letters, event_lines)
+        plotter, wide_letters, event_lines, start_and_rate, blocks)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
