@@ -122,7 +122,7 @@ def settle_scale(
         return [*tables], tuple(ScaleChoice(per_deg, None) for per_deg in gyroscope.choices)
     # Lengths are in rad/s at the first sensitivity; at another they are so many times as long.
     first = math.radians(1) / gyroscope.si_per_unit
-    lengths = np.array([_length(table) for table in turning])
+    lengths = np.array([table.usual_rad_s for table in turning])
     usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
              else USUAL_COUNTS_PER_DEG_S)
     for factors, because in _known_factors(turning, lengths, clips):
@@ -165,14 +165,9 @@ def _known_factors(
             yield np.array([np.median(factors)]), "as the speed by which the files are called"
 
 
-def _length(table: TableGuess) -> float:
-    """Median length of the gyroscope's reading at the first sensitivity, rad/s."""
-    return float(np.median(np.linalg.norm(table.rate(), axis=1)))
-
-
 def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
     """Tables from the turning plate: they read clearly more than others, or more than a bias."""
-    lengths = np.array([_length(table) for table in tables])
+    lengths = np.array([table.usual_rad_s for table in tables])
     order = np.sort(lengths)
     steps = order[1:] / np.maximum(order[:-1], np.finfo(float).tiny)
     limit = TURNING_RAD_S

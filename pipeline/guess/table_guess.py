@@ -81,8 +81,12 @@ class TableGuess:
         """Rate at which the gyroscope turns in most of the table; 0 at rest or without one."""
         if self.gyroscope is None:
             return 0.0
-        usual = float(np.median(np.linalg.norm(self.rate(), axis=1)))
-        return usual if usual > TURNING_RAD_S else 0.0
+        return self.usual_rad_s if self.usual_rad_s > TURNING_RAD_S else 0.0
+
+    @property
+    def usual_rad_s(self) -> float:
+        """Median length of the gyroscope's reading."""
+        return float(np.median(np.linalg.norm(self.rate(), axis=1)))
 
     @property
     def turns_clockwise(self) -> bool:
