@@ -114,7 +114,7 @@ def _determined(
         if effect.name in prospect.absent:
             continue
         if not rivals and effect.name not in (*prospect.blind, *prospect.partly):
-            yield f"  {effect.name}: these poses determine it and separate it from all others"
+            yield f"  {effect.name}: these poses determine it, and tell a large one from all others"
             continue
         named = {effect.name: effect for effect in effects}
         confused = [named.get(name) or find_effect(name) for group in rivals for name in group
