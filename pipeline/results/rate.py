@@ -57,14 +57,13 @@ def refusal_json(refused: "RateRefused") -> Json:
     time, and ``angles`` every angle, of a plate that was followed.
     """
     history, returns = refused.history, refused.returns
-    rate = None if returns is None else 2 * math.pi / returns.period_s
     return {
         "refused": str(refused),
-        "repeats": None if returns is None or rate is None else {
+        "repeats": None if returns is None else {
             "period_s": returns.period_s,
             "sd_s": returns.sd_s,
-            "rate_rad_s": rate,
-            "sd_rad_s": rate * returns.sd_s / returns.period_s,
+            "rate_rad_s": returns.rate_rad_s,
+            "sd_rad_s": returns.rate_rad_s * returns.sd_s / returns.period_s,
         },
         "revolutions": None if history is None else history.revolutions,
         "phase_noise_rad": None if history is None else number(history.phase_noise_rad),
@@ -100,7 +99,6 @@ def _clip(source: str, clip: "RateMeasurement") -> ClipRate:
     return ClipRate.of(
         clip,
         clip=source,
-        sd_rad_s=clip.sd_rad_s,
         frames=clip.frames.used,
         phase_rms_rad=clip.fit.rms_rad,
         frame_count=_mean_count([clip.cross_checks.frame_count]),

@@ -15,6 +15,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.rate.unwrap import waves_per_turn
 
 if TYPE_CHECKING:
     from vision.rate.measure import RateMeasurement
@@ -222,14 +223,9 @@ def _without_drift(course: SpeedCourse) -> tuple[float, FloatArray]:
     time_s = course.time_s - course.seconds / 2
     beyond = np.cumsum(course.deviation) * course.step_s
     columns = np.column_stack([
-        np.ones_like(time_s), time_s, 0.5 * time_s**2, *_waves_per_turn(course)])
+        np.ones_like(time_s), time_s, 0.5 * time_s**2, waves_per_turn(course.angle_rad)])
     beta = np.linalg.lstsq(columns, beyond, rcond=None)[0]
     return float(beta[2]), np.asarray(course.deviation - beta[1] - beta[2] * time_s)
-
-
-def _waves_per_turn(course: SpeedCourse) -> list[FloatArray]:
-    """Waves (n,) once and twice per turn."""
-    return [wave(k * course.angle_rad) for k in (1, 2) for wave in (np.cos, np.sin)]
 
 
 def _noise_figure(course: SpeedCourse, gain: Gain) -> float:
@@ -239,7 +235,7 @@ def _noise_figure(course: SpeedCourse, gain: Gain) -> float:
     wave once per turn, and is no noise.
     """
     if course.across.size:
-        columns = np.column_stack([np.ones(len(course.across)), *_waves_per_turn(course)])
+        columns = np.column_stack([np.ones(len(course.across)), waves_per_turn(course.angle_rad)])
         noise = course.across - columns @ np.linalg.lstsq(columns, course.across, rcond=None)[0]
         return float(np.quantile(np.abs([
             _filtered(axis, course.step_s, gain) for axis in noise.T]), TWO_SIGMA))

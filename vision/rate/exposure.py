@@ -26,6 +26,7 @@ import numpy as np
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.least_squares import least_squares
+from vision.rate.unwrap import waves_per_turn
 
 BLACK = 16.0  # luma
 GAMMA = 2.2  # of the luma's own scale against light
@@ -148,8 +149,8 @@ def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tup
     """Slope against time and its sd, beside what repeats with every turn."""
     if not np.ptp(values):
         return 0.0, 0.0
-    waves = [f(k * angle_rad) for k in (1, 2) for f in (np.cos, np.sin)]
-    x = np.stack([np.ones_like(time_s), time_s - time_s.mean(), *waves], axis=1)
+    time = time_s - time_s.mean()
+    x = np.column_stack([np.ones_like(time), time, waves_per_turn(angle_rad)])
     fit = least_squares(x, values)
     return float(fit.beta[1]), float(fit.sd[1])
 

@@ -20,6 +20,7 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle
 from vision.rate.least_squares import LeastSquares, independent, least_squares
+from vision.rate.unwrap import waves_per_turn
 
 ROUNDS, STAYS = 8, 1e-3  #: rounds at most; sds of the rate within which it stays; numerical
 CONSTANT_RATE = "constant_rate"
@@ -96,10 +97,8 @@ def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regre
 
 def columns(term: str, base: Regressors) -> FloatArray:
     """X of a term, shape (u, k), rad per unit of each parameter."""
-    if term == "once_per_rev":
-        return np.stack([np.cos(base.line_rad), np.sin(base.line_rad)], axis=1)
-    if term == "twice_per_rev":
-        return np.stack([np.cos(2 * base.line_rad), np.sin(2 * base.line_rad)], axis=1)
+    if term in ("once_per_rev", "twice_per_rev"):
+        return waves_per_turn(base.line_rad, (1 if term == "once_per_rev" else 2,))
     if term == "rate_drift":
         square = 0.5 * base.time_s**2
         return np.asarray((square - square.mean())[:, None])

@@ -129,11 +129,16 @@ def phase_noise(angle_rad: FloatArray) -> float:
     return float(SD_PER_MAD * np.median(np.abs(third)) / np.sqrt(20.0))
 
 
+def waves_per_turn(angle_rad: FloatArray, orders: tuple[int, ...] = (1, 2)) -> FloatArray:
+    """Cosine and sine, no unit, of each order of an angle (n,), shape (n, 2 orders)."""
+    return np.stack([f(k * angle_rad) for k in orders for f in (np.cos, np.sin)], axis=1)
+
+
 def scatter_about_even(angle: PlateAngle) -> float:
     """Robust sd of angles about an even rotation with a wave once and twice per turn, rad."""
     turned = angle.angle_rad
-    waves = [f(k * turned) for k in (1, 2) for f in (np.cos, np.sin)]
-    x = np.stack([np.ones_like(turned), angle.time_s - angle.time_s.mean(), *waves], axis=1)
+    time = angle.time_s - angle.time_s.mean()
+    x = np.column_stack([np.ones_like(turned), time, waves_per_turn(turned)])
     rest = turned - x @ np.linalg.lstsq(x, turned)[0]
     return float(SD_PER_MAD * np.median(np.abs(rest)))
 
