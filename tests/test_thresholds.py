@@ -86,6 +86,7 @@ def test_values_of_the_vision_stage_are_those_of_its_records(title: str) -> None
     fields = {field.name: getattr(each, field.name) for each in vars(module).values()
               if type(each).__name__.endswith("Thresholds") and dataclasses.is_dataclass(each)
               and not isinstance(each, type) for field in dataclasses.fields(each)}
+    fields |= {name: value for name, value in vars(module).items() if name.isupper()}
     text = PAGE.partition(f"### `{title}`\n")[2].partition("\n#")[0]
     for name, value, *_ in rows(text):
         if name not in ("threshold",):

@@ -195,8 +195,7 @@ def _measure(
         with ClipProgress(shown != "quiet") as progress:
             tracks = follow_clips(clips, RunContext(None, progress))
         for stem, track in zip(stems, tracks, strict=True):
-            rates.append(measure_setting(
-                stem, [track], clock, nominal_rpm, part=ClipPart(*part)))
+            rates.append(measure_setting(stem, [track], clock, nominal_rpm, part=ClipPart(*part)))
     except RateRefused as error:
         refused = error
     if tracks and outputs.overlay is not None:

@@ -21,26 +21,12 @@ from vision.plate.template import Alignment
 #: Share of what varies that turns together, and that a template explains, for no other proposal to
 #: be looked into. Derived: with one that explains all, what turns is not known much better.
 CERTAIN = 0.8
+#: Tilt, rad, from which the spindle is sought beside the middle of the rim's ellipse. Derived: at
+#: 8° from three radii away it is 5 % of the radius off.
+STEEP_RAD = math.radians(8)
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
 
 Outline = tuple[PlateView, CoarseRotation]
-
-
-@dataclass(frozen=True)
-class SpindleThresholds:
-    """Where the axis is. Tuned on tests.bench.vision_scenes but where stated.
-
-    Attributes
-    ----------
-    steep_rad : float
-        Tilt from which the spindle is sought beside the middle of the rim's ellipse. Derived: at 8°
-        from three radii away it is 5 % of the radius off.
-    """
-
-    steep_rad: float = math.radians(8)
-
-
-THRESHOLDS = SpindleThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +70,7 @@ def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
     compared in the window that is clearest about the middle.
     """
     about_middle = frames.rotation(view)
-    if about_middle.coherence > CERTAIN or view.tilt_rad < THRESHOLDS.steep_rad:
+    if about_middle.coherence > CERTAIN or view.tilt_rad < STEEP_RAD:
         return view, about_middle
     clearest = about_middle.clearest
     best, most = view, frames.share(view, clearest)

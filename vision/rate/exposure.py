@@ -149,8 +149,7 @@ def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tup
     """Slope against time and its sd, beside what repeats with every turn."""
     if not np.ptp(values):
         return 0.0, 0.0
-    time = time_s - time_s.mean()
-    x = np.column_stack([np.ones_like(time), time, waves_per_turn(angle_rad)])
+    x = np.column_stack([np.ones_like(time_s), time_s - time_s.mean(), waves_per_turn(angle_rad)])
     fit = least_squares(x, values)
     return float(fit.beta[1]), float(fit.sd[1])
 

@@ -131,8 +131,7 @@ class SmallClip:
                         for i in spread_choice(len(whole) - apart, LOOKED_AT)]
                 shift = 2 * float(np.median(np.nan_to_num(half)))
                 if shift > THRESHOLDS.moved_px:
-                    pixels = self.factor * self.clip.reduction
-                    self.pans_px_s = pixels * shift / (apart * frame_s)
+                    self.pans_px_s = self.factor * self.clip.reduction * shift / (apart * frame_s)
             self.end()
             return
         most = max(self.clip.frames_stated or 0, len(time))
