@@ -116,7 +116,6 @@ def weighting(hz: FloatArray) -> FloatArray:
 
     Straight in dB over the logarithm of the frequency.
 
-
     >>> weighting(np.array([4.0, 10.0])).round(3).tolist()
     [1.0, 0.785]
     """
