@@ -16,14 +16,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
-from vision.errors import (
-    CameraMoves,
-    NoPlate,
-    NoSuchPart,
-    NothingMoves,
-    RateRefused,
-    more_telling,
-)
+from vision.errors import CameraMoves, NoPlate, NoSuchPart, NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateOverride
 from vision.tracking.search import ClipTask, learned_plate
 from vision.tracking.small_clip import SmallClip
