@@ -44,7 +44,7 @@ class CheckThresholds:
         Times the noise of single frames: a scatter that is no noise.
     mostly : float
         Of what varies in a plate, that turning explains; it chooses the words, not the refusal.
-        Fact: 31 of 35 plates of an independent renderer have 0.55 and more, dark ones less.
+        Fact: 26 of 27 plates of an independent renderer have 0.55 and more, a dark one 0.32.
     scattered_rad : float
         Scatter about an even rotation worth a warning, rad. Ten times that of a poor clip
         (``tests.bench.vision_films``).
