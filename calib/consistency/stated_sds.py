@@ -1,7 +1,7 @@
-"""Sds of poses that are plainly larger than what their means scatter.
+"""Sds of a table of means that are plainly larger than what the poses scatter.
 
-What samples show of a pose may well be a little more than its mean scatters by, by chance or
-because the converter's steps and slow noise are in it at their largest.
+What samples show of a pose may well be more than its mean scatters by, by chance or because the
+converter's steps and slow noise are in it at their largest: there is nothing to mend.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,6 @@ def sds_too_large(fit: Fit) -> Iterator[str]:
         f"the sds of the {fit.poses.triad}'s poses are about {1 / sqrt(ratio):.2g} times too "
         f"large: chi²/dof is {ratio:.2g} with {fit.dof} degrees of freedom, and right sds give so "
         f"little in fewer than one session of {ONE_SESSION_OF}. The stated sds of the "
-        f"parameters are too large with them, and an error of that size goes unseen. If a table "
-        f"states them, are they those of single samples? Those of the means belong there. In logs "
-        f"a hum can do it, which averages out over a pose better than over its parts."
+        f"parameters are too large with them, and an error of that size goes unseen. Are "
+        f"they those of single samples? Those of the means belong here."
     )

@@ -55,6 +55,11 @@ class TriadPoses:
         """All poses that the configuration does not exclude."""
         return self.poses_of([(one.means, one.places) for _, one in self.recorded])
 
+    @property
+    def has_stated_sds(self) -> bool:
+        """Whether some of the means, with their sds, come from a table."""
+        return any(mean.stated for _, one in self.recorded for mean in one.means)
+
     def excluded(self, fit: Fit) -> tuple[ExcludedPose, ...]:
         """The poses that the configuration excludes, with what a fit without them says of each."""
         return tuple(ExcludedPose(one.label, name, self._predicted(fit, run, one))

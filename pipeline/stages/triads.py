@@ -260,7 +260,8 @@ def _calibrated(triad: TriadInput) -> TriadResult:
         **vars(assessed),
         made_from=triad,
         unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, triad.part),
-        warnings=(*notes, *doubts_of(assessed.calibration), *sds_too_large(fitted)),
+        warnings=(*notes, *doubts_of(assessed.calibration),
+                  *(sds_too_large(fitted) if triad.recorded.has_stated_sds else ())),
         excluded=triad.recorded.excluded(fitted),
     )
 
