@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from calib.discovery.functions import LAG_RATIO, Function, functions
-from calib.discovery.response import of_reading
+from calib.discovery.response import response_functions
 from calib.effects.effect import Effect
 from calib.effects.expression import KNOWN_NAMES, read_expression
 from calib.effects.units import coefficient_unit
@@ -128,7 +128,7 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     drivers = {name: values for name, values in drivers.items()
                if np.isfinite(values).all() and np.ptp(values) > 0}
     every = _spelt(functions(drivers, time_constants(poses), len(poses)), named)
-    of_axis = of_reading(float(np.abs(poses.reading).max()), SI_UNIT[poses.triad])
+    of_axis = response_functions(float(np.abs(poses.reading).max()), SI_UNIT[poses.triad])
     return [Formula("bias", "axis", function, poses.triad) for function in of_axis] + [
         Formula(factor, per, function, poses.triad)
         for factor, per in known_factors(poses)

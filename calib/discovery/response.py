@@ -23,7 +23,7 @@ READING_WAVES = (1, 2, 3, 4, 6, 8)
 """Half waves between nothing and the largest reading: what a converter errs by. A judgement."""
 
 
-def of_reading(largest: float, unit: str) -> Iterator[Function]:
+def response_functions(largest: float, unit: str) -> Iterator[Function]:
     """Functions of an axis's own reading, of which ``largest`` is the largest, in ``unit``.
 
     Within a limit it may answer otherwise than beyond: beside the scale that is a dead band as well
