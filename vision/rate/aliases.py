@@ -149,7 +149,7 @@ def list_aliases(
             if by_return
             else "the smallest is chosen, since no nominal_rpm is set"
         )
-        warnings: tuple[str, ...] = ()
+        warnings = () if by_return else _undecided(track, tuple(map(float, alike)))
     else:
         near = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
         chosen = nearest if near else float(alike[0])
@@ -163,6 +163,23 @@ def list_aliases(
     if not others:
         reason = "the uneven spacing of the frames excludes every other rate"
     return Aliases((chosen, *others), reason, warnings)
+
+
+def _undecided(track: PhaseTrack, rates_rad_s: tuple[float, ...]) -> tuple[str, ...]:
+    """A paragraph where another of the rates, smallest first, may as well be that of the plate."""
+    chosen, *others = (f"{abs(rate) / RPM:.4g}" for rate in rates_rad_s)
+    folds = track.plate.symmetry
+    if not others or (folds == 1 and abs(rates_rad_s[1]) > FASTEST_USUAL):
+        return ()
+    cause, better = (
+        (f"it looks the same {folds} times per turn", "put one mark of paper or tape on the plate")
+        if folds > 1 else ("the frames are too few", "film with more frames per second")
+    )
+    return (
+        f"{track.source}: what turns may turn at {chosen} rpm or as well at {', '.join(others)} "
+        f"rpm: {cause}. The smallest is stated and may be the wrong one; the sd knows nothing of "
+        f"the others. State the nominal rate (--nominal-rpm, or nominal_rpm), or {better}.",
+    )
 
 
 def _against_nominal(source: str, rate_rad_s: float, nominal_rpm: float) -> tuple[str, ...]:

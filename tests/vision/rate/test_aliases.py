@@ -48,6 +48,23 @@ def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns() -> None:
     assert rate.rate_rad_s == pytest.approx(33.3 * RPM, rel=1e-6)
 
 
+@pytest.mark.parametrize(("symmetry", "fps", "doubtful"), [(1, 15, False), (3, 30, True),
+                                                            (1, 1, True)])
+def test_a_smallest_rate_that_nothing_chose_is_doubted(
+    symmetry: int, fps: float, doubtful: bool
+) -> None:
+    """Three blades at 1237 rpm, or a plate at one frame per second, look like a slow plate."""
+    rpm = {15: 33.3, 30: 1237.0, 1: 33.3}[fps]
+    time, angle = steady(rpm, fps=fps, seconds=10.0 if fps > 1 else 60.0)
+    track = phase_track(time, np.mod(angle, 2 * np.pi / symmetry), symmetry=symmetry,
+                        mark_azimuth_rad=np.nan)
+    rate = measure_rate(track, timebase=CLOCK)
+    assert any("may be the wrong one" in text for text in rate.warnings) == doubtful
+    told = measure_rate(track, timebase=CLOCK, nominal_rpm=round(rpm))
+    assert told.rate_rad_s == pytest.approx(rpm * RPM, rel=1e-4)
+    assert not any("may be the wrong one" in text for text in told.warnings)
+
+
 def test_locked_frame_counts_keep_their_frame_of_uncertainty() -> None:
     time, angle = steady(33.333 * 1.0005)  # 27 frames per turn, all counts equal
     rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
