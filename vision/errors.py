@@ -49,8 +49,8 @@ class NoPlate(RateRefused):
     """Much changes in the picture, and nothing of it comes back, or what does so cannot turn."""
 
 
-class CameraMoves(NoPlate):
-    """All that is seen shifts together, and nothing of it comes back."""
+class OnlyShifts(NoPlate):
+    """What is seen shifts in one direction: the camera moves, or something passes by it."""
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision.errors import NoPlate
+from vision.errors import NoPlate, OnlyShifts
 from vision.image_return import image_return, much_varies, other_return
 from vision.plate.periodic import periodic_pixels
 from vision.plate.pixel_motion import Turning, turning
@@ -123,7 +123,7 @@ def test_what_passes_by_in_one_direction_is_no_plate() -> None:
     along = (x - 2.1 * time[:, None, None]) % 70 - 35
     belt = np.exp(-(along**2 + (y - 48) ** 2) / 90)
     mask = np.abs(y - 48) < 14
-    with pytest.raises(NoPlate, match=r"passes by in one direction .* turning 0% more"):
+    with pytest.raises(OnlyShifts, match=r"passes by in one direction .* turning 0% more"):
         turned_by(90 + 80 * belt, mask, 70 / 2.1)
     angle = 2 * np.pi * time[:, None, None] / 60
     rim = sum(np.exp(-((x - 64 - 90 * np.sin(a)) ** 2 + (y - 130 + 90 * np.cos(a)) ** 2) / 90)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.errors import NoPlate
+from vision.errors import NoPlate, OnlyShifts
 from vision.geometry import FloatArray, PlateView, view_of_ellipse
 from vision.plate.periodic import PeriodicPixels
 
@@ -96,8 +96,8 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
     if once < THRESHOLDS.once:
         _, by_shift = _explained(rows[:, [2, 5]], change)
         if by_shift > THRESHOLDS.passes * explained:
-            raise NoPlate(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
-                          f"how it changes, turning {explained - by_shift:.0%} more)")
+            raise OnlyShifts(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
+                             f"how it changes, turning {explained - by_shift:.0%} more)")
         return None
     # The points run along x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.drawing import annotated
-from vision.errors import CameraMoves, NoPlate, RateRefused
+from vision.errors import NoPlate, OnlyShifts, RateRefused
 from vision.geometry import FloatArray, PlateView
 from vision.image_return import ImageReturn
 from vision.numbers import RPM
@@ -78,7 +78,7 @@ def picture_return(small: SmallClip) -> PictureReturn:
         lasts = small.time_s[-1] - small.time_s[0] if small.time_s else 0.0
         why = f"Nothing in the picture repeats within its {lasts:.1f} s."
         if small.pans_px_s:
-            raise CameraMoves(
+            raise OnlyShifts(
                 f"the camera moves: all that it sees shifts by {small.pans_px_s:.0f} px per "
                 f"second, and nothing turns about a fixed axis in the scene")
         raise (NoPlate if small.varies else RateRefused)(why)
@@ -87,9 +87,11 @@ def picture_return(small: SmallClip) -> PictureReturn:
     try:
         seen = turning(pixels, mask)
     except NoPlate as error:
-        raise NoPlate(
+        passes = isinstance(error, OnlyShifts)  # and what comes next need not be as far apart
+        raise type(error)(
             f"the picture repeats every {returns.period_s:.3g} s or so, {returns.turns} times in a "
-            f"row, and what returns is no plate: {error}", returns=returns) from error
+            f"row, and what returns is no plate: {error}", returns=None if passes else returns
+        ) from error
     return PictureReturn(small, returns, values, pixels, seen)
 
 

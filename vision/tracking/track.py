@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 import cv2
 
-from vision.errors import CameraMoves, NoPlate, NoSuchPart, NothingMoves, RateRefused, more_telling
+from vision.errors import NoPlate, NoSuchPart, NothingMoves, OnlyShifts, RateRefused, more_telling
 from vision.geometry import PlateOverride
 from vision.tracking.search import ClipTask, learned_plate
 from vision.tracking.small_clip import SmallClip
@@ -120,7 +120,7 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
         return next(track for track in turning if _scatter_rad(track) <= allowed)
     refusals = [track for track in tracks if isinstance(track, RateRefused)]
     returned = next((each for each in refusals
-                     if each.returns is not None or isinstance(each, CameraMoves)), None)
+                     if each.returns is not None or isinstance(each, OnlyShifts)), None)
     if returned is not None:
         raise _only_returns(name, returned)
     still = [track for track in tracks if not isinstance(track, RateRefused)]
