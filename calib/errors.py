@@ -16,15 +16,15 @@ class Remedy:
     Attributes
     ----------
     kind : str
-        ``remove_effect`` (take an effect out of the model), ``list_effects``, ``data_sheet``
-        (correct the data sheet's values of ``triad``), ``default_solver``, or ``smaller_model``
-        (these poses carry ``model``).
+        ``remove_effect`` (take an effect out of the model), ``data_sheet`` (correct the data
+        sheet's values of ``triad``), ``default_solver``, or ``smaller_model`` (these poses carry
+        ``model``).
     triad : str or None
     model : tuple of str
         Names of effects.
     """
 
-    kind: Literal["remove_effect", "list_effects", "data_sheet", "default_solver", "smaller_model"]
+    kind: Literal["remove_effect", "data_sheet", "default_solver", "smaller_model"]
     triad: str | None = None
     model: tuple[str, ...] = ()
 

@@ -86,7 +86,6 @@ class DeviceError(PipelineError):
 #: What to type or to write, by the kind of a :class:`calib.errors.Remedy`.
 TYPE_THIS = {
     "remove_effect": "`pipeline remove CONFIG TRIAD.NAME` takes an effect out of the model.",
-    "list_effects": "`pipeline effects` lists them all.",
     "data_sheet": "In the configuration they stand under sensor.{triad}.",
     "default_solver": "In the configuration: `solver: default`.",
     "smaller_model": "In the configuration: {triad}: {{model: [{model}]}}.",

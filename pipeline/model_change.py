@@ -90,7 +90,8 @@ def _meant(config: Config, text: str) -> str:
         near = nearest_names(setting or rest, config.rate)
         return f" (did you mean 'rate.{near[0]}.{term or 'TERM'}'?)" if near else ""
     if rest and (triad := nearest_names(head, config.triads)):
-        return f" (did you mean '{triad[0]}.{rest}'?)"
+        name = next(iter(nearest_names(rest, (*EFFECTS, *config.effects))), rest)
+        return f" (did you mean '{triad[0]}.{name}'?)"
     name = text if text.startswith(OF_COLUMN) else next(
         iter(nearest_names(text, (*EFFECTS, *config.effects))), "")
     if not name:

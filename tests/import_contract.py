@@ -40,7 +40,7 @@ MAY_IMPORT: Mapping[str, set[str]] = {
 #: never from one after it. Rooms in one tuple do not import each other.
 FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib": [
-        ("errors", "earth", "rounding", "numbers"), ("poses",), ("effects",), ("fit",),
+        ("errors", "earth", "rounding", "numbers", "spelling"), ("poses",), ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "noise"),
         ("planning", "assess", "lot", "discovery"), ("notebook",),
     ],

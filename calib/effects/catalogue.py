@@ -13,7 +13,8 @@ from importlib import import_module
 from calib import effects
 from calib.effects.column import column_effect
 from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
-from calib.errors import CalibrationError, Remedy
+from calib.errors import CalibrationError
+from calib.spelling import nearest_name
 
 for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
     if _module.name != "catalogue":
@@ -47,10 +48,11 @@ def further_step(names: Collection[str]) -> str:
 
 
 class UnknownEffect(CalibrationError):
-    """No effect has this name; carries ``name``."""
+    """No effect has this name, the nearest or all are told; carries ``name``."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"no effect is named '{name}'", Remedy("list_effects"))
+        right = nearest_name(name, EFFECTS) or f"; there are: {', '.join(EFFECTS)}"
+        super().__init__(f"no effect is named '{name}'{right}")
         self.name = name
 
 

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +10,7 @@ import numpy as np
 from calib.assess import AssessedTriad, assess
 from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.diagnosis.diagnose import Diagnosis
-from calib.effects.catalogue import UnknownEffect
-from calib.effects.effect import EFFECTS, Effect
+from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.errors import CalibrationError, Undetermined
 from calib.fit.model import Model
@@ -132,7 +130,7 @@ class Calibration:
     def _known(self, effect: str | Effect) -> Effect:
         """The effect, if it acts on this triad and is not in the model."""
         defined = {one.name: one for one in self.candidates}
-        known = effect if isinstance(effect, Effect) else named_model([effect], defined).effects[0]
+        known = effect if isinstance(effect, Effect) else Model.of([effect], defined).effects[0]
         if known.name in self.assessed.calibration.fit.model.names:
             raise CalibrationError(f"{known.name} is in the model already; remove it first, as in "
                                    f"remove({known.name!r}).plot({known.name!r}).")
@@ -160,7 +158,7 @@ def calibrated(
     """
     require_effects(effects)
     defined = {one.name: one for one in (*candidates, *effects) if isinstance(one, Effect)}
-    model = named_model([display.name_of(one) for one in effects], defined)
+    model = Model.of([display.name_of(one) for one in effects], defined)
     at = poses.conditions(poses.reading)
     for effect in model.effects:
         require_for_triad(effect, poses.triad)
@@ -201,19 +199,3 @@ def require_for_triad(effect: Effect, triad: Triad) -> None:
         others = " and the ".join(effect.triads)
         raise CalibrationError(f"{effect.name} is an effect of the {others}, and this is a "
                                f"calibration of the {triad}.")
-
-
-def named_model(names: Sequence[str], defined: dict[str, Effect]) -> Model:
-    """The model of these names; the nearest right name where one is wrong.
-
-    Raises
-    ------
-    CalibrationError
-        A name is no effect's.
-    """
-    try:
-        return Model.of(names, defined)
-    except UnknownEffect as error:
-        near = get_close_matches(error.name, EFFECTS, 3)
-        raise CalibrationError(f"{error}. Did you mean {', '.join(near)}?" if near else
-                               f"{error}. There are {', '.join(EFFECTS)}.") from error

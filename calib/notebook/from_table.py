@@ -15,7 +15,7 @@ from calib.fit.model import Model
 from calib.fit.triad.evaluable import correct_other_poses
 from calib.lot import CalibratedBlock, SensorPoses, calibrate_blocks, pool_of_lot
 from calib.notebook import display
-from calib.notebook.calibration import Calibration, calibrated, named_model, require_effects
+from calib.notebook.calibration import Calibration, calibrated, require_effects
 from calib.notebook.tables import SI, finite, gravity_runs, parts_by, plate_runs
 from calib.poses.averaging.pose_mean import triad_columns
 from calib.poses.conditions import Conditions
@@ -188,4 +188,4 @@ def _poses(
 
 def _model(effects: tuple[str | Effect, ...]) -> Model:
     defined = {effect.name: effect for effect in effects if isinstance(effect, Effect)}
-    return named_model([display.name_of(effect) for effect in effects], defined)
+    return Model.of([display.name_of(effect) for effect in effects], defined)

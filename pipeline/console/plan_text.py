@@ -107,8 +107,9 @@ def _determined(
         yield f"  determines {visible} of the {total} parameters of {name}"
     for group in prospect.aliases:
         yield f"  cannot separate: {', '.join(group)}"
-    for name, reason in prospect.absent.items():
-        yield f"  cannot test {name}: {reason}"
+    for reason in dict.fromkeys(prospect.absent.values()):
+        names = [name for name, why in prospect.absent.items() if why == reason]
+        yield f"  cannot test {', '.join(names)}: {reason}"
     for effect in effects:
         rivals = [group for group in prospect.aliases if effect.name in group]
         if effect.name in prospect.absent:

@@ -67,6 +67,7 @@ def copied(drifting: Path, tmp_path: Path) -> Path:
     ("text", "says"),
     [
         ("gyro.cubic", "did you mean 'gyroscope.cubic'"),
+        ("gyro.gsens", "did you mean 'gyroscope.g_sensitivity'"),
         ("gyroscope", "Write accelerometer.NAME, gyroscope.NAME"),
         ("rate.slow.once_per_rev", "Write accelerometer.NAME"),
         ("cubic", "as `pipeline diagnose` names them"),

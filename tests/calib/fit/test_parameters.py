@@ -122,8 +122,8 @@ def test_a_model_is_a_sum_that_can_be_taken_apart() -> None:
 def test_an_unknown_effect_is_answered_with_the_catalogue() -> None:
     with pytest.raises(CalibrationError, match=r"no effect is named 'cubc'") as caught:
         find_effect("cubc")
-    assert message_of(caught.value).endswith("'cubc'. `pipeline effects` lists them all.")
-    with pytest.raises(CalibrationError, match="no effect is named 'column:'"):
+    assert message_of(caught.value).endswith("'cubc' (did you mean 'cubic'?)")
+    with pytest.raises(CalibrationError, match="no effect is named 'column:'; there are: bias, "):
         find_effect("column:")
 
 

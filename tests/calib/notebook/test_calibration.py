@@ -128,8 +128,13 @@ def test_means_without_any_noise_are_no_measurement() -> None:
 
 
 def test_a_wrong_effect_is_answered_with_the_nearest() -> None:
-    with pytest.raises(CalibrationError, match="Did you mean quadratic"):
-        calib.calibrate(readings(), gravity=G).add("quadratik")
+    found = calib.calibrate(readings(), gravity=G)
+    with pytest.raises(CalibrationError, match="did you mean 'quadratic'"):
+        found.add("quadratik")
+    with pytest.raises(CalibrationError, match="did you mean 'g_sensitivity'"):
+        found.plot("gsens")
+    with pytest.raises(CalibrationError, match="there are: bias, scale"):
+        found.plot("zzz")
 
 
 def test_too_few_poses_are_refused() -> None:
