@@ -63,7 +63,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("rows",), ("least_squares",), ("triad",), ("validation",),
     ],
     "calib.fit.least_squares": [
-        ("identifiability", "square_start", "gauss_newton", "result"),
+        ("identifiability", "square_start", "gauss_newton"), ("result",),
         ("visible_basis", "finish", "widened"),
         ("stack_fits", "drawn_sizes"), ("solver", "angrisano"),
         ("unknown_sd",),

@@ -33,8 +33,9 @@ LEFT_SHARE = 0.1
 wave two turns away leaks less than 3 % into it."""
 
 LARGEST_CLOCK_ERROR = 0.05
-"""Relative error of a controller's or a sensor's own oscillator without a crystal. A fact: internal
-RC oscillators are stated to 1 to 5 % over temperature."""
+"""Relative error of a controller's or a sensor's own oscillator without a crystal, and difference
+of two clocks that is looked at. A fact: internal RC oscillators are stated to 1 to 5 % over
+temperature."""
 
 FASTEST, SLOWEST = 6.0, 0.1
 """Rates looked at, in units of the stated one: 78 over 16 rpm is 4.7. Derived from the speeds

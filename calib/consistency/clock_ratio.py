@@ -16,13 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from calib.consistency.clock import across_gravity
+from calib.consistency.clock import LARGEST_CLOCK_ERROR, across_gravity
+from calib.poses.checks.frozen import CERTAIN_SD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
-
-REACH = 0.05
-"""Relative difference of the two clocks that is looked at. A fact: oscillators without a crystal
-are off by 1 to 5 %; more is refused (``consistency.clock``)."""
 
 PER_LOBE = 8.0
 """Ratios that are fitted within the width of the line of a pose. Numerical."""
@@ -35,15 +32,12 @@ BESIDE = (0.3, 0.7)
 line's own skirt, farther the waves of the next order."""
 
 CLEAR = 0.05
-"""Share of the reach that an sd stays below for a ratio to be known. Derived: the best of ratios
-that noise alone chooses has a fifth of it."""
-
-CONTRADICTS_SD = 5.0
-"""Sds from which two clocks contradict each other. A judgement: over 20 simulated runs the
-differences had 1.14 of the stated sds (``tests/calib/consistency/test_clock_ratio.py``)."""
+"""Share of ``LARGEST_CLOCK_ERROR`` that an sd stays below for a ratio to be known. Derived: the
+best of ratios that noise alone chooses has a fifth of it."""
 
 CONTRADICTS = 2e-3
-"""And the relative difference. Fact: belt drives change their speed by up to 0.2 %."""
+"""Relative difference from which two clocks contradict each other, if it is certain. Fact: belt
+drives change their speed by up to 0.2 %."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +50,7 @@ class ClockRatio:
     @property
     def contradicts(self) -> bool:
         """Whether the two clocks, or the speeds, are not the same."""
-        return abs(self.difference) > max(CONTRADICTS_SD * self.sd, CONTRADICTS)
+        return abs(self.difference) > max(CERTAIN_SD * self.sd, CONTRADICTS)
 
     def warning(self, run: str) -> str:
         """What contradicts, for the user."""
@@ -92,7 +86,8 @@ def clock_ratio(
     waves = [(float(rate), *across_gravity(log, float(rate), spec))
              for log, rate in zip(logs, clip_rad_s, strict=True)]
     turned = max(rate * step * len(z) for rate, step, z in waves)
-    few = np.linspace(1 - REACH, 1 + REACH, int(PER_LOBE * 2 * REACH * turned / np.pi) + 5)
+    reach = LARGEST_CLOCK_ERROR
+    few = np.linspace(1 - reach, 1 + reach, int(PER_LOBE * 2 * reach * turned / np.pi) + 5)
     misfits = np.zeros(len(few))
     for rate, step, z in waves:
         squares, noise = _misfit(z, step, rate, few)
@@ -103,7 +98,7 @@ def clock_ratio(
     weight /= weight.sum()
     mean = float(weight @ ratios)
     sd = float(np.sqrt(weight @ (ratios - mean) ** 2))
-    return ClockRatio(mean - 1, sd) if sd < CLEAR * REACH else None
+    return ClockRatio(mean - 1, sd) if sd < CLEAR * reach else None
 
 
 def _misfit(

@@ -21,7 +21,7 @@ from calib.consistency.signed_axes import IDENTITY, SIGNED_PERMUTATIONS, permuta
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
 from calib.fit.triad.calibration import TriadCalibration
-from calib.poses.checks.frozen import FALSE_ALARM
+from calib.poses.checks.frozen import CERTAIN_SD, FALSE_ALARM
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import FloatArray, Triad
@@ -30,9 +30,6 @@ from calib.poses.samples.in_step import FEWEST_TURNS
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
 FEWEST_POSES = 3  #: poses of a run at least; derived: the median of fewer is that of one pose
-UNKNOWN_SD = 5.0
-"""Sds of the length of the calibrated specific force within which nothing is contradicted. Derived:
-normal noise is beyond them in 6e-7 of poses: none of a session's hundreds contradicts by chance."""
 
 _RANGES = {2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
            0.125: "eightfold"}
@@ -95,8 +92,8 @@ class _Allowed:
     def of(
         cls, poses: PoseSet, at: Conditions, accelerometer: TriadCalibration, gravity: float
     ) -> "_Allowed":
-        """Lengths by gravity and the plate, ``UNKNOWN_SD`` of the calibration beyond them."""
-        unknown = UNKNOWN_SD * _open(accelerometer, at)
+        """Lengths by gravity and the plate, ``CERTAIN_SD`` of the calibration beyond them."""
+        unknown = CERTAIN_SD * _open(accelerometer, at)
         lean = 1.0 if poses.ring is None else float(np.cos(poses.ring.tilt_rad).mean())
         return cls(gravity - unknown,
                    np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown, lean)
@@ -177,7 +174,7 @@ def force_notes(
     at = member.accelerometer_conditions(member.other_reading)
     hardly, off = None, None
     sd = float(_open(accelerometer, at).max())
-    if UNKNOWN_SD * sd >= LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
+    if CERTAIN_SD * sd >= LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
         hardly = (
             f"in the poses of the gyroscope the accelerometer's model determines the specific "
             f"force to {sd:.2g} m/s² only: it leaves as much in its own poses, or an effect in it "

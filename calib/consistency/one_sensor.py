@@ -9,16 +9,13 @@ from calib.errors import CalibrationError, Contradiction
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from calib.poses.checks.frozen import CERTAIN_SD
 from calib.poses.imu_log import AXES
 from calib.poses.pose_set import PoseSet
 
 OTHER_GAIN = 0.01
 """Relative difference between the gains of a gyro in two runs, at most. Fact: 300 ppm/°C of data
 sheets over 30 °C."""
-
-CERTAIN_SD = 5.0
-"""Number of sds of a difference of gains. Derived: 3 axes of some runs exceed it with a chance
-below 1e-5."""
 
 
 def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:

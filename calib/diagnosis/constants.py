@@ -8,8 +8,6 @@ the diagnosis is counted on other seeds.
 from dataclasses import dataclass, field
 from typing import Any
 
-from calib.fit.least_squares.result import MISFIT_P_VALUE
-
 
 def _constant(value: Any, origin: str) -> Any:
     return field(default=value, metadata={"origin": origin})
@@ -23,14 +21,12 @@ class Constants:
     prior_nothing: float = _constant(0.5, "derived: a session is as likely sound as not")
     odds_listed: float = _constant(0.7, "tuned: shared by all listed effects of the table")
     odds_unknown: float = _constant(0.18, "tuned: shared by all unknown functions")
-    odds_rare: float = _constant(0.04, "tuned: a step of the bias, a bad pose, the plate")
     odds_wander: float = _constant(0.1, "fact: bias instability is on every MEMS data sheet")
     odds_unnatural: float = _constant(
         0.01, "derived: a size that no sensor has is a mistake in 99 of 100 sessions"
     )
 
     # Sizes that an effect may have, root mean square over the rows in noise units.
-    octaves_of_size: int = _constant(15, "derived: 1 to 16384 sd, so that no signal is too strong")
     typical_size: float = _constant(
         8.0, "tuned: scale of the half-Cauchy prior of sizes, sd; by the log score of the stated "
         "probabilities on 300 sessions of the paper's design (seeds 31000 to 31299) 0.670 with 8, "
@@ -52,20 +48,20 @@ class Constants:
     )
     near: float = _constant(1.0, "tuned: log odds behind the best that adding a little can make up")
     negligible: float = _constant(12.0, "derived: a set behind by so much has no share to speak of")
-    largest_set: int = _constant(6, "derived: as many as 126 rows carry with nine of the base")
 
     # The verdict.
     sure: float = _constant(0.8, "derived: odds of 4 to 1, from which something is named")
-    credible: float = _constant(0.95, "derived: nothing else is believed above it")
-    least_offered: float = _constant(0.05, "derived: an open verdict lists what holds so much")
+    least_offered: float = _constant(
+        0.05, "derived: an open verdict lists what holds so much, and the sets that are believed "
+        "hold the rest to one"
+    )
     least_listed: float = _constant(
         0.01, "derived: odds of 100 to 1; what is less likely is not reported and rivals no name"
     )
     misfit_p_value: float = _constant(1e-3, "derived: one session in a thousand")
-    adequate_p_value: float = _constant(
-        MISFIT_P_VALUE, "derived: the fit's own level, one explained session in two hundred"
+    told_apart: float = _constant(
+        3.0, "derived: log of 20 to 1, from which one of two is believed and not the other"
     )
-    follows_evidence: float = _constant(3.0, "derived: log of 20 to 1")
     limit_sd: float = _constant(1.96, "derived: two-sided 95 % of a normal distribution")
 
 

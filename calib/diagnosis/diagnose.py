@@ -134,7 +134,7 @@ class Diagnosis:
         """The covariate that the misfit follows best, whatever its physics; None where none."""
         unknown = [c for c in self.ranking if c.kind == "unknown"]
         best = max(unknown, key=lambda c: c.log_evidence, default=None)
-        if best is None or best.log_evidence <= CONSTANTS.follows_evidence:
+        if best is None or best.log_evidence <= CONSTANTS.told_apart:
             return None
         return best.name
 

@@ -35,8 +35,8 @@ def stand_ins(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Mapping[str, tuple[
         table = table_at(fit, (mine, *listed), (effect.name,))
         density, _ = table.singles()
         nothing = float(np.logaddexp(*table.noise.nothing(table.chi2)))
-        least = max(float(density[0]) - CONSTANTS.follows_evidence,
-                    nothing + CONSTANTS.follows_evidence)
+        least = max(float(density[0]) - CONSTANTS.told_apart,
+                    nothing + CONSTANTS.told_apart)
         others = dict.fromkeys(
             h.name for h, value in sorted(zip(listed, density[1:], strict=True),
                                           key=lambda pair: -pair[1]) if value > least)

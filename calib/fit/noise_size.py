@@ -17,12 +17,18 @@ import numpy as np
 from calib.poses.imu_log import FloatArray, IntArray
 
 LEAST_EXTRA = 0.35  #: least extra scatter, stated sds; derived: 6 % more than stated
-LARGEST_EXTRA = 2.0**14  #: largest, stated sds; derived: the largest effect that is weighed
-ODDS_LARGER = 0.04  #: odds of noise larger than stated; tuned, see ``odds_rare`` of the diagnosis
+LARGEST_OCTAVE = 14
+"""Octaves of stated sds, up to which extra scatter and effects are weighed: 16384 sds. Derived: no
+signal is stronger."""
+
+ODDS_RARE = 0.04
+"""Odds of what happens once in some evenings: noise larger than stated, a step of the bias, a bad
+pose, a plate that scatters. Tuned on ``tests.bench.study_diagnosis``."""
+
 FORMULA_ERROR = 0.03  #: share of its signal by which a formula may be off; tuned
 
-#: logarithm of the range of the extra scatter; derived
-EXTRA_RANGE = float(np.log(LARGEST_EXTRA / LEAST_EXTRA))
+#: logarithm of the range of the extra scatter; definition
+EXTRA_RANGE = float(np.log(2.0**LARGEST_OCTAVE / LEAST_EXTRA))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +100,7 @@ def _log_prior_of_larger(
     """
     extra = np.maximum(variance - 1.0, 1e-12)
     width = np.sqrt(4 * np.pi / rows) * variance / (2 * extra)
-    rare = ODDS_LARGER * np.minimum(1.0, width / EXTRA_RANGE)
+    rare = ODDS_RARE * np.minimum(1.0, width / EXTRA_RANGE)
     span = np.log(np.maximum(tolerated / LEAST_EXTRA, 1.0))
     inside = np.sqrt(extra) <= tolerated
     allowed = np.where(inside, 0.5 * np.minimum(1.0, width / np.maximum(span, 1e-12)), 0.0)

@@ -35,10 +35,6 @@ STRETCH_MEANS = 10
 """Means in one stretch of the jackknife: 5 s, as long as a push and several times as long as
 lateral motion stays correlated. Derived: 2 s would cover 91 % where 95 % is stated."""
 
-LARGEST_STUDENT = 3.0
-"""Factor on the variance where fewer than four stretches determine it. Derived: Student's factor
-ν/(ν - 2) of three degrees of freedom, the fewest that it has one for."""
-
 SHORTEST_DRIVE_S = 20.0
 """To stand, drive off and stand again. Derived: four stretches of the jackknife."""
 
@@ -148,7 +144,7 @@ def _jackknife_variance(
     """Variance of the direction: each stretch left out in turn moves it by ``Σ l t / Σ l²``.
 
     The first sum is over the stretch, the second over the others. Student's factor is for the few
-    stretches that hold most of the push.
+    stretches that hold most of the push; it has one from three degrees of freedom on.
     """
     scores, weights = [], []
     for part in parts:
@@ -158,9 +154,8 @@ def _jackknife_variance(
         weights.append((along**2)[:whole].reshape(-1, STRETCH_MEANS).sum(axis=1))
     score, weight = np.concatenate(scores), np.concatenate(weights)
     moved = score / (weight.sum() - weight)
-    dof = float(weight.sum() ** 2 / (weight**2).sum()) - 1
-    student = dof / (dof - 2) if dof > 3 else LARGEST_STUDENT
-    return float(moved @ moved) * student
+    dof = max(float(weight.sum() ** 2 / (weight**2).sum()) - 1, 3.0)
+    return float(moved @ moved) * dof / (dof - 2)
 
 
 def _refuse_unclear(label: str, along: float, across: float) -> None:

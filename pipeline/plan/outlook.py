@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from calib.diagnosis.next_measurement.pose_blocks import HEADROOM
 from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_horizontal
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
@@ -26,7 +27,7 @@ from calib.poses.pose_set import PoseSet, pose_set
 from calib.poses.reference import CommonError, PlateRate
 from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import GRAVITY, RATE_OF, TIME_BASE
-from calib.poses.runs.ring import TILT_SD_RAD
+from calib.poses.runs.ring import DIRECTION_SD_RAD
 from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec
@@ -35,10 +36,6 @@ from pipeline.stages.session_logs import Setting
 from pipeline.stages.site import gravity_of, latitude_of
 from pipeline.stages.triad_poses import run_in_gravity, run_on_plate
 from pipeline.stages.user_effects import user_effects
-
-HEADROOM = 0.9
-"""Share of the full scale; derived: by its data sheet the gain of an MPU-6050 errs by up to 3 % and
-its zero by 20 °/s, which is 8 % of ±250 °/s."""
 
 #: Sd of a mean over one second, SI, correlation included: the median axis of still stretches in
 #: public logs of these sensors (33 poses of an MTi, 53 stretches of an MPU-6050; see data/README).
@@ -198,7 +195,7 @@ def _runs(
         magnitude = force * cosine
         common = (CommonError(GRAVITY, cosine * (gravity.sd_m_s2 if gravity else 0.0)),)
         if sine:
-            common += (CommonError(tilt_name(setting.name), -force * sine * TILT_SD_RAD),)
+            common += (CommonError(tilt_name(setting.name), -force * sine * DIRECTION_SD_RAD),)
     elif setting.rate_rad_s:
         common = (CommonError(TIME_BASE, setting.relative_sd * setting.rate_rad_s),
                   CommonError(RATE_OF + setting.name, setting.rate_sd_rad_s, of_setting=True))

@@ -27,7 +27,6 @@ from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses import courses, listed, unlisted
 from calib.diagnosis.search import candidates, evidence, search, sizes
-from calib.diagnosis.verdict import kinds_of_noise
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit import noise_size
@@ -50,16 +49,14 @@ COUNTS = {(courses, "STEPS_TRIED"): 4, (listed, "MODES"): 200,
           (search, "GROWN"): 0, (search, "MOST_SETS_OF_PLACES"): 0}
 """Counts of its modules, with the value by which each is switched off."""
 
-SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_LARGER"): 1e-300,
+SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_RARE"): 1e-300,
           (noise_size, "FORMULA_ERROR"): 0.0, (unlisted, "MEMORY"): 1e3, (unlisted, "SMOOTH"): 1e-3,
-          (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (sizes, "SEEN_SHARE"): 0.0,
-          (kinds_of_noise, "TOLD_APART"): 0.0}
+          (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (sizes, "SEEN_SHARE"): 0.0}
 OFF = {
-    "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_rare": 1e-300, "odds_wander": 1e-300,
-    "odds_unnatural": 1.0, "alias_correlation": 1.0, "fewest_dof": 1,
-    "behind_share": 0.0, "near": 0.0, "negligible": 1e3, "largest_set": 126, "sure": 0.0,
-    "credible": 1.0, "least_offered": 0.0, "least_listed": 0.0, "misfit_p_value": 0.0,
-    "adequate_p_value": 0.0, "follows_evidence": 0.0, "limit_sd": 0.0, "prior_nothing": 0.0,
+    "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_wander": 1e-300, "odds_unnatural": 1.0,
+    "alias_correlation": 1.0, "fewest_dof": 1, "behind_share": 0.0, "near": 0.0, "negligible": 1e3,
+    "sure": 0.0, "least_offered": 0.0, "least_listed": 0.0, "misfit_p_value": 0.0, "told_apart":
+    0.0, "limit_sd": 0.0, "prior_nothing": 0.0,
 }
 """Values of the constants at which each decides nothing; of the others there is none."""
 
@@ -119,11 +116,10 @@ def moved(value: float, factor: float) -> float:
 @contextmanager
 def constants(new: Constants) -> Iterator[None]:
     """The diagnosis with other constants, and what its modules derive from them."""
-    derived = ("TAUS", "HALF_CAUCHY", "LOG_PRIOR")
+    derived = ("HALF_CAUCHY", "LOG_PRIOR")
     usual = {name: getattr(evidence, name) for name in derived}
-    taus = 2.0 ** np.arange(new.octaves_of_size)
-    density = taus / (1.0 + (taus / new.typical_size) ** 2)
-    changed = dict(zip(derived, (taus, density, np.log(density / density.sum())), strict=True))
+    density = evidence.TAUS / (1.0 + (evidence.TAUS / new.typical_size) ** 2)
+    changed = dict(zip(derived, (density, np.log(density / density.sum())), strict=True))
     with replaced(CONSTANTS, new):
         try:
             for name, value in changed.items():
@@ -193,14 +189,18 @@ def main() -> None:
         if options.only and name not in options.only:
             return
         cells = []
-        for other_value in (*(moved(value, factor) for factor in FACTORS), off):
+        for other_value in (off, *(moved(value, factor) for factor in FACTORS)):
             if other_value is None:
                 cells.append("not to be had")
+                continue
+            if cells and cells[0] == "no effect":
+                cells.append("no effect")
                 continue
             with changed_to(other_value):
                 now = outcomes(every)
             changed = sum(verdict(a) != verdict(b) for a, b in zip(usual, now, strict=True))
             cells.append(f"{changed} change: {summary(now)}" if changed else "no effect")
+        cells = [*cells[1:], cells[0]]
         print(f"| {name} | {value:g} | {origin} | {' | '.join(cells)} |", flush=True)
 
     for field in dataclasses.fields(CONSTANTS):

@@ -34,6 +34,7 @@ from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from calib.fit.noise_size import ODDS_RARE
 from calib.poses.pose_set import PoseSet
 from tests.bench import study_tables as tables
 from tests.bench.trial_workers import trials_on
@@ -90,7 +91,7 @@ def mixed(sound: int) -> list[tuple[tuple[str, ...], int]]:
     """What the mixture hides beside so many evenings with nothing, and in how many evenings."""
     odds = dict.fromkeys(HIDDEN, CONSTANTS.odds_listed / LISTED_HERE)
     odds |= {"periodic": CONSTANTS.odds_unknown / FUNCTIONS_HERE, "wander": CONSTANTS.odds_wander,
-             "jump": CONSTANTS.odds_rare, "bad_pose": CONSTANTS.odds_rare}
+             "jump": ODDS_RARE, "bad_pose": ODDS_RARE}
     one = [((name,), share) for name, share in odds.items()]
     two = [(pair, odds[pair[0]] * odds[pair[1]]) for pair in combinations(odds, 2)]
     return [(names, round(share * sound)) for names, share in (*one, *two)]

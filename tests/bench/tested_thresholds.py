@@ -1,135 +1,78 @@
 """Which tests fail with a threshold halved, doubled, or switched off.
 
-    python -m tests.bench.tested_thresholds [--only MODULE[.NAME]]
+    python -m tests.bench.tested_thresholds [--only MODULE[.NAME] ...] [--tests PATH ...]
+                                            [--seconds 5] [--keep FILE]
 
-For thresholds that a few quick tests hold: how sensors are mounted, how pose means are weighed,
-which samples froze, what the noise of a log shows, what a lot shows, what a recording does. Tests
-are real cases with an answer that is known otherwise; one that fails may mean that the answer is
-wrong, or that a message states the threshold. "No case fails" means that no case is near. A
-threshold is switched off at zero or at infinity (a count at a million): of the two the one with
-which fewer tests fail stands under "off", since the other leaves the condition always true.
+The tests run once, and for each it is noted which functions of the product it calls. A threshold is
+then judged by the tests that call a function which reads it, the quickest first, for ``--seconds``
+of tests. Tests are real cases with an answer that is known otherwise; one that fails may mean that
+the answer is wrong, or that a message states the threshold. "No case" means that no test reads it.
+A threshold is switched off at zero or at infinity (a count at a million): of the two the one with
+which fewer tests fail stands under "off", since the other leaves the condition always true. Where
+neither fails a test, it is neither halved nor doubled. ``--keep`` holds what the first run noted.
 """
 
 import argparse
 import math
 import os
+import pickle
+import signal
 import sys
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass, field
 from importlib import import_module
-from types import ModuleType
+from pathlib import Path
+from types import CodeType, FrameType
 from typing import Any
 
 import pytest
 
+from tests.bench.threshold_records import FACTORS
 from tests.paths import ROOT
+from tests.source_tree import FILES, begins, imports, tree_of
+from tests.thresholds import Threshold, thresholds
 
-FACTORS = (0.5, 2.0)
 MANY = 1_000_000  #: in the place of infinity where a threshold is a count
-#: Module, thresholds, and the tests that hold them.
-HELD: tuple[tuple[str, Sequence[str], Sequence[str]], ...] = (
-    ("pipeline.record.pose_detector", (
-        "HOP_S", "WINDOW_HOPS", "STEADY_HOPS", "CEILING", "MOVED_RATIO", "STEADY_CHANGE",
-        "STEADY_SD", "MOVED_DEG", "SAME_SPEED"), ("pipeline/record/test_pose_detector.py",)),
-    ("calib.poses.averaging.average_pose", ("LEAST_PER_TURN", "LONGEST_PAUSE"),
-     ("calib/poses/test_averaging.py",)),
-    ("calib.poses.averaging.mean_noise", (
-        "LEAST_BY_CHANCE", "LARGEST_FACTOR", "SIMILAR_LENGTH", "NOISE_DOF_PER_POSE", "SHORTEST_S"),
-     ("calib/poses/test_averaging.py", "calib/poses/test_mean_sds.py")),
-    ("calib.poses.samples.batches", ("SEEN_CHI2",), ("calib/poses",)),
-    ("calib.poses.averaging.drift_within", ("FEWEST_OTHERS",),
-     ("calib/poses/test_drift_within.py",)),
-    ("calib.poses.checks.frozen", ("FALSE_ALARM", "SHORTEST_BLOCK"),
-     ("calib/poses/test_frozen.py",)),
-    ("calib.poses.reference", ("PLAUSIBLE_RATIO",), ("calib/poses/test_runs.py",)),
-    ("calib.poses.runs.reference_runs", ("TURNING_RAD_S",),
-     ("calib/poses/test_runs.py", "calib/mounting")),
-    ("calib.mounting.levelling", ("STEEPEST_FLOOR_RAD", "REVERSAL_SD_RAD"), ("calib/mounting",)),
-    ("calib.mounting.heading", (
-        "MEAN_S", "STRETCH_MEANS", "LARGEST_STUDENT", "SHORTEST_DRIVE_S", "WEAKEST_PUSH_M_S2",
-        "LARGEST_ACROSS", "MARKED_SHARE"), ("calib/mounting/test_heading.py",)),
-    ("calib.mounting.mounting", ("EXPLAINED_SD", "LOCK_COSINE", "SHORTEST_LOG_S"),
-     ("calib/mounting",)),
-    ("calib.mounting.still_reading", ("LARGEST_OFFSET_RAD_S", "SAME_PLACE_M_S2", "SAME_PLACE_SD"),
-     ("calib/mounting",)),
-    ("calib.noise.allan", ("LONGEST",), ("calib/noise",)),
-    ("calib.noise.coefficients", ("OPTIONAL_SDS", "SEEN_SDS", "LUCK"), ("calib/noise",)),
-    ("calib.consistency.clipping", ("CLIPPED_SHARE", "FEWEST_LEVELS"),
-     ("calib/consistency/test_clipping.py",)),
-    ("calib.consistency.clock", (
-        "LEAST_SHARE", "LEFT_SHARE", "LARGEST_CLOCK_ERROR", "FEWEST_TURNS",
-        "LARGEST_GAIN"), ("calib/consistency/test_clock.py",)),
-    ("calib.consistency.data_sheet", ("SHEET_TOLERANCE",),
-     ("calib/consistency/test_data_sheet.py",)),
-    ("calib.consistency.force", ("PLATE_RADIUS_M", "FEWEST_POSES", "UNKNOWN_SD", "NOTICEABLE"),
-     ("calib/consistency/test_force.py",)),
-    ("calib.consistency.common_mistakes", (
-        "SAME_RATE", "FEWEST_OF_BLOCK"),
-     ("calib/consistency/test_mistakes.py",)),
-    ("calib.consistency.mistakes", ("LEFT_OVER",),
-     ("calib/consistency/test_mistakes.py",)),
-    ("calib.consistency.one_sensor", ("OTHER_GAIN", "CERTAIN_SD"),
-     ("calib/consistency/test_mistakes.py",)),
-    ("calib.consistency.plate_axes", (
-        "FEWEST_POSES", "LEAST_SPREAD", "MOST_RUNS", "LARGEST_SCATTER", "OTHER_POSE"),
-     ("calib/consistency/test_plate_axes.py",)),
-    ("calib.consistency.repeated_means", ("REPEATED",),
-     ("calib/consistency/test_repeated_means.py",)),
-    ("calib.consistency.repeats", (
-        "CORRELATED", "LEAST_ENTROPY", "SHORTEST_COPY"), ("calib/consistency/test_repeats.py",)),
-    ("calib.fit.triad.determined", ("LARGEST_SHARE",), ("calib/fit/triad",)),
-    ("calib.fit.triad.frame_alignment", ("LARGEST_PLACEMENT_M", "EFFECTIVE_SAMPLES"),
-     ("calib/fit/triad",)),
-    ("calib.fit.validation.prediction", ("LARGEST_TO_POSE", "LEAST_REDUNDANCY"),
-     ("calib/fit/validation",)),
-    ("calib.fit.least_squares.identifiability", (
-        "CONDITION_LIMIT", "VISIBLE_SHARE", "LARGEST_REFERENCE_ERROR"),
-     ("calib/fit/least_squares/test_solver.py", "calib/fit/least_squares/test_stopped.py")),
-    ("calib.fit.least_squares.result", ("UNDETERMINED_SHARE",),
-     ("calib/fit/least_squares/test_solver.py", "calib/fit/least_squares/test_stopped.py")),
-    ("calib.fit.least_squares.unknown_sd", ("LEAST_REPEATS", "SAME_ATTITUDE"), ("calib/notebook",)),
-    ("calib.notebook.tables", ("FAR", "NEAR"), ("calib/notebook",)),
-    ("calib.diagnosis.next_measurement.kind", ("FEW_ATTITUDES", "SAME_SPEED", "SWEEP_K"),
-     ("calib/diagnosis/test_session_kinds.py",)),
-    ("calib.diagnosis.unseen", ("LEAST_SHARE",), ("calib/diagnosis/test_unseen.py",)),
-    ("calib.diagnosis.population.pool", (
-        "FALSE_ALARM", "AS_STRONG", "WILD_P_VALUE", "FEWEST_DOF_OF_VARIANCE"),
-     ("calib/diagnosis/population",)),
-    ("calib.diagnosis.population.repeatability", ("FEWEST_DOF_OF_MEAN", "DRIFT_LEVEL"),
-     ("calib/diagnosis/population",)),
-    ("calib.diagnosis.population.spread", ("UNLIKE_LEVEL", "FEWEST_SENSORS"),
-     ("calib/diagnosis/population",)),
-)
+LONGEST_S = 60  #: a test that takes longer with another value counts as failed
+PACKAGES = ("calib", "pipeline")
+Place = tuple[str, int]  #: of a function: its file and first line
 
 
-def multiplied(value: Any, factor: float) -> Any:
-    """A number, or each number of a mapping, times ``factor``."""
-    if isinstance(value, dict):
-        return {key: multiplied(each, factor) for key, each in value.items()}
-    return type(value)(value * factor)
+@dataclass
+class Calls:
+    """A test: how long it takes and the functions of the product that it calls."""
+
+    seconds: float = 0.0
+    places: set[Place] = field(default_factory=set)
 
 
-def switched_off(value: Any, *, high: bool) -> Any:
-    """A threshold that nothing exceeds, or that everything does."""
-    if isinstance(value, dict):
-        return {key: switched_off(each, high=high) for key, each in value.items()}
-    largest = MANY if isinstance(value, int) else math.inf
-    return largest if high else type(value)(0)
+class Noted:
+    """What each test calls, noted by the interpreter's profiler."""
 
+    def __init__(self) -> None:
+        self.of: dict[str, Calls] = {}
+        self.inside = tuple(str(ROOT / each) + os.sep for each in PACKAGES)
 
-@contextmanager
-def changed(module: ModuleType, name: str, new: Any) -> Iterator[None]:
-    """Another value of a threshold, in every module of the product that has imported it."""
-    value = getattr(module, name)
-    holders = [each for path, each in list(sys.modules.items())
-               if path.split(".")[0] in ("calib", "pipeline") and vars(each).get(name) is value]
-    for each in holders:
-        setattr(each, name, new)
-    try:
-        yield
-    finally:
-        for each in holders:
-            setattr(each, name, value)
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
+        """Called by pytest around each test with its fixtures."""
+        codes: set[CodeType] = set()
+
+        def note(frame: FrameType, event: str, _: Any) -> None:
+            if event == "call":
+                codes.add(frame.f_code)
+
+        start = time.perf_counter()
+        sys.setprofile(note)
+        try:
+            return (yield)
+        finally:
+            sys.setprofile(None)
+            self.of[item.nodeid] = Calls(time.perf_counter() - start, {
+                (code.co_filename, code.co_firstlineno) for code in codes
+                if code.co_filename.startswith(self.inside)})
 
 
 class Counted:
@@ -145,45 +88,150 @@ class Counted:
         failed = len(self.failed) or "none"
         return f"{failed} of {self.count} cases {'fails' if failed in (1, 'none') else 'fail'}"
 
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self) -> Iterator[None]:
+        """Called by pytest around each test."""
+        signal.alarm(LONGEST_S)
+        try:
+            return (yield)
+        finally:
+            signal.alarm(0)
+
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Called by pytest for each part of each test."""
-        self.count += report.when == "call"
+        self.count += report.when == "setup"
         if report.failed:
-            self.failed.append(report.nodeid.partition("::")[2])
+            self.failed.append(report.nodeid)
 
 
-def outcome(tests: Sequence[str]) -> Counted:
-    """The tests in files or folders of ``tests/``."""
-    counted = Counted()
-    paths = [str(ROOT / "tests" / each) for each in tests]
+def run(tests: Sequence[str], plugin: Any) -> None:
+    """Run tests in this process, silently."""
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        pytest.main(["--numprocesses=0", *paths], plugins=[counted])
-    return counted
+        pytest.main(["--numprocesses=0", *(str(ROOT / each) for each in tests)], plugins=[plugin])
+
+
+def holders(path: str, name: str) -> list[str]:
+    """The modules that have a constant: its own, and those that import it."""
+    return [path, *(each for each in FILES if (path, name) in imports(tree_of(each)))]
+
+
+def readers(path: str, name: str) -> set[Place]:
+    """The functions that read a constant."""
+    places = set()
+    for module in holders(path, name):
+        source = FILES[module]
+        pending = [compile(source.read_text(encoding="utf-8"), str(source), "exec")]
+        while pending:
+            code = pending.pop()
+            pending += [each for each in code.co_consts if isinstance(each, CodeType)]
+            if name in code.co_names and code.co_name != "<module>":
+                places.add((code.co_filename, code.co_firstlineno))
+    return places
+
+
+def multiplied(value: Any, factor: float) -> Any:
+    """A number, or each number of several, times ``factor``."""
+    if isinstance(value, dict):
+        return {key: multiplied(each, factor) for key, each in value.items()}
+    if isinstance(value, tuple):
+        return tuple(multiplied(each, factor) for each in value)
+    return type(value)(value * factor)
+
+
+def switched_off(value: Any, *, high: bool) -> Any:
+    """A threshold that nothing exceeds, or that everything does."""
+    if isinstance(value, dict):
+        return {key: switched_off(each, high=high) for key, each in value.items()}
+    if isinstance(value, tuple):
+        return tuple(switched_off(each, high=high) for each in value)
+    largest = MANY if isinstance(value, int) else math.inf
+    return largest if high else type(value)(0)
+
+
+@contextmanager
+def changed(path: str, name: str, new: Any) -> Iterator[None]:
+    """Another value of a constant, in every module that has it."""
+    modules = [import_module(each) for each in holders(path, name)]
+    value = getattr(modules[0], name)
+    try:
+        for each in modules:
+            setattr(each, name, new)
+        forget()
+        yield
+    finally:
+        for each in modules:
+            setattr(each, name, value)
+        forget()
+
+
+def forget() -> None:
+    """Empty all caches of the product."""
+    for path, module in list(sys.modules.items()):
+        if path.split(".")[0] in PACKAGES:
+            for each in list(vars(module).values()):
+                if hasattr(each, "cache_clear"):
+                    each.cache_clear()
+
+
+def row(one: Threshold, path: str, noted: dict[str, Calls], seconds: float) -> str:
+    """The cells of a threshold."""
+    name = path.rpartition(".")[2]
+    path = path.rpartition(".")[0]
+    places = readers(path, name)
+    near = sorted((each.seconds, test) for test, each in noted.items() if each.places & places)
+    tests, total = [], 0.0
+    for took, test in near:
+        total += took
+        if tests and total > seconds:
+            break
+        tests.append(test)
+    if not tests:
+        return f"| `{one.path}` | {one.cells[1]} | no case | no case | no case |"
+
+    def outcome(new: Any) -> Counted:
+        counted = Counted()
+        with changed(path, name, new):
+            run(tests, counted)
+        for each in counted.failed:
+            print(f"  {name} = {new}: {each}", file=sys.stderr, flush=True)
+        return counted
+
+    both = [outcome(switched_off(one.value, high=high)) for high in (False, True)]
+    off = min(both, key=lambda cases: len(cases.failed))
+    felt = any(each.failed for each in both)
+    cells = [outcome(multiplied(one.value, factor)).words if felt else "no effect"
+             for factor in FACTORS]
+    return f"| `{one.path}` | {one.cells[1]} | {' | '.join(cells)} | {off.words} |"
+
+
+def too_long(*_: Any) -> None:
+    """A test that takes too long fails."""
+    raise TimeoutError(f"longer than {LONGEST_S} s")
 
 
 def main() -> None:
     """A row of a table for each threshold."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", default="")
-    only = parser.parse_args().only
+    parser.add_argument("--only", nargs="*", default=())
+    parser.add_argument("--tests", nargs="*", default=("tests/calib",))
+    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--keep", type=Path)
+    options = parser.parse_args()
+    signal.signal(signal.SIGALRM, too_long)
+    if options.keep and options.keep.exists():
+        noted = pickle.loads(options.keep.read_bytes())
+    else:
+        plugin = Noted()
+        run(options.tests, plugin)
+        noted = plugin.of
+        if options.keep:
+            options.keep.write_bytes(pickle.dumps(noted))
     print("| threshold | value | × 0.5 | × 2 | off |\n|---|---|---|---|---|")
-    for path, names, tests in HELD:
-        for name in names:
-            if not f"{path}.{name}.".startswith(f"{only}." if only else ""):
-                continue
-            module = import_module(path)
-            value = getattr(module, name)
-            every = []
-            for new in (*(multiplied(value, factor) for factor in FACTORS),
-                        switched_off(value, high=False), switched_off(value, high=True)):
-                with changed(module, name, new):
-                    every.append(outcome(tests))
-                for each in every[-1].failed:
-                    print(f"  {name} = {new}: {each}", file=sys.stderr)
-            off = min(every[len(FACTORS):], key=lambda cases: len(cases.failed))
-            cells = [cases.words for cases in (*every[:len(FACTORS)], off)]
-            print(f"| `{path}.{name}` | {getattr(module, name)} | {' | '.join(cells)} |",
-                  flush=True)
+    for package in PACKAGES:
+        for one in thresholds(package):
+            path = f"{package}.{one.path}"
+            if not options.only or any(begins(path, each) for each in options.only):
+                print(row(one, path, noted, options.seconds), flush=True)
 
 
 if __name__ == "__main__":

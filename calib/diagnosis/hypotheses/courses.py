@@ -15,6 +15,7 @@ from calib.effects.effect import EFFECTS, Effect, Page, per_axis
 from calib.effects.steps import STEP_MARGIN
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import times_apart
+from calib.fit.noise_size import ODDS_RARE
 from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
@@ -59,7 +60,7 @@ def _steps(fit: Fit) -> list[Hypothesis]:
     pauses = [k for k in longest if apart[k - 1] > PAUSE * usual and STEP_MARGIN <= k <= last]
     evenly = np.linspace(STEP_MARGIN, last, STEPS_TRIED).astype(int)
     tried = np.unique(np.concatenate([evenly, np.array(pauses, int)]))
-    prior = float(np.log(CONSTANTS.odds_rare / len(tried)))
+    prior = float(np.log(ODDS_RARE / len(tried)))
     name, hypotheses = further_step(fit.model.names), []
     for k in tried:
         after = np.zeros(len(poses))
@@ -74,7 +75,7 @@ def _steps(fit: Fit) -> list[Hypothesis]:
 def _bad_poses(fit: Fit) -> list[Hypothesis]:
     """Every pose as one that has nothing to do with the others."""
     poses = fit.poses
-    prior = float(np.log(CONSTANTS.odds_rare / len(poses)))
+    prior = float(np.log(ODDS_RARE / len(poses)))
     return [
         Hypothesis("bad_pose", "bad_pose", prior, _marked("bad_pose", mark),
                    course=Course.of_bias(mark[:, None]), detail=label)
@@ -115,7 +116,7 @@ def scattering_rates(fit: Fit) -> list[Hypothesis]:
     marks = {FROM_RUN_TO_RUN: _by_run(poses.run, turning)}
     if poses.reference.is_null.any():
         marks["from pose to pose"] = np.diag(turning.astype(float))[:, turning]
-    prior = float(np.log(CONSTANTS.odds_rare / len(marks)))
+    prior = float(np.log(ODDS_RARE / len(marks)))
     return [Hypothesis("rate_scatter", "drawn", prior, course=Course.of_size(shapes), detail=detail)
             for detail, shapes in marks.items()]
 

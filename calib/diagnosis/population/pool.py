@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtrc
 
+from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence, visible_inverse
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
@@ -31,15 +32,11 @@ from calib.poses.imu_log import FloatArray
 
 FALSE_ALARM = 0.01
 """Probability that a lot without effects is said to have one, all candidates and both questions
-together (Bonferroni): derived, the level of both triads of one session. What it comes to is
-measured by ``python -m tests.bench.study_population``."""
+together (Bonferroni), or any sensor unlike it, or moved: derived, the level of both triads of one
+session. What it comes to is measured by ``python -m tests.bench.study_population``."""
 
 MOST_NAMED = 4
 """Effects named in one lot; derived: more than any sensor showed."""
-
-AS_STRONG = 3.0
-"""Behind the strongest in exponent, up to which a candidate that is not named by itself may be the
-true one: derived, odds of 20 to 1."""
 
 Blocks = Callable[[Sequence[Trial]], Iterable[LotEvidence]]
 """Passes over a lot: each call gives the evidence of its sessions from the first to the last, of
@@ -187,7 +184,7 @@ def _after(
     ``best`` is not needed any more, named by themselves or as strong."""
     rivals = [
         other.trial for other in judged if other.trial.name != best.trial.name
-        and (other.p_value < level or other.exponent > best.exponent - AS_STRONG)
+        and (other.p_value < level or other.exponent > best.exponent - CONSTANTS.told_apart)
     ]
     sums: dict[Trial, TrialSums] = {}
     needed: dict[Trial, TrialSums] = {}

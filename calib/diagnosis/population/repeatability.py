@@ -14,16 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
+from calib.diagnosis.population.pool import FALSE_ALARM
 from calib.diagnosis.population.spread import weighed_together
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 FEWEST_DOF_OF_MEAN = 4.0
 """Degrees of freedom that count behind sds at least. Derived: the mean of 1/x, ν/(ν - 2), is
 infinite at two; at twice as many it is 2."""
-
-DRIFT_LEVEL = 0.01
-"""Probability that any sensor of a lot whose sds hold is said to have moved. Derived, as
-``UNLIKE_LEVEL``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,5 +83,5 @@ def repeatability(
         p_value=float(chdtrc(free, total)) if free else np.nan,
         dof=free,
         of_sensor=ratio,
-        moved=p_each < DRIFT_LEVEL / max(int(several.sum()), 1),
+        moved=p_each < FALSE_ALARM / max(int(several.sum()), 1),
     )

@@ -11,13 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
+from calib.diagnosis.population.pool import FALSE_ALARM
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
 from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
-
-UNLIKE_LEVEL = 0.01
-"""Probability that a lot of normal spread shows any sensor unlike it in one parameter. Derived: one
-parameter of a hundred."""
 
 FEWEST_SENSORS = 8
 """Sensors from which a lot has a spread to be unlike of. Derived: of fewer, one that is off by any
@@ -72,7 +69,7 @@ def spread_of(name: str, value: FloatArray, sd: FloatArray) -> Spread | None:
         wide = float(np.median(np.abs(value[stated] - centre))) / MEDIAN_OF_NORMAL
         spread2 = max(0.0, wide**2 - float(np.median(sd[stated] ** 2)))
         distance[stated] = (value[stated] - centre) / np.sqrt(spread2 + sd[stated] ** 2)
-        limit = -float(ndtri(UNLIKE_LEVEL / 2 / stated.sum()))
+        limit = -float(ndtri(FALSE_ALARM / 2 / stated.sum()))
         unlike[stated] = np.abs(distance[stated]) > limit
     like = stated & ~unlike
     return Spread(name, value, sd, random_effects(value[like], sd[like] ** 2), distance, unlike)

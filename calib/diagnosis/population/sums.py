@@ -11,6 +11,7 @@ from scipy.special import fdtrc
 
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence, visible_inverse
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray, IntArray
 
 WILD_P_VALUE = 1e-6
@@ -21,10 +22,6 @@ FEWEST_DOF_OF_VARIANCE = 8.0
 """Degrees of freedom that count behind sds at least. Derived: the variance of 1/x, and with it 1/c
 = (ν - 2)/(ν - 4), is infinite at four; at twice as many 1/c is 1.5. (A mean of 1/x is enough where
 sessions are compared one by one: ``FEWEST_DOF_OF_MEAN`` of ``repeatability``.)"""
-
-ALONE = 0.98
-"""Share of a parameter in what is seen from which a sensor states a size of it; derived, as
-``UNDETERMINED_SHARE`` of a fit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +117,7 @@ class SensorSums:
         variance = self.rest / self.spare if self.spare else 1.0
         as_known = max(variance, 1.0) / (self.like / self.sessions)
         sd = np.sqrt(np.einsum("skk->sk", inverse) * as_known)
-        seen = (np.einsum("sij,sji->si", inverse, self.information) > ALONE) & (sd > 0)
+        seen = (np.einsum("sij,sji->si", inverse, self.information) > 1 - VISIBLE_SHARE) & (sd > 0)
         return np.where(seen, size, np.nan), np.where(seen, sd, np.nan)
 
 

@@ -84,8 +84,6 @@ class Candidates:
     def one_more(self, table: Table, members: Members, which: Iterable[int]) -> Iterator[Members]:
         """``members`` and one more of ``which``."""
         inside, seen = self.key(members), table.seen.tolist()
-        if len(members) >= CONSTANTS.largest_set:
-            return
         for j in which:
             if seen[j] and not inside & self.bits[j]:
                 yield tuple(sorted((*members, j), key=lambda i: (seen[i], i)))

@@ -26,11 +26,11 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
-from calib.fit.noise_size import Noise
+from calib.fit.noise_size import LARGEST_OCTAVE, Noise
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 #: sizes of an effect, noise units, each twice the one before; numerical
-TAUS = 2.0 ** np.arange(CONSTANTS.octaves_of_size)
+TAUS = 2.0 ** np.arange(LARGEST_OCTAVE + 1)
 HALF_CAUCHY = TAUS / (1.0 + (TAUS / CONSTANTS.typical_size) ** 2)
 """Derived: its density over the logarithm of tau, up to a factor."""
 

@@ -139,12 +139,12 @@ class Posterior:
 
     @cached_property
     def credible(self) -> tuple[Entry, ...]:
-        """The fewest sets that hold ``CONSTANTS.credible`` of the probability."""
+        """The fewest sets that hold ``CONSTANTS.least_offered`` of the probability."""
         inside, total = [], 0.0
         for entry in self.ordered:
             inside.append(entry)
             total += self.mass(entry)
-            if total >= CONSTANTS.credible:
+            if total >= 1 - CONSTANTS.least_offered:
                 break
         return tuple(inside)
 

@@ -14,7 +14,7 @@ from scipy.special import erfcx, ndtr
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError
-from calib.fit.least_squares.result import Fit, shapes_at_bound
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit, shapes_at_bound
 from calib.fit.least_squares.solver import extend
 from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.fit.validation.leave_one_out import left_out_residual
@@ -44,7 +44,7 @@ class Refit:
     @property
     def explains(self) -> bool:
         """Whether the poses' own noise explains what is left."""
-        return self.p_value >= CONSTANTS.adequate_p_value
+        return self.p_value >= MISFIT_P_VALUE
 
 
 def linear_loo_rms(fit: Fit) -> float:

@@ -17,10 +17,6 @@ the sds of the poses are too small by a factor, or by what differs between the p
 
 WANDER = "bias_wander"  #: noise that poses near in time have in common
 
-TOLD_APART = 3.0
-"""Difference of log evidences from which one kind of noise is told from another. Derived: 20 to
-1."""
-
 
 def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     """The likeliest kind of noise and what looks the same in these poses; none in a model twice.
@@ -48,9 +44,9 @@ def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
         fit, [find_effect(each) for each in (*kinds, *of_runs)], WANDER_SPANS), strict=True))
     likeliest = max(of_runs, key=lambda each: evidence[each], default=kinds[0])
     first = max(kinds, key=lambda each: evidence[each])
-    if evidence[likeliest] > evidence[first] + TOLD_APART:
+    if evidence[likeliest] > evidence[first] + CONSTANTS.told_apart:
         return (likeliest,)
-    alike = [each for each in kinds if evidence[each] > evidence[first] - TOLD_APART]
+    alike = [each for each in kinds if evidence[each] > evidence[first] - CONSTANTS.told_apart]
     if first in SHAPELESS:  # between these two a small difference says nothing
         first = next(each for each in alike if each in SHAPELESS)
     return tuple(dict.fromkeys((first, *alike)))

@@ -32,8 +32,9 @@ FEWEST_SPARE_ROWS = 1  #: derived: without a degree of freedom nothing tests the
 GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
-"""Share of its signal that a combination must keep when the rest of the model is projected out.
-A judgement: its sd is then fifty times that of the combination alone."""
+"""Share of its signal that a combination must keep when the rest of the model is projected out, and
+that a parameter which is seen by itself may have outside of what was fitted. A judgement: its sd is
+then fifty times that of the combination alone."""
 
 ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""

@@ -10,6 +10,7 @@ from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
 from calib.fit.column_scaling import unit_columns
+from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, with_common
 from calib.fit.rows.residuals import Equations
@@ -27,10 +28,6 @@ Definition."""
 MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is given up: both triads of a session
 together raise a false alarm in one session of a hundred. Derived."""
-
-UNDETERMINED_SHARE = 0.02
-"""A parameter is seen by itself when no more of it than this lies outside what was fitted.
-A judgement, as ``VISIBLE_SHARE``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,7 +192,7 @@ class Fit(Stacked):
     def determined(self) -> BoolArray:
         """Whether the poses see a parameter by itself, not in combination only, shape (p,)."""
         q, _ = np.linalg.qr(unit_columns(self.basis)[0])
-        return np.asarray((q**2).sum(axis=1) > 1 - UNDETERMINED_SHARE)
+        return np.asarray((q**2).sum(axis=1) > 1 - VISIBLE_SHARE)
 
     @property
     def directions(self) -> FloatArray:

@@ -27,6 +27,7 @@ from calib.fit.stacked import Stacked
 from calib.poses.attitudes import two_across
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.runs.ring import DIRECTION_SD_RAD
 from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
 
 
@@ -62,10 +63,6 @@ def whitened_references(
         columns[..., -waves.count :, :] = relative[..., waves.row_pose, :] * in_sds[..., None]
     return columns
 
-
-FRAME_SD_RAD = 0.03
-"""Sd of each angle between the frames beyond the estimate by nominal directions. Derived: gains and
-biases of a few per cent; wide enough that the rows alone decide."""
 
 LEAST_WEIGHT = 1e-3
 """Weight of parallel frames against a pose in the first estimate of the angles. Numerical."""
@@ -185,7 +182,7 @@ def _rows(
     sd = np.sqrt(by_reading + (np.abs(turn)[:, None] * direction_sd) ** 2)
     names = poses.reference.common_names
     common = np.zeros((*sd.shape, len(names)))
-    turned = np.cross(np.eye(3)[None], n[:, None]) * FRAME_SD_RAD  # (w, 3 angles, 3)
+    turned = np.cross(np.eye(3)[None], n[:, None]) * DIRECTION_SD_RAD  # (w, 3 angles, 3)
     errors = np.concatenate([turned, moved], axis=1) * turn[:, None, None]
     where = [names.index(name) for name in (*FRAME_NAMES, *moved_by)]
     common[:, :, where] = np.einsum("wti,wei->wte", across, errors) / sd[:, :, None]

@@ -12,7 +12,7 @@ from calib.fit.rows.initial_estimate import Start
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring import ANGLES, TILT_SD_RAD, TO_WAVES, Ring
+from calib.poses.runs.ring import ANGLES, DIRECTION_SD_RAD, TO_WAVES, Ring
 from calib.poses.runs.ring_errors import room_names, tilt_name
 from calib.poses.samples.in_step import HARMONICS
 
@@ -149,7 +149,8 @@ def _gravity_and_tilt(poses: PoseSet, ring: Ring, size: FloatArray) -> FloatArra
     for i, place in enumerate(ring.place):
         name = tilt_name(poses.run[place])
         if name in reference.common_names:
-            relative[i, reference.common_names.index(name)] = TILT_SD_RAD / np.tan(ring.tilt_rad[i])
+            which = reference.common_names.index(name)
+            relative[i, which] = DIRECTION_SD_RAD / np.tan(ring.tilt_rad[i])
     rows = np.zeros((len(size), 3, len(reference.common_names)))
     rows[:, :2] = (size[:, None] * relative)[:, None]
     return rows.reshape(-1, len(reference.common_names))

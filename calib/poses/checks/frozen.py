@@ -18,6 +18,10 @@ FALSE_ALARM = 1e-6
 """Expected number of such runs in a log by noise alone, and probability that any other check of a
 session's files speaks of a mistake where there is none. Derived: one in a million logs."""
 
+CERTAIN_SD = 5.0
+"""Sds of a difference that is certain. Derived: normal noise is beyond them with a probability of
+6e-7, as often as ``FALSE_ALARM`` allows."""
+
 SHORTEST_BLOCK = 10
 """Rows. Fact: sensors read faster than they measure repeat each reading a few times, one of 100 Hz
 on a line of 1 kHz ten times."""

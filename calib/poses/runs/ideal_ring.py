@@ -15,8 +15,8 @@ from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import GRAVITY, gravity_run
 from calib.poses.runs.ring import (
     ANGLES,
+    DIRECTION_SD_RAD,
     ROUND,
-    TILT_SD_RAD,
     TO_WAVES,
     Ring,
     ring_of_run,
@@ -141,7 +141,7 @@ def tilted_run(
     size = np.hypot(along, [leaning.across_m_s2.get(mean.label, 0.0) for mean in means])
     common = np.column_stack([
         sd_m_s2 * np.cos(tilt) * along / size,
-        -gravity_m_s2 * np.sin(tilt) * TILT_SD_RAD * along / size,
+        -gravity_m_s2 * np.sin(tilt) * DIRECTION_SD_RAD * along / size,
     ])
     return replace(
         still,

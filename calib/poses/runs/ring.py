@@ -35,9 +35,9 @@ DISTURBED = 4.0
 """Times the typical noise of a run: a pose noisier than that was disturbed and has its own.
 Derived: by chance one axis in 2500 is (chi-square with eight degrees of freedom)."""
 
-TILT_SD_RAD = 0.03
-"""Sd of the tilt by an accelerometer that is not calibrated yet. Derived: gains and biases of a few
-per cent; wide enough that the waves alone decide."""
+DIRECTION_SD_RAD = 0.03
+"""Sd of the tilt, and of each angle between the frames, by an accelerometer that is not calibrated
+yet. Derived: gains and biases of a few per cent; wide enough that the rows alone decide."""
 
 ROUND = 2 * np.pi * np.arange(ANGLES) / ANGLES  #: rad; definition
 TO_WAVES = np.stack([f(h * ROUND) for h in HARMONICS for f in (np.cos, np.sin)]) * 2 / ANGLES

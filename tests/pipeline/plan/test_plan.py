@@ -17,7 +17,7 @@ from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
 from calib.poses.reference import CommonError
-from calib.poses.runs.ring import TILT_SD_RAD
+from calib.poses.runs.ring import DIRECTION_SD_RAD
 from calib.poses.runs.ring_errors import tilt_name
 from pipeline.stages.pose_means import first_directions
 from tests.fitting import Calibrated, averaged, calibrated, spec_of, tilted_pose_sets
@@ -97,7 +97,7 @@ def test_a_plan_knows_what_goes_round_on_a_plate_that_leans() -> None:
         run = planned(triad, up, tilt_rad=tilt, sd=sd)
         if triad == "accelerometer":
             run = replace(run, magnitude=GRAVITY * np.cos(tilt), common=(
-                CommonError(tilt_name(run.name), -GRAVITY * np.sin(tilt) * TILT_SD_RAD),))
+                CommonError(tilt_name(run.name), -GRAVITY * np.sin(tilt) * DIRECTION_SD_RAD),))
         predicted = prospect_of(ideal_poses(triad, [run]), each, specs_of(sensor)[triad])
         ratio = np.sqrt(np.diag(predicted.fit.cov)) / np.median(obtained[triad], axis=0)
         assert np.median(ratio) == pytest.approx(1, abs=0.15)
