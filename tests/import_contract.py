@@ -110,7 +110,6 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("__main__",),
     ],
     "pipeline.report": [
-        ("layout",), ("triad",), ("plate", "mounting_view", "noise_figure"), ("page",),
-        ("outputs",),
+        ("page_templates",), ("triad",), ("plate", "mounting_view", "noise_figure"), ("page",),
     ],
 }

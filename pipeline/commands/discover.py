@@ -36,7 +36,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines
     from pipeline.discovered import definition, without_formula
-    from pipeline.report.outputs import outputs_of
+    from pipeline.report.page import outputs_of
     from pipeline.session_folder import working_on, write_session
     from pipeline.text.names import command as typed
 

@@ -86,7 +86,7 @@ def _is_run(path: Path, output: Path | None, allow_python: bool) -> bool:
 def _run(path: Path, allow_python: bool) -> Path:
     """The configuration, which is run where its results are not those of the files as they are."""
     from pipeline.commands.interaction.run_with_progress import run_shown
-    from pipeline.report.outputs import outputs_of
+    from pipeline.report.page import outputs_of
     from pipeline.session_folder import require_own_files, working_on, write_session
 
     if not _is_run(path, None, allow_python):

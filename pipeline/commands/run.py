@@ -41,7 +41,7 @@ def command(
     """
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
-    from pipeline.report.outputs import outputs_of
+    from pipeline.report.page import outputs_of
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
 
@@ -65,16 +65,13 @@ def _show(outcome: "Outcome") -> None:
     """Parameters and verdicts."""
     from pipeline.console.parameter_text import certificate_lines, parameter_lines
     from pipeline.console.rate_text import verdict_lines
-    from pipeline.stages.certificate import compare_with_certificate
 
     for result in outcome.triads:
         click.echo()
         for line in parameter_lines(result):
             click.echo(line)
-        certificate = compare_with_certificate(outcome.config, result)
-        if certificate is not None:
-            for line in certificate_lines(certificate):
-                click.echo(line)
+        for line in certificate_lines(result.certificate) if result.certificate else ():
+            click.echo(line)
     click.echo()
     for result in outcome.triads:
         echo_verdict(result)

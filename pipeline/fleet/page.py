@@ -29,8 +29,8 @@ from pipeline.fleet.words import (
     pool_text,
     repeat_text,
 )
-from pipeline.report.layout.page_templates import page_templates
 from pipeline.report.page import css_text
+from pipeline.report.page_templates import page_templates
 from pipeline.results.names import REPORT_NAME
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from pipeline.fleet.record import (
 )
 from pipeline.fleet.sessions import FleetSession
 from pipeline.fleet.table import rows_of_failure, rows_of_results
-from pipeline.report.outputs import outputs_of
+from pipeline.report.page import outputs_of
 from pipeline.results.names import RESULTS_NAME
 from pipeline.results.write import results_of, results_text
 from pipeline.session_folder import working_on, write_session

@@ -1,5 +1,5 @@
 """The outcome of a run as one self-contained page.
 
-    layout ─ triad ─ plate ─ mounting_view ─ page ─ outputs (all that a run leaves)
+    page_templates ─ triad ─ plate ─ mounting_view ─ page (all that a run leaves in its folder)
     noise_figure: the picture of `pipeline noise`
 """

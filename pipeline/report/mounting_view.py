@@ -22,24 +22,12 @@ NOT_DETERMINED = "locked"
 
 
 @dataclass(frozen=True)
-class OrderRow:
-    """One order of the rotations, as the table shows it."""
-
-    order: str
-    is_used: bool
-    roll: str
-    pitch: str
-    margin: str
-    residual: str
-
-
-@dataclass(frozen=True)
 class MountingView:
-    """What the page shows of the mounting."""
+    """What the page shows of the mounting; a row of ``orders`` is one order of the rotations."""
 
     text: str
     notes: tuple[str, ...]
-    orders: tuple[OrderRow, ...]
+    orders: tuple[tuple[str, ...], ...]
     figures: tuple[Figure, ...]
 
 
@@ -64,14 +52,15 @@ def mounting_view(mounting: Mounting | None) -> MountingView | None:
     )
 
 
-def _row(trial: OrderTrial, used: str) -> OrderRow:
+def _row(trial: OrderTrial, used: str) -> tuple[str, ...]:
+    """The order, roll, pitch, side of eq. (6) and what is left of the levelled mean in mm/s²."""
     roll, pitch = (
         f"{with_sd(math.degrees(angle), math.degrees(sd))}°" if math.isfinite(sd)
         else NOT_DETERMINED
         for angle, sd in zip((trial.roll_rad, trial.pitch_rad), trial.sd_rad, strict=True)
     )
-    return OrderRow(trial.order, trial.order == used, roll, pitch, f"{trial.margin:.4f}",
-                    f"{1e3 * trial.residual_m_s2:.2f}")
+    name = f"{trial.order} (used)" if trial.order == used else trial.order
+    return name, roll, pitch, f"{trial.margin:.4f}", f"{1e3 * trial.residual_m_s2:.2f}"
 
 
 def _curves(

@@ -9,9 +9,8 @@ from calib.diagnosis.verdict.decision import Code
 from calib.rounding import two_digits
 from pipeline.console.answers import RATES, Answer, answers_of, headline
 from pipeline.console.run_text import limit_rows, triad_figures
-from pipeline.report.layout.page_templates import TERMS, page_templates, script_json
 from pipeline.report.mounting_view import mounting_view
-from pipeline.report.plate.pose_frames import pose_frames
+from pipeline.report.page_templates import TERMS, page_templates, script_json
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.axis_charts import axis_charts, lead_panel
 from pipeline.report.triad.effect_cards import effect_cards
@@ -21,9 +20,10 @@ from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_j
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits
 from pipeline.report.triad.tables import RANKED, budget_rows, candidate_rows, parameter_groups
+from pipeline.results.history import HISTORY_NAME, history_text, read_history, with_step
+from pipeline.results.names import REPORT_NAME, RESULTS_NAME
 from pipeline.results.schema.noise import HistoryLine
-from pipeline.results.write import config_sha256
-from pipeline.stages.certificate import compare_with_certificate
+from pipeline.results.write import config_sha256, results_of, results_text
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.stages.user_effects import user_effects
@@ -122,19 +122,18 @@ def _triad_view(
     section = getattr(outcome.config, result.triad)
     refits = Refits(result, defined, section.loss == "huber")
     payload = refit_json(result, refits, outcome.config.source.path) | {
-        "poses": sphere_json(outcome, result) | {"frames": pose_frames(outcome, result)}}
-    certificate = compare_with_certificate(outcome.config, result)
+        "poses": sphere_json(outcome, result)}
     calibration = result.calibration
     axes = axis_charts(result, refits)
-    lead = lead_panel(result, axes)
+    lead, lead_effect = lead_panel(result, axes)
     return {
         "name": result.triad,
         "is_good": result.diagnosis.verdict is Code.NOTHING_MISSING,
         "line": triad_figures(result),
         "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),
-        "groups": parameter_groups(result, certificate),
-        "certified": certificate is not None,
+        "groups": parameter_groups(result),
+        "certified": result.certificate is not None,
         "budget": budget_rows(result),
         "unseen": tuple(result.unseen),
         "widening": two_digits(calibration.widening) if calibration.is_widened else None,
@@ -145,8 +144,8 @@ def _triad_view(
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,
-        "lead": lead.figure if lead else None,
-        "lead_effect": lead.effect if lead else "",
+        "lead": lead,
+        "lead_effect": lead_effect,
         "pose_rows": pose_rows(result),
         "excluded_rows": excluded_rows(result),
         "staircase": staircase(result.triad, history),
@@ -154,3 +153,23 @@ def _triad_view(
         "limits": limit_rows(result),
         "blind": result.undetermined,
     }
+
+
+def outputs_of(outcome: Outcome, folder: Path) -> dict[str, str]:
+    """Results, history and report by their names in ``folder``, where the history so far stands.
+
+    Raises
+    ------
+    UnreadableInput
+        The history there is damaged.
+    ConfigError
+        A user-defined effect cannot be read.
+    """
+    results = results_of(outcome)
+    history, now = read_history(folder), datetime.now().astimezone()
+    if outcome.triads:
+        history = with_step(history, results, now)
+    texts = {RESULTS_NAME: results_text(results)}
+    if outcome.triads:
+        texts[HISTORY_NAME] = history_text(history)
+    return texts | {REPORT_NAME: report_html(outcome, history, folder, now)}

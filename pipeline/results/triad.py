@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from calib.consistency.certificate import CertificateComparison
 from calib.fit.triad.calibration import uncertainty_budget
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import SI_UNIT, FloatArray
@@ -40,8 +39,7 @@ WORST_POSES = 3  #: in results.json, and named by `pipeline diagnose`: chosen
 
 
 def triad_section(
-    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path,
-    certificate: CertificateComparison | None,
+    result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
 ) -> TriadSection:
     """One calibrated triad; ``user_effects`` are defined by the configuration in ``folder``."""
     calibration, comparison = result.calibration, result.comparison
@@ -68,8 +66,8 @@ def triad_section(
         "prediction": result.prediction and _prediction(result.prediction),
         "diagnosis": _diagnosis(result),
         "correction": _correction(result, user_effects, folder),
-        "certificate": certificate and {
-            group.name: CertificateGroup.of(group) for group in certificate.groups},
+        "certificate": result.certificate and {
+            group.name: CertificateGroup.of(group) for group in result.certificate.groups},
     }
     if result.triad == "accelerometer":
         return AccelerometerResult.of(**section, gravity=GravityResult.of(result.gravity))

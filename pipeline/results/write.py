@@ -24,7 +24,6 @@ from pipeline.results.schema.file import (
     results_file,
 )
 from pipeline.results.triad import triad_section
-from pipeline.stages.certificate import compare_with_certificate
 from pipeline.stages.run import Outcome
 
 
@@ -37,8 +36,7 @@ def results_of(outcome: Outcome) -> ResultsFile:
     """The results of a run, as results.json has them."""
     config = outcome.config
     triads = {
-        result.triad: triad_section(result, config.effects, config.source.path.parent,
-                                    compare_with_certificate(config, result))
+        result.triad: triad_section(result, config.effects, config.source.path.parent)
         for result in outcome.triads
     }
     return results_file().of(

@@ -8,6 +8,11 @@ from typing import Any
 import numpy as np
 
 from calib.assess import AssessedTriad, assess, calibrate
+from calib.consistency.certificate import (
+    CertificateComparison,
+    FactoryCertificate,
+    compare_certificate,
+)
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
@@ -28,6 +33,7 @@ from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
+from pipeline.stages.certificate import certificate_of
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.poses import Recordings
@@ -66,6 +72,13 @@ class TriadResult(AssessedTriad):
         """The reference of an accelerometer; None for others."""
         return self.made_from.gravity
 
+    @cached_property
+    def certificate(self) -> CertificateComparison | None:
+        """The factory certificate beside the calibration; None where none is stated."""
+        stated, calibration = self.made_from.certificate, self.calibration
+        return None if stated is None else compare_certificate(
+            calibration.parameters, stated, calibration.spec)
+
     @property
     def triad(self) -> Triad:
         """Which one."""
@@ -94,6 +107,7 @@ class TriadInput:
     defined: Mapping[str, Effect]
     covariates: tuple[str, ...] | None
     part: str
+    certificate: FactoryCertificate | None
     gravity: Gravity | None = None
     senses: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
@@ -200,7 +214,7 @@ def triad_input(
         return TriadInput(
             section, recorded, recorded.used, spec,
             user_effects(config, triad, context.allow_python), config.covariates, part_of(config),
-            **more)
+            certificate_of(config, triad), **more)
 
     if triad == "accelerometer":
         assert gravity is not None

@@ -23,8 +23,8 @@ from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import Config, parse_config
 from pipeline.config.yaml_text import parse_source
 from pipeline.errors import ConfigError
-from pipeline.report.layout.page_templates import page_templates
-from pipeline.report.outputs import outputs_of
+from pipeline.report.page import outputs_of
+from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
 from pipeline.served.serve import answered, beside, script, scripts, template

@@ -14,7 +14,7 @@ from starlette.routing import BaseRoute, Mount, Route, Router
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError
-from pipeline.report.layout.page_templates import page_templates
+from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import RESULTS_NAME
 from pipeline.served.serve import answered, scripts, template

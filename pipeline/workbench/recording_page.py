@@ -20,7 +20,7 @@ from calib.poses.attitudes import direction_name
 from pipeline.drawings.sheet import pose_svg
 from pipeline.plan.so_far import Outlook, SoFar
 from pipeline.record.session import RecordingDisplay, RecordingView
-from pipeline.report.layout.page_templates import page_templates
+from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.served.serve import scripts, template
 from pipeline.text.formatting import DISPLAY

@@ -24,7 +24,7 @@ from pipeline.model_change import (
     read_target,
 )
 from pipeline.next_change import MOST_CHANGES, next_target, predicts_better, stand_in
-from pipeline.report.outputs import outputs_of
+from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome

@@ -76,7 +76,7 @@ def show_flutter(
                                                      err=True))
         measured.append(flutter_of_gyroscope(log, rates[0].clips[0] if rates else None))
     if outputs.page is not None:
-        from pipeline.report.plate.speed_page import speed_page
+        from pipeline.report.plate.speed_charts import speed_page
 
         write_whole(outputs.page, speed_page(measured[0].source, measured))
     if shown == "json":

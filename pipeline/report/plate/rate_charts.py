@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.consistency.clock_ratio import ClockRatio
-from calib.numbers import RPM
+from calib.numbers import NO_LENGTH, RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.console.flutter_text import two_sigma
 from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
 from pipeline.drawings.charts import Chart, Figure, across, nice_limit, upward
 from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_means, rate_terms_json, shown_frames
 from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure
-from pipeline.report.plate.term_sizes import term_sizes
 from pipeline.report.triad.partial_residuals import PPM
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
@@ -25,9 +24,11 @@ from pipeline.text.formatting import count, relative, with_minus_signs, with_sd
 from vision.errors import RateRefused
 from vision.phase_track import LUMA
 from vision.rate.aes6_flutter import course_of_clip, platter_flutter
+from vision.rate.terms import TERMS
 
 if TYPE_CHECKING:
     from vision.rate.measure import RateMeasurement
+
 
 
 @dataclass(frozen=True)
@@ -207,3 +208,30 @@ def _deviation_figure(
         chart.mark(x, y, 0, "mark run0")
     caption += f" The sd of the {count(len(ppm), 'value')} is {float(np.std(ppm)):.3g} ppm."
     return Figure(title, chart.svg(f"{title}. {caption}"), good, caption)
+
+
+def term_sizes(clip: "RateMeasurement") -> Iterator[tuple[str, str]]:
+    """Name and size ± sd of every term that is in the model or that the verdict names."""
+    diagnosis = clip.diagnosis
+    named = (diagnosis.name,) if diagnosis.verdict == "effect" else diagnosis.group
+    sizes = {c.name: (c.size, c.sd) for c in diagnosis.ranking if c.name in named}
+    sizes |= {term.name: (term.value, term.sd) for term in clip.fit.terms}
+    for name in TERMS:
+        if name in sizes:
+            words = " ".join(_worded(name, *sizes[name], clip.rate_rad_s))
+            yield f"size of {name}", with_minus_signs(words)
+
+
+def _worded(name: str, value: FloatArray, sd: FloatArray, rate: float) -> Iterator[str]:
+    if name in ("once_per_rev", "twice_per_rev"):
+        amplitude = math.hypot(*value)
+        spread = math.sqrt(float(((value * sd) ** 2).sum())) / max(amplitude, NO_LENGTH)
+        yield f"amplitude {with_sd(math.degrees(amplitude), math.degrees(spread))}°"
+    elif name == "rate_drift":
+        per_minute = 60e6 / rate
+        yield f"{with_sd(float(value[0]) * per_minute, float(sd[0]) * per_minute)} ppm of the rate"
+        yield "per minute"
+    elif name == "frame_steps":
+        yield f"{with_sd(float(value[0]), float(sd[0]))} times the frames counted as dropped"
+    else:
+        yield f"{with_sd(float(value[0]) * 1e6, float(sd[0]) * 1e6)} µs per row"

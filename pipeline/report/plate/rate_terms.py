@@ -13,7 +13,7 @@ import numpy as np
 from calib.fit.column_scaling import RANK_TOLERANCE
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.drawings.charts import nice_limit
-from pipeline.report.layout.page_templates import rounded
+from pipeline.report.page_templates import rounded
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
 from vision.rate.diagnosis import THRESHOLDS

@@ -1,13 +1,19 @@
-"""Charts of how evenly a platter turns: speed over the angle, spectrum, spectrogram."""
+"""How evenly a platter turns: speed over the angle, spectrum, spectrogram, and their page.
+
+The page is that of ``pipeline rate --flutter --page``.
+"""
 
 import base64
 import math
 import struct
 import zlib
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
+from pipeline.console.flutter_text import flutter_lines
 from pipeline.drawings.charts import (
     PLAIN,
     Canvas,
@@ -19,6 +25,9 @@ from pipeline.drawings.charts import (
     rightward,
     upward,
 )
+from pipeline.report.page_templates import page_templates
+from pipeline.results.json_values import Json
+from pipeline.stages.flutter import MeasuredFlutter
 from vision.rate.aes6_flutter import PlatterFlutter, SpeedCourse
 
 POLAR = Canvas(400.0, 400.0, 0.0, 0.0, "chart polar")
@@ -173,3 +182,28 @@ def _thinned_peaks(values: FloatArray) -> FloatArray:
     block = max(1, math.ceil(len(values) / PLAIN.width))
     starts = range(0, len(values), block)
     return np.array([start + int(np.argmax(values[start : start + block])) for start in starts])
+
+
+def speed_page(title: str, measured: Sequence[MeasuredFlutter]) -> str:
+    """The page as text."""
+    return page_templates().get_template("speed.html").render(
+        title=title, views=[_view(one) for one in measured])
+
+
+def _view(measured: MeasuredFlutter) -> Json:
+    """One clip or log as the page shows it; ``facts`` are names and values."""
+    head, *lines = flutter_lines(measured)
+    figures = (polar_figure(measured.course), spectrum_figure(measured.figures, measured.course),
+               spectrogram_figure(measured.course))
+    return {
+        "title": head.removeprefix("flutter "),
+        "facts": (("mean rate", f"{measured.course.rate_rad_s / RPM:.4f} rpm"), *_facts(lines)),
+        "figures": [figure for figure in figures if figure is not None],
+    }
+
+
+def _facts(lines: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """The lines of the terminal: a name, two blanks or more, a value; a remark has no name."""
+    for line in lines:
+        name, _, value = line.strip().partition("  ")
+        yield (name, value.strip()) if value else ("remark", name)

@@ -131,33 +131,25 @@ def _reach(panel: Panel) -> float:
     return float(max(dots, np.abs(panel.curve[1]).max()))
 
 
-@dataclass(frozen=True)
-class Lead:
+def lead_panel(
+    result: TriadResult, charts: tuple[AxisCharts, ...]
+) -> tuple[Figure | None, str]:
     """The figure of the first screen, and the effect whose before and after it shows.
 
-    ``effect`` is empty where the figure shows the error alone.
-    """
-
-    figure: Figure
-    effect: str
-
-
-def lead_panel(result: TriadResult, charts: tuple[AxisCharts, ...]) -> Lead | None:
-    """The panel of the missing effect that shows most, large; None where nothing is named.
-
-    An error of a shape that no listed effect has is shown against its covariate, without a line.
+    The panel of the missing effect that shows most, large; None where nothing is named. An error of
+    a shape that no listed effect has is shown against its covariate, without a line and a name.
     """
     first = charts[0] if charts else None
     if first is None or not first.leads or first.in_model:
-        return None
+        return None, ""
     if result.diagnosis.verdict is Code.UNKNOWN:
         panel = max(first.panels, key=lambda one: float(np.mean((one.before / one.sd) ** 2)))
         chart, what = _error_chart(panel, nice_limit(_reach(panel)), PLAIN)
         title = f"{what.capitalize()} against {panel.against}"
-        return Lead(Figure(title, chart.svg(f"{title}."), ""), "")
+        return Figure(title, chart.svg(f"{title}."), ""), ""
     panel = max(first.panels, key=_prominence(first.panels))
     figure = panel_figure(first.effect, panel, nice_limit(_reach(panel)), PLAIN)
-    return Lead(replace(figure, title=_sentence(panel) or figure.title), first.effect)
+    return replace(figure, title=_sentence(panel) or figure.title), first.effect
 
 
 def _prominence(shown: Sequence[Panel]) -> Callable[[Panel], float]:

@@ -69,23 +69,19 @@ class SizeTable:
 
 @dataclass(frozen=True)
 class Card:
-    """What the page shows of one effect; ``size`` is None where nothing was fitted."""
+    """What the page shows of one ``effect``; ``size`` is None where nothing was fitted."""
 
-    name: str
+    effect: Effect
     drawing: str
-    physics: str
     formula: str
     standing: Standing
     status: str
     typical: tuple[tuple[str, str], ...]
-    source: str
     size_title: str
     size: SizeTable | None
     fingerprint: str
     caption: str
-    confused: str
     confused_here: str
-    separates: str
     expanded: bool
 
 
@@ -135,22 +131,18 @@ def _card(
     named = effect.name if effect.name in drawings else None
     listed = effect.name in EFFECTS
     return Card(
-        name=effect.name,
+        effect=effect,
         drawing=named or ("column" if effect.names_column else "user_defined"),
-        physics=effect.physics,
         formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
         standing=standing,
         status=_status(result, effect, standing),
         typical=tuple(_typical(effect, result.triad)),
-        source=effect.page.source,
         size_title="Size in the model" if standing == "model" else "Size in these poses",
         size=_size_table(result, effect, candidate),
         fingerprint="" if shape is None else fingerprint_svg(
             shape, effect.name, result.calibration.fit),
         caption="" if shape is None else _caption(effect, shape),
-        confused=effect.page.confounded,
         confused_here=_confused_here(effect, entry, shape),
-        separates=effect.page.separates,
         expanded=standing in EXPANDED and effect.acts_on != "reading",
     )
 

@@ -16,25 +16,15 @@ LONGEST_NAME = {2: 22, 3: 15, 4: 12}  #: characters of a step's name, by the num
 
 
 @dataclass(frozen=True)
-class Stair:
-    """One step as the page lists it: number, what it changed, model, errors, verdict."""
-
-    number: int
-    change: str
-    model: str
-    rms: str
-    loo: str
-    chi2: str
-    verdict: str
-
-
-@dataclass(frozen=True)
 class Staircase:
-    """All steps of one triad; no figure where there is one step only."""
+    """All steps of one triad; no figure where there is one step only.
+
+    A row of ``stairs`` has number, change, residual, leave-one-out error, chi²/dof and verdict.
+    """
 
     triad: str
     unit: str
-    stairs: tuple[Stair, ...]
+    stairs: tuple[tuple[str, ...], ...]
     figure: Figure | None
 
 
@@ -45,11 +35,8 @@ def staircase(triad: str, steps: Sequence[HistoryLine]) -> Staircase:
     unit, factor = DISPLAY[triad]
     changes = step_names([one.model for one in kept])
     stairs = tuple(
-        Stair(
-            i, change, short_model(step.model), f"{step.residual_rms * factor:.4g}",
-            f"{step.loo_rms * factor:.4g}", f"{step.chi2 / step.dof:.3g}",
-            step.verdict.replace("_", " "),
-        )
+        (str(i), change, f"{step.residual_rms * factor:.4g}", f"{step.loo_rms * factor:.4g}",
+         f"{step.chi2 / step.dof:.3g}", step.verdict.replace("_", " "))
         for i, (step, change) in enumerate(zip(kept, changes, strict=True), 1)
     )
     figure = _errors(kept, unit, factor) if len(kept) > 1 else None

@@ -1,4 +1,4 @@
-"""The attitudes that the poses cover, and the residuals over the sphere of them.
+"""The poses of a triad: the attitudes that they cover, their residuals, raw logs and pictures.
 
 A pose stands where the vertical points in the axes of the sensor: the side that faces up. The
 script of the page draws the sphere, so that it can be rotated.
@@ -19,7 +19,7 @@ from calib.poses.attitudes import (
     natural_directions,
 )
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, Triad
+from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.console.model_change_text import exclude_lines, pose_sections
 from pipeline.results.json_values import Json
@@ -113,6 +113,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
                    for i, mean in enumerate(means)],
         "excluded": [_excluded(result, one) for one in result.excluded],
         "exclude": _exclude_json(outcome, result),
+        "frames": pose_frames(outcome, result),
     }
 
 
@@ -212,31 +213,47 @@ def _trace(result: TriadResult, mean: PoseMean, along: FloatArray) -> Json:
     }
 
 
-@dataclass(frozen=True)
-class PoseRow:
-    """One pose in the table of all poses."""
+def pose_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
+    """Label, run, residual ± sd and residual in sds of every pose, for the table of all poses.
 
-    label: str
-    run: str
-    residual: str
-    in_sd: str
+    With the plate stopped the residual is a length.
+    """
+    return [_row(pose, result.triad) for pose in result.comparison.poses]
 
 
-def pose_rows(result: TriadResult) -> tuple[PoseRow, ...]:
-    """Every pose with its residual; at rest with the plate stopped that is a length."""
-    factor = DISPLAY[result.triad][1]
-    return tuple(_row(pose, factor) for pose in result.comparison.poses)
-
-
-def excluded_rows(result: TriadResult) -> tuple[PoseRow, ...]:
+def excluded_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
     """Every excluded pose by the fit without it; without numbers where it is no pose."""
-    factor = DISPLAY[result.triad][1]
-    return tuple(
-        _row(one.predicted.residual, factor) if one.predicted is not None
-        else PoseRow(one.label, one.run, "no pose of its run", "–") for one in result.excluded)
+    return [_row(one.predicted.residual, result.triad) if one.predicted is not None
+            else (one.label, one.run, "no pose of its run", "–") for one in result.excluded]
 
 
-def _row(pose: PoseResidual, factor: float) -> PoseRow:
-    return PoseRow(pose.label, pose.run,
-                   with_minus_signs(with_sd(pose.residual * factor, pose.sd * factor)),
-                   with_minus_signs(f"{pose.in_sd:.1f}"))
+def _row(pose: PoseResidual, triad: Triad) -> tuple[str, str, str, str]:
+    factor = DISPLAY[triad][1]
+    return (pose.label, pose.run,
+            with_minus_signs(with_sd(pose.residual * factor, pose.sd * factor)),
+            with_minus_signs(f"{pose.in_sd:.1f}"))
+
+
+def pose_frames(outcome: Outcome, result: TriadResult) -> list[Json | None]:
+    """For every pose of the fit its plate setting, and a small picture where its clip is its own.
+
+    None where no clip was filmed. A clip of a whole run has no clock in common with the logs: its
+    frame, which the page shows with the plate rates, is one of that run.
+    """
+    return [frame for run in outcome.config.runs_of(result.triad)
+            for frame in _of_run(outcome, run.rate, outcome.recordings.of(run).places)]
+
+
+def _of_run(outcome: Outcome, setting: str, places: IntArray) -> Iterator[Json | None]:
+    rate = outcome.rates.get(setting)
+    for place in map(int, places):
+        if rate is None or not rate.annotated:
+            yield None
+        elif len(rate.annotated) == 1:
+            yield {"rate": setting}
+        else:
+            from vision.drawing import thumbnail  # OpenCV, which other pages do not need
+
+            picture = base64.b64encode(thumbnail(rate.annotated[place])).decode()
+            yield {"rate": setting, "clip": rate.sources[place],
+                   "src": f"data:image/jpeg;base64,{picture}"}

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.consistency.certificate import CertificateComparison
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import odds_in_words, readable
 from calib.effects.catalogue import EFFECTS
@@ -54,11 +53,9 @@ class Group:
     rows: tuple[Row, ...]
 
 
-def parameter_groups(
-    result: TriadResult, certificate: CertificateComparison | None
-) -> tuple[Group, ...]:
+def parameter_groups(result: TriadResult) -> tuple[Group, ...]:
     """Bias, scale and misalignment, then every added effect."""
-    return (*_base_groups(result, certificate), *_effect_groups(result), *_frame(result))
+    return (*_base_groups(result), *_effect_groups(result), *_frame(result))
 
 
 def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
@@ -91,9 +88,7 @@ def _known(text: str) -> str:
     return "–" if "nan" in text else text
 
 
-def _base_groups(
-    result: TriadResult, certificate: CertificateComparison | None
-) -> Iterator[Group]:
+def _base_groups(result: TriadResult) -> Iterator[Group]:
     parameters, spec = result.calibration.parameters, result.calibration.spec
     unit, factor = DISPLAY[result.triad]
     sd_misalignment, sd_bias, sd_scale = parameters.sd
@@ -102,17 +97,17 @@ def _base_groups(
     yield Group("bias", "counts", MEANING["bias"], tuple(
         Row(axis, fitted_text(parameters.bias_counts[j], sd_bias[j]),
             f"{spec.nominal_bias_counts:g}", f"{off[j]:+.4g} {unit}",
-            *_certified(certificate, "bias", j))
+            *_certified(result, "bias", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     sheet = 1 / spec.nominal_scale
     yield Group("scale", f"counts per {SI_UNIT[result.triad]}", MEANING["scale"], tuple(
         Row(axis, fitted_text(k[j], sd_scale[j]), f"{sheet:.6g}",
-            f"{100 * (k[j] / sheet - 1):+.2f} %", *_certified(certificate, "scale", j))
+            f"{100 * (k[j] / sheet - 1):+.2f} %", *_certified(result, "scale", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
     alpha = parameters.misalignment_rad
     yield Group("misalignment", "rad", MEANING["misalignment"], tuple(
         Row(f"α{axis}", fitted_text(alpha[j], sd_misalignment[j]), "0",
-            f"{math.degrees(alpha[j]):+.3f}°", *_certified(certificate, "misalignment", j))
+            f"{math.degrees(alpha[j]):+.3f}°", *_certified(result, "misalignment", j))
         for j, axis in enumerate(AXES)))  # fmt: skip
 
 
@@ -142,11 +137,10 @@ def _frame(result: TriadResult) -> Iterator[Group]:
     )
 
 
-def _certified(
-    certificate: CertificateComparison | None, name: str, j: int
-) -> tuple[str, str]:
+def _certified(result: TriadResult, name: str, j: int) -> tuple[str, str]:
     """The certificate's value and the difference in sds; blank where it states none."""
-    group = next((g for g in certificate.groups if g.name == name), None) if certificate else None
+    groups = result.certificate.groups if result.certificate else ()
+    group = next((one for one in groups if one.name == name), None)
     if group is None:
         return "", ""
     value = with_sd(float(group.certificate[j]), float(group.certificate_sd[j]))

@@ -11,7 +11,7 @@ from calib.effects.catalogue import EFFECTS, find_effect
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
-from pipeline.report.layout.page_templates import page_templates
+from pipeline.report.page_templates import page_templates
 from pipeline.report.triad.effect_cards import Card, effect_cards, formula_html
 from pipeline.report.triad.fingerprint import fingerprint
 from pipeline.report.triad.refit_table import refit_json, tickable
@@ -42,7 +42,7 @@ def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[st
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     every = cards_of(result, {}, drawings)
-    return {card.name: card for card in every}
+    return {card.effect.name: card for card in every}
 
 
 @pytest.mark.parametrize("name", [*EFFECTS, "column", "user_defined"])
@@ -134,7 +134,7 @@ def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
     mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
     defined: dict[str, Effect] = {mine.name: mine}
     cards = cards_of(result, defined, drawings)
-    (card,) = (each for each in cards if each.name == mine.name)
+    (card,) = (each for each in cards if each.effect.name == mine.name)
     assert card.drawing == "user_defined"
     assert "<b>" not in card.fingerprint
 

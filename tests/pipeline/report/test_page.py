@@ -13,8 +13,8 @@ from pipeline.config.load import load_config
 from pipeline.console.answers import Answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
 from pipeline.drawings.charts import nice_limit, tick_text, upward
-from pipeline.report.layout.page_templates import TERMS, Term, with_terms
 from pipeline.report.page import css_text, report_html
+from pipeline.report.page_templates import TERMS, Term, with_terms
 from pipeline.report.triad.history_chart import staircase
 from pipeline.report.triad.refit_table import constants_json
 from pipeline.results.schema.noise import HistoryLine, HistoryTriad
@@ -173,8 +173,8 @@ def step(model: tuple[str, ...], rms: float, chi2: float) -> HistoryLine:
 def test_the_staircase_falls_step_by_step_and_repeats_count_once() -> None:
     steps = [step((), 1e-3, 5e4), step((), 1e-3, 5e4), step(("g_sensitivity",), 1e-4, 110.0)]
     found = staircase("gyroscope", steps)
-    assert [stair.model for stair in found.stairs] == ["base", "base + g_sensitivity"]
-    assert [stair.chi2 for stair in found.stairs] == ["500", "1.1"]
+    assert [stair[1] for stair in found.stairs] == ["base", "+ g_sensitivity"]
+    assert [stair[4] for stair in found.stairs] == ["500", "1.1"]
     assert "from 0.0573 to 0.00573 °/s" in found.figure.caption
 
 

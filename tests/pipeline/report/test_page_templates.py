@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from jinja2 import Environment
 
-import pipeline.report.layout.page_templates as module
-from pipeline.report.layout.page_templates import page_templates
+import pipeline.report.page_templates as module
+from pipeline.report.page_templates import page_templates
 
 NAME = "poses.css"
 

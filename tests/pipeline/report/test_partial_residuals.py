@@ -218,17 +218,17 @@ def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
 ) -> None:
     assert outcome.triad("gyroscope") is not None
     gyroscope = outcome.triad("gyroscope")
-    lead = lead_panel(gyroscope, axis_charts(gyroscope, Refits(gyroscope, {})))
+    lead, effect = lead_panel(gyroscope, axis_charts(gyroscope, Refits(gyroscope, {})))
     assert lead is not None
-    assert lead.effect == "g_sensitivity"
+    assert effect == "g_sensitivity"
     assert re.match(r"Axis [xyz] errs by .* °/s per g of specific force along [xyz]",
-                    lead.figure.title)
+                    lead.title)
     for result in outcome.triads:  # one size of an effect on a page
         quoted = re.search(r"Its largest part is (\S+ ± \S+)", result.diagnosis.explanation.text)
-        shown = lead_panel(result, axis_charts(result, Refits(result, {})))
+        shown, _ = lead_panel(result, axis_charts(result, Refits(result, {})))
         assert quoted is not None
         assert shown is not None
-        assert quoted[1] in shown.figure.title.replace("−", "-")
+        assert quoted[1] in shown.title.replace("−", "-")
     shutil.copytree(outcome.config.source.path.parent, tmp_path, dirs_exist_ok=True)
     config = tmp_path / "config.yaml"
     head, _, tail = config.read_text(encoding="utf-8").rpartition("misalignment]")
@@ -237,4 +237,4 @@ def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
     assert with_it is not None
     charts = axis_charts(with_it, Refits(with_it, {}))
     assert (charts[0].effect, charts[0].in_model) == ("g_sensitivity", True)
-    assert lead_panel(with_it, charts) is None
+    assert lead_panel(with_it, charts) == (None, "")

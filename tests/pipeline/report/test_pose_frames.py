@@ -11,7 +11,7 @@ import pytest
 
 from pipeline.config.load import load_config
 from pipeline.report.page import report_html
-from pipeline.report.plate.pose_frames import pose_frames
+from pipeline.report.triad.pose_sphere import pose_frames
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.paths import DATA

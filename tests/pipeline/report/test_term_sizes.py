@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pipeline.console.effect_pages import page_lines
-from pipeline.report.plate.term_sizes import term_sizes
+from pipeline.report.plate.rate_charts import term_sizes
 from pipeline.stages.rate import measure_setting
 from tests.vision.phase_tracks import phase_track, steady
 from vision.rate.term_pages import TERM_PAGES

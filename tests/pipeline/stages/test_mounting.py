@@ -3,19 +3,18 @@
 import json
 import math
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
+from calib.consistency.certificate import compare_certificate
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
 from pipeline.console.parameter_text import certificate_lines, mounting_text
 from pipeline.errors import ConfigError
 from pipeline.results.schema.triad import CertificateGroup
 from pipeline.results.write import installation_section
-from pipeline.stages.certificate import compare_with_certificate
+from pipeline.stages.certificate import certificate_of
 from pipeline.stages.mounting import measure_mounting
 from pipeline.stages.site import Gravity
 from tests.calib.mounting.simulated_reading import (
@@ -49,11 +48,6 @@ def write(path: Path, log: ImuLog) -> None:
 
 
 GRAVITY = Gravity(G, 0.0, "stated")
-
-
-def accelerometer() -> Any:
-    """What the stage before hands on, as far as a certificate reads it."""
-    return SimpleNamespace(triad="accelerometer", calibration=calibration())
 
 
 @pytest.fixture
@@ -151,8 +145,9 @@ def test_without_the_section_there_is_no_installation(folder: Path) -> None:
 
 def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> None:
     config = loaded(folder, CONFIG + CERTIFICATE)
-    found = compare_with_certificate(config, accelerometer())
-    assert found is not None
+    stated, triad = certificate_of(config, "accelerometer"), calibration()
+    assert stated is not None
+    found = compare_certificate(triad.parameters, stated, triad.spec)
     said = {group.name: CertificateGroup.of(group).as_json() for group in found.groups}
     assert set(said) == {"bias", "scale"}
     assert np.abs(said["bias"]["difference"]).max() < 3  # counts; the world has these very values
@@ -163,4 +158,4 @@ def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> No
 
 
 def test_a_triad_without_a_certificate_has_none_beside_it(folder: Path) -> None:
-    assert compare_with_certificate(loaded(folder, CONFIG), accelerometer()) is None
+    assert certificate_of(loaded(folder, CONFIG), "accelerometer") is None

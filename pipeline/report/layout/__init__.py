@@ -1,1 +1,0 @@
-"""What all pages share: templates, glossary, and the data that a page's script works on."""
