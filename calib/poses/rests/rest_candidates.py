@@ -164,8 +164,9 @@ class DecidingTriad:
         return max(0.0, float(shift.max()))
 
     def span(self, rest: Rest) -> str:
-        """When, in words."""
-        return f"{self.time_s[rest.start]:.1f}-{self.time_s[rest.stop - 1]:.1f} s"
+        """When since the log began, in words."""
+        begun, ended = self.time_s[[rest.start, rest.stop - 1]] - self.time_s[0]
+        return f"{begun:.1f}-{ended:.1f} s"
 
 
 def deciding_triad(

@@ -54,6 +54,14 @@ def test_each_rest_is_one_pose_that_lies_inside_it() -> None:
         assert pose.time_s[-1] - pose.time_s[0] >= 0.7 * (end - start) - 0.1
 
 
+def test_a_stop_is_named_by_the_seconds_since_its_log_began_whatever_the_clock() -> None:
+    log = as_log(turn_through(on_gimbal(4), 25))
+    since_1970 = replace(log, time_s=log.time_s + 1535632635.0)
+    labels = [[pose.label for pose in find_still(each, BOTH).logs] for each in (log, since_1970)]
+    assert labels[0] == labels[1]
+    assert labels[0][0].startswith("log 0.")
+
+
 def test_a_long_rest_on_a_table_does_not_set_the_level() -> None:
     """The hand trembles by 16 times the sensor's own noise."""
     stops = [Stop(300.0), *by_hand(22, tremor_m_s2=0.08)]
