@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from calib.noise.coefficients import AxisNoise, NoiseCoefficient
 from calib.poses.imu_log import AXES
+from calib.rounding import two_digits, with_sd
+from pipeline.text.tables import table_lines
 
 #: Coefficient -> words, unit and factor from SI, by triad: as data sheets state them.
 ROWS = {
@@ -17,32 +19,27 @@ ROWS = {
                       ("random_walk", "random walk [mm/s²/√h]", 60_000.0),
                       ("rate_ramp", "ramp [mm/s²/h]", 3_600_000.0)),
 }
-CELL = 17  #: characters: the longest value ± sd, as 1.234e-05 ± 3e-06
 
 
 def noise_lines(
     log: str, rate_hz: float, length_s: float, triads: Mapping[str, Sequence[AxisNoise]]
 ) -> Iterator[str]:
     """A table for each triad, and what a longer log would show."""
-    yield f"{log}: {length_s / 3600:.3g} h at {rate_hz:.5g} Hz"
+    yield f"{log}: {_duration(length_s)} at {rate_hz:.5g} Hz"
     for triad, axes in triads.items():
         yield ""
-        yield f"{triad:<28}" + "".join(f"{axis:<{CELL}}" for axis in AXES).rstrip()
-        for name, words, factor in ROWS[triad]:
-            cells = [_cell(axis.coefficients[name], factor) for axis in axes]
-            if name == "rate_ramp" and not any(axis.coefficients[name].value for axis in axes):
-                continue
-            yield f"  {words:<26}" + "".join(f"{cell:<{CELL}}" for cell in cells).rstrip()
+        yield from table_lines([[triad, *AXES], *(
+            [f"  {words}", *(_cell(axis.coefficients[name], factor) for axis in axes)]
+            for name, words, factor in ROWS[triad]
+            if name != "rate_ramp" or any(axis.coefficients[name].value for axis in axes))], "")
     for triad, axes in triads.items():
         yield from _needs(triad, axes)
 
 
 def _cell(noise: NoiseCoefficient, factor: float) -> str:
     if noise.value is None or noise.sd is None:
-        return f"< {factor * noise.limit:.2g}"
-    value, sd = factor * noise.value, factor * noise.sd
-    digits = max(2, 2 + math.floor(math.log10(value)) - math.floor(math.log10(sd)))
-    return f"{value:.{min(digits, 4)}g} ± {sd:.1g}"
+        return f"< {two_digits(factor * noise.limit)}"
+    return with_sd(factor * noise.value, factor * noise.sd)
 
 
 def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
@@ -51,13 +48,13 @@ def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
                   if axis.coefficients[name].value is None]
         lengths = [noise.needed_s for noise in hidden if noise.needed_s is not None]
         if hidden and lengths:
+            on = ["", " on one axis", " on two axes"][len(hidden) % len(axes)]
             yield ""
-            yield (f"The log does not show the {words} of {len(hidden)} of 3 axes of the {triad}: "
-                   f"< is an upper limit (95 %). If it is half as large, a log of "
-                   f"{_duration(max(lengths))} shows it.")
+            yield (f"The log does not show the {triad}'s {words}{on}: < is an upper limit (95 %). "
+                   f"If it is half as large, a log of {_duration(max(lengths))} shows it.")
 
 
 def _duration(seconds: float) -> str:
     hours = seconds / 3600
     return f"{60 * hours:.0f} min" if hours < 1 else (
-        f"{hours:.0f} h" if hours < 48 else f"{hours / 24:.0f} days")
+        f"{hours:.2g} h" if hours < 48 else f"{hours / 24:.0f} days")
