@@ -144,7 +144,11 @@ def require_sufficient(path: Path, plans: Sequence[TriadPlan], *, reasons: bool 
     """
     refused = {plan.triad: plan.complete for plan in plans if isinstance(plan.complete, str)}
     if refused:
-        why = " ".join(refused.values()) if reasons else f"({' and '.join(refused)})"
+        first, *others = refused
+        why = f"({' and '.join(refused)})"
+        if reasons:  # of one triad: those of the other are much the same, and `plan` prints all
+            why = " ".join([refused[first], *(
+                f"The poses of the {triad} will not either." for triad in others)])
         raise Undetermined(
             f"{path}: the planned poses will not determine the model{':' * reasons} {why}"
             f"{'' if reasons else '.'} Record more poses (`record: {{poses: 18}}`), add a plate "

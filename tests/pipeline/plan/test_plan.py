@@ -260,6 +260,7 @@ def test_planned_poses_that_determine_nothing_are_refused_before_recording(
     assert pipeline(command, config, "--json") == 4
     printed = capsys.readouterr()
     assert "6 poses give 6 equations for 9 parameters" in printed.err
+    assert printed.err.count("faces and edges") == 1
     read = json.loads(printed.out)
     if command == "plan":
         assert read["accelerometer"]["complete"]["determined"] is False
