@@ -22,9 +22,6 @@ class Constants:
     odds_listed: float = _constant(0.7, "tuned: shared by all listed effects of the table")
     odds_unknown: float = _constant(0.18, "tuned: shared by all unknown functions")
     odds_wander: float = _constant(0.1, "fact: bias instability is on every MEMS data sheet")
-    odds_unnatural: float = _constant(
-        0.01, "derived: a size that no sensor has is a mistake in 99 of 100 sessions"
-    )
 
     # Sizes that an effect may have, root mean square over the rows in noise units.
     typical_size: float = _constant(

@@ -53,7 +53,7 @@ SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_RARE"): 1e-300,
           (noise_size, "FORMULA_ERROR"): 0.0, (unlisted, "MEMORY"): 1e3, (unlisted, "SMOOTH"): 1e-3,
           (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (sizes, "SEEN_SHARE"): 0.0}
 OFF = {
-    "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_wander": 1e-300, "odds_unnatural": 1.0,
+    "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_wander": 1e-300,
     "alias_correlation": 1.0, "fewest_dof": 1, "behind_share": 0.0, "near": 0.0, "negligible": 1e3,
     "sure": 0.0, "least_offered": 0.0, "least_listed": 0.0, "misfit_p_value": 0.0, "told_apart":
     0.0, "limit_sd": 0.0, "prior_nothing": 0.0,

@@ -23,7 +23,7 @@ from calib.diagnosis.search.candidates import (
 )
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.search.sizes import beyond_nature, within_nature
+from calib.diagnosis.search.sizes import beyond_nature
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
 from calib.effects.effect import Effect
@@ -49,8 +49,7 @@ GROWN = 3
 def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
     """Search the sets of ``hypotheses`` for what the model of ``base`` lacks."""
     table = table_at(base, hypotheses)
-    search = _Search(base, table, Candidates(
-        within_nature(table, hypotheses, base.poses.triad)))
+    search = _Search(base, table, Candidates(hypotheses))
     search.screen_small()
     if search.posterior.is_nothing:
         return search.posterior

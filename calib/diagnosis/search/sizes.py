@@ -1,11 +1,8 @@
 """Sizes of effects held against what sensors have.
 
-Before any refit they are what the residual asks for, and bent by whatever else is missing: one that
-no sensor has makes a hypothesis improbable. At a joint refit it excludes the set.
+Before any refit they are what the residual asks for, and bent by whatever else is missing. At a
+joint refit one that no sensor has excludes the set.
 """
-
-from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -58,24 +55,6 @@ def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
     turns, squared = each.turns[:, seen], each.squared[seen]
     size = turns @ (each.along[seen] / squared)
     return size * each.unit, np.sqrt((turns**2 / squared).sum(axis=1)) * each.unit
-
-
-def within_nature(
-    table: Table, hypotheses: Sequence[Hypothesis], triad: Triad
-) -> list[Hypothesis]:
-    """``hypotheses``, less probable where the rows ask for more of them than nature has.
-
-    The Earth turns by 15°/h: a gyroscope that reads five times that about the vertical is read
-    wrong, or stands on something else that turns.
-    """
-    judged = list(hypotheses)
-    for j, h in enumerate(hypotheses):
-        if h.effect is None or np.isinf(largest_of(h.effect, triad)) or table.is_blind(j):
-            continue
-        size, sd = predicted_size(table, j)
-        if _times(size, sd, largest_of(h.effect, triad)):
-            judged[j] = replace(h, log_prior=h.log_prior + float(np.log(CONSTANTS.odds_unnatural)))
-    return judged
 
 
 def beyond_nature(joint: Refit) -> dict[str, float]:
