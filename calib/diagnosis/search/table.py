@@ -169,6 +169,7 @@ class Table:
     def weighed(self, sets: Sequence[tuple[int, ...]], exactly: bool) -> FloatArray:
         """Log density of the residual under every set, (B,); ``exactly`` with sizes averaged.
 
+        One hypothesis alone is always averaged: a wander has as many columns as there are rows.
         -inf where a set has as many columns as there are degrees of freedom, or a member that the
         others leave next to nothing of.
         """
@@ -179,7 +180,8 @@ class Table:
             members = [sets[i] for i in places]
             if members[0]:
                 group = self.sets(members, of)
-                values[places] = group.averaged() if exactly else group.screened()
+                exact = exactly or len(members[0]) == 1
+                values[places] = group.averaged() if exact else group.screened()
             else:
                 values[places] = np.logaddexp(*self.noise.nothing(self.chi2))
         self._leave_apart(sets, groups, of, values)
