@@ -43,7 +43,8 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
               help="Sample rate of logs without a column of times.")
 @click.option("--gyroscope-range", type=POSITIVE, metavar="DEG_S",
               help="Full scale of a gyroscope in counts, in °/s, where no clip or log shows it.")
-@click.option("--gyroscope-unit", type=click.Choice(("rad_s", "deg_s", "mrad_s", "mdeg_s", "rpm")),
+@click.option("--gyroscope-unit", type=click.Choice((
+    "rad_s", "deg_s", "mrad_s", "mdeg_s", "ddeg_s", "cdeg_s", "deg_h", "rpm")),
               help="Unit of a gyroscope, where nothing in the logs shows it.")
 @click.option("--latitude", type=LATITUDE_DEG, help="Latitude of the site in degrees.")
 @click.option("--height", type=HEIGHT_M, default=0.0,

@@ -5,6 +5,7 @@ turns of gravity and against the clock; after it, against the fit and the data s
 refuses is said with what it found, and no other guess is made.
 """
 
+import math
 from collections.abc import Iterator
 from itertools import combinations
 
@@ -13,7 +14,7 @@ import numpy as np
 from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import called_accelerometers, why_no_log
-from pipeline.guess.magnitudes import LOOSEST
+from pipeline.guess.magnitudes import LOOSEST, NEAR_RANGE
 from pipeline.guess.pool import FEWEST_MEANS, REST_S
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
@@ -55,18 +56,19 @@ def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
-    """Decimal numbers of a gyroscope that turns gravity in no unit by its clock."""
+    """A gyroscope that turns gravity in no unit and no range by its clock."""
     triad = table.gyroscope
-    if triad is None or triad.encoding or "unit" in dict(triad.sheet) or not triad.doubt:
+    if triad is None or not triad.is_unusual:
         return ""
     return (f"{table.path}: {triad.doubt}: its clock or its unit is another. State "
-            f"it by --rate-hz or --gyroscope-unit.")
+            f"it by --rate-hz, --gyroscope-unit or --gyroscope-range.")
 
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
     """Turns of gravity that are not those of the gyroscope."""
     turn = None if guess.scales else table.turn(guess.tables)
-    if turn is None or not turn.is_sure or 1 / LOOSEST < turn.si_per_unit < LOOSEST:
+    if turn is None or not turn.is_sure or (
+            abs(math.log(turn.si_per_unit)) < (NEAR_RANGE if turn.is_exact else math.log(LOOSEST))):
         return ""
     return (f"{table.path}: between its rests gravity turns {turn.si_per_unit:.3g} times as far in "
             f"the accelerometer as the gyroscope says (correlation {turn.agreement:.2f}). The unit "

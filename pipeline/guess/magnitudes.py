@@ -5,6 +5,7 @@ lie is the unit, whatever the bias.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import get_args
 
@@ -35,9 +36,13 @@ OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
 """Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
-UNITS_PER_DEG_S = tuple(math.radians(1) / size for size in RATE_UNITS.values())  #: facts
-SMALL_UNITS_PER_DEG_S = tuple(math.radians(1) / RATE_UNITS[unit] for unit in ("mrad_s", "mdeg_s"))
-"""Facts: of units in which whole numbers are written."""
+UNITS_PER_DEG_S = {unit: math.radians(1) / size for unit, size in RATE_UNITS.items()}  #: facts
+NEAR_RANGE, NEAR_WHILE_PUSHED = math.log(1.1), 0.3
+"""Logarithm of a gyroscope's gain over that of its range: the ranges of two makers lie 14 % apart,
+and factory gains within 3 %. A hand that pushes adds a tenth, and its own error again."""
+AS_NEAR, AS_NEAR_WHILE_PUSHED = 0.03, 0.1
+"""Logarithm by which another range may lie farther and explain as much: a factory gain, and what a
+hand that pushes adds to it."""
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Speeds of record players; the slowest and the last one from gramophones."""
 
@@ -130,7 +135,8 @@ def gravity_unit(
     counts = [("counts", float(per_g)) for per_g in usual
               if encoding or length > COUNTS_PER_G[-1] / 2]
     if encoding == "twos-complement":
-        counts.append(("mg", 1000.0))
+        counts += [(unit, STANDARD_GRAVITY_M_S2 / FORCE_UNITS[unit])
+                   for unit in ("mg", "mm_s2", "ug")]
     unit, per_g = min((*physical, *counts), key=lambda known: abs(math.log(length / known[1])))
     off = abs(math.log(length / per_g))
     steady = spread < GRAVITY_TOLERANCE
@@ -146,26 +152,30 @@ def gravity_unit(
     return GravityUnit(unit, per_g, encoding, length, steady and off < GRAVITY_TOLERANCE)
 
 
-def nearest_rate_scale(
-    si_per_unit: float, encoding: str, beside_m_s2: float | None
-) -> float:
-    """Units per °/s of the usual unit or range that is nearest to a scale in rad/s, else its own.
+def rate_scales(encoding: str, beside_per_g: float) -> tuple[float, ...]:
+    """Units or counts per °/s in which a gyroscope may be written, in °/s per unit.
 
-    ``beside_m_s2`` are the m/s² per unit of the accelerometer: beside mg, whole numbers may be of a
-    small unit, and the counts of a BNO055 come together.
+    ``beside_per_g`` are the units of the accelerometer per g: the counts of a BNO055 come together.
     """
-    gain = beside_m_s2 / FORCE_UNITS["mg"] if beside_m_s2 else 0.0
-    known = USUAL_COUNTS_PER_DEG_S if encoding else UNITS_PER_DEG_S
     if encoding == OFFSET_BINARY:
-        known = OFFSET_COUNTS_PER_DEG_S
-    elif encoding and math.isclose(gain * BNO055_PER_G, 1000):
-        known = (BNO055_PER_DEG_S,)
-    elif encoding and 1 - GRAVITY_TOLERANCE < gain < 1 + GRAVITY_TOLERANCE:
-        known = (*known, *SMALL_UNITS_PER_DEG_S)
-    per_deg = math.radians(1) / si_per_unit
-    nearest = min(known, key=lambda usual: abs(math.log(per_deg / usual)))
-    is_near = abs(math.log(per_deg / nearest)) < 2 * GRAVITY_TOLERANCE
-    return nearest if is_near else float(f"{per_deg:.2g}")
+        return OFFSET_COUNTS_PER_DEG_S
+    units = tuple(UNITS_PER_DEG_S.values())
+    if encoding and math.isclose(beside_per_g, BNO055_PER_G):
+        return (BNO055_PER_DEG_S, *units)
+    return (*USUAL_COUNTS_PER_DEG_S, *units) if encoding else units
+
+
+def near_scales(per_deg: float, known: Sequence[float], is_exact: bool) -> tuple[float, ...]:
+    """The known scales that explain a measured one, the nearest first; none where none is near.
+
+    ``is_exact`` says that no hand pushed where it was measured.
+    """
+    off = {scale: abs(math.log(per_deg / scale)) for scale in known}
+    near, as_near = ((NEAR_RANGE, AS_NEAR) if is_exact else
+                     (NEAR_WHILE_PUSHED, AS_NEAR_WHILE_PUSHED))
+    farthest = min(off.values()) + as_near
+    return tuple(sorted((scale for scale in off if off[scale] < min(near, farthest)),
+                        key=lambda scale: off[scale]))
 
 
 def record_rpm(rate_rad_s: float) -> float | None:

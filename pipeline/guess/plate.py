@@ -19,9 +19,11 @@ from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
+    NEAR_RANGE,
     OFFSET_BINARY,
     RECORD_RPM,
     USUAL_COUNTS_PER_DEG_S,
+    near_scales,
     record_rpm,
 )
 from pipeline.guess.pool import FEWEST_MEANS, sphere_through
@@ -29,9 +31,6 @@ from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 from pipeline.guess.units import UNIT_WORDS, TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
-NEAR_RANGE = math.log(1.1)
-"""Logarithm of a gyroscope's gain over that of its range: the ranges of two makers lie 14 % apart,
-and factory gains within 3 %."""
 APART = 3.0
 """Times the reading at rest that one on the plate is at least: a bias of 20 °/s, and 16 rpm."""
 CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
@@ -97,6 +96,10 @@ def settle_scale(
     stated_per_deg : float or None
         Units per °/s as the user states them.
     """
+    if stated_per_deg is not None:
+        every = [replace(table, gyroscope=replace(table.gyroscope, choices=(stated_per_deg,)))
+                 if table.gyroscope else table for table in tables]
+        return _settled(every, stated_per_deg, "as it is stated")
     undecided = [table for table in tables if table.gyroscope and table.gyroscope.choices]
     if not undecided:
         return [*tables], ()
@@ -105,16 +108,16 @@ def settle_scale(
     decided = [table.gyroscope for table in tables if table.gyroscope
                and not table.gyroscope.choices
                and table.gyroscope.encoding == gyroscope.encoding]
-    if stated_per_deg is not None:
-        return _settled(tables, stated_per_deg, "as it is stated")
     if decided:
         return _settled(tables, math.radians(1) / decided[0].si_per_unit, "as in the other files")
     for table in undecided:
         turn = table.turn(tables)
         if turn is not None and turn.is_sure:
             shown = math.radians(1) / (gyroscope.si_per_unit * turn.si_per_unit)
-            per_deg = min(gyroscope.choices, key=lambda known: abs(math.log(shown / known)))
-            return _settled(tables, per_deg, (
+            near = near_scales(shown, gyroscope.choices, turn.is_exact)
+            if len(near) != 1:
+                continue
+            return _settled(tables, near[0], (
                 f"between the rests gravity then turns as far as in the accelerometer "
                 f"(correlation {turn.agreement:.2f})"))
     turning = _turning(undecided)
@@ -130,8 +133,8 @@ def settle_scale(
                                     for factor in factors for known in usual)
         return _settled(
             tables, nearest if off < NEAR_RANGE else float(f"{per_deg:.3g}"), because)
-    every = [(per_deg, lengths * first / per_deg) for per_deg in gyroscope.choices]
-    able = [(per_deg, rates) for per_deg, rates in every if all(map(record_rpm, rates))]
+    rates_of = [(per_deg, lengths * first / per_deg) for per_deg in gyroscope.choices]
+    able = [(per_deg, rates) for per_deg, rates in rates_of if all(map(record_rpm, rates))]
     if len(able) == 1:
         per_deg, rates = able[0]
         return _settled(tables, per_deg, (
@@ -139,7 +142,7 @@ def settle_scale(
             f"range makes a speed of record players"))
     return [*tables], tuple(
         ScaleChoice(per_deg, min(RECORD_RPM, key=lambda rpm: abs(
-            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in able or every)
+            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in able or rates_of)
 
 
 def _known_factors(

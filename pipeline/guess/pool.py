@@ -120,9 +120,13 @@ def still_means(values: FloatArray, table: IntArray, step_s: float) -> FloatArra
     if not len(rows):
         return values
     blocks = values[rows]
+    return np.asarray(blocks.mean(axis=1)[are_still(blocks)])
+
+
+def are_still(blocks: FloatArray) -> BoolArray:
+    """Which blocks of readings (k, size, 3) are at rest: they scatter as the quietest do."""
     scatter = np.sqrt(blocks.var(axis=1).sum(axis=1))
-    still = scatter <= STILL * np.quantile(scatter, STILLEST)
-    return np.asarray(blocks.mean(axis=1)[still])
+    return np.asarray(scatter <= STILL * np.quantile(scatter, STILLEST))
 
 
 @dataclass(frozen=True, eq=False)

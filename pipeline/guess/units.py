@@ -19,9 +19,10 @@ from pipeline.guess.magnitudes import (
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
     RATE_UNITS,
-    SMALL_UNITS_PER_DEG_S,
+    UNITS_PER_DEG_S,
     GravityUnit,
-    nearest_rate_scale,
+    near_scales,
+    rate_scales,
     sample_noise_sd,
     signed,
 )
@@ -31,9 +32,11 @@ from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
 
 BITS, MORE_BITS = 16, 32
 """Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
-UNIT_WORDS = {"m_s2": "m/s²", "rad_s": "rad/s", "deg_s": "°/s", "mrad_s": "mrad/s",
-              "mdeg_s": "m°/s", "rpm": "rpm"}
+UNIT_WORDS = {"m_s2": "m/s²", "mm_s2": "mm/s²", "ug": "µg", "rad_s": "rad/s", "deg_s": "°/s",
+              "mrad_s": "mrad/s", "mdeg_s": "m°/s", "ddeg_s": "0.1 °/s", "cdeg_s": "0.01 °/s",
+              "deg_h": "°/h", "rpm": "rpm"}
 USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: what gyroscopes are written in
+WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s")  #: fact: in which whole numbers are written
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, and 2 °/s, ten times
@@ -64,6 +67,8 @@ class TriadGuess:
         Units per °/s among which nothing in the table decides; empty where one is known.
     encoding : str
         How it is written as whole numbers; empty for numbers that are no counts.
+    is_unusual : bool
+        Whether no sensor and no program in use writes such a unit.
     """
 
     columns: Triple
@@ -74,6 +79,7 @@ class TriadGuess:
     doubt: str = ""
     choices: tuple[float, ...] = ()
     encoding: str = ""
+    is_unusual: bool = False
 
     def scaled(self, per_deg: float, because: str) -> "TriadGuess":
         """The gyroscope with ``per_deg`` of its units per °/s."""
@@ -99,7 +105,8 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no usual "
                       f"unit or range; {_unit_text(unit)} is taken")
-    if unit.encoding and unit.per_g in NEAR_THOUSAND and words.unit not in FORCE_UNITS:
+    if (unit.encoding and words.unit not in FORCE_UNITS
+            and any(math.isclose(unit.per_g, near) for near in NEAR_THOUSAND)):
         doubts.append(f"whole numbers {unit.length:.4g} long at rest may be mg, or counts of which "
                       f"980.665 or 1024 are 1 g; {_unit_text(unit)} is nearest")
     because = ("their names" if called(words) == "acc" else
@@ -130,23 +137,25 @@ def gyroscope_in(
     if stated and (seen is None or LOOSEST > seen / stated > 1 / LOOSEST):
         return rate_triad(rate.columns, math.radians(1) / stated, "",
                           f"{because}, which state the unit", mounted)
-    beside = accelerometer.si_per_unit if accelerometer else None
     if turn is None or seen is None:
         in_mg = accelerometer is not None and accelerometer.sheet == (("unit", "mg"),)
         choices = _open_scales(rate, encoding, in_mg)
         return rate_triad(rate.columns, choices[0], encoding, because, mounted, _bits(rate),
                           choices if len(choices) > 1 else ())
-    per_deg = nearest_rate_scale(seen, encoding, beside)
+    per_g = STANDARD_GRAVITY_M_S2 / accelerometer.si_per_unit if accelerometer else 0.0
+    per_deg = math.radians(1) / seen
+    able = near_scales(per_deg, rate_scales(encoding, per_g), turn.is_exact)
     doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
              f"{stated / seen:.3g} times what the accelerometer sees" if stated else "")
-    if not rate_unit(per_deg) and not encoding:
+    if not able:
         doubt = (f"{doubt}; at {stated / seen / rate.pool.step_s:.3g} Hz both would agree" if stated
-                 else f"gravity turns by {seen:.3g} rad/s per unit of the gyroscope, which is no "
-                      f"usual unit")
-    return rate_triad(rate.columns, per_deg, encoding, (
+                 else f"gravity turns by what {per_deg:.3g} units per °/s of the gyroscope make of "
+                      f"its readings, which is no usual unit or range")
+    triad = rate_triad(rate.columns, able[0] if able else float(f"{per_deg:.3g}"), encoding, (
         f"{because}; between the rests gravity turns by what {seen:.3g} rad/s per unit make of the "
         f"readings (correlation {turn.agreement:.2f})"),
-        "; ".join(filter(None, [doubt, mounted])), _bits(rate))
+        "; ".join(filter(None, [doubt, mounted])), _bits(rate), able if len(able) > 1 else ())
+    return triad if able else replace(triad, is_unusual=True)
 
 
 def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float, ...]:
@@ -156,7 +165,8 @@ def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float
     """
     if encoding:
         known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
-        return (*known, *SMALL_UNITS_PER_DEG_S) if in_mg else known
+        small = tuple(UNITS_PER_DEG_S[unit] for unit in WHOLE_RATE_UNITS)
+        return (*known, *small) if in_mg else known
     noise = sample_noise_sd(rate.values)
     largest = float(np.quantile(np.abs(rate.values), NEARLY_ALL))
     sizes = sorted(RATE_UNITS[unit] for unit in USUAL_RATE_UNITS)
@@ -188,14 +198,15 @@ def clocked_by_turns(
             f"{clock.doubt}; by the turns of gravity it is {listed}: state it by --rate-hz"))
             for clock in clocks]
     per_deg, hz = able[0]
-    rate_hz = float(f"{hz:.2g}")
+    rate_hz = float(f"{hz:.3g}" if turn.is_exact else f"{hz:.2g}")
     if gyroscope.choices:
         gyroscope = gyroscope.scaled(per_deg, "in others the log would be too short or too long")
     return gyroscope, [replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz,
                                because=f"at {rate_hz:g} Hz the gyroscope turns gravity as far as "
                                        f"the accelerometer sees",
                                doubt=f"the file holds no times; {rate_hz:g} Hz follows from the "
-                                     f"turns, off by a third at most") for clock in clocks]
+                                     f"turns, off by {'5 %' if turn.is_exact else 'a third'} at "
+                                     f"most") for clock in clocks]
 
 
 def per_sample(

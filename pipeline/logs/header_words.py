@@ -15,10 +15,15 @@ UNITS = {
              "m_s^2", "м/с²", "м/с^2", "м/с2"),
     "g": ("g", "gee"),
     "mg": ("mg",),
+    "ug": ("ug", "µg", "μg"),
+    "mm_s2": ("mm/s^2", "mm/s²", "mm/s2", "mm s^-2"),
     "rad_s": ("rad/s", "rad s^-1", "rads", "rad_s", "rps", "рад/с"),
     "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1",
               "°/sec", "deg/sec", "град/с", "°/с"),
     "mdeg_s": ("mdps", "mdeg/s"),
+    "ddeg_s": ("ddps", "ddeg/s", "0.1 deg/s", "0.1 dps", "0.1°/s"),
+    "cdeg_s": ("cdps", "cdeg/s", "0.01 deg/s", "0.01 dps", "0.01°/s"),
+    "deg_h": ("deg/h", "°/h", "º/h", "deg/hr", "deg/hour", "dph"),
     "mrad_s": ("mrad/s", "mrad_s"),
     "rpm": ("rpm", "r/min", "rev/min", "u/min", "tr/min"),
     "V": ("v", "volt", "volts"),
@@ -34,8 +39,8 @@ UNITS = {
     "kelvin": ("kelvin", "°k"),
     "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
-FORCE_UNITS, RATE_UNITS = {"m_s2", "g", "mg"}, {
-    "rad_s", "deg_s", "mdeg_s", "mrad_s", "rpm"}
+FORCE_UNITS = {"m_s2", "g", "mg", "ug", "mm_s2"}
+RATE_UNITS = {"rad_s", "deg_s", "mdeg_s", "mrad_s", "ddeg_s", "cdeg_s", "deg_h", "rpm"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",

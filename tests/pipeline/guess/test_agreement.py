@@ -49,7 +49,8 @@ def test_turns_of_gravity_show_unit_order_sign_and_hand(
     turn = turn_of(log.gyr @ turned.T / DEG, log.acc, np.zeros(len(log.acc), np.int64), 0.02)
     assert turn is not None
     assert turn.is_sure
-    assert turn.si_per_unit == pytest.approx(DEG, rel=0.05)
+    assert turn.is_exact
+    assert turn.si_per_unit == pytest.approx(DEG, rel=0.01)
     assert turn.axes == axes
 
 
@@ -82,6 +83,30 @@ def test_a_unit_that_nothing_shows_is_asked(tmp_path: Path, log: HandLog) -> Non
     found = guess(tmp_path / "a.csv", NAMES, log.time_s[rest], log.acc[rest], gyr)
     assert [choice.answer for choice in found.scales] == ["deg_s", "rad_s"]
     assert guess_session(found.tables, per_deg=1.0).scales == ()
+
+
+@pytest.mark.parametrize(("per_deg", "unit"), [
+    (1.0, "°/s"), (10.0, "0.1 °/s"), (100.0, "0.01 °/s"), (3600.0, "°/h"),
+    (114.286, "counts, 114.286 per °/s, twos-complement"),
+    (131.072, "counts, 131.072 per °/s, twos-complement"),
+])
+def test_whole_numbers_of_a_gyroscope_are_in_the_unit_that_turns_gravity(
+    tmp_path: Path, log: HandLog, per_deg: float, unit: str
+) -> None:
+    found = guess(tmp_path / "a.csv", NAMES, log.time_s, np.rint(log.acc / 9.80665 * 2048),
+                  np.rint(log.gyr / DEG * per_deg))
+    assert found.gyroscope is not None
+    assert found.gyroscope.unit == unit
+
+
+def test_a_range_that_no_sensor_has_is_refused_and_a_stated_one_believed(
+    tmp_path: Path, log: HandLog
+) -> None:
+    found = guess(tmp_path / "a.csv", NAMES, log.time_s, np.rint(log.acc / 9.80665 * 2048),
+                  np.rint(log.gyr / DEG * 42.0))
+    fault, = disagreements(found)
+    assert "--gyroscope-range" in fault
+    assert [*disagreements(guess_session(found.tables, per_deg=42.0))] == []
 
 
 def test_a_clock_in_another_unit_than_its_name_states_is_refused(
