@@ -172,7 +172,7 @@ def _measure(
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
     from pipeline.files import write_whole
-    from pipeline.results.angles_csv import angles_csv
+    from pipeline.results.rate import angles_csv
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import ClipToFollow, draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused

@@ -1,5 +1,6 @@
 """What commands print: one module for each kind of outcome.
 
-    run_text, check_text, rate_text, plan_text, model_change_text, effect_pages,
-    mounting_text, certificate_text
+    run_text ─ answers (what is good, wrong, next)        parameter_text, model_change_text
+    rate_text, flutter_text, clock_text, noise_text       check_text, import_text, plan_text
+    comparison_text, discovery_text, effect_pages         terminal: how lines are shown
 """

@@ -13,7 +13,7 @@ from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.read import read_log
-from pipeline.stages.stated_units import require_stated_units
+from pipeline.stages.fittable import require_stated_units
 from pipeline.text.names import command
 
 

@@ -13,9 +13,8 @@ from pipeline.report.mounting_view import mounting_view
 from pipeline.report.page_templates import TERMS, page_templates, script_json
 from pipeline.report.plate.rate_charts import rate_view
 from pipeline.report.triad.axis_charts import axis_charts, lead_panel
+from pipeline.report.triad.charts import residual_figure, run_legend, staircase
 from pipeline.report.triad.effect_cards import effect_cards
-from pipeline.report.triad.history_chart import staircase
-from pipeline.report.triad.pose_charts import residual_figure, run_legend
 from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
 from pipeline.report.triad.refit_table import constants_json, refit_json
 from pipeline.report.triad.refitted import Refits

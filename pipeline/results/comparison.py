@@ -7,7 +7,7 @@ residual is smaller, because it was fitted to it.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from itertools import product
@@ -16,15 +16,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import ndtri
 
+from calib.errors import CalibrationError
+from calib.fit.triad.correction import Correction
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray, Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.results.json_values import Json, json_value, numbers, unit_of
 from pipeline.results.names import PARAMETERS
-from pipeline.results.poses import StoredPoses, rms
 from pipeline.results.read import Stored, StoredTriad
 
 if TYPE_CHECKING:
     from pipeline.results.ageing import Ageing
+
 
 CHANCE = 0.01
 """A choice: probability that a change is stated of a sensor that has not changed."""
@@ -203,3 +206,56 @@ def _error_on(recorded: StoredTriad | None, by: StoredTriad | None) -> float:
 def _is_same_sheet(one: StoredTriad | None, other: StoredTriad | None) -> bool:
     """Whether a count of the one is a count of the other."""
     return one is not None and other is not None and one.correction.spec == other.correction.spec
+
+
+@dataclass(frozen=True, eq=False)
+class StoredPoses:
+    """The n poses of one triad in which its vector has a length: gravity, or the plate's rate.
+
+    ``at`` are their conditions with the nominal readings, ``reference`` (n,) the lengths and
+    ``sd`` (n,) those of their errors, SI.
+    """
+
+    label: tuple[str, ...]
+    at: Conditions
+    reference: FloatArray
+    sd: FloatArray
+
+    @classmethod
+    def of(cls, triad: StoredTriad) -> "StoredPoses":
+        """The poses of a triad's section, without those at rest of a gyroscope."""
+        used = [pose for pose in triad.section.poses if pose.reference != 0]
+        names = dict.fromkeys(name for pose in used for name in pose.columns)
+        reading = np.array([pose.reading for pose in used], float).reshape(-1, 3)
+        force = reading if triad.name == "accelerometer" else np.array(
+            [pose.force_m_s2 or [None] * 3 for pose in used], float).reshape(-1, 3)
+        at = Conditions.of_vectors(
+            reading, {name: _values(pose.columns.get(name) for pose in used) for name in names},
+            force=force, time_s=_values(pose.time_s for pose in used),
+            spin_rad_s=_values(pose.spin_rad_s for pose in used))
+        return cls(tuple(pose.label for pose in used), at,
+                   np.abs(_values(pose.reference for pose in used)),
+                   _values(pose.sd for pose in used))
+
+    def errors(self, correction: Correction) -> FloatArray | None:
+        """Corrected length less the reference, SI, (n,), by the part of the sensor alone.
+
+        None where there is no such pose, and where an effect needs what these results do not hold.
+        """
+        if not self.label:
+            return None
+        try:
+            corrected = correction.sensor_part().correct(self.at)
+        except CalibrationError:
+            return None
+        error = np.linalg.norm(corrected, axis=1) - self.reference
+        return error if np.isfinite(error).all() else None
+
+
+def rms(values: FloatArray) -> float:
+    """Root mean square, in the unit of ``values`` (n,)."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _values(values: Iterable[float | None]) -> FloatArray:
+    return np.array([*values], float)

@@ -1,4 +1,4 @@
-"""A plate setting as it stands under ``rate`` in results.json."""
+"""A plate setting as it stands under ``rate`` in results.json, and the angles of a clip as CSV."""
 
 import math
 from collections.abc import Sequence
@@ -21,6 +21,7 @@ from pipeline.stages.rate import SettingRate
 
 if TYPE_CHECKING:
     from vision.errors import RateRefused
+    from vision.phase_track import RateHistory
     from vision.rate.cross_checks import FrameCount
     from vision.rate.diagnosis import PhaseDiagnosis
     from vision.rate.measure import RateMeasurement
@@ -119,3 +120,24 @@ def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> DiagnosisResult:
         for one in diagnosis.ranking]
     whole = " ".join(filter(None, (diagnosis.explanation, diagnosis.together)))
     return DiagnosisResult.of(diagnosis, says=whole, ranking=ranking)
+
+
+ANGLES_HEAD = "frame,time_s,angle_rad,residual_rad,used"
+
+
+def angles_csv(history: "RateHistory", rate: "RateMeasurement | None" = None) -> str:
+    """A row for each frame that shows the plate.
+
+    Columns are the number of the frame, its time stamp, the angle, which goes on from turn to turn,
+    its residual from the stated model, and whether the rate uses it. Where no constant rate was
+    found, ``rate`` is None, and the residual is empty.
+    """
+    angle = history.angle
+    if rate is None:
+        rest = [",0"] * len(angle.time_s)
+    else:
+        rest = [f"{residual:.9g},{int(used)}" for residual, used in zip(
+            rate.fit.residual_rad, rate.fit.used, strict=True)]
+    rows = [f"{frame},{time:.6f},{turned:.9g},{more}" for frame, time, turned, more in zip(
+        np.asarray(angle.index), angle.time_s, angle.angle_rad, rest, strict=True)]
+    return "\n".join([ANGLES_HEAD, *rows]) + "\n"

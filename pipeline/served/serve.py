@@ -53,15 +53,25 @@ def template(path: str) -> str:
     return resources.files("pipeline").joinpath(path).read_text(encoding="utf-8")
 
 
-async def answered(request: Request, answer: Callable[[Json], Json]) -> Response:
-    """The answer to a question in JSON, computed beside the loop that serves the others."""
-    try:
-        question = json.loads(await request.body())
-    except (ValueError, RecursionError):
-        question = None
-    if not isinstance(question, dict):
-        raise ConfigError("a question of the page is expected, in JSON.")
-    return JSONResponse(await beside(lambda: answer(question)))
+def answering(path: str, answer: Callable[[Json], Json]) -> Route:
+    """What answers a question in JSON, computed beside the loop that serves the others.
+
+    Raises
+    ------
+    ConfigError
+        While it is asked: the question is none; the application turns it into a sentence.
+    """
+
+    async def answered(request: Request) -> Response:
+        try:
+            question = json.loads(await request.body())
+        except (ValueError, RecursionError):
+            question = None
+        if not isinstance(question, dict):
+            raise ConfigError("a question of the page is expected, in JSON.")
+        return JSONResponse(await beside(lambda: answer(question)))
+
+    return Route(path, answered, methods=["POST"])
 
 
 async def beside(work: Callable[[], T]) -> T:

@@ -33,7 +33,7 @@ from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
 from pipeline.stages.excluded_poses import Choice, chosen
-from pipeline.stages.stated_units import require_stated_units
+from pipeline.stages.fittable import require_stated_units
 
 
 def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, str | None]:

@@ -5,6 +5,7 @@ import json
 import re
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from threading import Lock
 
@@ -27,7 +28,7 @@ from pipeline.report.page import outputs_of
 from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
-from pipeline.served.serve import answered, beside, script, scripts, template
+from pipeline.served.serve import answering, beside, script, scripts, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
@@ -158,7 +159,7 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     async def held_out(request: Request) -> Response:
         triad = _triad(request.path_params["triad"])
         return JSONResponse(
-            await beside(lambda: workbench.session().held_out_as_run(triad)))
+            await beside(lambda: workbench.session().predicted(None, triad)))
 
     async def hold_out(request: Request) -> Response:
         dropped = await request.body()
@@ -168,15 +169,6 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
     async def events(request: Request) -> Response:
         return StreamingResponse(_news(workbench, request), media_type="text/event-stream")
 
-    async def refit(request: Request) -> Response:
-        return await answered(request, lambda question: _refit(workbench, question))
-
-    async def expression(request: Request) -> Response:
-        return await answered(request, lambda question: _tried(workbench, question))
-
-    async def write(request: Request) -> Response:
-        return await answered(request, workbench.write)
-
     player = ClipPlayer(lambda: session_clips(workbench.session(), workbench.folder))
     return [
         Route("/", page),
@@ -184,8 +176,8 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         Route("/report.js", script(page_templates().get_template("report.js").render())),
         Route("/held-out/{triad}", held_out), Route("/held-out", hold_out, methods=["POST"]),
         Route("/columns/{triad}", columns), Route("/events", events),
-        Route("/refit", refit, methods=["POST"]), Route("/write", write, methods=["POST"]),
-        Route("/expression", expression, methods=["POST"]),
+        answering("/refit", partial(_refit, workbench)), answering("/write", workbench.write),
+        answering("/expression", partial(_tried, workbench)),
     ]
 
 

@@ -18,7 +18,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import ConfigError
 from pipeline.results.json_values import Json
-from pipeline.served.serve import answered, beside
+from pipeline.served.serve import answering, beside
 from vision.overlay import StillFrame, still_frames
 from vision.phase_track import PhaseTrack
 from vision.rate.measure import RateMeasurement
@@ -87,18 +87,14 @@ class ClipPlayer:
         self._pictures: dict[tuple[Path, float], list[StillFrame]] = {}
         self._lock = Lock()
         self.routes: list[BaseRoute] = [
-            Route("/clips", self._listed, methods=["POST"]),
-            Route("/clip", self._course, methods=["POST"]),
+            answering("/clips", self._listed), answering("/clip", self.course),
             Route("/clip/{number:int}/{picture:int}", self._picture),
         ]
 
-    async def _listed(self, request: Request) -> Response:
-        return await answered(request, lambda _: {"clips": [
+    def _listed(self, _: Json) -> Json:
+        return {"clips": [
             {"number": i, "setting": clip.setting, "name": clip.path.name,
-             "logs": list(clip.logs), "log": clip.log} for i, clip in enumerate(self._clips())]})
-
-    async def _course(self, request: Request) -> Response:
-        return await answered(request, self.course)
+             "logs": list(clip.logs), "log": clip.log} for i, clip in enumerate(self._clips())]}
 
     def course(self, question: Json) -> Json:
         """The pictures' times, and the rates by the clip and by a gyroscope, in rpm.

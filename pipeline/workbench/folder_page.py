@@ -17,7 +17,7 @@ from pipeline.errors import ConfigError
 from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import RESULTS_NAME
-from pipeline.served.serve import answered, scripts, template
+from pipeline.served.serve import answering, scripts, template
 from pipeline.workbench.application import Workbench, routes_of
 from pipeline.workbench.brought import Brought
 from pipeline.workbench.clip_player import ClipPlayer
@@ -56,7 +56,7 @@ class FolderPage:
             Route("/sessions", lambda _: JSONResponse({"sessions": self.sessions()})),
             Mount("/session", app=self._benches),
             Route("/bring/{name:path}", self._bring, methods=["POST"]),
-            *(Route(f"/{name}", _of(answer), methods=["POST"]) for name, answer in (
+            *(answering(f"/{name}", answer) for name, answer in (
                 ("open", self.open), ("guess", self._guess), ("use", self._use),
                 ("forget", self._forget))),
         ]
@@ -143,13 +143,6 @@ def _of_results(results: Path, _stamp: str) -> Json:
         return {"was_run": True, "verdicts": verdicts} | titled
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
-
-
-def _of(answer: Callable[[Json], Json]) -> Callable[[Request], Any]:
-    async def route(request: Request) -> Response:
-        return await answered(request, answer)
-
-    return route
 
 
 def _number(value: Any) -> float | None:

@@ -9,9 +9,9 @@ from calib.fit.triad.correction import Correction
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import Triad
 from pipeline.errors import ConfigError, PipelineError
+from pipeline.results.comparison import StoredPoses, rms
 from pipeline.results.json_values import Json
 from pipeline.results.names import RESULTS_NAME
-from pipeline.results.poses import StoredPoses, rms
 from pipeline.results.read import Stored, load_results
 from pipeline.text.formatting import DISPLAY
 

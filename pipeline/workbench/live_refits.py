@@ -7,7 +7,7 @@ digits are those of ``pipeline add``. Logs are read once; leaving a pose out lea
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from threading import Lock
+from threading import RLock
 from typing import Any
 
 from calib.effects.catalogue import BASE
@@ -56,7 +56,7 @@ class OpenSession:
         self._inputs: dict[tuple[Any, ...], TriadInput] = {}
         self._answers: dict[tuple[Any, ...], Json] = {}
         self.held_out: HeldOut | None = None
-        self._lock = Lock()
+        self._lock = RLock()
         logs = check_session(self.config)
         self._turning_logs: dict[tuple[str, str], Sequence[ImuLog]] = {
             (triad, setting.rate): logs[setting].logs for triad in self.config.triads
@@ -103,23 +103,21 @@ class OpenSession:
             if key not in self._answers:
                 self._make_room()
                 self._answers[key] = self._answered(state, triad, guesses)
-            return self._answers[key] | self._held_out(state, triad)
+            return self._answers[key] | self.predicted(state, triad)
 
-    def held_out_as_run(self, triad: Triad) -> Json:
-        """The poses of the held-out session by the model of the file; nothing without one.
+    def predicted(self, state: Screen | None, triad: Triad) -> Json:
+        """The poses of the held-out session by the model on the screen; nothing without one.
+
+        Without a ``state`` the model is that of the file.
 
         Raises
         ------
         CalibrationError
             The poses of this session do not determine it.
         """
-        with self._lock:
-            return self._held_out(self.as_run(), triad)
-
-    def _held_out(self, state: Screen, triad: Triad) -> Json:
         if self.held_out is None:
             return {}
-        correction = self._refitted(state, triad).calibration.correction
+        correction = self.refitted(state or self.as_run(), triad).calibration.correction
         return {"held_out": self.held_out.predicted(triad, correction)
                 | {"name": self.held_out.name}}
 
@@ -130,7 +128,7 @@ class OpenSession:
     def _answered(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
         ticked = state.triads[triad].ticked
         refits = _OfTriad(self, state, triad)
-        refitted = self._refitted(state, triad)
+        refitted = self.refitted(state, triad)
         steps = [refits.of(ticked[:k]) for k in range(len(ticked))] + [refitted]
         out, factor = state.triads[triad].out, DISPLAY[triad][1]
         answer = refitted_json(refitted) | {
@@ -147,16 +145,20 @@ class OpenSession:
         where it is no pose of its run.
         """
         labels, factor = self.sections[triad], DISPLAY[triad][1]
-        predicted = self._predicted(state, triad)
+        every = self.input_of(state, triad).recorded.excluded(self.refitted(state, triad).fit)
+        predicted = {one.label: one.predicted.residual.residual for one in every if one.predicted}
         kept = [label for label in labels if label not in out]
         lost = {label: predicted[label] * factor if label in predicted else None for label in out}
         values = {key: lost | dict(zip(kept, answer[key], strict=True))
                   for key in ("residual", "left_out")}
         return {key: [each[label] for label in labels] for key, each in values.items()}
 
-    def _predicted(self, state: Screen, triad: Triad) -> dict[str, float]:
-        every = self._input(state, triad).recorded.excluded(self._refitted(state, triad).fit)
-        return {each.label: each.predicted.residual.residual for each in every if each.predicted}
+    def _make_room(self) -> None:
+        """Forget what was asked for, once it is much."""
+        poses = sum(map(len, self.sections.values()))
+        if (len(self._fits) + len(self._answers)) * poses > MOST_KEPT:
+            for kept in (self._fits, self._inputs, self._answers):
+                kept.clear()
 
     def refitted(self, state: Screen, triad: Triad) -> Refitted:
         """The refit itself.
@@ -166,61 +168,47 @@ class OpenSession:
         CalibrationError
             The poses do not determine it.
         """
+        key = _key(state, triad)
         with self._lock:
-            return self._refitted(state, triad)
+            if key not in self._fits:
+                try:
+                    calibration = self.input_of(state, triad).calibrated(seek_mistakes=False)
+                    self._fits[key] = Refitted(calibration, compare(calibration.fit))
+                except CalibrationError as error:
+                    self._fits[key] = error
+            found_fit = self._fits[key]
+        if isinstance(found_fit, CalibrationError):
+            raise found_fit
+        return found_fit
 
     def input_of(self, state: Screen, triad: Triad) -> TriadInput:
-        """What the triad is calibrated from on this screen.
+        """What the triad is calibrated from on this screen, with its model.
 
         Raises
         ------
         CalibrationError, PipelineError
             The screen is none of this session.
         """
-        with self._lock:
-            return self._input(state, triad)
-
-    def _make_room(self) -> None:
-        """Forget what was asked for, once it is much."""
-        poses = sum(map(len, self.sections.values()))
-        if (len(self._fits) + len(self._answers)) * poses > MOST_KEPT:
-            for kept in (self._fits, self._inputs, self._answers):
-                kept.clear()
-
-    def _refitted(self, state: Screen, triad: Triad) -> Refitted:
-        key = _key(state, triad)
-        if key not in self._fits:
-            try:
-                calibration = self._input(state, triad).calibrated(seek_mistakes=False)
-                self._fits[key] = Refitted(calibration, compare(calibration.fit))
-            except CalibrationError as error:
-                self._fits[key] = error
-        found_fit = self._fits[key]
-        if isinstance(found_fit, CalibrationError):
-            raise found_fit
-        return found_fit
-
-    def _input(self, state: Screen, triad: Triad) -> TriadInput:
-        """What the triad is calibrated from on this screen, with its model."""
         key = _key(state, triad, model=False)
         config = config_of(self.config, state, self.sections)
         require_fittable(config)
-        if key not in self._inputs:
-            recordings = recordings_without(self.recordings, self.config, config)
-            beside = None if triad == "accelerometer" else self._accelerometer(state)
-            plates = {name: rate.plate for name, rate in self.rates.items()}
-            read_in = triad_input(triad, config, self.context, plates, recordings, beside)
-            self._inputs[key] = read_in
-        return replace(self._inputs[key], section=config.triads[triad])
+        with self._lock:
+            if key not in self._inputs:
+                recordings = recordings_without(self.recordings, self.config, config)
+                beside = None if triad == "accelerometer" else self._accelerometer(state)
+                plates = {name: rate.plate for name, rate in self.rates.items()}
+                read_in = triad_input(triad, config, self.context, plates, recordings, beside)
+                self._inputs[key] = read_in
+            return replace(self._inputs[key], section=config.triads[triad])
 
     def _accelerometer(self, state: Screen) -> TriadCalibration | None:
         if "accelerometer" not in state.triads:
             return None
-        return self._refitted(state, "accelerometer").calibration
+        return self.refitted(state, "accelerometer").calibration
 
 
 class _OfTriad:
-    """Refits of one triad beside the state of the other; the caller holds the session."""
+    """Refits of one triad beside the state of the other."""
 
     def __init__(self, session: OpenSession, state: Screen, triad: Triad) -> None:
         self.session, self.state, self.triad = session, state, triad
@@ -233,7 +221,7 @@ class _OfTriad:
         now = replace(self.state.triads[self.triad], ticked=tuple(names))
         state = replace(self.state, triads={**self.state.triads, self.triad: now})
         try:
-            return self.session._refitted(state, self.triad)
+            return self.session.refitted(state, self.triad)
         except (CalibrationError, ConfigError):
             return None
 

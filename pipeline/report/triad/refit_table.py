@@ -19,7 +19,7 @@ from calib.diagnosis.verdict.wording import what_separates
 from calib.fit.least_squares.result import MISFIT_P_VALUE
 from pipeline.drawings.charts import NICE
 from pipeline.report.page_templates import rounded
-from pipeline.report.triad.pose_charts import SHOWN_SD
+from pipeline.report.triad.charts import SHOWN_SD
 from pipeline.report.triad.refitted import Refits, RefitSource, Refitted, refitted_json, toggled
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import FRAME, TriadResult

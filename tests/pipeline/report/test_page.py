@@ -15,7 +15,7 @@ from pipeline.console.rate_text import RateVerdict
 from pipeline.drawings.charts import nice_limit, tick_text, upward
 from pipeline.report.page import css_text, report_html
 from pipeline.report.page_templates import TERMS, Term, with_terms
-from pipeline.report.triad.history_chart import staircase
+from pipeline.report.triad.charts import staircase
 from pipeline.report.triad.refit_table import constants_json
 from pipeline.results.schema.noise import HistoryLine, HistoryTriad
 from pipeline.stages.context import RunContext

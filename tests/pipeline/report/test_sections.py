@@ -12,7 +12,7 @@ from pipeline.config.load import load_config
 from pipeline.console.run_text import limit_rows, unseen_text
 from pipeline.report.page import report_html
 from pipeline.report.plate.rate_charts import rate_view
-from pipeline.report.triad.pose_charts import residual_figure
+from pipeline.report.triad.charts import residual_figure
 from pipeline.report.triad.pose_sphere import coverage_of, up_directions
 from pipeline.report.triad.tables import budget_rows, candidate_rows
 from pipeline.stages.context import RunContext
