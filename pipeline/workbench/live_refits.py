@@ -126,16 +126,23 @@ class OpenSession:
         return Screen({each: TriadScreen(self.added(each)) for each in self.sections}, {})
 
     def _answered(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
+        def refit_of(names: Sequence[str]) -> Refitted | None:
+            now = replace(state.triads[triad], ticked=tuple(names))
+            try:
+                return self.refitted(replace(state, triads={**state.triads, triad: now}), triad)
+            except (CalibrationError, ConfigError):
+                return None
+
         ticked = state.triads[triad].ticked
-        refits = _OfTriad(self, state, triad)
         refitted = self.refitted(state, triad)
-        steps = [refits.of(ticked[:k]) for k in range(len(ticked))] + [refitted]
+        steps = [refit_of(ticked[:k]) for k in range(len(ticked))] + [refitted]
         out, factor = state.triads[triad].out, DISPLAY[triad][1]
         answer = refitted_json(refitted) | {
             "steps": [] if None in steps else [
                 {"chi2": each.fit.chi2, "dof": each.fit.dof} for each in steps if each],
             "left_out": [pose.left_out * factor for pose in refitted.comparison.poses],
-        } | changes_json(refits, ticked, refitted, self.config.source.path, guesses)
+        } | changes_json(refit_of, self.added(triad), ticked, refitted,
+                         self.config.source.path, guesses)
         return answer | self._with_poses_out(answer, state, triad, out) if out else answer
 
     def _with_poses_out(
@@ -205,25 +212,6 @@ class OpenSession:
         if "accelerometer" not in state.triads:
             return None
         return self.refitted(state, "accelerometer").calibration
-
-
-class _OfTriad:
-    """Refits of one triad beside the state of the other."""
-
-    def __init__(self, session: OpenSession, state: Screen, triad: Triad) -> None:
-        self.session, self.state, self.triad = session, state, triad
-
-    @property
-    def added(self) -> tuple[str, ...]:
-        return self.session.added(self.triad)
-
-    def of(self, names: Sequence[str]) -> Refitted | None:
-        now = replace(self.state.triads[self.triad], ticked=tuple(names))
-        state = replace(self.state, triads={**self.state.triads, self.triad: now})
-        try:
-            return self.session.refitted(state, self.triad)
-        except (CalibrationError, ConfigError):
-            return None
 
 
 def _key(state: Screen, triad: Triad, model: bool = True) -> tuple[Any, ...]:

@@ -2,5 +2,5 @@
 
     group: the command by its name;  arguments: types of arguments;  output: --json and --quiet
     progress ─ run_with_progress ─ model_change: runs, with a line for each stage
-    verdicts: a diagnosis in its colour;  recording_display: the panel of a guided recording
+    rate_outputs: the files of `rate`;  recording_display: the panel of a guided recording
 """

@@ -20,7 +20,7 @@ from calib.fit.least_squares.result import MISFIT_P_VALUE
 from pipeline.drawings.charts import NICE
 from pipeline.report.page_templates import rounded
 from pipeline.report.triad.charts import SHOWN_SD
-from pipeline.report.triad.refitted import Refits, RefitSource, Refitted, refitted_json, toggled
+from pipeline.report.triad.refitted import RefitOf, Refits, Refitted, refitted_json, toggled
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import FRAME, TriadResult
 from pipeline.text.formatting import DISPLAY
@@ -85,7 +85,7 @@ def refit_row(
         return {"failed": True}
     now = refitted_json(refitted)
     return now | {"residual": rounded(now["residual"])} | changes_json(
-        refits, ticked, refitted, config, guesses)
+        refits.of, refits.run.added, ticked, refitted, config, guesses)
 
 
 def tickable(result: TriadResult, refits: Refits) -> list[str]:
@@ -163,7 +163,7 @@ BESIDE_MISFIT_SD = 1.0
 
 
 def changes_json(
-    refits: RefitSource, ticked: Sequence[str], refitted: Refitted, config: Path,
+    refit_of: RefitOf, run: Sequence[str], ticked: Sequence[str], refitted: Refitted, config: Path,
     guesses: Collection[str],
 ) -> Json:
     """Judgements of the effects that were ticked or unticked, and the commands that are worth it.
@@ -172,7 +172,10 @@ def changes_json(
 
     Parameters
     ----------
-    refits : RefitSource
+    refit_of : callable
+        Gives the fit with other added effects.
+    run : sequence of str
+        The added effects of the run's model.
     ticked : sequence of str
         The added effects that are ticked.
     refitted : Refitted
@@ -182,10 +185,10 @@ def changes_json(
     guesses : collection of str
         Effects that look like others and that no verdict names.
     """
-    run, triad = refits.added, refitted.fit.poses.triad
+    triad = refitted.fit.poses.triad
     judgements, commands = [], []
     for name in toggled([n for n in run if n not in ticked], [n for n in ticked if n not in run]):
-        other = refits.of(toggled(ticked, [name]))
+        other = refit_of(toggled(ticked, [name]))
         is_ticked, in_model = name in ticked, name in run
         target = (config, f"{triad}.{name}")
         judged = None if other is None else judged_effect(

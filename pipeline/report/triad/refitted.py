@@ -4,9 +4,8 @@ The page carries a table of them (:mod:`pipeline.report.triad.refit_table`); ``p
 any.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -23,6 +22,9 @@ from calib.fit.validation.leave_one_out import Comparison, compare
 from pipeline.console.parameter_text import shown_effects
 from pipeline.results.json_values import Json
 from pipeline.text.formatting import DISPLAY, with_minus_signs
+
+RefitOf = Callable[[Sequence[str]], "Refitted | None"]
+"""Gives one triad with these added effects; None where its poses do not determine them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,17 +50,6 @@ def added_names(model: Model) -> tuple[str, ...]:
     return tuple(e.name for e in model.effects if e.acts_on != "reading")
 
 
-class RefitSource(Protocol):
-    """Fits of one triad: a table's, or those of a session that is open."""
-
-    @property
-    def added(self) -> tuple[str, ...]:
-        """The added effects of the run's model."""
-
-    def of(self, names: Sequence[str]) -> Refitted | None:
-        """The triad with these added effects; None where its poses do not determine them."""
-
-
 class Refits:
     """Fits of one triad with any of its effects, each made when it is first asked for.
 
@@ -77,11 +68,6 @@ class Refits:
         self.run = Refitted(result.calibration, result.comparison)
         self.defined, self.robust = defined, robust
         self._known: dict[frozenset[str], Refitted | None] = {frozenset(self.run.added): self.run}
-
-    @property
-    def added(self) -> tuple[str, ...]:
-        """The added effects of the run's model."""
-        return self.run.added
 
     def of(self, names: Sequence[str]) -> Refitted | None:
         """The triad with these added effects; None where its poses do not determine them."""
