@@ -14,7 +14,7 @@ import numpy as np
 from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import called_accelerometers, why_no_log
-from pipeline.guess.magnitudes import LOOSEST, NEAR_RANGE
+from pipeline.guess.magnitudes import NEAR_RANGE
 from pipeline.guess.pool import FEWEST_MEANS, REST_S
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
@@ -67,8 +67,7 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
     """Turns of gravity that are not those of the gyroscope."""
     turn = None if guess.scales else table.turn(guess.tables)
-    if turn is None or not turn.is_sure or (
-            abs(math.log(turn.si_per_unit)) < (NEAR_RANGE if turn.is_exact else math.log(LOOSEST))):
+    if turn is None or not turn.is_exact or abs(math.log(turn.si_per_unit)) < NEAR_RANGE:
         return ""
     return (f"{table.path}: between its rests gravity turns {turn.si_per_unit:.3g} times as far in "
             f"the accelerometer as the gyroscope says (correlation {turn.agreement:.2f}). The unit "

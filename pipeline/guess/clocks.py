@@ -67,8 +67,6 @@ def guess_clock(
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
-                if repeated > len(step) / 2 and not np.array_equal(ticks, np.rint(ticks)):
-                    continue  # only a clock in whole seconds ticks so seldom
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
                 file_hz = file_hz or float(f"{rate:.4g}")
     rate_hz = stated_hz or file_hz

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from pipeline.errors import UnreadableInput
-from pipeline.guess.magnitudes import typical_length
+from pipeline.guess.magnitudes import FORCE_UNITS, typical_length
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.pool import sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
@@ -111,7 +112,8 @@ def why_no_log(table: RawTable) -> str:
                     "scale; record the raw readings")
         if len(values) and not values.any():
             return "all its readings are 0: the sensor did not answer. Check wiring and supply"
-        if len(values) and typical_length(values) < REMOVED:
+        unit = FORCE_UNITS.get(read_name(triple[0]).unit, STANDARD_GRAVITY_M_S2)
+        if len(values) and typical_length(values) < REMOVED * STANDARD_GRAVITY_M_S2 / unit:
             return ("gravity is removed from its readings (half of them are shorter than "
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "
                     "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "

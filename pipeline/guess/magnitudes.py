@@ -37,12 +37,10 @@ USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
 """Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
 UNITS_PER_DEG_S = {unit: math.radians(1) / size for unit, size in RATE_UNITS.items()}  #: facts
-NEAR_RANGE, NEAR_WHILE_PUSHED = math.log(1.1), 0.3
+NEAR_RANGE = math.log(1.1)
 """Logarithm of a gyroscope's gain over that of its range: the ranges of two makers lie 14 % apart,
-and factory gains within 3 %. A hand that pushes adds a tenth, and its own error again."""
-AS_NEAR, AS_NEAR_WHILE_PUSHED = 0.03, 0.1
-"""Logarithm by which another range may lie farther and explain as much: a factory gain, and what a
-hand that pushes adds to it."""
+and factory gains within 3 %."""
+AS_NEAR = 0.03  #: logarithm by which another range may lie farther and explain as much: such a gain
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
 """Speeds of record players; the slowest and the last one from gramophones."""
 
@@ -165,17 +163,11 @@ def rate_scales(encoding: str, beside_per_g: float) -> tuple[float, ...]:
     return (*USUAL_COUNTS_PER_DEG_S, *units) if encoding else units
 
 
-def near_scales(per_deg: float, known: Sequence[float], is_exact: bool) -> tuple[float, ...]:
-    """The known scales that explain a measured one, the nearest first; none where none is near.
-
-    ``is_exact`` says that no hand pushed where it was measured.
-    """
+def near_scales(per_deg: float, known: Sequence[float]) -> tuple[float, ...]:
+    """The known scales that explain a measured one, the nearest first; none where none is near."""
     off = {scale: abs(math.log(per_deg / scale)) for scale in known}
-    near, as_near = ((NEAR_RANGE, AS_NEAR) if is_exact else
-                     (NEAR_WHILE_PUSHED, AS_NEAR_WHILE_PUSHED))
-    farthest = min(off.values()) + as_near
-    return tuple(sorted((scale for scale in off if off[scale] < min(near, farthest)),
-                        key=lambda scale: off[scale]))
+    farthest = min(NEAR_RANGE, min(off.values()) + AS_NEAR)
+    return tuple(sorted((scale for scale in off if off[scale] < farthest), key=off.__getitem__))
 
 
 def record_rpm(rate_rad_s: float) -> float | None:

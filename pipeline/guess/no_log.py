@@ -1,11 +1,14 @@
 """Texts of numbers that are no table of samples, each refused with what would make it one."""
 
+import math
 import re
 from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
 
-from calib.poses.imu_log import AXES
+import numpy as np
+
+from calib.poses.imu_log import AXES, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import find_head
@@ -19,8 +22,9 @@ MOST_KINDS = 12  #: sensors of a phone
 LEAST_TURNS = 0.25
 """Share of the rows that name another board than the one before. A judgement: boards that send in
 turns change in half of the rows or more, the state of one board changes seldom."""
-NAMES_A_BOARD = re.compile(r"(?<![a-z])(id|node|device|board|sensor|addr|address|mac|imu)(?![a-z])",
-                           re.IGNORECASE)
+FARTHER = 5.0
+"""Step from a sensor to another over that of one at rest and the finest step. A judgement: the
+biases of two boards lie ten times their noise apart in one of six axes, those of one board 1."""
 LONGEST_CHANNELS = 4
 """Cells of a row over the number of rows from which each row is a channel. A judgement: a log has
 more samples than columns, and 60 columns at most."""
@@ -124,26 +128,48 @@ def _require_whole_numbers(text: LogText) -> None:
 
 
 def _require_one_sensor(text: LogText) -> None:
-    """Refuse rows of several sensors or boards, each named by a word or a number in its row."""
+    """Refuse rows of several sensors or boards in turns: a column names the one of each row.
+
+    Whatever the names, the readings then jump from row to row and not from one row of a sensor to
+    its next.
+    """
     rows = [cells for _, cells in islice(text.rows(), EVENTS)]
-    names = find_head(text.lines).names or ()
-    for i in range(min(map(len, rows), default=0)):
+    width = min(map(len, rows), default=0)
+    numbers = np.array([[_number(text, cell) for cell in cells[:width]] for cells in rows])
+    for i in range(width):
         words = [cells[i] for cells in rows]
         kinds = list(dict.fromkeys(words))
-        readings = [word for word in kinds if word.lower().startswith(("acc", "gyr"))]
         turns = sum(one != other for one, other in pairwise(words)) / len(words)
-        named = not text.dialect.holds_number(kinds[0]) or (
-            i < len(names) and NAMES_A_BOARD.search(names[i]) is not None)
-        boards = kinds if named and turns > LEAST_TURNS and all(kinds) else []
-        if 1 < len(kinds) <= MOST_KINDS and len(readings or boards) > 1:
-            one = (readings or boards)[0]
-            sign, header = text.dialect.delimiter or " ", "NR==1 || " if names else ""
+        others = np.delete(numbers, i, axis=1)
+        if (1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) and all(kinds) and turns > LEAST_TURNS
+                and _jump_between(others, [kinds.index(word) for word in words])):
+            readings = [kind for kind in kinds if kind.lower().startswith(("acc", "gyr"))]
+            one = (readings or kinds)[0]
+            shown = f"^{one}$" if one.isdecimal() else re.escape(one)
+            sign = text.dialect.delimiter or " "
+            header = "NR==1 || " if find_head(text.lines).names else ""
             raise UnreadableInput(
                 f"{text.path}: column {i + 1} names the sensor of each row ({', '.join(kinds)}): "
                 f"the rows are those of several sensors and no samples of one. Write a file for "
-                f"each, for example by `awk -F'{sign}' '{header}${i + 1} ~ /{re.escape(one)}/' "
+                f"each, for example by `awk -F'{sign}' '{header}${i + 1} ~ /{shown}/' "
                 f"{word(text.path.name)} > {word(re.sub(r'[^a-z0-9]+', '_', one.lower()))}.csv`, "
                 f"and import {'these files together' if readings else 'each by itself'}.")
+
+
+def _number(text: LogText, cell: str) -> float:
+    """The number in a cell; NaN where there is none."""
+    return float(text.dialect.decimal_points(cell)) if text.dialect.holds_number(cell) else math.nan
+
+
+def _jump_between(columns: FloatArray, kinds: Sequence[int]) -> bool:
+    """Whether a column of (t, k) steps far less within each of the ``kinds`` (t,) of its rows."""
+    between = np.abs(np.diff(columns, axis=0))
+    order = np.argsort(kinds, kind="stable")
+    same = np.diff(np.asarray(kinds)[order]) == 0
+    within = np.abs(np.diff(columns[order], axis=0))[same]
+    apart = np.diff(np.sort(columns, axis=0), axis=0)
+    finest = np.where(apart > 0, apart, np.inf).min(axis=0)
+    return bool((np.median(between, axis=0) > FARTHER * (np.median(within, axis=0) + finest)).any())
 
 
 def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:

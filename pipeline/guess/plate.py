@@ -112,9 +112,9 @@ def settle_scale(
         return _settled(tables, math.radians(1) / decided[0].si_per_unit, "as in the other files")
     for table in undecided:
         turn = table.turn(tables)
-        if turn is not None and turn.is_sure:
+        if turn is not None and turn.is_exact:
             shown = math.radians(1) / (gyroscope.si_per_unit * turn.si_per_unit)
-            near = near_scales(shown, gyroscope.choices, turn.is_exact)
+            near = near_scales(shown, gyroscope.choices)
             if len(near) != 1:
                 continue
             return _settled(tables, near[0], (

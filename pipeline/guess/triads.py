@@ -131,6 +131,7 @@ class PossibleTriad:
             per_g = STANDARD_GRAVITY_M_S2 / FORCE_UNITS[stated]
             if abs(math.log(length / per_g)) < math.log(LOOSEST):
                 return GravityUnit(stated, per_g, "", length, True)
+            unit = unit if unit and unit.is_sure else None
         return unit if self.is_sensor else None
 
     def turns(self, force: "PossibleTriad") -> Turn | None:

@@ -49,7 +49,7 @@ class Turn:
 
     ``si_per_unit`` is rad/s per unit by the clock of the log, ``axes`` are those of the
     accelerometer about which they turn it, and ``agreement`` is the correlation. ``is_exact`` says
-    that the size follows from the ways between rests, to a percent, else it may be a tenth off.
+    that the size follows from the ways between rests, to a percent: with a push it is a tenth off.
     """
 
     si_per_unit: float
@@ -112,7 +112,7 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     shown = Turn(float(abs(common[best] / power[best])), float(abs(agreement[best])), axes)
     if not shown.is_sure:
         return shown
-    rests = np.flatnonzero(are_still(force[rows]) & are_still(rate[rows]))
+    rests = np.flatnonzero(are_still(force[rows]))
     turned = (rate - np.median(rate[rows[rests]], axis=(0, 1))) @ WAYS[best].T
     size = _size_between_rests(turned * (hand * shown.si_per_unit * step_s), force, rows, rests, of)
     return shown if size is None else replace(

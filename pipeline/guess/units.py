@@ -132,7 +132,7 @@ def gyroscope_in(
     mounted = (f"the gyroscope's x, y, z turn gravity as rates about the accelerometer's "
                f"{turn.axes} would: the two sensors are mounted differently"
                if turn and turn.is_sure and turn.axes != OWN else "")
-    seen = turn.si_per_unit if turn and turn.is_sure and rate.pool.has_clock else None
+    seen = turn.si_per_unit if turn and turn.is_exact and rate.pool.has_clock else None
     stated = RATE_UNITS.get(words.unit)
     if stated and (seen is None or LOOSEST > seen / stated > 1 / LOOSEST):
         return rate_triad(rate.columns, math.radians(1) / stated, "",
@@ -144,7 +144,7 @@ def gyroscope_in(
                           choices if len(choices) > 1 else ())
     per_g = STANDARD_GRAVITY_M_S2 / accelerometer.si_per_unit if accelerometer else 0.0
     per_deg = math.radians(1) / seen
-    able = near_scales(per_deg, rate_scales(encoding, per_g), turn.is_exact)
+    able = near_scales(per_deg, rate_scales(encoding, per_g))
     doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
              f"{stated / seen:.3g} times what the accelerometer sees" if stated else "")
     if not able:
@@ -183,7 +183,7 @@ def clocked_by_turns(
     Of the units that are open those are left in which the log is sampled and lasts as one does.
     """
     turn = rate.turns(force)
-    if turn is None or not turn.is_sure:
+    if turn is None or not turn.is_exact:
         return gyroscope, list(clocks)
     longest = max(len(clock.time_s) for clock in clocks)
     per_degs = gyroscope.choices or (math.radians(1) / gyroscope.si_per_unit,)
@@ -198,15 +198,14 @@ def clocked_by_turns(
             f"{clock.doubt}; by the turns of gravity it is {listed}: state it by --rate-hz"))
             for clock in clocks]
     per_deg, hz = able[0]
-    rate_hz = float(f"{hz:.3g}" if turn.is_exact else f"{hz:.2g}")
+    rate_hz = float(f"{hz:.3g}")
     if gyroscope.choices:
         gyroscope = gyroscope.scaled(per_deg, "in others the log would be too short or too long")
     return gyroscope, [replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz,
                                because=f"at {rate_hz:g} Hz the gyroscope turns gravity as far as "
                                        f"the accelerometer sees",
                                doubt=f"the file holds no times; {rate_hz:g} Hz follows from the "
-                                     f"turns, off by {'5 %' if turn.is_exact else 'a third'} at "
-                                     f"most") for clock in clocks]
+                                     f"turns, off by 5 % at most") for clock in clocks]
 
 
 def per_sample(

@@ -39,6 +39,7 @@ UNITS = {
     "kelvin": ("kelvin", "°k"),
     "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
+TEMPERATURE_UNITS = {"celsius", "kelvin", "fahrenheit"}
 FORCE_UNITS = {"m_s2", "g", "mg", "ug", "mm_s2"}
 RATE_UNITS = {"rad_s", "deg_s", "mdeg_s", "mrad_s", "ddeg_s", "cdeg_s", "deg_h", "rpm"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
@@ -127,6 +128,8 @@ def read_name(name: str) -> Words:
     words += spread
     stem = "".join(words)
     quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
+    if quantity == "time" and unit in TEMPERATURE_UNITS:  # "T (degC)"
+        quantity = "temperature"
     return Words(quantity, axis, unit, stem, _gravity_free(text, words))
 
 

@@ -26,7 +26,9 @@ SENTENCE = re.compile(r"\s*+\$(\w++),(.*)\*[0-9A-Fa-f]{2}\s*+")  #: a sentence o
 KIND = re.compile(r"([A-Z][A-Z0-9_]*)\s*,")  #: a first cell that names the kind of a row
 END_OF_DOCUMENT = "---"
 KEY = re.compile(r"( *)([A-Za-z_]\w*):\s*(.*?)\s*")  #: a line of YAML
-MOST_LINES = 4  #: lines of a sample, as accelerometer, gyroscope, magnetometer and temperature
+MOST_LINES = 12  #: lines of a sample, a value in each, of three sensors and their times
+PLOTTED = re.compile(rf">([A-Za-z]\w*):(?:(\d+):)?({NUMBER})\S*\s*")
+"""A value for Teleplot: ``>ax:0.1``, or ``>ax:1714557600000:0.1`` with its time in ms."""
 
 
 def unlabelled_lines(lines: list[str]) -> list[str]:
@@ -41,6 +43,9 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
                                       if (match := ARROW.fullmatch(line))])
     if _share(shown, lambda line: TAG.match(line) is not None) >= LEAST_SHARE:
         return [TAG.sub("", line) for line in lines]
+    if _share(shown, lambda line: PLOTTED.fullmatch(line) is not None) >= LEAST_SHARE:
+        first = (match[1] for line in shown if (match := PLOTTED.fullmatch(line)))
+        return unlabelled_lines(_named_values(lines, next(first)))
     if (documents := _documents(lines)) is not None:
         return documents
     if (rows := _of_one_kind(lines, shown)) is not None:
@@ -72,6 +77,13 @@ def labels_of(line: str) -> tuple[str, ...]:
             words = [*names[-1].split()[:-1], label]
         names.append(" ".join(words))
     return tuple(names)
+
+
+def _named_values(lines: Sequence[str], first: str) -> list[str]:
+    """Values for Teleplot under their names, with the time of that which is called ``first``."""
+    return [line if (match := PLOTTED.fullmatch(line)) is None else
+            f"{f't_ms={match[2]}, ' if match[2] and match[1] == first else ''}{match[1]}={match[3]}"
+            for line in lines]
 
 
 def _share(lines: Sequence[str], fits: Callable[[str], bool]) -> float:

@@ -19,6 +19,7 @@ from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.header_words import read_name
 
+MOST_KINDS, LEAST_TURNS = 12, 0.25  #: sensors of a phone, and the share of rows of another one
 FEWEST_ROWS = 3  #: rows from which it shows that each holds several samples
 
 
@@ -39,7 +40,15 @@ def tables(path: Path) -> list[FileTable]:
 
 
 def _table(name: str, rows: list[Any]) -> list[FileTable]:
-    """The table of such rows; none where they hold no number."""
+    """The tables of such rows: one, one of each kind where a word names it, or none."""
+    words = [key for key in (rows[0] if rows and isinstance(rows[0], dict) else ())
+             if all(isinstance(row, dict) and isinstance(row.get(key), str) for row in rows)]
+    for key in words:
+        kinds = list(dict.fromkeys(row[key] for row in rows))
+        turns = sum(one[key] != other[key] for one, other in pairwise(rows))
+        if 1 < len(kinds) <= MOST_KINDS and turns > LEAST_TURNS * len(rows):
+            return [table for kind in kinds for table in _table(
+                kind, [{**row, key: None} for row in rows if row[key] == kind])]
     samples = [dict(_numbers("", sample)) for sample in _unrolled(rows)]
     names = [key for key in samples[0] if all(key in sample for sample in samples)] if (
         samples) else []

@@ -196,7 +196,8 @@ def one_value_a_row(folder: Path, log: HandLog) -> Foreign:
 
 
 def two_boards(folder: Path, log: HandLog) -> Foreign:
-    rows = [",".join([*row, node]) for row in si_rows(log) for node in ("A4:CF:12", "B0:B2:1C")]
+    rows = [",".join([row[0], *row[1 + turn : 4], *row[1 : 1 + turn], *row[4:], node])
+            for row in si_rows(log) for turn, node in enumerate(("A4:CF:12", "B0:B2:1C"))]
     return Foreign([write_lines(folder / "nodes.csv", ["t,ax,ay,az,gx,gy,gz,node", *rows])])
 
 

@@ -179,6 +179,43 @@ def test_poses_in_one_archive_are_no_copies_of_one_recording(tmp_path: Path, log
     assert len(guess_session(found).tables) == 8
 
 
+def test_a_number_that_names_the_sensor_of_a_row_is_no_reading(
+    tmp_path: Path, log: HandLog
+) -> None:
+    events = [f"{1000 * t:.0f},{kind},{','.join(f'{v:.4f}' for v in row)}"
+              for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)
+              for kind, row in ((1, a), (4, w))]
+    (tmp_path / "a.csv").write_text("\n".join(["ts,type,x,y,z", *events]), encoding="utf-8")
+    with pytest.raises(UnreadableInput, match=r"column 2 names the sensor of each row \(1, 4\)"):
+        guess_files([tmp_path / "a.csv"], None)
+
+
+def test_kinds_of_objects_and_values_for_a_plotter_are_samples(
+    tmp_path: Path, log: HandLog
+) -> None:
+    (tmp_path / "a.jsonl").write_text("\n".join(
+        json.dumps({"type": kind, "ts": round(1000 * t), "v": list(row)})
+        for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)
+        for kind, row in (("acc", a), ("gyr", w))), encoding="utf-8")
+    (tmp_path / "plot.txt").write_text("\n".join(
+        f">{name}:{1000 * t:.0f}:{value:.4f}"
+        for t, a, w in zip(log.time_s, log.acc, log.gyr / DEG, strict=True)
+        for name, value in zip(("ax", "ay", "az", "gx", "gy", "gz"), (*a, *w), strict=True)),
+        encoding="utf-8")
+    for path, unit in ((tmp_path / "a.jsonl", "rad/s"), (tmp_path / "plot.txt", "°/s")):
+        found = guess_session(guess_files([path], None)[0])
+        assert found.accelerometer is not None
+        assert found.gyroscope is not None
+        assert (found.accelerometer.unit, found.gyroscope.unit) == ("m/s²", unit)
+
+
+def test_an_acceleration_without_gravity_is_in_no_other_unit(tmp_path: Path, log: HandLog) -> None:
+    up = log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
+    names = ("t", "X (m/s^2)", "Y (m/s^2)", "Z (m/s^2)")
+    with pytest.raises(UnreadableInput, match="gravity is removed"):
+        guess(tmp_path / "a.csv", names, log.time_s, log.acc - 9.8 * up)
+
+
 def test_a_cell_with_the_samples_of_a_row_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     cell = "|".join(map(str, range(25)))
