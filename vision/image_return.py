@@ -60,8 +60,6 @@ class ReturnThresholds:
     clearly_varies : float
         Mean square of a pixel over that of its noise, for it to be of something else that turns.
         Derived: nine tenths of it are no noise.
-    other : float
-        Score of a pixel that does not return with the known period. Derived: half of ``clear``.
     """
 
     clear: float = 0.6
@@ -69,7 +67,6 @@ class ReturnThresholds:
     shorter: float = 1.05
     same: float = 0.75
     clearly_varies: float = 10.0
-    other: float = 0.3
 
 
 THRESHOLDS = ReturnThresholds()
@@ -153,45 +150,6 @@ def much_varies(small: NDArray[np.uint8]) -> bool:
     """Whether frames, (f, h, w) some time apart, vary by more than noise and flicker together."""
     square = (_varying(small, len(small)) ** 2).mean(axis=0)
     return int((square > THRESHOLDS.clearly_varies).sum()) >= FEWEST_BLOCKS * BLOCK**2
-
-
-def other_return(
-    values: NDArray[np.uint8], frame_s: float, period_s: float
-) -> ImageReturn | None:
-    """Find another time after which what does not return with the known one does.
-
-    Parameters
-    ----------
-    values : array of uint8, shape (f, m)
-        Single pixels of evenly spaced frames.
-    frame_s : float
-    period_s : float
-        After which most of the picture returns.
-
-    Returns
-    -------
-    ImageReturn or None
-        None where all that varies clearly returns with the known period, or never.
-    """
-    pixels = values[:MOST_FRAMES, :, None]
-    f, period = len(pixels), period_s / frame_s
-    if f < FEWEST_RETURNS * period or period < LEAST_FRAMES:
-        return None
-    varying = _varying(pixels, round(SLOW_S / frame_s))[:, :, 0]
-    clear = np.flatnonzero((varying**2).mean(axis=0) > THRESHOLDS.clearly_varies)
-    if not clear.size:
-        return None
-    correlation = autocorrelation(varying[:, clear].T[:, :, None])
-    other = clear[_score(correlation, period) < THRESHOLDS.other]
-    if len(other) < max(FEWEST_BLOCKS, clear.size // MOST_BLOCKS):
-        return None
-    second = image_return(np.ascontiguousarray(pixels[:, other]), frame_s, 1)
-    if second is None:
-        return None
-    ratio = second.period_s / period_s
-    halves = 2 * max(ratio, 1 / ratio)  # what is there every third turn returns after 3/2 too
-    same = abs(halves / round(halves) - 1)
-    return second if same > SAME_RETURN else None
 
 
 def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:

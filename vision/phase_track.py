@@ -87,8 +87,7 @@ class PhaseTrack:
         ASCII code of I, P or B: coded by itself, predicted from frames before it, or from both
         sides; any other where that is not known.
     thumbnail : array of uint8, shape (f, m)
-        The luma of a few hundred pixels on and around the plate, and of some all over the frame,
-        for the rate by autocorrelation and for what else turns.
+        The luma of a few hundred pixels on and around the plate, for the rate by autocorrelation.
     smear_rad2 : array, shape (f,)
         Variance of the smear along the turn beyond that of the template, rad²: with the time that
         the shutter is open the smear grows. NaN where the plate was not seen.

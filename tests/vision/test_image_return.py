@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vision.errors import NoPlate, OnlyShifts
-from vision.image_return import image_return, much_varies, other_return
+from vision.image_return import image_return, much_varies
 from vision.plate.periodic import periodic_pixels
 from vision.plate.pixel_motion import Turning, turning
 
@@ -45,16 +45,6 @@ def test_a_lamp_that_flickers_and_noise_do_not_return() -> None:
     table = rng.uniform(60, 160, (96, 128))
     frames = lamp[:, None, None] * table + 2 * rng.standard_normal((FRAMES, 96, 128))
     assert image_return(np.rint(frames).astype(np.uint8), FRAME_S) is None
-
-
-def test_something_else_that_turns_is_told_from_what_returns_already() -> None:
-    both = np.concatenate([turning_dots(33.05), turning_dots(44.7)], axis=2)
-    thin = both[:, ::5, ::5].reshape(FRAMES, -1)
-    other = other_return(thin, FRAME_S, 60 / 33.05)
-    assert other is not None
-    assert 60 / other.period_s == pytest.approx(44.7, rel=0.005)
-    alone = turning_dots(33.05)[:, ::4, ::4].reshape(FRAMES, -1)
-    assert other_return(alone, FRAME_S, 60 / 33.05) is None
 
 
 def test_less_than_two_turns_do_not_return() -> None:

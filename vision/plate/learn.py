@@ -7,6 +7,7 @@ import numpy as np
 
 from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView
+from vision.numbers import RPM
 from vision.plate.background import median_image, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
 from vision.plate.choice import (
@@ -14,13 +15,13 @@ from vision.plate.choice import (
     chosen_plate,
     or_of_parts,
     seek_spindle,
-    turns_together,
 )
 from vision.plate.detect import proposals
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
 from vision.plate.refusal import why_it_jumps, why_nothing_moves, why_nothing_turns
-from vision.plate.template import Template
+from vision.plate.second_rate import turns_itself
+from vision.plate.template import Alignment, Template
 from vision.video.reader import Frame, Luma
 
 CHANGE_OF = 60  # frames, for whether anything changes
@@ -124,7 +125,9 @@ def _learn(
         lasts = np.maximum(np.diff(learning.time_s[learning.chosen]), 1e-6)
         rate = float(np.median(np.diff(plate.coarse.angle_rad) / lasts))
         alike = plate.parts if plate.parts > 1 else symmetry(fine.template)
-        notes = _others_turning(name, fine.template.grid.view, outlines)
+        notes = _others_turning(
+            name, rate, fine.template.grid.view, outlines, learning,
+            None if alike > 1 else plate.coarse)
         return PlateModel(channel, in_brightness, fine.template, rate, alike, notes)
     if jumping is not None:
         raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
@@ -132,18 +135,28 @@ def _learn(
     raise RateRefused(f"{name}: {why}")
 
 
-def _others_turning(name: str, plate: PlateView, outlines: list[Outline]) -> tuple[str, ...]:
-    """A note on turning things beside the plate."""
-    beside = [
-        view
-        for view, rotation in outlines
-        if turns_together(rotation)
-        and float(plate.at_rest.plate(*(np.array(c) for c in view.centre_px))[0]) > 1
-    ]
-    if not beside:
+def _others_turning(
+    name: str, rate_rad_s: float, view: PlateView, outlines: list[Outline],
+    learning: LearningFrames, whole: Alignment | None,
+) -> tuple[str, ...]:
+    """A note on what else turns: beside the plate, or about its spindle where that is ``whole``."""
+    lasts_s = float(np.ptp(learning.time_s))
+    where, second = "beside it", max(
+        (rotation for rim, rotation in outlines
+         if float(view.at_rest.plate(*(np.array(c) for c in rim.centre_px))[0]) > 1
+         and turns_itself(rotation, lasts_s)),
+        key=lambda rotation: rotation.coherence, default=None)
+    if second is None and whole is not None:
+        left, angle_rad = learning.left(view, whole)
+        if turns_itself(left, lasts_s, angle_rad):
+            where, second = "about its spindle", left
+    if second is None:
         return ()
-    x, y = plate.centre_px
+    x, y = view.centre_px
+    second_rad_s = second.angle_rad[-1] / lasts_s
     return (
-        f"{name}: more than one thing turns in the frame; the one around ({x:.0f}, {y:.0f}) px was "
-        f"measured. To measure another, state its rim (--rim, or plate: centre_px, radii_px).",
+        f"{name}: two things turn in the frame, at about {abs(rate_rad_s) / RPM:.3g} rpm and, "
+        f"{where}, {abs(second_rad_s) / RPM:.3g} rpm. The rate is that of the first, around "
+        f"({x:.0f}, {y:.0f}) px. If the sensor turns with the second, cover the first or state the "
+        f"rim of the second (--rim, or plate: centre_px, radii_px).",
     )

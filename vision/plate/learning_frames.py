@@ -14,12 +14,14 @@ from vision.plate.low_orders import PixelSeries
 from vision.plate.parts import EqualParts, equal_parts
 from vision.plate.polar import Grid, Strips, polar_grid
 from vision.plate.rotation import CoarseRotation, RotationSearch
+from vision.plate.second_rate import left_by
 from vision.plate.template import Alignment, RoughlyAligned, informative_rings
 from vision.video.reader import Luma
 
 COARSE_AZIMUTHS = 256  #: azimuths of the first template
 COARSE_RADII = np.linspace(0.1, 0.97, 20)  # plate radii
 COARSE_WEIGHT = COARSE_RADII.astype(np.float32)  # pixels of the clip per sample, no unit
+AROUND_RADII = np.linspace(0.1, 2.6, 52)  # plate radii: a label may be taken for the plate
 COARSE_FRAMES = 100  #: at most; a limit of time
 FINE_FRAMES = 28  #: frames of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
@@ -56,6 +58,13 @@ class LearningFrames:
         """Rough motion about the spindle of a view."""
         self.on_step()
         return self._search.about(self._series.low_orders(view, COARSE_RADII), COARSE_WEIGHT)
+
+    def left(self, view: PlateView, coarse: Alignment) -> tuple[CoarseRotation, FloatArray]:
+        """Rough motion about a plate's spindle of what does not turn with it; its angles, (f,)."""
+        angle = np.interp(self.time_s, self.time_s[self.chosen], coarse.angle_rad)
+        spectra = self._series.low_orders(view, AROUND_RADII)
+        weight = AROUND_RADII.astype(np.float32)
+        return self._search.about(left_by(spectra, angle), weight), angle
 
     def share(self, view: PlateView, part: slice) -> float:
         """What turns together about it in one window, of what varies, 0 to 1."""

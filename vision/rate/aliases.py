@@ -11,7 +11,7 @@ import numpy as np
 
 from vision.geometry import FloatArray
 from vision.image_return import SAME_RETURN
-from vision.numbers import RPM
+from vision.numbers import FASTEST_USUAL, RPM
 from vision.phase_track import PhaseTrack
 from vision.rate.cross_checks import PictureReturns
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
@@ -29,7 +29,6 @@ RETIMED = {  # playback rate over capture rate of clips that were retimed, and h
     30 / 25: "filmed at 25 frames per second and stamped as 30",
     30 / 24: "filmed at 24 frames per second and stamped as 30",
 }
-FASTEST_USUAL = 100 * RPM  #: rad/s, of record players, to choose the words
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.image_return import (
-    MOST_FRAMES,
-    SAME_RETURN,
-    ImageReturn,
-    image_return,
-    other_return,
-)
+from vision.image_return import MOST_FRAMES, SAME_RETURN, ImageReturn, image_return
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.unwrap import frame_time
 
@@ -94,18 +88,16 @@ class PictureReturns:
                             self.frame_s, 1)
 
     def of_a_turn(self, turn_s: float) -> tuple[ImageReturn | None, ImageReturn | None]:
-        """The return after a turn of the plate, as long as ``turn_s``, and after something else."""
-        first, whole = self.strongest, self.track.plate.symmetry == 1
-        if first is not None:
-            # A plate of equal parts is itself again after each of them.
-            share = max(1, round(turn_s / first.period_s)) / max(1, round(first.period_s / turn_s))
-            turn = replace(first, period_s=share * first.period_s, sd_s=share * first.sd_s)
-            if abs(turn.period_s / turn_s - 1) > SAME_RETURN:
-                return None, first if whole else None  # equal parts return after some of them
-            first = turn
-        if np.isnan(self.frame_s) or not whole:
-            return first, None
-        return first, other_return(self.track.thumbnail, self.frame_s, turn_s)
+        """The return after a turn of the plate, as long as ``turn_s``, or after something else."""
+        first = self.strongest
+        if first is None:
+            return None, None
+        # A plate of equal parts is itself again after each of them.
+        share = max(1, round(turn_s / first.period_s)) / max(1, round(first.period_s / turn_s))
+        turn = replace(first, period_s=share * first.period_s, sd_s=share * first.sd_s)
+        if abs(turn.period_s / turn_s - 1) <= SAME_RETURN:
+            return turn, None
+        return None, first if self.track.plate.symmetry == 1 else None  # parts return by some
 
 
 def cross_check(angle: PlateAngle, rate_rad_s: float, returns: PictureReturns) -> CrossChecks:

@@ -14,7 +14,6 @@ from vision.video.reader import ClipReader, Frame, Luma
 
 LOOKED_EVERY_S = 0.9  # seconds: a camera moves slowly
 THUMBNAIL = 20  # samples across the plate and what is around it, each way
-WIDE = 16  # samples across the longer side of the frame, for what else turns
 
 
 class FrameMeasurements:
@@ -40,8 +39,7 @@ class FrameMeasurements:
         self._tracker = PlateTracker(plate.template, plate.rate_rad_s)
         x, y = view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
         h, w = shown.luma.shape
-        everywhere = slice(None, None, max(1, max(h, w) // WIDE))
-        self._parts = (_samples(y, h), _samples(x, w)), (everywhere, everywhere)
+        self._part = _samples(y, h), _samples(x, w)
         self._around, self._looked_s = around, -np.inf
         self._shown, self._shown_index = shown.bgr, shown_index
         self._image = np.empty((h, w), np.uint8)
@@ -76,15 +74,14 @@ class FrameMeasurements:
         self._time_s += time_s.tolist()
         self._coding += [frame.coding for frame in frames]
         self._motion += [frame.motion for frame in frames]
-        around = np.stack([frame.luma[self._parts[0]] for frame in frames])
+        around = np.stack([frame.luma[self._part] for frame in frames])
         self._brightness += around.mean(axis=(1, 2)).tolist()
 
     def _strip(self, image: Luma) -> Luma:
         # Copied into the processor's cache as a whole: the rings jump about in a frame, which
         # was decoded some time ago, and each jump would wait for the memory.
         self._image[:] = image
-        self._thumbnails.append(
-            np.concatenate([self._image[part].ravel() for part in self._parts]))
+        self._thumbnails.append(self._image[self._part].ravel())
         return self._plate.template.grid.strip(self._image)
 
     def track(self, clip: ClipReader, notes: tuple[str, ...]) -> PhaseTrack:
