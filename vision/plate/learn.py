@@ -147,9 +147,9 @@ def _others_turning(
          and turns_itself(rotation, lasts_s)),
         key=lambda rotation: rotation.coherence, default=None)
     if second is None and whole is not None:
-        left, angle_rad = learning.left(view, whole)
-        if turns_itself(left, lasts_s, angle_rad):
-            where, second = "about its spindle", left
+        remainder, angle_rad = learning.remainder(view, whole)
+        if turns_itself(remainder, lasts_s, angle_rad):
+            where, second = "about its spindle", remainder
     if second is None:
         return ()
     x, y = view.centre_px

@@ -59,7 +59,7 @@ class LearningFrames:
         self.on_step()
         return self._search.about(self._series.low_orders(view, COARSE_RADII), COARSE_WEIGHT)
 
-    def left(self, view: PlateView, coarse: Alignment) -> tuple[CoarseRotation, FloatArray]:
+    def remainder(self, view: PlateView, coarse: Alignment) -> tuple[CoarseRotation, FloatArray]:
         """Rough motion about a plate's spindle of what does not turn with it; its angles, (f,)."""
         angle = np.interp(self.time_s, self.time_s[self.chosen], coarse.angle_rad)
         spectra = self._series.low_orders(view, AROUND_RADII)

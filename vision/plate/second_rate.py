@@ -41,21 +41,21 @@ THRESHOLDS = SecondRateThresholds()
 
 def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
     """Spectra of rings, (orders, r, f), without what stands and what turns by the angles, (f,)."""
-    left = np.empty_like(spectra)
+    rest = np.empty_like(spectra)
     for k, of_order in enumerate(spectra, start=1):
         turns = np.exp(-1j * k * angle_rad)
         base = np.linalg.qr(np.stack([np.ones_like(turns), turns], axis=1))[0]
-        left[k - 1] = of_order - (of_order @ base.conj()) @ base.T
-    return left
+        rest[k - 1] = of_order - (of_order @ base.conj()) @ base.T
+    return rest
 
 
 def turns_itself(
-    left: CoarseRotation, lasts_s: float, plate_rad: FloatArray | None = None
+    seen: CoarseRotation, lasts_s: float, plate_rad: FloatArray | None = None
 ) -> bool:
     """Whether what is seen in some seconds turns, and not by the angles of a plate there, (f,)."""
-    if left.coherence < THRESHOLDS.mostly or abs(left.angle_rad[-1]) > FASTEST_USUAL * lasts_s:
+    if seen.coherence < THRESHOLDS.mostly or abs(seen.angle_rad[-1]) > FASTEST_USUAL * lasts_s:
         return False
     if plate_rad is None:
         return True
-    apart = left.angle_rad - plate_rad
+    apart = seen.angle_rad - plate_rad
     return bool(abs(apart[-1] - apart[0]) > 2 * np.pi * THRESHOLDS.apart_turns)

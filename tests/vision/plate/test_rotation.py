@@ -9,6 +9,7 @@ from vision.errors import RateRefused
 from vision.geometry import PlateOverride
 from vision.plate.low_orders import ORDERS
 from vision.plate.rotation import CoarseRotation, RotationSearch
+from vision.plate.second_rate import left_by, turns_itself
 from vision.tracking.track import track_phase
 
 FloatArray = NDArray[np.float64]
@@ -16,6 +17,7 @@ FloatArray = NDArray[np.float64]
 RINGS, AZIMUTHS, FRAMES, FPS = 6, 128, 150, 15.0
 WEIGHT = np.linspace(0.2, 1.0, RINGS).astype(np.float32)
 TIME = np.arange(FRAMES) / FPS
+PLATE = -3.5 * TIME  # rad
 
 
 def pattern(rng: np.random.Generator) -> FloatArray:
@@ -93,3 +95,47 @@ def test_a_rim_given_beside_the_plate_is_refused_as_one_that_does_not_turn(rende
         assert apart > 1.1 * scene.radius_px + radius
         with pytest.raises(RateRefused, match="nothing in the frame turns about a fixed axis"):
             track_phase(path, plate=PlateOverride(centre_px=(x, y), radius_px=radius))
+
+
+def beside_a_plate(strips: FloatArray, plate_rad: FloatArray) -> tuple[bool, float]:
+    """Whether a second thing turns, and its rate, rad/s."""
+    spectra = np.fft.rfft(strips, axis=2)[:, :, 1 : ORDERS + 1].transpose(2, 1, 0)
+    rest = left_by((spectra / strips.shape[2]).astype(np.complex64), plate_rad)
+    rotation = RotationSearch(TIME).about(rest, WEIGHT)
+    lasts_s = float(np.ptp(TIME))
+    return (turns_itself(rotation, lasts_s, plate_rad),
+            float(rotation.angle_rad[-1]) / lasts_s)
+
+
+def noise(rng: np.random.Generator, shape: tuple[int, ...]) -> FloatArray:
+    return 0.2 * rng.standard_normal(shape)
+
+
+@pytest.mark.parametrize("rate_rad_s", [-4.7, -2.6, 3.5, 0.9])
+def test_a_faint_second_pattern_is_told_with_its_rate(rate_rad_s: float) -> None:
+    """A third as strong as the plate, on rings of its own; the table stands."""
+    rng = np.random.default_rng(3)
+    label, record = pattern(rng), pattern(rng)
+    label[3:], record[:3] = 0, 0
+    strips = turned(record, PLATE) + turned(label, rate_rad_s * TIME) / 3 + 5 * pattern(rng)
+    found, rate = beside_a_plate(strips + noise(rng, strips.shape), PLATE)
+    assert found
+    assert rate == pytest.approx(rate_rad_s, rel=0.02)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_one_plate_has_no_second_rate(seed: int) -> None:
+    """Seen with its axis off, which mixes neighbouring orders, and with angles that err."""
+    rng = np.random.default_rng(seed)
+    around = np.linspace(0, 2 * np.pi, 128, endpoint=False)
+    skewed = 1 + 0.2 * np.cos(around - rng.uniform(0, 6))
+    strips = turned(pattern(rng), PLATE) * skewed + pattern(rng)
+    erring = PLATE + 0.02 * np.sin(2 * PLATE)
+    assert not beside_a_plate(strips + noise(rng, strips.shape), erring)[0]
+
+
+def test_a_light_that_flickers_is_no_second_thing() -> None:
+    rng = np.random.default_rng(4)
+    strips = turned(pattern(rng), PLATE)
+    strips += np.sin(7 * TIME)[:, None, None] * pattern(rng) + noise(rng, strips.shape)
+    assert not beside_a_plate(strips, PLATE)[0]
