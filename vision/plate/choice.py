@@ -66,29 +66,22 @@ def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
 
     From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
     sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
-    steeply does not. Not sought where the coherence is certain at once; the places tried are
-    compared in the window that is clearest about the middle.
+    steeply does not. Not sought where the coherence is certain at once.
     """
-    about_middle = frames.rotation(view)
-    if about_middle.coherence > CERTAIN or view.tilt_rad < STEEP_RAD:
-        return view, about_middle
-    clearest = about_middle.clearest
-    best, most = view, frames.share(view, clearest)
+    best, rotation = view, frames.rotation(view)
+    if rotation.coherence > CERTAIN or view.tilt_rad < STEEP_RAD:
+        return best, rotation
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):
         for nearness in NEARNESS:
             u, v = side * nearness * np.sin(view.tilt_rad) * squeezed
             x, y = view.pixels(np.hypot(u, v), np.arctan2(v, u))
             other = view.about(float(x), float(y))
-            share = frames.share(other, clearest)
-            if share <= most:
+            about_other = frames.rotation(other)
+            if about_other.coherence <= rotation.coherence:
                 break
-            best, most = other, share
-    if best is view:
-        return view, about_middle
-    about_best = frames.rotation(best)
-    better = about_best.coherence > about_middle.coherence
-    return (best, about_best) if better else (view, about_middle)
+            best, rotation = other, about_other
+    return best, rotation
 
 
 def chosen_plate(

@@ -66,11 +66,6 @@ class LearningFrames:
         weight = AROUND_RADII.astype(np.float32)
         return self._search.about(left_by(spectra, angle), weight), angle
 
-    def share(self, view: PlateView, part: slice) -> float:
-        """What turns together about it in one window, of what varies, 0 to 1."""
-        spectra = self._series.low_orders(view, COARSE_RADII, part)
-        return self._search.share(spectra, COARSE_WEIGHT, part)
-
     def parts(self, view: PlateView) -> EqualParts | None:
         """Equal parts that pass about an axis; None where there are none."""
 

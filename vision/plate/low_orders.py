@@ -36,9 +36,7 @@ class PixelSeries:
         self._factor = images[0].shape[1] // small.shape[2]
         self._series = np.ascontiguousarray(small.reshape(len(small), -1).T)  # (pixels, frames)
 
-    def low_orders(
-        self, view: PlateView, radius: FloatArray, frames: slice = slice(None)
-    ) -> Orders:
+    def low_orders(self, view: PlateView, radius: FloatArray) -> Orders:
         """Fourier coefficients 1 to ``ORDERS`` along rings about the spindle of a view.
 
         Parameters
@@ -46,8 +44,6 @@ class PixelSeries:
         view : PlateView
         radius : array, shape (r,)
             In plate radii.
-        frames : slice, optional
-            Of them only.
 
         Returns
         -------
@@ -55,7 +51,7 @@ class PixelSeries:
             In luma steps; what lies outside the frame counts as dark.
         """
         azimuth = np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS
-        strips = self._strips(*view.pixels(radius[:, None], azimuth), self._series[:, frames])
+        strips = self._strips(*view.pixels(radius[:, None], azimuth))
         strips = strips.reshape(len(radius), AZIMUTHS, -1)
         wave = np.exp(-1j * np.outer(np.arange(1, ORDERS + 1), azimuth)) / AZIMUTHS
         spectra = np.empty((ORDERS, len(radius), strips.shape[-1]), np.complex64)
@@ -63,9 +59,7 @@ class PixelSeries:
         spectra.imag = (wave.imag.astype(np.float32) @ strips).swapaxes(0, 1)
         return spectra
 
-    def _strips(
-        self, x: FloatArray, y: FloatArray, series: NDArray[np.uint8]
-    ) -> NDArray[np.float32]:
+    def _strips(self, x: FloatArray, y: FloatArray) -> NDArray[np.float32]:
         """The values at pixels of the clip in every frame, shape (samples, f)."""
         h, w = self._shape
         middle = (self._factor - 1) / 2
@@ -74,11 +68,11 @@ class PixelSeries:
         column = np.clip(x, 0, w - 1).astype(np.intp).clip(max=w - 2)
         row = np.clip(y, 0, h - 1).astype(np.intp).clip(max=h - 2)
         across, down = x - column, y - row
-        strips = np.zeros((len(x), series.shape[1]), np.float32)
+        strips = np.zeros((len(x), self._series.shape[1]), np.float32)
         for right, below, share in (
             (0, 0, (1 - across) * (1 - down)), (1, 0, across * (1 - down)),
             (0, 1, (1 - across) * down), (1, 1, across * down),
         ):
-            values = series[(row + below) * w + column + right]
+            values = self._series[(row + below) * w + column + right]
             strips += values * np.where(inside, share, 0).astype(np.float32)[:, None]
         return strips

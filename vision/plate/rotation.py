@@ -80,19 +80,6 @@ class RotationSearch:
             self._parts[int(shares.argmax())],
         )
 
-    def share(self, spectra: Orders, weight: NDArray[np.float32], part: slice) -> float:
-        """The share of the energy that turns together in one of the windows, 0 to 1.
-
-        Parameters
-        ----------
-        spectra : array of complex64, shape (orders, r, f)
-            Of the frames of the window.
-        weight : array, shape (r,)
-        part : slice
-            The ``clearest`` of a ``CoarseRotation``.
-        """
-        return self._windows[self._parts.index(part)].best(spectra, weight)[1]
-
 
 def _without_strays(rate: FloatArray) -> FloatArray:
     """Each rate replaced by the median with its neighbours."""
