@@ -13,12 +13,23 @@ if TYPE_CHECKING:
 IntArray = NDArray[np.int64]
 
 
+GAINS = ("_scale", "scale_drift", "reference_drift")  #: what is a gain where nothing varies
+BIASES = ("_bias", "bias_drift", "warm_up", "wander", "periodic")  #: what is a bias there
+
+
 def rows_of(name: str, each: FloatArray, whitening: FloatArray) -> FloatArray:
-    """What an effect adds to the pose equations per unit of each size, noise units, (S, n, k)."""
-    rows = np.einsum("sni,snik->snk", whitening, each)
-    if name.endswith(("_bias", "_scale", "_drift", "warm_up")) or name.startswith("column:"):
-        rows = rows - rows.mean(axis=1, keepdims=True)  # what does not vary is a bias or a gain
-    return rows
+    """What an effect adds to the pose equations per unit of each size, noise units, (S, n, k).
+
+    Of one that is a bias or a gain where nothing varies it is how it varies. ``each`` (S, n, 3, k)
+    are its errors, ``whitening`` (S, n, 3) what the equations have of an error, along the reading.
+    """
+    if name.endswith(BIASES) or name.startswith("column:"):
+        each = each - each.mean(axis=1, keepdims=True)
+    elif name.endswith(GAINS):
+        reading = np.where(each != 0, whitening[..., None], 0.0)
+        gain = (each * reading).sum(axis=(1, 2)) / (reading**2).sum(axis=(1, 2))
+        each = each - gain[:, None, None] * reading
+    return np.einsum("sni,snik->snk", whitening, each)
 
 
 def sizes_of(
