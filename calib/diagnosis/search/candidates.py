@@ -68,12 +68,9 @@ class Candidates:
         return [*best.values()]
 
     def of_effects(self, table: Table, listed: Sequence[int], count: int) -> Iterator[Members]:
-        """Every set of ``count`` of ``listed`` that leaves rows to check it with."""
-        spare = table.dof - CONSTANTS.fewest_dof
+        """Every set of ``count`` of ``listed``."""
         seen = table.seen.tolist()
-        for members in combinations(sorted(listed, key=lambda j: (seen[j], j)), count):
-            if sum(seen[j] for j in members) <= spare:
-                yield members
+        return combinations(sorted(listed, key=lambda j: (seen[j], j)), count)
 
     def placed(self, table: Table) -> tuple[list[int], ...]:
         """Every pose that these rows can tell from the others, and every step that they show."""

@@ -4,14 +4,13 @@ A block is a hypothesis with columns X; a set of blocks is a covariance of the p
 
     r ~ N(0, V K),    K = I + Σ_k tau_k² X_k X_kᵀ
 
-tau_k the root mean square signal of block k in noise units. With D = diag(tau) over the columns of
-all blocks, G = XᵀX and h = Xᵀr, one Cholesky factor of a small matrix gives both parts of it:
+tau_k the root mean square signal of block k in noise units. With G = XᵀX and h = Xᵀr the block and
+the others are eliminated one after another,
 
-    [ I + D G D    D h  ]      log det K = log det (I + D G D)
-    [ (D h)ᵀ      rᵀr+1 ]      Q = rᵀK⁻¹r = last pivot - 1
+    G_kk - G_ko (G_oo + 1/tau_o²)⁻¹ G_ok,    h_k - G_ko (G_oo + 1/tau_o²)⁻¹ h_o,
 
-The columns of one block are orthogonal, so that its part of this matrix is diagonal: that of the
-last, widest block is eliminated beforehand, and the factor is of the others alone.
+and along the eigenvectors of what is left of block k its density is a product for every tau_k. The
+columns of one block are orthogonal, so that the last, widest block goes without a solution.
 
 The variance V is that of :mod:`calib.fit.noise_size`. Log densities are relative to those of unit
 rows without any constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is
@@ -20,7 +19,8 @@ tau is a half-Cauchy distribution (Gelman, Bayesian Analysis 1, 2006), whose tai
 for any signal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -111,8 +111,9 @@ class Sets:
     def _across(self) -> FloatArray:
         return self.gram[:, :, self.gram.shape[1] :]
 
-    def likeliest_sizes(self) -> FloatArray:
-        """The tau of every block (B, blocks) near which the density is highest; no unit."""
+    @cached_property
+    def _fitted(self) -> tuple[FloatArray, FloatArray]:
+        """Columns fitted to the residual (B, a + w), and what that leaves of chi-square (B,)."""
         a = self.gram.shape[1]
         length = self.squared + RIDGE
         share = self._across / length[:, None, :]
@@ -121,13 +122,26 @@ class Sets:
         first = np.linalg.solve(matrix, rest[:, :, None])
         last = (self.product[:, a:] - (self._across.swapaxes(1, 2) @ first)[:, :, 0]) / length
         solution = np.concatenate([first[:, :, 0], last], axis=1)
-        unexplained = self.chi2 - (self.product * solution).sum(axis=1)
+        return solution, self.chi2 - (self.product * solution).sum(axis=1)
+
+    def likeliest_sizes(self) -> FloatArray:
+        """The tau of every block (B, blocks) near which the density is highest; no unit."""
+        solution, unexplained = self._fitted
         least = 1.0 if self.noise.is_known else np.finfo(float).tiny
         variance = np.maximum(
             unexplained / np.maximum(self.noise.dof - self.seen.sum(axis=1), 1), least)
         begin = np.cumsum((0, *self.widths[:-1]))
         mean = np.add.reduceat(solution**2, begin, axis=1) / self.seen
         return np.asarray(np.clip(np.sqrt(mean / variance[:, None]), TAUS[0], TAUS[-1]))
+
+    def at_most(self) -> FloatArray:
+        """What no log density (B,) exceeds: that of the residual fitted at no cost."""
+        return np.logaddexp(*self.noise.log_density(self._fitted[1], 0.0, self.chi2))
+
+    def take(self, which: IntArray) -> "Sets":
+        """Those of the sets that are ``which``."""
+        return replace(self, gram=self.gram[which], squared=self.squared[which],
+                       product=self.product[which], seen=self.seen[which])
 
     @property
     def are_apart(self) -> BoolArray:
@@ -148,54 +162,73 @@ class Sets:
         least = np.linalg.eigvalsh(inside - across @ across.swapaxes(1, 2))[:, 0]
         return np.asarray((least > 0) | (self.seen.sum(axis=1) > self.noise.dof))
 
-    def density_at(self, taus: FloatArray) -> FloatArray:
-        """Log density (B,) with these sizes (B, blocks), V averaged."""
-        a = self.gram.shape[1]
-        d = np.repeat(taus, self.widths, axis=1)
-        signal = d[:, a:] ** 2 * self.squared
-        beside = np.concatenate(
-            [self._across * d[:, :a, None], self.product[:, None, a:]], axis=1)
-        matrix = -(beside * (d[:, a:] ** 2 / (1 + signal))[:, None, :]) @ beside.swapaxes(1, 2)
-        matrix[:, :a, :a] += self._inside * d[:, :a, None] * d[:, None, :a]
-        matrix[:, a, :a] += self.product[:, :a] * d[:, :a]
-        matrix[:, range(a), range(a)] += 1.0
-        matrix[:, a, a] += self.chi2 * (1 + 1e-12) + 1.0
-        pivots = np.einsum("baa->ba", np.linalg.cholesky(matrix))  # by the lower triangle
-        log_det = 2 * np.log(pivots[:, :a]).sum(axis=1) + np.log1p(signal).sum(axis=1)
-        stated, larger = self.noise.log_density(pivots[:, a] ** 2 - 1.0, log_det, self.chi2)
-        return np.logaddexp(stated, larger)
-
-    def screened(self) -> FloatArray:
-        """Log density (B,), the average over each size by its width at the likeliest ones.
-
-        A size of v columns is known to 1/√(2v) of itself (the Fisher information of a variance).
-        """
-        taus = self.likeliest_sizes()
-        width = np.minimum(np.sqrt(np.pi / self.seen) / np.log(2), len(TAUS))
-        prior = taus / (1.0 + (taus / CONSTANTS.typical_size) ** 2) / HALF_CAUCHY.sum()
-        return np.asarray(self.density_at(taus) + np.log(prior * width).sum(axis=1))
-
     def averaged(self) -> FloatArray:
-        """Log density (B,), every size averaged with the others at their likeliest."""
+        """Log density (B,), every size averaged with the others at their likeliest, and V."""
         taus = self.likeliest_sizes()
         density, average = np.zeros(len(taus)), np.zeros(len(taus))
         for k in range(len(self.widths)):
-            grid = np.repeat(taus[None], len(TAUS), axis=0)
-            grid[:, :, k] = TAUS[:, None]
-            gain = self._on(grid)
+            gain = self._over_sizes_of(k, taus)
             best = gain.argmax(axis=0)
             taus[:, k] = TAUS[best]
             density = gain[best, np.arange(len(best))]
             average += over_sizes(gain) - density
         return np.asarray(density + average)
 
-    def _on(self, grid: FloatArray) -> FloatArray:
-        """:meth:`density_at` for many sizes of each set (taus, B, blocks), (taus, B)."""
-        n = len(grid)
-        many = Sets(np.tile(self.gram, (n, 1, 1)), np.tile(self.squared, (n, 1)),
-                    np.tile(self.product, (n, 1)), self.chi2, self.noise, self.widths,
-                    np.tile(self.seen, (n, 1)))
-        return many.density_at(grid.reshape(-1, grid.shape[2])).reshape(n, -1)
+    def _over_sizes_of(self, k: int, taus: FloatArray) -> FloatArray:
+        """Log density (taus, B) for every size of block ``k``, the others' as of ``taus``."""
+        n, sets = len(TAUS), len(taus)
+        if k == 0 or self.widths[k] <= n:
+            return self._of_sizes(k, taus, np.asarray(TAUS[:, None]))
+        # Its matrix is large and diagonal, those of the others are small.
+        many = np.tile(taus, (n, 1))
+        many[:, k] = np.repeat(TAUS, sets)
+        every = self.take(np.tile(np.arange(sets), n))
+        return every._of_sizes(0, many, many[None, :, 0]).reshape(n, sets)
+
+    def _of_sizes(self, k: int, taus: FloatArray, mine: FloatArray) -> FloatArray:
+        """Log density (t, B) for sizes ``mine`` (t, B or 1) of block ``k``."""
+        gram, product, chi2, log_det = self._beside(k, taus)
+        squared, turns = np.linalg.eigh(gram)
+        along = (turns.swapaxes(1, 2) @ product[:, :, None])[:, :, 0] ** 2
+        size = mine[:, :, None] ** 2
+        signal = size * np.maximum(squared, 0.0)
+        fall = (along * size / (1 + signal)).sum(axis=2)
+        stated, larger = self.noise.log_density(
+            chi2 - fall, log_det + np.log1p(signal).sum(axis=2), self.chi2)
+        return np.logaddexp(stated, larger)
+
+    def _beside(self, k: int, taus: FloatArray) -> tuple[FloatArray, ...]:
+        """What is left of block ``k`` beside the others of sizes ``taus`` (B, blocks).
+
+        The products of its columns (B, v, v), those with the residual (B, v), its chi-square and
+        the log determinant of the others, each (B,).
+        """
+        a, sizes = self.gram.shape[1], np.repeat(taus, self.widths, axis=1) ** 2
+        gram, product, log_det = self._inside, self.product[:, :a], np.zeros(len(taus))
+        chi2 = np.full(len(taus), self.chi2)
+        if k < len(self.widths) - 1:  # the last block, which is diagonal, goes first
+            signal, along = sizes[:, a:] * self.squared, self.product[:, a:]
+            share = sizes[:, a:] / (1 + signal)
+            held = self._across * share[:, None, :]
+            gram = gram - held @ self._across.swapaxes(1, 2)
+            product = product - (held @ along[:, :, None])[:, :, 0]
+            chi2 = chi2 - (share * along**2).sum(axis=1)
+            log_det = np.log1p(signal).sum(axis=1)
+        else:
+            across, product = self._across, self.product
+            gram = np.block([[gram, across],
+                             [across.swapaxes(1, 2), self.squared[:, :, None] * np.eye(
+                                 self.squared.shape[1])]])
+        begin = sum(self.widths[:k])
+        mine = np.arange(begin, begin + self.widths[k])
+        rest = np.delete(np.arange(gram.shape[1]), mine)
+        across, along = gram[:, rest[:, None], mine], product[:, rest, None]
+        others = gram[:, rest[:, None], rest] + np.eye(len(rest)) / sizes[:, None, rest]
+        solved = np.linalg.solve(others, np.concatenate([across, along], axis=2))
+        less = across.swapaxes(1, 2) @ solved
+        return (gram[:, mine[:, None], mine] - less[:, :, :-1], product[:, mine] - less[:, :, -1],
+                chi2 - (along * solved[:, :, -1:]).sum(axis=(1, 2)),
+                log_det + np.linalg.slogdet(others)[1] + np.log(sizes[:, rest]).sum(axis=1))
 
 
 def width_for(seen: int) -> int:

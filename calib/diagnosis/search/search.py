@@ -42,6 +42,9 @@ FAR_ROUNDS = 2
 REFITTED = 4
 """Sets refitted in one round. A limit of time."""
 
+WEIGHED_FIRST = 64
+"""Sets that are weighed before the others, which cannot all reach them. A limit of time."""
+
 GROWN = 3
 """Best sets whose neighbours are weighed again in one round. A limit of time."""
 
@@ -148,10 +151,9 @@ class _Search:
             self.at_solution = table_at(
                 solution.refit.fit, self.candidates.hypotheses, solution.refit.names)
         best = sorted(self.entries.values(), key=lambda e: -e.log_posterior)
-        near = [e.members for e in best
-                if e.log_posterior > best[0].log_posterior - CONSTANTS.negligible]
-        sets = {*near}
-        for entry in best[:GROWN]:
+        near = [e for e in best if e.log_posterior > best[0].log_posterior - CONSTANTS.negligible]
+        sets = {e.members for e in near}
+        for entry in (near if best[0].explains else best)[:GROWN]:
             sets |= {*self.candidates.beside(self.at_solution, entry.members, self.seen)}
         sets -= {()}
         fresh = {self.candidates.key(members) for members in sets - self.weighed}
@@ -161,15 +163,21 @@ class _Search:
 
     def _weigh(self, table: Table, sets: Sequence[Members]) -> None:
         """Note the log posterior of ``sets`` at ``table``."""
-        keys = [self.candidates.key(members) for members in sets]
-        fresh = [i for i, key in enumerate(keys) if self._is_open(key)]
-        if fresh:
-            sets, keys = [sets[i] for i in fresh], [keys[i] for i in fresh]
-            values = table.weighed(sets, exactly=False) + self.candidates.log_prior(sets)
-            best = float(values.max())
+        open_ones = [members for members in sets if self._is_open(self.candidates.key(members))]
+        if not open_ones:
+            return
+        prior = self.candidates.log_prior(open_ones)
+        values = table.at_most(open_ones) + prior
+        likeliest = np.argsort(-values, kind="stable")
+        least = -np.inf
+        for some in (likeliest[:WEIGHED_FIRST], likeliest[WEIGHED_FIRST:]):
+            some = some[values[some] > least]
+            values[some] = table.weighed([open_ones[i] for i in some]) + prior[some]
+            best = float(values[some].max(initial=least))
             gain = max(best - self.entries[0].log_posterior, 0.0)
-            self._note(sets, keys, values,
-                       best - 2 * CONSTANTS.negligible - CONSTANTS.behind_share * gain)
+            least = best - 2 * CONSTANTS.negligible - CONSTANTS.behind_share * gain
+        self._note(open_ones, [self.candidates.key(members) for members in open_ones], values,
+                   least)
 
     def _note(
         self, sets: Sequence[Members], keys: Sequence[Key], values: FloatArray, least: float
@@ -213,6 +221,7 @@ class _Search:
             e for k, e in self.entries.items()
             if (e.log_posterior > least or (self.solution is None and len(e.members) == 1))
             and e.members and e.refit is None and not k & unfit
+            and self.table.seen[[*e.members]].sum() <= self.table.dof - CONSTANTS.fewest_dof
             and (e.log_posterior > best - CONSTANTS.near
                  or not any(part & k == part for part in whole))
         ]
@@ -241,7 +250,7 @@ class _Search:
             return
         table = table_at(joint.fit, chosen, joint.names)
         order = sorted(range(len(members)), key=lambda i: int(table.seen[i]))
-        value = float(table.weighed([tuple(order)], exactly=True)[0])
+        value = float(table.weighed([tuple(order)])[0])
         value += float(self.candidates.log_prior([members])[0]) + joint.log_shape_width
         value += sum(float(np.log(len(h.effect.shape.starts))) for h in chosen
                      if h.effect is not None and h.effect.shape is not None)

@@ -166,34 +166,36 @@ class Table:
         return Sets(of.gram[rows[:, :, None], across[:, None, :]], of.squared[columns[-1]],
                     of.product[across], self.chi2, self.noise, widths, seen)
 
-    def weighed(self, sets: Sequence[tuple[int, ...]], exactly: bool) -> FloatArray:
-        """Log density of the residual under every set, (B,); ``exactly`` with sizes averaged.
+    def weighed(self, sets: Sequence[tuple[int, ...]]) -> FloatArray:
+        """Log density of the residual under every set, (B,).
 
-        One hypothesis alone is always averaged: a wander has as many columns as there are rows.
-        -inf where a set has as many columns as there are degrees of freedom, or a member that the
-        others leave next to nothing of.
+        -inf where a set has a member that is blind, or one that the others leave next to nothing
+        of.
         """
         values = np.full(len(sets), -np.inf)
         groups = self._of_equal_widths(sets)
         of = self.products(sets)
         for places in groups:
             members = [sets[i] for i in places]
-            if members[0]:
-                group = self.sets(members, of)
-                exact = exactly or len(members[0]) == 1
-                values[places] = group.averaged() if exact else group.screened()
-            else:
-                values[places] = np.logaddexp(*self.noise.nothing(self.chi2))
+            values[places] = (self.sets(members, of).averaged() if members[0] else
+                              np.logaddexp(*self.noise.nothing(self.chi2)))
         self._leave_apart(sets, groups, of, values)
         return values
 
+    def at_most(self, sets: Sequence[tuple[int, ...]]) -> FloatArray:
+        """What :meth:`weighed` of ``sets`` does not exceed, (B,)."""
+        values, of = np.full(len(sets), np.inf), self.products(sets)
+        for places in self._of_equal_widths(sets):
+            if sets[places[0]]:
+                values[places] = self.sets([sets[i] for i in places], of).at_most()
+        return values
+
     def _of_equal_widths(self, sets: Sequence[tuple[int, ...]]) -> list[IntArray]:
-        """Which of ``sets`` have blocks of equal widths and leave rows to check them with."""
+        """Which of ``sets`` have blocks of equal widths, all of them seen."""
         groups: dict[tuple[int, ...], list[int]] = {}
         widths, seen = self._widths, self.seen.tolist()
         for i, members in enumerate(sets):
-            columns = [seen[j] for j in members]
-            if 0 not in columns and sum(columns) < self.dof + len(columns):
+            if all(seen[j] for j in members):
                 groups.setdefault(tuple([widths[j] for j in members]), []).append(i)
         return [np.array(places) for places in groups.values()]
 

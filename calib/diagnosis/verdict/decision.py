@@ -2,7 +2,7 @@
 
 Three rules. Nothing is missing at a probability of one half and more, where the noise explains the
 residual. An effect is named when its class is missing at ``name``, the refit with it lowers the
-exact leave-one-out error, and what it leaves would not make as much of it by chance. Else all that
+exact leave-one-out error, and it takes most of the misfit. Else all that
 is credible, with its odds; what of it has no name by its kind: bad poses, a course that no effect
 has, noise.
 """
@@ -18,7 +18,7 @@ from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import ATTITUDE, IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.verdict.explained import explained, stands_out
+from calib.diagnosis.verdict.explained import explained
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare, left_out_square
@@ -87,7 +87,7 @@ def reach_verdict(posterior: Posterior) -> Verdict:
         with_names = (share, explains) if explains else explained(posterior, joint)
         if not with_names[1]:
             unlisted = _unlisted(posterior, share, explains)
-            if not stands_out(posterior.base, joint.fit):
+            if 2 * with_names[0] < 1:
                 return unlisted or _noise(posterior, kinds_of_noise(posterior.base))
             if unlisted is not None and _is_part_of(posterior, joint, named, unlisted):
                 return unlisted
@@ -127,7 +127,8 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     them, the least likely goes.
     """
     sure = [each for each in posterior.classes
-            if each.kind == "listed" and each.probability >= CONSTANTS.sure]
+            if each.kind == "listed" and each.probability >= CONSTANTS.sure
+            and refit_of(posterior, [each.name])]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
@@ -232,7 +233,7 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
         return _noise(posterior, drawn)
     noises = posterior.noise + sum(
         posterior.mass(e) for e in posterior.entries
-        if e.members and all(posterior.hypotheses[j].kind == "drawn" for j in e.members))
+        if any(posterior.hypotheses[j].kind == "drawn" for j in e.members))
     if noises >= least:
         first = next((h for h in members if h.kind == "drawn"), None)
         return _noise(posterior, (first.name,) if first else kinds_of_noise(posterior.base))

@@ -1,8 +1,5 @@
-"""What a refit takes of a misfit, and whether that stands out of the rest."""
+"""What a refit takes of a misfit."""
 
-from scipy.special import fdtrc
-
-from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit
 from calib.fit.least_squares.result import Fit
@@ -20,17 +17,6 @@ def explained(posterior: Posterior, joint: Refit | None) -> tuple[float, bool]:
     if joint is None or whole <= 0:
         return 0.0, False
     return max(1 - max(_square(joint.fit) - joint.fit.dof, 0.0) / whole, 0.0), joint.explains
-
-
-def stands_out(base: Fit, joint: Fit) -> bool:
-    """Whether what a refit takes of a misfit is more than chance takes of the rest: the F-test.
-
-    Among much that nothing explains some effect always takes a little.
-    """
-    more = max(base.dof - joint.dof, 1)  # columns with a prior take no degree of freedom
-    rest = _square(joint)
-    ratio = (_square(base) - rest) / more / (rest / joint.dof)
-    return float(fdtrc(more, joint.dof, ratio)) < CONSTANTS.misfit_p_value
 
 
 def _square(fit: Fit) -> float:
