@@ -7,7 +7,6 @@ from itertools import combinations
 
 import numpy as np
 
-from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.search.table import Table
 from calib.poses.imu_log import FloatArray
