@@ -228,13 +228,14 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     lead, something = posterior.lead, 1 - posterior.nothing
     least = CONSTANTS.sure * something
     members = [posterior.hypotheses[j] for j in lead.members]
+    is_function = any(h.kind == "unknown" and posterior.any_of([h.name]) >= least for h in members)
     drawn = kinds_in_a_class(posterior)
-    if drawn:
+    if drawn and not is_function:
         return _noise(posterior, drawn)
     noises = posterior.noise + sum(
         posterior.mass(e) for e in posterior.entries
         if any(posterior.hypotheses[j].kind == "drawn" for j in e.members))
-    if noises >= least:
+    if noises >= least and not is_function:
         first = next((h for h in members if h.kind == "drawn"), None)
         return _noise(posterior, (first.name,) if first else kinds_of_noise(posterior.base))
     unnamed = [h for h in members if h.kind != "listed" or h.is_placed]
