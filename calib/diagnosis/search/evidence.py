@@ -135,7 +135,7 @@ class Sets:
         return np.asarray(np.clip(np.sqrt(mean / variance[:, None]), TAUS[0], TAUS[-1]))
 
     def at_most(self) -> FloatArray:
-        """What no log density (B,) exceeds: that of the residual fitted at no cost."""
+        """What no log density (B,), no unit, exceeds: that of the residual fitted at no cost."""
         return np.logaddexp(*self.noise.log_density(self._fitted[1], 0.0, self.chi2))
 
     def take(self, which: IntArray) -> "Sets":

@@ -183,7 +183,7 @@ class Table:
         return values
 
     def at_most(self, sets: Sequence[tuple[int, ...]]) -> FloatArray:
-        """What :meth:`weighed` of ``sets`` does not exceed, (B,)."""
+        """What the log density (B,), no unit, of ``sets`` does not exceed; see :meth:`weighed`."""
         values, of = np.full(len(sets), np.inf), self.products(sets)
         for places in self._of_equal_widths(sets):
             if sets[places[0]]:
