@@ -139,7 +139,7 @@ class Sets:
         return np.logaddexp(*self.noise.log_density(self._fitted[1], 0.0, self.chi2))
 
     def take(self, which: IntArray) -> "Sets":
-        """Those of the sets that are ``which``."""
+        """The sets ``which`` alone."""
         return replace(self, gram=self.gram[which], squared=self.squared[which],
                        product=self.product[which], seen=self.seen[which])
 

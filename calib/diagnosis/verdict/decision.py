@@ -2,9 +2,8 @@
 
 Three rules. Nothing is missing at a probability of one half and more, where the noise explains the
 residual. An effect is named when its class is missing at ``name``, the refit with it lowers the
-exact leave-one-out error, and it takes most of the misfit. Else all that
-is credible, with its odds; what of it has no name by its kind: bad poses, a course that no effect
-has, noise.
+exact leave-one-out error, and it takes most of the misfit. Else all that is credible, with its
+odds; what of it has no name by its kind: bad poses, a course that no effect has, noise.
 """
 
 from collections.abc import Sequence
