@@ -179,3 +179,16 @@ def test_an_angle_that_leans_to_whole_frames_per_turn_says_so(
     else:
         assert 0.02 < abs(error_frames) < 2.5 * pixels.leaning_frames
         assert pixels.leaning_frames < 0.29  # of a frame time, evenly spread
+
+
+def test_a_light_that_blinks_passes_by_nowhere() -> None:
+    """All pixels brighten together: nothing of how they change is left, and nothing explains it."""
+    rng = np.random.default_rng(9)
+    table = rng.uniform(60, 160, (96, 128))
+    blink = 1 + 0.1 * (np.arange(FRAMES) % 37 < 18)
+    frames = blink[:, None, None] * table
+    mask = np.ones(table.shape, bool)
+    frames = np.rint(frames).astype(np.uint8)
+    pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), 37 * FRAME_S, 0.01)
+    pixels.coefficients[1:] = 0  # as where they do not stand out from noise
+    assert turning(pixels, mask) is None

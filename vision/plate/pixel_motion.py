@@ -117,8 +117,8 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
 def _explained(rows: FloatArray, change: FloatArray) -> tuple[FloatArray, float]:
     """The motion (k,) that explains a change (n,) best by its rows (n, k), and the share."""
     beta = np.linalg.lstsq(rows.T @ rows, rows.T @ change)[0]
-    missed = float(((change - rows @ beta) ** 2).sum())
-    return np.asarray(beta), 1 - missed / max(float((change**2).sum()), 1e-12)
+    missed, of_all = float(((change - rows @ beta) ** 2).sum()), float((change**2).sum())
+    return np.asarray(beta), 1 - missed / of_all if of_all > 0 else 0.0
 
 
 def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
