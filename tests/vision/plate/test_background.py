@@ -30,10 +30,10 @@ def test_blocks_that_an_encoder_renews_once_do_not_move() -> None:
     assert stands_still(images)
 
 
-@pytest.mark.parametrize("contrast", [12, -12])
-def test_a_faint_mark_that_goes_round_moves(contrast: int) -> None:
+@pytest.mark.parametrize(("contrast", "noise"), [(12, 2.0), (-12, 2.0), (12, 4.5)])
+def test_a_faint_mark_that_goes_round_moves(contrast: int, noise: float) -> None:
     """Eight pixels of tape, for a twentieth of the turn over each place."""
-    images = frames(np.random.default_rng(3), 2.0)
+    images = frames(np.random.default_rng(3), noise)
     for i, image in enumerate(images):
         x, y = (round(c) for c in (120 + 70 * np.cos(0.35 * i), 90 + 70 * np.sin(0.35 * i)))
         image[y - 4 : y + 4, x - 4 : x + 4] += np.uint8(contrast % 256)
