@@ -19,7 +19,6 @@ from calib.poses.imu_log import FloatArray
 from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
-    NEAR_RANGE,
     OFFSET_BINARY,
     RECORD_RPM,
     USUAL_COUNTS_PER_DEG_S,
@@ -114,10 +113,10 @@ def settle_scale(
         turn = table.turn(tables)
         if turn is not None and turn.is_exact:
             shown = math.radians(1) / (gyroscope.si_per_unit * turn.si_per_unit)
-            near = near_scales(shown, gyroscope.choices)
-            if len(near) != 1:
+            able = near_scales(shown, gyroscope.choices)
+            if len(able) != 1:
                 continue
-            return _settled(tables, near[0], (
+            return _settled(tables, able[0], (
                 f"between the rests gravity then turns as far as in the accelerometer "
                 f"(correlation {turn.agreement:.2f})"))
     turning = _turning(undecided)
@@ -129,20 +128,20 @@ def settle_scale(
     usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
              else USUAL_COUNTS_PER_DEG_S)
     for factors, because in _known_factors(turning, lengths, clips):
-        off, per_deg, nearest = min((abs(math.log(first / factor / known)), first / factor, known)
-                                    for factor in factors for known in usual)
+        near = [(abs(math.log(first / factor / scale)), scale) for factor in factors
+                for scale in near_scales(first / factor, usual)]
         return _settled(
-            tables, nearest if off < NEAR_RANGE else float(f"{per_deg:.3g}"), because)
+            tables, min(near)[1] if near else float(f"{first / factors[0]:.3g}"), because)
     rates_of = [(per_deg, lengths * first / per_deg) for per_deg in gyroscope.choices]
-    able = [(per_deg, rates) for per_deg, rates in rates_of if all(map(record_rpm, rates))]
-    if len(able) == 1:
-        per_deg, rates = able[0]
+    at_speed = [(per_deg, rates) for per_deg, rates in rates_of if all(map(record_rpm, rates))]
+    if len(at_speed) == 1:
+        per_deg, rates = at_speed[0]
         return _settled(tables, per_deg, (
             f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
             f"range makes a speed of record players"))
     return [*tables], tuple(
         ScaleChoice(per_deg, min(RECORD_RPM, key=lambda rpm: abs(
-            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in able or rates_of)
+            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in at_speed or rates_of)
 
 
 def _known_factors(

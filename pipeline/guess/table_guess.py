@@ -33,6 +33,8 @@ MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tu
 #: Names of files in which phone apps write what they compute from the sensors, and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
+INDOORS_C = (5.0, 60.0)
+"""°C of a sensor that nobody heats or cools; counts are 0 at 25 °C, or thousands. A judgement."""
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
 TURNING_RAD_S = 0.3
 
@@ -257,8 +259,8 @@ def _further(
     """Temperature, sds and numbers of samples."""
     every = [(name, read_name(name)) for name in table.columns]
     for name, words in every:
-        if (words.quantity == "temperature" and words.unit in ("", "celsius")
-                and _is_celsius(table.columns[name])):
+        bounds = {"celsius": CELSIUS, "": INDOORS_C}.get(words.unit)
+        if words.quantity == "temperature" and bounds and _is_within(table.columns[name], bounds):
             yield TEMPERATURE, name
             break
     for name, words in every:
@@ -270,7 +272,7 @@ def _further(
                 yield f"sd_{(GYROSCOPE if of_gyroscope else ACCELEROMETER)[words.axis]}", name
 
 
-def _is_celsius(values: FloatArray) -> bool:
-    """Whether a temperature is in °C and not in raw counts; False without any value."""
+def _is_within(values: FloatArray, bounds: tuple[float, float]) -> bool:
+    """Whether most values lie there, as a temperature in °C and no counts; False without any."""
     known = values[np.isfinite(values)]
-    return bool(known.size) and CELSIUS[0] < float(np.median(known)) < CELSIUS[1]
+    return bool(known.size) and bounds[0] < float(np.median(known)) < bounds[1]

@@ -21,10 +21,11 @@ from pipeline.guess.magnitudes import (
     GravityUnit,
     encoding_of,
     gravity_unit,
+    sample_noise_sd,
     signed,
     typical_length,
 )
-from pipeline.guess.pool import PooledTables
+from pipeline.guess.pool import STILL, PooledTables, still_means
 from pipeline.guess.turns import OWN, Turn, turn_of
 from pipeline.logs.header_words import ACC, GYR, OTHER, Words, read_name, whole_triples
 
@@ -134,6 +135,12 @@ class PossibleTriad:
             unit = unit if unit and unit.is_sure else None
         return unit if self.is_sensor else None
 
+    @cached_property
+    def is_alike(self) -> bool:
+        """Whether they read alike in every attitude, as a gyroscope at rest does."""
+        means = still_means(self.values, self._whole[1], self.pool.step_s)
+        return bool(means.std(axis=0).max() < STILL * sample_noise_sd(self.values))
+
     def turns(self, force: "PossibleTriad") -> Turn | None:
         """How they turn ``force``; None where it does not turn, or they are no sensor."""
         if not self.is_sensor:
@@ -177,7 +184,7 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
     pairs: list[tuple[_Evidence, PossibleTriad | None, PossibleTriad | None]] = []
     for force in forces:
         name = _called_as(force, "acc")
-        if name > 0 or (name == 0 and (_is_gravity(force) or len(every) == 1)):
+        if name > 0 or (name == 0 and _is_gravity(force)):
             pairs.append(((0, name, _is_gravity(force), 1, 0), force, None))
     for rate in every:
         name = _called_as(rate, "gyr")
@@ -192,8 +199,8 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
 
 _Evidence = tuple[int, int, bool, int, int]
 """What speaks for a pair, the strongest first: that one turns the gravity of the other, about the
-same axes or others; names; that gravity is as long as in a known unit; number of sensors; and that
-they stand beside each other."""
+same axes or others; names; that gravity is as long as in a known unit; number of sensors; that the
+one reads alike in all rests, else that they stand beside each other."""
 
 
 def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
@@ -209,10 +216,11 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
     beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # behind it more often than before
     plain = force_name > 0 or (force_name == 0 and _is_gravity(force))
-    believed = name > 0 or (name == 0 and beside > 0 and turn is None)
+    alike = turn is None and rate.is_alike
+    believed = name > 0 or (name == 0 and turn is None and (alike or beside > 0))
     if not turned and not (plain and believed):
         return None
-    return turned, name + force_name, _is_gravity(force), 2, beside
+    return turned, name + force_name, _is_gravity(force), 2, AXIS_COUNT if alike else beside
 
 
 def _is_gravity(force: PossibleTriad) -> bool:

@@ -109,6 +109,17 @@ def test_a_range_that_no_sensor_has_is_refused_and_a_stated_one_believed(
     assert [*disagreements(guess_session(found.tables, per_deg=42.0))] == []
 
 
+def test_what_reads_alike_in_every_rest_is_the_gyroscope(tmp_path: Path, log: HandLog) -> None:
+    field = np.rint(log.acc @ Rotation.from_euler("x", 70, degrees=True).as_matrix() * 20)
+    for pose in range(10):
+        rows = np.column_stack([np.rint(log.acc / 9.80665 * 4096), field,
+                                np.rint(log.gyr / DEG * 32.8)])[log.rest == pose]
+        np.savetxt(tmp_path / f"{pose}.csv", rows, fmt="%.0f", delimiter=",")
+    found = guess_session(guess_files(sorted(tmp_path.glob("*.csv")), None)[0])
+    assert found.gyroscope is not None
+    assert found.gyroscope.columns == ("7", "8", "9")
+
+
 def test_a_clock_in_another_unit_than_its_name_states_is_refused(
     tmp_path: Path, log: HandLog
 ) -> None:
