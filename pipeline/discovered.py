@@ -37,7 +37,7 @@ def change_for_unknown(
     """What ``--auto`` adds where a formula is to be sought: what :func:`discover` finds.
 
     Where there is no formula, what takes the error into the sds. ``refused`` are those that were
-    tried and did not lower the leave-one-out error.
+    tried and did not lower the error.
 
     Raises
     ------

@@ -73,7 +73,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("evaluable",),
     ],
     "calib.fit.validation": [
-        ("leave_one_out", "wave_misfit"), ("prediction",), ("predicted_pose",),
+        ("leave_one_out", "wave_misfit"), ("prediction",), ("predicted_pose", "new_attitudes"),
     ],
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",),

@@ -7,7 +7,7 @@ leave something open, the block of poses that would settle it is computed.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,12 +33,16 @@ from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
+from calib.fit.validation.new_attitudes import mean_square_error
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import TEMPERATURE
 
 RIVALS_COMPARED = 4
 """Number of rivals of a class at most: a limit of time, since a block of poses is judged for every
 pair."""
+
+NOT_ELSEWHERE = "Record the same poses in random order: with it new attitudes would err by more"
+"""What follows a name that these poses determine only where they are."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +183,8 @@ def diagnose(
     """
     finding = find(fit, user_effects, covariates)
     posterior, verdict = finding.posterior, finding.verdict
-    ranking = rank(posterior, refit_of(posterior, verdict.names) if verdict.names else None)
+    joint = refit_of(posterior, verdict.names) if verdict.names else None
+    ranking = rank(posterior, joint)
     # What would be seen only at an absurd size counts as unseen, unless the poses do show it.
     too_small = finding.absurd
     absurd = [one.name for one in ranking
@@ -190,6 +195,11 @@ def diagnose(
         verdict.name != "rate_scatter"
     ):
         advice = lay_missing(fit, prediction) or advice
+    explanation = explain(
+        fit, verdict, ranking, posterior.p_value, advice, prediction, posterior.beyond)
+    if joint is not None and not verdict.details and explanation.step == "add" and (
+            mean_square_error(joint.fit) >= mean_square_error(fit)):
+        explanation = replace(explanation, step="record", following=NOT_ELSEWHERE)
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,
@@ -197,8 +207,7 @@ def diagnose(
         group=verdict.group,
         inclusion=posterior.inclusion,
         sets=tuple(each for each in posterior.sets if each[1] >= CONSTANTS.least_listed),
-        explanation=explain(
-            fit, verdict, ranking, posterior.p_value, advice, prediction, posterior.beyond),
+        explanation=explanation,
         advice=advice if advice is not None and advice.is_worth_it else None,
         ranking=ranking,
         blind=(*finding.blind, *absurd),

@@ -4,9 +4,9 @@ Each formula has the log odds of its evidence against none, with a prior that ha
 again with every term, so that a longer one pays; the numbers in the likeliest are made finer, and
 pay for that. These stand at one table with the listed effects and are refitted, and one is accepted
 where its odds against none, as the refit has them (beside a strong signal a linear score is off by
-more than noise), are high and where it predicts poses that took no part, fold by fold, better than
-the model without it. A listed effect that predicts them as well is what it is: a formula is for
-what none of these describes.
+more than noise), are high, where it predicts poses that took no part, fold by fold, better than
+the model without it, and where new attitudes are expected to err by less with it. A listed effect
+that predicts them as well is what it is: a formula is for what none of these describes.
 """
 
 import math
@@ -28,6 +28,7 @@ from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares import solver
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.leave_one_out import left_out_residual
+from calib.fit.validation.new_attitudes import mean_square_error
 from calib.poses.imu_log import FloatArray
 from calib.poses.past import Past, with_pasts
 
@@ -126,7 +127,8 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     before = _left_out(fit)
     for one in sorted(tried, key=lambda each: -each.log_odds):
         after = _left_out(one.fit)
-        if one.log_odds < ACCEPTED or not _holds(before, after):
+        if one.log_odds < ACCEPTED or not _holds(before, after) or (
+                mean_square_error(one.fit) >= mean_square_error(fit)):
             continue
         ranked = [n + int(k) for k in np.argsort(-density[n:]) if np.isfinite(density[n + k])]
         rivals = [*ranked[:1], *table.aliases(one.place, ranked)]

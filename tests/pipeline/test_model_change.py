@@ -18,7 +18,7 @@ from pipeline.model_change import (
     read_target,
     require_addable,
 )
-from pipeline.next_change import next_target, predicts_better
+from pipeline.next_change import error_falls, next_change
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.sessions import pipeline
@@ -128,7 +128,7 @@ def test_the_last_effect_cannot_be_taken_out(copied: Path) -> None:
         edited_config(config, read_target(config, "gyroscope.bias"), remove=True)
 
 
-def test_a_change_knows_both_sides_leaves_the_file_alone_and_predicts_better_one_way_only(
+def test_a_change_knows_both_sides_leaves_the_file_alone_and_lowers_the_error_one_way_only(
     copied: Path
 ) -> None:
     config = load_config(copied)
@@ -148,8 +148,8 @@ def test_a_change_knows_both_sides_leaves_the_file_alone_and_predicts_better_one
                      for run in (change.before, change.after))
     assert after.chi2 / after.dof < 1.4 < before.chi2 / before.dof
     assert after.model.names == (*before.model.names, "bias_drift")
-    assert predicts_better(change)
-    assert not predicts_better(
+    assert error_falls(change)
+    assert not error_falls(
         ModelChange(change.target, before=change.after, after=change.before))
 
 
@@ -165,15 +165,15 @@ def test_a_change_that_fails_leaves_the_file_as_it_was(copied: Path, drift_found
 
 
 def test_what_to_add_next_is_what_is_named_without_doubt(drift_found: Outcome) -> None:
-    target = next_target(drift_found)
-    assert target is not None
-    assert str(target) == "gyroscope.bias_drift"
+    change = next_change(drift_found, run)
+    assert change is not None
+    assert str(change.target) == "gyroscope.bias_drift"
 
 
 def test_what_was_tried_in_vain_is_not_tried_again(drift_found: Outcome) -> None:
-    first = next_target(drift_found)
+    first = next_change(drift_found, run)
     assert first is not None
-    assert next_target(drift_found, refused=[first]) is None
+    assert next_change(drift_found, run, refused=[first.target]) is None
 
 
 def test_a_blind_effect_is_refused_with_its_reason(drift_found: Outcome, drifting: Path) -> None:
@@ -193,7 +193,7 @@ def test_any_member_of_a_named_class_is_added_with_a_note(tmp_path: Path) -> Non
     for member in ("quadratic", "asymmetry"):
         target = read_target(config, f"gyroscope.{member}")
         change = change_model(config, target, run, before=before)
-        assert predicts_better(change)
+        assert error_falls(change)
         for other in set(named) - {member}:
             assert f"'{other}'" in note_on(change)
         assert "What would allow it: record" not in note_on(change)

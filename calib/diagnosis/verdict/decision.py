@@ -20,7 +20,7 @@ from calib.diagnosis.search.refit import Refit, refit
 from calib.diagnosis.verdict.explained import explained
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.noise_size import FORMULA_ERROR
-from calib.fit.validation.leave_one_out import compare, left_out_square
+from calib.fit.validation.leave_one_out import compare, left_out_residual
 from calib.poses.imu_log import FloatArray
 
 
@@ -185,8 +185,9 @@ def _one_pose(posterior: Posterior, joint: Refit, name: str) -> str | None:
     others; the effect's size then has no second witness.
     """
     signal = _signal_rows(posterior, joint, name)
-    base = posterior.base
-    share = left_out_square(signal, posterior.table.projector.model, base.equations.row_pose)
+    base, pose = posterior.base, posterior.base.equations.row_pose
+    out = left_out_residual(signal, posterior.table.projector.model, pose)
+    share = np.bincount(pose, out * signal[: len(pose)])
     alone = share > CONSTANTS.alias_correlation**2 * float(signal @ signal)
     return str(base.poses.label[np.flatnonzero(alone)[0]]) if alone.any() else None
 

@@ -65,14 +65,8 @@ class Correction:
         }
 
     def linear_form(self) -> tuple[FloatArray, FloatArray]:
-        """M (3, 3) and c (3,), SI, of ``M y + c``: what bias, scale and misalignment make up."""
-        probes = np.vstack([np.zeros(3), np.eye(3)])
-        at = Conditions.of_vectors(probes)
-        effects = self.model.acting_on("reading")
-        s = probes
-        if effects:
-            s = probes - stack_columns(effects, at, {}) @ self.theta[self.model.positions(effects)]
-        return np.asarray((s[1:] - s[0]).T), np.asarray(s[0])
+        """M (3, 3) and c (3,), SI, of its model: :func:`linear_form`."""
+        return linear_form(self.model, self.theta)
 
     def correct(self, at: Conditions) -> FloatArray:
         """Corrected vectors of nominal readings.
@@ -102,3 +96,14 @@ class Correction:
         theta = self.theta[self.model.positions(sensor)]
         axes = axes_of(matrix)
         return solve_sensor(sensor, theta, self.shapes, lambda v: replace(at, vector=v), s, axes)
+
+
+def linear_form(model: Model, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """M (3, 3) and c (3,), SI, of ``M y + c``: what bias, scale and misalignment make up."""
+    probes = np.vstack([np.zeros(3), np.eye(3)])
+    effects = model.acting_on("reading")
+    s = probes
+    if effects:
+        columns = stack_columns(effects, Conditions.of_vectors(probes), {})
+        s = probes - columns @ theta[model.positions(effects)]
+    return np.asarray((s[1:] - s[0]).T), np.asarray(s[0])

@@ -65,6 +65,8 @@ class Comparison:
     loo_in_sd : float
         The error with every row in its own sd, since the rows of means, waves and poses at rest
         differ in what they can show.
+    scatter : float
+        Mean square of the errors in the sds of their predictions; one at least.
     log_density : float
         Log density of all poses by the predictions without them, up to a constant.
     """
@@ -74,6 +76,7 @@ class Comparison:
     loo_rms: float
     loo_noise: float
     loo_in_sd: float
+    scatter: float
     log_density: float
 
     def predicts_better_than(self, other: "Comparison") -> bool:
@@ -132,36 +135,6 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
     return out
 
 
-def left_out_square(residual: FloatArray, basis: FloatArray, pose: IntArray) -> FloatArray:
-    """Fall of chi-square, which has no unit, when a whole pose is left out of the fit.
-
-    Closed form: ``r_bᵀ (I - H_bb)⁻¹ r_b`` for the rows b of a pose, along the directions in which
-    the other poses say anything of it.
-
-    Parameters
-    ----------
-    residual : array, shape (r,)
-        Whitened, perpendicular to ``basis``.
-    basis : array, shape (r, k)
-        Orthonormal basis of what was fitted.
-    pose : array of int, shape (d,)
-        Number of the pose of every data row.
-
-    Returns
-    -------
-    array, shape (n,)
-    """
-    fall = np.zeros(int(pose.max()) + 1)
-    for rows, block in pose_blocks(basis, pose):
-        values, vectors = np.linalg.eigh(block)
-        turned = np.einsum("mji,mj->mi", vectors, residual[rows])
-        known = values > 1 - LARGEST_LEVERAGE
-        fall[pose[rows[:, 0]]] = np.where(known, turned**2 / np.where(known, values, 1.0), 0.0).sum(
-            axis=1
-        )
-    return fall
-
-
 def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
     """Share of an error of each pose that its residual shows, in the worst direction, (n,).
 
@@ -194,14 +167,14 @@ def compare(fit: Fit) -> Comparison:
         PoseResidual(label, run, *of_pose) for label, run, of_pose in zip(
             fit.poses.label, fit.poses.run, values.T.tolist(), strict=True)
     )
-    spread, log_density = _predicted(fit, in_sd)
+    spread, scatter, log_density = _predicted(fit, in_sd)
     return Comparison(
         tuple(poses), fit.residual_rms, _rms(left_out), _rms(sd * spread), _rms(in_sd),
-        log_density)
+        scatter, log_density)
 
 
-def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float]:
-    """Sds (d,) that errors ``out`` (d,) of poses left out have by noise, and their log density.
+def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float, float]:
+    """Sds (d,) that errors ``out`` (d,) of poses left out have by noise, s², their log density.
 
     With H_bb of the rows b of a pose the errors have the covariance (I - H_bb)⁻¹ s², s² the scatter
     of all about their predictions, or one where the stated sds explain it and are known.
@@ -217,7 +190,7 @@ def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float]:
         square += float((values * turned**2).sum())
         log_det += float(np.log(values).sum())
     scatter = max(1.0, square / len(pose))
-    return spread, -0.5 * (len(pose) * np.log(scatter) + square / scatter - log_det)
+    return spread, scatter, -0.5 * (len(pose) * np.log(scatter) + square / scatter - log_det)
 
 
 def _rms(values: FloatArray) -> float:

@@ -16,9 +16,10 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
+from calib.fit.triad.correction import linear_form
 from calib.fit.validation.leave_one_out import redundancy
 from calib.poses.attitudes import natural_directions, spread_directions
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.reference import SAME_MAGNITUDE, Reference
 
@@ -148,8 +149,9 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     if turning.size == 0:
         return None
     directions = np.vstack([natural_directions(), spread_directions(SPREAD_DIRECTIONS)])
-    magnitude = np.array(_distinct(turning))
-    gradient = np.array([_gradient(calibration, size * directions) for size in magnitude])
+    magnitude = np.array(distinct(turning))
+    gradient = np.array(
+        [gradient_of(fit, imagined(fit.poses, size * directions)) for size in magnitude])
     uncommon = calibration.noise_cov
     by_noise = np.einsum("mdp,pq,mdq->md", gradient, uncommon, gradient)
     pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
@@ -181,8 +183,8 @@ def _variance(
     """
     fit, each = calibration.fit, [gradient]
     if any("force" in effect.needs for effect in fit.model.acting_on("sensor")):
-        each = [np.array([_gradient(calibration, size * directions, up) for size in magnitude])
-                for up in spread_directions(FORCES_OF_A_MODEL)]
+        each = [np.array([gradient_of(fit, imagined(fit.poses, size * directions, up))
+                          for size in magnitude]) for up in spread_directions(FORCES_OF_A_MODEL)]
     of_each = [np.einsum("mdp,pq,mdq->md", g, fit.cov, g) for g in each]
     return np.asarray(np.mean(of_each, axis=0))
 
@@ -223,7 +225,7 @@ def _unchecked(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def _distinct(magnitudes: FloatArray) -> list[float]:
+def distinct(magnitudes: FloatArray) -> list[float]:
     """The magnitudes that differ by more than ``SAME_MAGNITUDE``, ascending."""
     kept: list[float] = []
     for value in np.sort(magnitudes):
@@ -232,22 +234,18 @@ def _distinct(magnitudes: FloatArray) -> list[float]:
     return kept
 
 
-def _gradient(
-    calibration: TriadCalibration, true: FloatArray, up: FloatArray | None = None
-) -> FloatArray:
-    """Derivative of the corrected magnitude by theta at the true vectors (n, 3), (n, p)."""
-    fit = calibration.fit
-    poses = imagined(fit.poses, true, up=up)
-    at = poses.conditions(true)
-    correction = calibration.correction
-    matrix, offset = correction.linear_form()
+def gradient_of(fit: Fit, poses: PoseSet) -> FloatArray:
+    """Derivative (n, p) of the corrected magnitude by theta, SI, at imagined poses (n)."""
+    true = poses.reading
+    matrix, offset = linear_form(fit.model, fit.theta)
     linear = true
     sensor = fit.model.acting_on("sensor")
     if sensor:
         size = fit.theta[fit.equations.terms.sensor_index]
-        linear = true + sensor_columns(sensor, at, fit.shapes, axes_of(matrix)) @ size
+        linear = true + sensor_columns(
+            sensor, poses.conditions(true), fit.shapes, axes_of(matrix)) @ size
     readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
-    equations = Equations.of(imagined(fit.poses, true, readings, up), fit.model)
+    equations = Equations.of(replace(poses, reading=readings), fit.model)
     jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
     gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
     gradient[:, equations.terms.reference_index] = 0.0  # the next log has another reference
@@ -262,29 +260,34 @@ def typical_force(poses: PoseSet) -> float:
 
 
 def imagined(
-    poses: PoseSet, true: FloatArray, readings: FloatArray | None = None,
-    up: FloatArray | None = None,
+    poses: PoseSet, true: FloatArray, up: FloatArray | None = None, like: IntArray | None = None,
 ) -> PoseSet:
-    """Poses of these true vectors (n, 3) under the typical conditions of the real ones.
+    """Poses that read true vectors (n, 3), SI, under the typical conditions of the real ones.
 
-    Gravity points ``up`` (3,), by default along the vectors.
+    Gravity points ``up`` (3,) or (n, 3), by default along the vectors; each is ``like`` (n,) the
+    real pose of this number, where it is stated.
     """
     n = len(true)
     size = np.linalg.norm(true, axis=1)
-    up = true / size[:, None] if up is None else np.tile(up, (n, 1))
+    up = true / size[:, None] if up is None else np.broadcast_to(up, (n, 3))
     gravity = typical_force(poses)
     q = len(poses.reference.common_names)
+
+    def conditions(values: FloatArray) -> FloatArray:
+        typical = np.broadcast_to(np.median(values, axis=0), (n, *values.shape[1:]))
+        return typical if like is None else values[like]
+
     return PoseSet(
         triad=poses.triad,
         label=("",) * n,
         run=("",) * n,
-        reading=true if readings is None else readings,
-        sd=np.tile(np.median(poses.sd, axis=0), (n, 1)),
+        reading=true,
+        sd=conditions(poses.sd),
         force=gravity * up,
-        vibration=np.tile(np.median(poses.vibration, axis=0), (n, 1)),
+        vibration=conditions(poses.vibration),
         spin_rad_s=size if poses.triad == "gyroscope" else np.zeros(n),
-        time_s=np.full(n, np.median(poses.time_s)),
+        time_s=conditions(poses.time_s),
         expected=np.zeros((n, 3)),
         reference=Reference(size, np.zeros(n), np.zeros((n, q)), poses.reference.common_names),
-        columns={name: np.full(n, np.median(values)) for name, values in poses.columns.items()},
+        columns={name: conditions(values) for name, values in poses.columns.items()},
     )

@@ -23,7 +23,7 @@ from pipeline.model_change import (
     overruled,
     read_target,
 )
-from pipeline.next_change import MOST_CHANGES, next_target, predicts_better, stand_in
+from pipeline.next_change import MOST_CHANGES, error_falls, next_change
 from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session
@@ -93,7 +93,7 @@ def change_and_show(
 def add_until_settled(path: Path, manner: Manner) -> None:
     """Add what the diagnosis names, or discovery finds where it names nothing, again and again.
 
-    What does not lower the leave-one-out error is not kept.
+    What does not lower the error expected in new attitudes is not kept.
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
@@ -101,16 +101,15 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         write_session(folder, outputs_of(outcome, folder))
         refused: list[Target] = []
         for _ in range(MOST_CHANGES):
-            target = next_target(outcome, refused)
-            change = (change_model(outcome.config, target, run, before=outcome) if target
-                      else stand_in(outcome, run, refused)
+            change = (next_change(outcome, run, refused)
                       or change_for_unknown(outcome, run, refused))
             if change is None:
                 break
             target = change.target
             manner.show(change)
-            if not predicts_better(change):
-                click.echo(f"{target} is not kept: the leave-one-out error does not fall with it.")
+            if not error_falls(change):
+                click.echo(f"{target} is not kept: what corrected readings are expected to err by "
+                           f"in new attitudes does not fall with it.")
                 refused.append(target)
                 continue
             _write(change.before.config, change.after, folder)
