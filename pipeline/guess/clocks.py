@@ -10,6 +10,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.logs.clock import (
     ASSUMED_HZ,
     EPOCH_S,
+    USUAL_STEPS,
     continued_clock,
     likely_units,
     unwrapped_ticks,
@@ -64,6 +65,11 @@ def guess_clock(
                 return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because,
                                   "; ".join(filter(None, [doubt, *continued])))
             if unit is not None and read_name(name).quantity == "time" and (step > 0).any():
+                ticking = int((step > 0).sum())
+                is_slow = len(step) > USUAL_STEPS * ticking and not np.array_equal(
+                    ticks, np.rint(ticks))
+                if is_slow or 2 * (step < 0).sum() > ticking:
+                    continue  # noise goes back as often, and only whole seconds tick so seldom
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())

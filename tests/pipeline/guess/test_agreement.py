@@ -120,6 +120,17 @@ def test_what_reads_alike_in_every_rest_is_the_gyroscope(tmp_path: Path, log: Ha
     assert found.gyroscope.columns == ("7", "8", "9")
 
 
+def test_a_clock_that_ticks_in_bursts_gives_the_rate_and_noise_called_t_does_not(
+    tmp_path: Path, log: HandLog
+) -> None:
+    bursts = guess(tmp_path / "a.csv", ("t_s", *NAMES[1:]), log.time_s // 0.1 / 10, log.acc,
+                   log.gyr)
+    assert bursts.tables[0].clock.rate_hz == pytest.approx(50.0, rel=0.01)
+    noise = np.random.default_rng(1).normal(25, 0.1, len(log.acc))
+    warm = guess(tmp_path / "b.csv", (*NAMES[1:], "T"), log.acc, log.gyr / DEG, noise)
+    assert warm.tables[0].clock.rate_hz == pytest.approx(50.0, rel=0.05)
+
+
 def test_a_clock_in_another_unit_than_its_name_states_is_refused(
     tmp_path: Path, log: HandLog
 ) -> None:
