@@ -28,28 +28,19 @@ def read_json(path: Path, name: str, command: str) -> Any:
     """
     try:
         size = path.stat().st_size
-        text = path.read_text(encoding="utf-8") if size <= LARGEST_BYTES else None
+        if size > LARGEST_BYTES:
+            raise ValueError(f"{size} bytes, at most {LARGEST_BYTES} are expected")
+        return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UnreadableInput(
             f"{path}: cannot be read ({error.strerror}). Name the {name} that `{command}` has "
             f"written, or its folder."
         ) from error
-    except ValueError as error:  # not UTF-8
-        raise _not_json(path, str(error), name, command) from error
-    if text is None:
-        problem = f"{size} bytes, at most {LARGEST_BYTES} are expected"
-        raise _not_json(path, problem, name, command)
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise _not_json(path, str(error), name, command) from error
-
-
-def _not_json(path: Path, problem: str, name: str, command: str) -> UnreadableInput:
-    return UnreadableInput(
-        f"{path}: is not JSON ({problem}). Name the {name} that `{command}` has written, or write "
-        f"it anew with `{command}`."
-    )
+    except (ValueError, RecursionError) as error:  # also where it is not UTF-8
+        raise UnreadableInput(
+            f"{path}: is not JSON ({error}). Name the {name} that `{command}` has written, or "
+            f"write it anew with `{command}`."
+        ) from error
 
 
 NOISE_NAME = "noise.json"

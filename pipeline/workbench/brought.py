@@ -82,7 +82,7 @@ class Brought:
             It is neither log nor clip, its name leads elsewhere, or all of them are too many.
         """
         path = self._root / checked_name(name)
-        if not (is_clip(path) or is_log_name(path)):
+        if not (is_clip(path) or path.suffix.lower() in LOGS):
             raise ConfigError(f"{name}: is neither a log nor a clip by its name; not taken.")
         if path.exists() or len(self.files) >= MOST_FILES:
             raise ConfigError(f"{name}: is there already, or there are {MOST_FILES} files.")
@@ -119,15 +119,18 @@ class Brought:
         except REFUSED as error:
             raise ConfigError(str(error).replace(f"{self._root}/", "")) from error
 
+    @property
+    def _logs(self) -> list[Path]:
+        return [path for path in self.files if not is_clip(path)]
+
     def _shown(self, per_deg: float | None) -> Json:
-        logs = [path for path in self.files if not is_clip(path)]
         clips = self._measured()
         seen = [f"{each.path.name}: the plate turns at {each.rate_rad_s / RPM:+.4f} rpm in it."
                 for each in clips]
         self._guess = None
-        if not logs and not clips:
+        if not self._logs and not clips:
             raise ConfigError("nothing is there yet: drop the logs of the sensor, and the clip.")
-        if not logs:
+        if not self._logs:
             return {"lines": seen, "passed_over": ["Drop the logs of the sensor too."],
                     "plots": [], "scales": [], "is_session": False}
         guess, passed_over = self._guessed(per_deg)
@@ -158,10 +161,9 @@ class Brought:
         return measured_clips(self._rates)
 
     def _guessed(self, per_deg: float | None) -> tuple[SessionGuess, Sequence[str]]:
-        logs = [path for path in self.files if not is_clip(path)]
-        if not logs:
+        if not self._logs:
             raise ConfigError("no log is there yet: drop the logs of the sensor too.")
-        tables, passed_over = guess_files(logs, None)
+        tables, passed_over = guess_files(self._logs, None)
         return guess_session(tables, self._measured(), per_deg), passed_over
 
     def use(
@@ -212,11 +214,6 @@ def checked_name(name: str) -> Path:
             and not set(part) & set('/\\:*?"<>|') for part in parts):
         raise ConfigError(f"{name!r} is no name of a file of a session.")
     return Path(*parts)
-
-
-def is_log_name(path: Path) -> bool:
-    """Whether logs are called so: text of any name, archives, tables; no program."""
-    return path.suffix.lower() in LOGS
 
 
 def _turning(tables: Sequence[TableGuess], k: int) -> PlateReading:
