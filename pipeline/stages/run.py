@@ -79,8 +79,21 @@ def check_session(config: Config) -> SessionLogs:
     return read_session(config)
 
 
+def has_same_readings(one: Config, other: Config) -> bool:
+    """Whether two configurations state the same logs, clips and data sheets."""
+    return (one.source.path, one.sensor, one.rate, [*one.placed_runs()]) == (
+        other.source.path, other.sensor, other.rate, [*other.placed_runs()])
+
+
+def has_same_model(one: Config, other: Config, triad: Triad) -> bool:
+    """Whether two configurations with the same readings calibrate ``triad`` alike."""
+    return (one.triads.get(triad), one.effects, one.covariates, one.site, one.certificate) == (
+        other.triads.get(triad), other.effects, other.covariates, other.site, other.certificate)
+
+
 def run_stages(
-    config: Config, context: RunContext, on_result: OnResult = ignore_result
+    config: Config, context: RunContext, on_result: OnResult = ignore_result,
+    before: Outcome | None = None,
 ) -> Outcome:
     """Run every stage of a configuration.
 
@@ -92,24 +105,37 @@ def run_stages(
         The cache of phase tracks, the progress display, what is allowed.
     on_result : callable
         Receives the result of every stage as soon as it is there: of each plate setting and triad.
+    before : Outcome, optional
+        Of the same session with another model: what does not depend on that is not made again.
 
     Raises
     ------
     PipelineError, CalibrationError, VisionError
         The first stage that refuses ends the run.
     """
-    logs = check_session(config)
+    if before is not None and has_same_readings(before.config, config):
+        require_fittable(config)
+        rates, recordings = before.rates, before.recordings
+    else:
+        before = None
+        logs = check_session(config)
 
-    rates = measure_rates(config, context)
-    for rate in rates.values():
-        on_result(rate)
+        rates = measure_rates(config, context)
+        for rate in rates.values():
+            on_result(rate)
 
-    recordings = average_recordings(config, logs, rates)
-    on_result(recordings)
+        recordings = average_recordings(config, logs, rates)
+        on_result(recordings)
 
     plates = {name: rate.plate for name, rate in rates.items()}
     results: dict[Triad, TriadResult] = {}
     for triad in config.triads:
+        if before is not None and not has_same_model(before.config, config, triad):
+            before = None  # of this triad and of those that it is compared with
+        known = None if before is None else before.triad(triad)
+        if known is not None:
+            results[triad] = known
+            continue
         beside = results.get("accelerometer")
         results[triad] = triad_result(triad, config, context, plates, recordings,
                                       beside.calibration if beside else None)

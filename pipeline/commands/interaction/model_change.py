@@ -39,8 +39,15 @@ class Manner:
     quiet: bool
 
     def runner(self, folder: Path) -> Callable[[Config], Outcome]:
-        """A run of a configuration with its cache in ``folder``."""
-        return lambda config: run_shown(config, folder, self.allow_python, bars=not self.quiet)
+        """A run of a configuration with its cache in ``folder``; the logs are read once."""
+        latest: list[Outcome] = []
+
+        def run(config: Config) -> Outcome:
+            latest[:] = [run_shown(config, folder, self.allow_python, bars=not self.quiet,
+                                 before=latest[0] if latest else None)]
+            return latest[0]
+
+        return run
 
     def show(self, change: ModelChange) -> None:
         """Print the errors before and after."""

@@ -52,12 +52,13 @@ def _line(result: StageResult) -> str:
 
 def run_shown(
     config: Config, folder: Path, allow_python: bool = False, *, lines: bool = False,
-    bars: bool = True,
+    bars: bool = True, before: Outcome | None = None,
 ) -> Outcome:
     """Run every stage of ``config`` with its warnings; phase tracks are kept in ``folder``.
 
-    ``lines`` shows a line for each stage, ``bars`` the progress of the clips.
+    ``lines`` shows a line for each stage, ``bars`` the progress of the clips. What an outcome
+    ``before`` with another model has is not made again.
     """
     with ClipProgress(bars) as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)
-        return run_stages(config, context, stage_display(progress, lines))
+        return run_stages(config, context, stage_display(progress, lines), before)

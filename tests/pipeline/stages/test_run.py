@@ -7,6 +7,7 @@ import pytest
 
 from pipeline.config.load import load_config
 from pipeline.logs.read import read_log
+from pipeline.results.write import results_of, results_text
 from pipeline.stages import session_logs
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import StageResult, run_stages
@@ -63,6 +64,34 @@ def test_the_same_input_gives_the_same_results_byte_for_byte(
     assert pipeline("run", session, "--output", elsewhere) == 0
     again = (elsewhere / "results.json").read_bytes()
     assert again == (finished.folder / "results.json").read_bytes()
+
+
+@pytest.mark.parametrize(("changed", "new"), [
+    ("gyroscope", ["gyroscope"]), ("accelerometer", ["accelerometer", "gyroscope"])])
+def test_after_a_change_of_a_model_no_log_is_read_again_and_the_results_are_those_of_a_new_run(
+    session: Path, changed: str, new: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = run_stages(load_config(session), RunContext())
+    head, word, tail = session.read_text(encoding="utf-8").partition(f"\n{changed}:")
+    model = "model: [bias, scale, misalignment"
+    session.write_text(head + word + tail.replace(model, f"{model}, quadratic", 1), "utf-8")
+    config = load_config(session)
+    expected = results_text(results_of(run_stages(config, RunContext())))
+    for name in ("read_session", "average_recordings", "measure_rates"):
+        monkeypatch.delattr(f"pipeline.stages.run.{name}")
+    results: list[StageResult] = []
+    again = run_stages(config, RunContext(), results.append, before)
+    assert results_text(results_of(again)) == expected
+    assert results == [again.triad(triad) for triad in new]  # type: ignore[arg-type]
+
+
+def test_other_logs_are_read_whatever_was_run_before(session: Path) -> None:
+    before = run_stages(load_config(session), RunContext())
+    edit(session, "accelerometer/pose_*.csv\n", "accelerometer/pose_*.csv\n  exclude: [pose_03]\n")
+    after = run_stages(load_config(session), RunContext(), before=before)
+    triad = after.triad("accelerometer")
+    assert triad is not None
+    assert len(triad.comparison.poses) == 17
 
 
 @pytest.mark.parametrize("alone", ["accelerometer", "gyroscope"])
