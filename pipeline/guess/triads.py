@@ -184,7 +184,7 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
     pairs: list[tuple[_Evidence, PossibleTriad | None, PossibleTriad | None]] = []
     for force in forces:
         name = _called_as(force, "acc")
-        if name > 0 or (name == 0 and _is_gravity(force)):
+        if name > 0 or (name == 0 and (_is_gravity(force) or len(every) == 1)):
             pairs.append(((0, name, _is_gravity(force), 1, 0), force, None))
     for rate in every:
         name = _called_as(rate, "gyr")
