@@ -103,7 +103,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "pipeline": [
         ("errors", "text"), ("drawings", "files"), ("logs", "cameras", "served"), ("devices",),
         ("config",), ("stages",),
-        ("results", "record", "plan", "model_change", "guess", "clock"),
+        ("results", "record", "plan", "model_change", "exclusion", "guess", "clock"),
         ("discovered",), ("console", "export", "next_change"), ("report",), ("session_folder",),
         ("fleet", "workbench", "notebook"), ("commands",),
         ("cli",),

@@ -16,6 +16,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "discover": ("CONFIG", "Look for a formula of an error that no listed effect describes."),
     "add": ("CONFIG TARGET", "Add an effect to the model and compare the errors."),
     "remove": ("CONFIG TARGET", "Remove an effect from the model and compare the errors."),
+    "exclude": ("CONFIG POSE", "Leave a pose out of the fit and compare the errors."),
     "effects": ("[NAME]", "List all effects, or print the page of one effect."),
     "history": ("CONFIG", "List all runs with their models, errors and verdicts."),
     "open": ("CONFIG", "Run CONFIG and open its workbench in the browser."),

@@ -11,7 +11,7 @@ import click
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
-from pipeline.commands.interaction.rate_outputs import FlutterChoice, RateOutputs, show_flutter
+from pipeline.commands.interaction.rate_outputs import RateOutputs, show_flutter
 from pipeline.config.units import FASTEST_RPM
 
 if TYPE_CHECKING:
@@ -102,11 +102,10 @@ def command(
         raise click.UsageError("--config states the units of --gyro LOG.")
     outputs = RateOutputs(overlay, csv, page)
     outputs.require_free(videos, force)
-    choice = FlutterChoice(flutter, gyro, config)
     if gyro is not None and camera is None and not videos:
         if overlay or csv:
             raise click.UsageError("--overlay and --csv need a clip.")
-        show_flutter(choice, [], outputs, shown)
+        show_flutter(gyro, config, [], outputs, shown)
         return
     if (camera is None) == (not videos):
         raise click.UsageError("type one or more clips, or a camera (--camera 0), but not both.")
@@ -121,8 +120,12 @@ def command(
     ellipse = tilted_rim or (None if rim is None else (*rim, rim[2], 0.0))
     with _filmed(camera, seconds, keep) as clip:
         clips = videos if clip is None else (clip,)
-        _measure(clips, _clock(clips, fps, clock), nominal_rpm, (from_s, to_s), ellipse, shown,
-                 outputs, choice)
+        rates = _measure(clips, _clock(clips, fps, clock), nominal_rpm, (from_s, to_s), ellipse,
+                         shown, outputs)
+        if flutter:
+            show_flutter(gyro, config, rates, outputs, shown)
+        else:
+            _show(rates, outputs, shown)
 
 
 @contextmanager
@@ -167,10 +170,9 @@ def _measure(
     rim: tuple[float, float, float, float, float] | None,
     shown: Literal["text", "quiet", "json"],
     outputs: RateOutputs,
-    flutter: FlutterChoice,
-) -> None:
+) -> "list[SettingRate]":
     from pipeline.commands.interaction.progress import ClipProgress
-    from pipeline.console.rate_text import clip_lines, rate_history_lines, rate_line
+    from pipeline.console.rate_text import rate_history_lines
     from pipeline.files import write_whole
     from pipeline.results.rate import angles_csv
     from pipeline.stages.context import RunContext
@@ -218,9 +220,14 @@ def _measure(
         raise refused
     for rate in rates:
         echo_warnings(rate.warnings)
-    if flutter.is_asked:
-        show_flutter(flutter, rates, outputs, shown)
-        return
+    return rates
+
+
+def _show(
+    rates: "list[SettingRate]", outputs: RateOutputs, shown: Literal["text", "quiet", "json"]
+) -> None:
+    from pipeline.console.rate_text import clip_lines, rate_line
+
     if shown == "json":
         from pipeline.results.rate import rate_section
 

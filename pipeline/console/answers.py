@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from calib.diagnosis.verdict.decision import Code
-from calib.diagnosis.verdict.explanation import SIGNS, Standing, Step
+from calib.diagnosis.verdict.explanation import Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
 from calib.poses.runs.reference_runs import GRAVITY
 from calib.rounding import two_digits
-from pipeline.console.model_change_text import lines_to_exclude
 from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict, reasons_of
 from pipeline.console.run_text import aside_text, loo_by_noise
+from pipeline.exclusion import exclude_command
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count
@@ -34,8 +34,7 @@ WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 class Answer:
     """Three answers for one triad or for the plate rates, and the commands for the next step.
 
-    ``step`` is the kind of the next step; ``lines`` are to be written into the configuration
-    before its commands.
+    ``step`` is the kind of the next step.
     """
 
     subject: str
@@ -46,12 +45,6 @@ class Answer:
     next: str
     step: Step
     commands: tuple[str, ...]
-    lines: str = ""
-
-    @property
-    def sign(self) -> str:
-        """The sign of its standing."""
-        return SIGNS[self.standing]
 
 
 @dataclass(frozen=True)
@@ -60,11 +53,6 @@ class Headline:
 
     standing: Standing
     text: str
-
-    @property
-    def sign(self) -> str:
-        """The sign of its standing."""
-        return SIGNS[self.standing]
 
 
 def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
@@ -79,11 +67,7 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
 
 
 def next_line(outcome: Outcome, folder: Path) -> str:
-    """The next step of a session for the terminal, taken from its worst answer.
-
-    ``look`` is the command on a shape that no listed effect has; by default it is ``pipeline
-    diagnose``.
-    """
+    """The next step of a session for the terminal, taken from its worst answer."""
     config = outcome.config.source.path
     answer = next((answer for answer in answers_of(outcome, str(folder)) if answer.commands), None)
     if answer is None:
@@ -92,8 +76,7 @@ def next_line(outcome: Outcome, folder: Path) -> str:
     if answer.step in ("add", "apply", "discover"):
         return f"next: {first}"
     line = f"next: {answer.next[0].lower()}{answer.next[1:]} {first}"
-    line += "".join(f"\nor see the errors with it: {other}" for other in others)
-    return f"{line}\n{answer.lines}" if answer.lines else line
+    return line + "".join(f"\nor see the errors with it: {other}" for other in others)
 
 
 def headline(answers: Sequence[Answer]) -> Headline:
@@ -165,19 +148,14 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     """The three answers for one triad."""
     words = result.diagnosis.explanation
     config = outcome.config.source.path
-    excluding = result.diagnosis.verdict is Code.BAD_POSE
-    following = words.following
-    if excluding:
-        following += (f": write `exclude` under `{result.triad}:` of {config.name} as in the lines "
-                      "below")
+    at_once = words.step in ("apply", "add") or result.diagnosis.verdict is Code.BAD_POSE
     return Answer(
         result.triad, words.standing, words.short,
         f"{_is_it_good(result)}{_by_gravity(outcome, result)}",
         f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
-        f"{following}{':' if words.step in ('apply', 'add') else ', then:'}",
+        f"{words.following}{':' if at_once else ', then:'}",
         words.step,
         _commands(result, config, folder),
-        lines_to_exclude(outcome, result, result.diagnosis.group) if excluding else "",
     )
 
 
@@ -267,5 +245,8 @@ def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]
     add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
     if step == "add":
         return add
+    if result.diagnosis.verdict is Code.BAD_POSE:
+        return (exclude_command(config, result.triad, result.calibration.fit.poses.label,
+                                result.diagnosis.group),)
     return (command("discover" if step == "discover" else "run", config),
             *(add if result.diagnosis.verdict is Code.EFFECT else ()))

@@ -25,7 +25,7 @@ from pipeline.text.tables import terminal_columns
 #: What is hidden or acts, but new line and tab.
 ACTING = re.compile(rf"[\n\t]|({HIDDEN.pattern})")
 #: A line to be copied whole: a command, behind the word that announces it.
-COMMAND = re.compile(r"\s*(?:next: |afterwards: )?pipeline ")
+COMMAND = re.compile(r"\s*(?:.*: )?pipeline ")
 #: The title of a line, and the blanks before its text: further lines begin under the text.
 TITLE = re.compile(r"(?:\S+ )*\S+ {2,}")
 FURTHER = 4  #: columns, of the further lines of an indented one

@@ -28,6 +28,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemBytecodeCache, PackageLoader, StrictUndefined
 from jinja2.bccache import Bucket
 
+from calib.diagnosis.verdict.explanation import SIGNS
 from pipeline.results.json_values import Json
 
 
@@ -117,6 +118,7 @@ def page_templates() -> Environment:
         undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
         bytecode_cache=KeptTemplates(str(folder), "%s.template") if keeps else None)
     environment.filters["terms"] = with_terms
+    environment.globals["signs"] = SIGNS
     return environment
 
 

@@ -17,8 +17,8 @@ from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import load_config
 from pipeline.config.types import STOPPED
-from pipeline.console.model_change_text import PoseSection, pose_sections
 from pipeline.errors import ConfigError
+from pipeline.exclusion import PlacedPose, pose_sections
 from pipeline.report.triad.refit_table import changes_json
 from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
@@ -64,15 +64,15 @@ class OpenSession:
         self.recordings = average_recordings(self.config, logs, self.rates)
         self.sections = {triad: self._sections_of(triad) for triad in self.config.triads}
 
-    def _sections_of(self, triad: Triad) -> dict[str, PoseSection]:
+    def _sections_of(self, triad: Triad) -> dict[str, PlacedPose]:
         """Name and section of every pose of a triad's fit by its label, in its order."""
         labels = [mean.label for section in self.config.runs_of(triad)
                   for mean in self.recordings.of(section).means]
         return dict(zip(labels, pose_sections(self.config, self.recordings, triad), strict=True))
 
-    def _excluded(self, triad: Triad) -> dict[str, PoseSection]:
+    def _excluded(self, triad: Triad) -> dict[str, PlacedPose]:
         """Every pose that the configuration excludes by its label, as it is named there."""
-        return {pose.label: PoseSection(name, number)
+        return {pose.label: (name, number)
                 for number, section in enumerate(self.config.runs_of(triad))
                 for pose in self.recordings.of(section).excluded for name in section.exclude
                 if name in (pose.place + 1, *short_names(pose.label))}

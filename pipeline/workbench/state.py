@@ -12,16 +12,16 @@ from typing import Any
 from calib.effects.catalogue import BASE
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
-from pipeline.config.edit import add_item, remove_item, set_list
+from pipeline.config.edit import add_item, remove_item
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
-from pipeline.console.model_change_text import PoseSection, yaml_name
 from pipeline.errors import ConfigError
+from pipeline.exclusion import PlacedPose, with_exclusions
 from pipeline.model_change import CONSTANT_RATE
 from pipeline.stages.excluded_poses import PoseName
 
-PosesByLabel = Mapping[str, PoseSection]
+PosesByLabel = Mapping[str, PlacedPose]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def text_of(
     config : Config
         As it stands in the file.
     state : Screen
-    poses, excluded : mapping of triad to mapping of label to PoseSection
+    poses, excluded : mapping of triad to mapping of label to PlacedPose
         Name and section of every pose that the file's configuration uses, and excludes.
 
     Raises
@@ -94,13 +94,7 @@ def text_of(
         source = _with_model(source, (triad,), section.model, model, BASE)
         out = _by_section(triad, of_triad.out, poses[triad])
         back = _by_section(triad, of_triad.back, excluded[triad])
-        places = [path for path, _ in config.placed_runs() if path[0] == triad]
-        for number in sorted({*out, *back}):
-            words = [yaml_name(name) for name in (*section.sections[number].exclude,
-                                                  *out.get(number, ()))
-                     if name not in back.get(number, ())]
-            source = parse_source(
-                source.path, set_list(source, places[number], "exclude", words))
+        source = with_exclusions(config, source, triad, out, back)
     for setting, terms in state.terms.items():
         now = getattr(config.rate.get(setting), "model", None)
         if now is None:
@@ -149,7 +143,8 @@ def _by_section(
     for label in labels:
         if label not in poses:
             raise ConfigError(f"the {triad} has no pose '{label}'; load the page again.")
-        names.setdefault(poses[label].number, []).append(poses[label].name)
+        name, number = poses[label]
+        names.setdefault(number, []).append(name)
     return names
 
 

@@ -15,8 +15,8 @@ SIGNS: Mapping[Standing, str] = {"good": "✓", "act": "!", "open": "?"}
 class Explanation:
     """A verdict for people.
 
-    ``standing`` and ``sign`` say how it stands, ``short`` in a few words what is wrong, ``text`` in
-    two or three sentences. ``step`` is what to do next, for programs, ``following`` in words.
+    ``standing`` says how it stands, ``short`` in a few words what is wrong, ``text`` in two or
+    three sentences. ``step`` is what to do next, for programs, ``following`` in words.
     """
 
     standing: Standing
@@ -24,8 +24,3 @@ class Explanation:
     text: str
     step: Step
     following: str
-
-    @property
-    def sign(self) -> str:
-        """The sign of the standing."""
-        return SIGNS[self.standing]

@@ -12,9 +12,10 @@ from pipeline.commands.interaction.output import echo_verdict, echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
 from pipeline.config.load import Config
 from pipeline.console.answers import next_line
-from pipeline.console.model_change_text import change_lines
+from pipeline.console.model_change_text import change_lines, exclusion_lines
 from pipeline.discovered import change_for_unknown
 from pipeline.errors import ConfigError
+from pipeline.exclusion import excluding
 from pipeline.model_change import (
     ModelChange,
     Target,
@@ -91,10 +92,23 @@ def change_and_show(
     if anyway:
         reasons = filter(None, map(overruled, changes))
         echo_warnings(f"--anyway overrules: {reason}" for reason in reasons)
-    if manner.quiet:
-        for result in changes[-1].after.triads:
-            echo_verdict(result)
-    _finish(changes[-1].after, folder)
+    _finish(changes[-1].after, folder, manner.quiet)
+
+
+def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
+    """Exclude ``poses``; print the errors before and after, and write both files."""
+    with working_on(path, on_wait=say_waiting) as (config, folder):
+        run = manner.runner(folder)
+        before = run(config)
+        after = run(excluding(before, poses))
+        if not manner.quiet:
+            for line in exclusion_lines(before, after):
+                click.echo(line)
+            click.echo()
+        if not (folder / HISTORY_NAME).exists():  # the history begins with what was before
+            write_session(folder, outputs_of(before, folder))
+        _write(config, after, folder)
+    _finish(after, folder, manner.quiet)
 
 
 def add_until_settled(path: Path, manner: Manner) -> None:
@@ -145,7 +159,10 @@ def _write(before: Config, after: Outcome, folder: Path) -> None:
     write_session(folder, outputs_of(after, folder), before, after.config.source.text)
 
 
-def _finish(outcome: Outcome, folder: Path) -> None:
+def _finish(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:
+    if verdicts:
+        for result in outcome.triads:
+            echo_verdict(result)
     path = outcome.config.source.path
     click.echo(f"{path} was changed. `{command('history', path)}` lists all runs.")
     click.echo(next_line(outcome, folder))

@@ -41,20 +41,11 @@ class RateOutputs:
         return tuple(path for path in (self.overlay, self.csv, self.page) if path is not None)
 
 
-@dataclass(frozen=True)
-class FlutterChoice:
-    """Whether wow and flutter are to be shown, and from what besides the clips."""
-
-    is_asked: bool
-    gyro: Path | None
-    config: Path | None
-
-
 def show_flutter(
-    flutter: FlutterChoice, rates: "list[SettingRate]", outputs: RateOutputs,
+    gyro: Path | None, config: Path | None, rates: "list[SettingRate]", outputs: RateOutputs,
     shown: Literal["text", "quiet", "json"],
 ) -> None:
-    """Print wow and flutter of the clips and of the gyroscope, and write their page.
+    """Print wow and flutter of the clips and of a gyroscope's log, and write their page.
 
     Raises
     ------
@@ -68,10 +59,10 @@ def show_flutter(
     from pipeline.stages.flutter import flutter_of_clip, flutter_of_gyroscope
 
     measured = [flutter_of_clip(rate.sources[0], rate.clips[0]) for rate in rates]
-    if flutter.gyro is not None:
+    if gyro is not None:
         from pipeline.guess.readings import readings_in_si
 
-        log = readings_in_si(flutter.gyro, flutter.config, None,
+        log = readings_in_si(gyro, config, None,
                              lambda line: click.echo(f"guessed: {line}; --config states it",
                                                      err=True))
         measured.append(flutter_of_gyroscope(log, rates[0].clips[0] if rates else None))

@@ -21,12 +21,13 @@ from calib.poses.attitudes import (
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet
-from pipeline.console.model_change_text import exclude_lines, pose_sections
+from pipeline.exclusion import shortest_names
 from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, with_minus_signs, with_sd
+from pipeline.text.names import command, word
 
 LAID_WITHIN = float(np.cos(np.radians(10.0)))
 """The recording guide asks for the wedge poses to 10°; directions at random lie 17° off."""
@@ -112,7 +113,9 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
         "traces": [None if mean.stated else _trace(result, mean, along[i])
                    for i, mean in enumerate(means)],
         "excluded": [_excluded(result, one) for one in result.excluded],
-        "exclude": _exclude_json(outcome, result),
+        "exclude": [command("exclude", outcome.config.source.path), *(
+            word(f"{result.triad}.{name}")
+            for name in shortest_names(result.calibration.fit.poses.label))],
         "frames": pose_frames(outcome, result),
     }
 
@@ -124,14 +127,6 @@ def _excluded(result: TriadResult, pose: ExcludedPose) -> Json:
     up = _upward(result.triad, pose.predicted.vector[None], pose.predicted.poses)[0]
     return {"label": pose.label, "run": pose.run, "in_sd": pose.predicted.residual.in_sd,
             "up": _direction(up)}
-
-
-def _exclude_json(outcome: Outcome, result: TriadResult) -> Json:
-    """The lines that exclude a pose, in parts, for the script of the page to put together."""
-    lines = exclude_lines(outcome.config, result.triad)
-    return {"head": lines.head, "before": list(lines.before), "known": list(map(list, lines.known)),
-            "poses": [[section.word, section.number] for section in pose_sections(
-                outcome.config, outcome.recordings, result.triad)]}
 
 
 def up_directions(result: TriadResult) -> FloatArray:

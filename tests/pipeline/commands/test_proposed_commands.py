@@ -25,12 +25,14 @@ FOLDER = "Jörg's evening [3] (a & b) -x"
 COLUMN = "Fan speed [1/min], ö"
 BIAS_PER_RPM = 0.05  #: counts; 75 counts between the slowest and the fastest pose
 LSB_NOISE = 2.0
+PROPOSES = re.compile(
+    "(next|afterwards|then|then type|with it|Now|exclude (it|them)): pipeline ")
 
 
 def proposed(printed: str) -> list[list[str]]:
     """The words of every command that a text proposes."""
     lines = [line.split("pipeline ", 1)[1] for line in printed.splitlines()
-             if re.search(r"(next|afterwards|then|then type|with it|Now): pipeline ", line)]
+             if PROPOSES.search(line)]
     return [shlex.split(line.split(", and with", 1)[0]) for line in lines]
 
 
@@ -72,22 +74,28 @@ def test_a_column_with_any_name_in_the_logs_of_one_triad_is_added_as_proposed(
     assert pipeline("remove", session, f"accelerometer.column:{COLUMN}") == 0
 
 
-def test_a_bad_pose_is_excluded_where_the_sentence_says(
+def test_bad_poses_are_excluded_as_proposed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config, _ = quick_session(tmp_path)
-    bad = tmp_path / "accelerometer" / "pose_07.csv"
-    table = np.loadtxt(bad, delimiter=",", skiprows=1)
-    rewrite_rows(bad, table + np.eye(table.shape[1])[1] * 200)
+    (tmp_path / FOLDER).mkdir()
+    config, _ = quick_session(tmp_path / FOLDER)
+    for place in ("accelerometer/pose_07.csv", "gyroscope/17rpm/pose_12.csv"):
+        bad = config.parent / place
+        table = np.loadtxt(bad, delimiter=",", skiprows=1)
+        offset = np.zeros(table.shape[1])
+        offset[[1, 4, 5]] = 200
+        rewrite_rows(bad, table + offset)
     assert pipeline("run", config) == 0
+    for pose in ("accelerometer.pose_07", "gyroscope.pose_12"):
+        (words,) = proposed(capsys.readouterr().out)
+        assert words == ["exclude", str(config), pose]
+        assert pipeline(*words) == 0
     out = capsys.readouterr().out
-    (words,) = proposed(out)
-    where, lines = re.findall(r"under `(.*)` of config.yaml as in the lines below, then:.*\n"
-                              r"((?:.*\n)+)", out)[0]
-    assert lines.splitlines()[:2] == [where, "  exclude: [pose_07]"]
-    edit(config, f"\n{where}", "\n" + "\n".join(lines.splitlines()[:2]))
-    assert pipeline(*words) == 0
-    assert "accelerometer: Nothing is missing" in capsys.readouterr().out
+    assert "gyroscope, 18 → 17 poses" in out
+    assert "gyroscope: Nothing is missing" in out
+    read = load_config(config)
+    assert [read.triads[triad].sections[0].exclude for triad in ("accelerometer", "gyroscope")] == [
+        ("pose_07",), ("pose_12",)]
 
 
 def test_a_class_is_added_as_proposed_and_named_with_the_block_that_is_proposed(

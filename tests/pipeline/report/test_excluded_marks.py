@@ -1,4 +1,4 @@
-"""Excluded poses in the report: hollow marks, named, and the lines that exclude a further one."""
+"""Excluded poses in the report: hollow marks, named, and the command that excludes more."""
 
 import re
 import shutil
@@ -46,7 +46,7 @@ def test_an_excluded_pose_is_hollow_in_the_charts_and_named_in_the_table(page: P
 
 
 @needs_browser
-def test_leaving_a_pose_out_offers_the_lines_with_what_is_excluded_already(
+def test_leaving_poses_out_offers_the_command(
     browser: Browser, page: Path
 ) -> None:
     with browser.tab() as tab:
@@ -55,6 +55,6 @@ def test_leaving_a_pose_out_offers_the_lines_with_what_is_excluded_already(
         assert tab.evaluate(f"{section}.querySelectorAll('.ball .excluded').length") == 1
         tab.evaluate(f"{section}.querySelector('tr[data-i=\"6\"] button').click()")
         tab.evaluate(f"{section}.querySelector('[data-do=leaveOut]').click()")
-        lines = tab.evaluate(f"{section}.querySelector('[data-out-lines]').textContent")
-        assert lines == "accelerometer:\n  exclude: [pose_03, pose_08]"
+        offered = tab.evaluate(f"{section}.querySelector('[data-out-command]').textContent")
+        assert offered == f"pipeline exclude {page.parent / 'config.yaml'} accelerometer.pose_08"
         assert tab.errors == []

@@ -1,5 +1,6 @@
 """``exclude``: a pose that is excluded might as well never have been recorded."""
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -8,8 +9,8 @@ import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
-from pipeline.console.model_change_text import lines_to_exclude
 from pipeline.errors import ConfigError
+from pipeline.exclusion import excluding
 from pipeline.results.write import results_of
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import choose, short_names
@@ -30,7 +31,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return config
 
 
-def excluding(session: Path, folder: Path, accelerometer: str, gyroscope: str) -> Path:
+def copy_excluding(session: Path, folder: Path, accelerometer: str, gyroscope: str) -> Path:
     """A copy of the configuration that excludes poses."""
     shutil.copytree(session.parent, folder, dirs_exist_ok=True)
     config = folder / session.name
@@ -48,7 +49,7 @@ def run(config: Path) -> Outcome:
 def excluded(session: Path, tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     """The session without three of its poses."""
     folder = tmp_path_factory.mktemp("excluded")
-    return run(excluding(session, folder, "[pose_03, 12]", "pose_18.csv"))
+    return run(copy_excluding(session, folder, "[pose_03, 12]", "pose_18.csv"))
 
 
 def without_exclusions(outcome: Outcome) -> dict[str, Any]:
@@ -92,7 +93,7 @@ def test_an_excluded_pose_is_named_with_its_error_by_the_fit_without_it(
 def test_check_refuses_a_name_that_no_pose_has_with_its_line(
     session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    config = excluding(session, tmp_path, "[pose_03, pose_31, 12]", "[]")
+    config = copy_excluding(session, tmp_path, "[pose_03, pose_31, 12]", "[]")
     line = 1 + next(i for i, text in enumerate(config.read_text(encoding="utf-8").splitlines())
                     if "pose_31" in text)
     assert pipeline("check", config) == 2
@@ -105,14 +106,23 @@ def test_check_refuses_a_name_that_no_pose_has_with_its_line(
     assert "16 poses, without pose_03, 12" in capsys.readouterr().out
 
 
-def test_the_lines_that_are_offered_exclude_the_poses(excluded: Outcome) -> None:
-    assert excluded.triad("accelerometer") is not None
-    assert excluded.triad("gyroscope") is not None
-    assert lines_to_exclude(excluded, excluded.triad("accelerometer"), [ACC.format(7)]) == (
-        "accelerometer:\n  exclude: [pose_03, 12, pose_07]")
-    assert lines_to_exclude(
-        excluded, excluded.triad("gyroscope"), [GYRO.format(2), GYRO.format(1)]) == (
-        "gyroscope:\n  runs:\n  - rate: 17rpm\n    exclude: [pose_18.csv, pose_01, pose_02]")
+def test_poses_are_excluded_by_the_names_of_their_triad(excluded: Outcome) -> None:
+    targets = ["gyroscope.pose_02", "accelerometer.pose_07", "gyroscope.pose_01.csv"]
+    text = excluding(excluded, targets).source.text
+    assert "exclude: [pose_03, 12, pose_07]" in text
+    assert "rate: 17rpm, exclude: [pose_18.csv, pose_02, pose_01]}" in text
+
+
+@pytest.mark.parametrize(("target", "says"), [
+    ("pose_07", "names no pose. Write accelerometer.NAME or gyroscope.NAME"),
+    ("gyroscope.pose_77", "gyroscope.pose_77: no pose is named 'pose_77' (did you mean 'pose_"),
+    ("accelerometer.pose_03", "no pose is named 'pose_03'"),  # that one is excluded already
+])
+def test_a_target_that_is_no_pose_of_the_fit_is_refused(
+    excluded: Outcome, target: str, says: str
+) -> None:
+    with pytest.raises(ConfigError, match=re.escape(says)):
+        excluding(excluded, [target])
 
 
 LONG = """

@@ -95,19 +95,14 @@ class Poses {
     const names = [...out].map((k) => labels[k]);
     this.panel.querySelector("[data-out-note]").hidden = out.size === 0;
     this.panel.querySelector("[data-out-names]").textContent = names.join(", ");
-    this.panel.querySelector("[data-out-lines]").textContent = this.lines(out);
+    this.panel.querySelector("[data-out-command]").textContent = this.command(out);
     if (this.picked >= 0) this.describe();
   }
 
-  // The lines of the configuration that leave the same poses out.
-  lines(out) {
-    const { head, before, known, poses } = this.triad.poses.exclude, names = new Map();
-    for (const k of [...out].sort((a, b) => a - b)) {
-      const [name, section] = poses[k];
-      names.set(section, [...(names.get(section) ?? known[section]), name]);
-    }
-    const sections = [...names].sort((a, b) => a[0] - b[0]);
-    return [head, ...sections.map(([k, each]) => `${before[k]}[${each.join(", ")}]`)].join("\n");
+  // The command that leaves the same poses out.
+  command(out) {
+    const [command, ...poses] = this.triad.poses.exclude;
+    return [command, ...[...out].sort((a, b) => a - b).map((k) => poses[k])].join(" ");
   }
 
   words(k) {
