@@ -174,7 +174,6 @@ def _measure(
     from pipeline.commands.interaction.progress import ClipProgress
     from pipeline.console.rate_text import rate_history_lines
     from pipeline.files import write_whole
-    from pipeline.results.rate import angles_csv
     from pipeline.stages.context import RunContext
     from pipeline.stages.rate import ClipToFollow, draw_overlay, follow_clips, measure_setting
     from vision.errors import RateRefused
@@ -206,6 +205,8 @@ def _measure(
     clip = rates[0].clips[0] if rates else None
     history = refused.history if refused else clip.history if clip else None
     if history is not None and outputs.csv is not None:
+        from pipeline.results.rate import angles_csv
+
         write_whole(outputs.csv, angles_csv(history, clip))
     if refused is not None:
         stem = next((video.stem for video in videos if str(refused).startswith(f"{video.name}:")),
