@@ -17,10 +17,10 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.poses.averaging.average_pose import average_pose, strays_of
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.checks.pose_checks import SHORT_BATCHES, SensorMoved
+from calib.poses.checks.pose_checks import SensorMoved
 from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog, Triad
-from calib.poses.samples.batches import batch_means
+from calib.poses.samples.batches import PARTS, batch_means
 
 FEWEST_OTHERS = 3
 """Poses that show the slopes. Derived: with two unknowns on each axis, one pose that was moved
@@ -74,7 +74,7 @@ def _usual_stray(
 ) -> FloatArray:
     """The median stray of poses, each with its rate, SI, (3,); zero where few show it."""
     strays = [strays_of(other, triad, spec, rate) for other, rate in others
-              if other.has(triad) and len(other.time_s) >= SHORT_BATCHES]
+              if other.has(triad) and len(other.time_s) >= PARTS]
     return np.asarray(np.median(strays, axis=0)) if len(strays) >= FEWEST_OTHERS else np.zeros(3)
 
 
@@ -87,14 +87,14 @@ def drift_within(
     """
     t = len(log.time_s)
     alike = [other for other in others
-             if other.has(triad) and len(other.time_s) >= SHORT_BATCHES
+             if other.has(triad) and len(other.time_s) >= PARTS
              and (TEMPERATURE in other.columns) == (TEMPERATURE in log.columns)]
     if len(alike) < FEWEST_OTHERS:
         return np.zeros((t, 3))
-    x = np.concatenate([_about_mean(batch_means(_causes(other), SHORT_BATCHES))
+    x = np.concatenate([_about_mean(batch_means(_causes(other), PARTS))
                         for other in alike])
     v = np.concatenate([
-        _about_mean(batch_means(spec.nominal(other.readings(triad)), SHORT_BATCHES))
+        _about_mean(batch_means(spec.nominal(other.readings(triad)), PARTS))
         for other in alike
     ])
     size = np.maximum(np.sqrt((x**2).sum(axis=0)), np.finfo(float).tiny)

@@ -1,6 +1,6 @@
 """Whether a pose is one: in range, still, or turning steadily in one attitude.
 
-``SHORT_BATCHES`` means of equal stretches show motion. What counts is by how much they stray from
+``PARTS`` means of equal stretches show motion. What counts is by how much they stray from
 their median on average, times two: a jump in mid-pose by d, to and fro between two attitudes d
 apart, and a creep by 2 d from end to end all come out as d, as does whatever else pulls the mean
 of the pose by d/2.
@@ -14,12 +14,11 @@ from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
-from calib.poses.samples.batches import BATCHES, batch_means
+from calib.poses.samples.batches import PARTS, batch_means
 
-SHORT_BATCHES = 2 * BATCHES  #: stretches of a pose; derived: twice the batches of its sd
 FINER = 4
 """Times as many stretches on the turning plate, where a pose has the samples for it: a wave that
-bends SHORT_BATCHES means is straight over a quarter of their length. Derived."""
+bends the means of ``PARTS`` is straight over a quarter of their length. Derived."""
 
 RAIL_SHARE = 1e-3
 """Share of the samples at the end of the range. Derived: normal noise cut off there moves its mean
@@ -71,7 +70,7 @@ def _median(values: FloatArray) -> FloatArray:
 
 
 def _stray(means: FloatArray) -> FloatArray:
-    """How far ``SHORT_BATCHES`` means (b, k) stray from their median, as the module says, (k,)."""
+    """How far ``PARTS`` means (b, k) stray from their median, as the module says, (k,)."""
     return np.asarray(2 * np.abs(means - _median(means)).mean(axis=0))
 
 
@@ -138,13 +137,13 @@ def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) ->
 
 def is_still(values: FloatArray, step: FloatArray | float, largest_shift: float) -> bool:
     """Whether readings (t, 3), SI, pass :func:`check_still`; ``step`` may be one for all axes."""
-    means = batch_means(values, SHORT_BATCHES)
+    means = batch_means(values, PARTS)
     return bool((_stray(means) <= _accepted(_noise(means), step, largest_shift)).all())
 
 
 def stray_of(values: FloatArray) -> FloatArray:
     """How far the readings (t, 3) of a pose stray, as the module says, in their unit, (3,)."""
-    return _stray(batch_means(values, SHORT_BATCHES))
+    return _stray(batch_means(values, PARTS))
 
 
 def check_still(
@@ -156,7 +155,7 @@ def check_still(
     ``step`` (3,) is that of the converter: to and fro between two of its values is no motion.
     ``usual`` (3,) is by how much the run's other poses stray, where that is known.
     """
-    means = batch_means(values, SHORT_BATCHES)
+    means = batch_means(values, PARTS)
     stray, limit = _stray(means), _accepted(_noise(means), step, largest_shift, usual)
     axis = int(np.argmax(stray / limit))
     if stray[axis] > limit[axis]:
@@ -185,9 +184,9 @@ def check_attitude(
     What comes back with every turn must be off them; ``step`` and ``usual`` as in
     :func:`check_still`.
     """
-    finer = FINER if len(values) >= 2 * FINER * SHORT_BATCHES else 1
-    means = batch_means(values, SHORT_BATCHES)
-    noise = _noise(means if finer == 1 else batch_means(values, finer * SHORT_BATCHES))
+    finer = FINER if len(values) >= 2 * FINER * PARTS else 1
+    means = batch_means(values, PARTS)
+    noise = _noise(means if finer == 1 else batch_means(values, finer * PARTS))
     size = float(np.linalg.norm(values.mean(axis=0)))
     stray, limit = _stray(means), _accepted(noise, step, LARGEST_TURN * size, usual)
     axis = int(np.argmax(stray - limit))
@@ -204,7 +203,7 @@ def check_steady(label: str, values: FloatArray) -> None:
     """Refuse a pose of the gyro, (t, 3) rad/s, in which the plate sped up or slowed down."""
     half = len(values) // 2
     first, second = values[:half].mean(axis=0), values[half:].mean(axis=0)
-    noise = _noise(batch_means(values, SHORT_BATCHES))
+    noise = _noise(batch_means(values, PARTS))
     start, end = float(np.linalg.norm(first)), float(np.linalg.norm(second))
     change = end - start
     limit = max(LARGEST_RATE_CHANGE * start, LARGEST_SHIFT_SD * noise)

@@ -18,8 +18,8 @@ BATCHES = 6
 variance better; six have five degrees of freedom."""
 
 PARTS = 2 * BATCHES
-"""Derived: half a batch each, so that noise which ends within one is told from what lasts longer
-(:mod:`calib.poses.averaging.correlation`)."""
+"""Number of parts of a pose. Derived: half a batch each, so that noise which ends within one is
+told from what lasts longer (:mod:`calib.poses.averaging.correlation`), and motion shows."""
 
 SHORTEST_SAMPLES = PARTS  #: samples of a pose; derived: one in each part
 
