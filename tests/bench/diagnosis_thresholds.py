@@ -50,7 +50,7 @@ COUNTS = {(courses, "STEPS_TRIED"): 4, (listed, "MODES"): 200,
 """Counts of its modules, with the value by which each is switched off."""
 
 SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_RARE"): 1e-300,
-          (noise_size, "FORMULA_ERROR"): 0.0, (unlisted, "MEMORY"): 1e3, (unlisted, "SMOOTH"): 1e-3,
+          (noise_size, "FORMULA_ERROR"): 0.0, (unlisted, "SMOOTH"): 1e-3,
           (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (sizes, "SEEN_SHARE"): 0.0}
 OFF = {
     "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_wander": 1e-300,

@@ -43,10 +43,6 @@ SQUARED = "g_squared_sensitivity"  #: the listed bias by squares of the specific
 #: axes of which the components, or their squares, are multiplied
 PAIRS = np.array([*combinations_with_replacement(range(3), 2)]).T
 
-MEMORY = 0.3
-"""Share of the magnitude by which the pose before saturates what an axis remembers. A
-judgement: the first start of the width of ``hysteresis``."""
-
 
 def smooth_functions(covariate: FloatArray) -> FloatArray:
     """Functions of a covariate (n,) that weighed alike make any smooth one, (n, m), no unit.
@@ -151,10 +147,13 @@ def _by_products_of_force(force: FloatArray) -> Course:
 
 
 def _previous(fit: Fit) -> FloatArray:
-    """What an axis may remember of the pose before: its value, saturated or squared, (n, 3, 3)."""
+    """What an axis may remember of the pose before: its value and the square of it, (n, 2, 3).
+
+    One that saturates is ``hysteresis``, with a width of its own.
+    """
     previous = fit.equations.at_start.previous
     largest = float(np.abs(previous).max()) if np.isfinite(previous).all() else 0.0
     if largest == 0.0:
         return np.zeros((len(previous), 0, 3))
     share = previous / largest
-    return np.stack([share, np.tanh(share / MEMORY), share**2], axis=1)
+    return np.stack([share, share**2], axis=1)
