@@ -153,7 +153,9 @@ class _Search:
         best = sorted(self.entries.values(), key=lambda e: -e.log_posterior)
         near = [e for e in best if e.log_posterior > best[0].log_posterior - CONSTANTS.negligible]
         sets = {e.members for e in near}
-        for entry in (near if best[0].explains else best)[:GROWN]:
+        if best[0].explains:  # beside a larger set one more is of second order
+            best = [e for e in near if len(e.members) <= len(best[0].members)]
+        for entry in best[:GROWN]:
             sets |= {*self.candidates.beside(self.at_solution, entry.members, self.seen)}
         sets -= {()}
         fresh = {self.candidates.key(members) for members in sets - self.weighed}
@@ -170,12 +172,14 @@ class _Search:
         values = table.at_most(open_ones) + prior
         likeliest = np.argsort(-values, kind="stable")
         least = -np.inf
+        is_right = table is self.at_solution and bool(self.solution and self.solution.explains)
+        behind = 0.0 if is_right else CONSTANTS.behind_share
         for some in (likeliest[:WEIGHED_FIRST], likeliest[WEIGHED_FIRST:]):
             some = some[values[some] > least]
             values[some] = table.weighed([open_ones[i] for i in some]) + prior[some]
             best = float(values[some].max(initial=least))
             gain = max(best - self.entries[0].log_posterior, 0.0)
-            least = best - 2 * CONSTANTS.negligible - CONSTANTS.behind_share * gain
+            least = best - CONSTANTS.negligible - behind * gain
         self._note(open_ones, [self.candidates.key(members) for members in open_ones], values,
                    least)
 
