@@ -90,7 +90,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("posterior",), ("search",),
     ],
     "calib.diagnosis.verdict": [
-        ("explanation",), ("ranking", "wording", "kinds_of_noise", "explained"), ("decision",),
+        ("explanation",), ("ranking", "wording", "kinds_of_noise"), ("decision",),
         ("case",), ("explain",),
     ],
     "vision": [

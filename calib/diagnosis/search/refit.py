@@ -47,6 +47,20 @@ class Refit:
         return self.p_value >= MISFIT_P_VALUE
 
 
+def explained(base: Fit, joint: Refit | None, noise_is_known: bool) -> tuple[float, bool]:
+    """Part of the misfit of ``base`` that a refit takes, and whether noise explains the rest.
+
+    Of noise that is not known, part of the whole residual.
+    """
+    if joint is None:
+        return 0.0, False
+    if not noise_is_known:
+        return 1 - joint.fit.chi2 / base.chi2, joint.explains
+    rest, whole = (float(each.weight @ each.rows.residual**2) - each.dof
+                   for each in (joint.fit, base))  # weighted as a robust loss has them
+    return (max(1 - max(rest, 0.0) / whole, 0.0), joint.explains) if whole > 0 else (0.0, False)
+
+
 def linear_loo_rms(fit: Fit) -> float:
     """Leave-one-out error, SI, with the model linear about its solution: for comparisons only."""
     root = np.sqrt(fit.weight)

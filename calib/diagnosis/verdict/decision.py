@@ -16,8 +16,7 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import ATTITUDE, IN_A_CURVE
 from calib.diagnosis.search.posterior import Inclusion, Posterior
-from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.verdict.explained import explained
+from calib.diagnosis.search.refit import Refit, explained, refit
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare, left_out_residual
@@ -78,12 +77,13 @@ def reach_verdict(posterior: Posterior) -> Verdict:
     """The verdict, by the first of the module's rules that holds."""
     if posterior.is_nothing:
         return Verdict(Code.NOTHING_MISSING, explains=True)
-    share, explains = explained(posterior, posterior.lead.refit)
+    base, is_known = posterior.base, bool(posterior.table.noise.is_known)
+    share, explains = explained(base, posterior.lead.refit, is_known)
     named, joint = _named(posterior)
     steps = tuple(posterior.hypotheses[j].detail for j in posterior.lead.members
                   if _is_step(posterior.hypotheses[j]))
     if joint is not None:
-        with_names = (share, explains) if explains else explained(posterior, joint)
+        with_names = (share, explains) if explains else explained(base, joint, is_known)
         if not with_names[1]:
             unlisted = _unlisted(posterior, share, explains)
             if 2 * with_names[0] < 1:
