@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
@@ -22,6 +23,9 @@ MOST_KINDS = 12  #: sensors of a phone
 LEAST_TURNS = 0.25
 """Share of the rows that name another board than the one before. A judgement: boards that send in
 turns change in half of the rows or more, the state of one board changes seldom."""
+IN_TURN = 0.7
+"""Share of the rows whose sensor is the one that mostly follows the last. A judgement: of sensors
+that send in turns four of five are, of a reading of a few values one of two at most."""
 FARTHER = 5.0
 """Step from a sensor to another over that of one at rest and the finest step. A judgement: the
 biases of two boards lie ten times their noise apart in one of six axes, those of one board 1."""
@@ -139,9 +143,13 @@ def _require_one_sensor(text: LogText) -> None:
     for i in range(width):
         words = [cells[i] for cells in rows]
         kinds = list(dict.fromkeys(words))
-        turns = sum(one != other for one, other in pairwise(words)) / len(words)
+        follows = Counter(pairwise(words))
+        turns = sum(n for (one, other), n in follows.items() if one != other) / len(words)
+        in_turn = sum(max((n for (one, _), n in follows.items() if one == kind), default=0)
+                      for kind in kinds) / len(words)
         others = np.delete(numbers, i, axis=1)
-        if (1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) and all(kinds) and turns > LEAST_TURNS
+        few = 1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) and all(kinds)
+        if (few and turns > LEAST_TURNS and in_turn > IN_TURN
                 and _jump_between(others, [kinds.index(word) for word in words])):
             readings = [kind for kind in kinds if kind.lower().startswith(("acc", "gyr"))]
             one = (readings or kinds)[0]

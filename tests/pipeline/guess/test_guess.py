@@ -115,6 +115,18 @@ def test_a_temperature_in_fahrenheit_is_no_temperature_in_celsius(
     assert "temperature_c" not in imported(LAB["fahrenheit"](tmp_path, log), tmp_path).text
 
 
+def test_a_coarse_reading_that_others_follow_from_names_no_sensor(
+    tmp_path: Path, log: HandLog
+) -> None:
+    coarse = np.round(log.acc / 9.80665, 2)
+    tilt = np.degrees(np.arctan2(coarse[:, 0], coarse[:, 2]))
+    np.savetxt(tmp_path / "a.csv", np.column_stack([log.time_s, tilt, coarse, log.gyr]), "%.3f",
+               ",", header="t,tilt,ax,ay,az,gx,gy,gz", comments="")
+    found = guess_session(guess_files([tmp_path / "a.csv"], None)[0])
+    assert found.accelerometer is not None
+    assert found.accelerometer.unit == "g"
+
+
 def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: HandLog) -> None:
     outcome = imported(LAB["lost_samples"](tmp_path, log), tmp_path).outcome
     assert outcome is not None
