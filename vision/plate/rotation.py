@@ -71,7 +71,7 @@ class RotationSearch:
         results = [window.best(spectra[:, :, part], weight)
                    for window, part in zip(self._windows, self._parts, strict=True)]
         rates, shares, energies = np.array(results).T
-        rate_at = np.interp(self._time_s, self._middles_s, _without_strays(rates))
+        rate_at = np.interp(self._time_s, self._middles_s, rates)
         step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(self._time_s)
         return CoarseRotation(
             np.concatenate([[0.0], np.cumsum(step)]),
@@ -79,11 +79,3 @@ class RotationSearch:
             float(np.median(energies)),
             self._parts[int(shares.argmax())],
         )
-
-
-def _without_strays(rate: FloatArray) -> FloatArray:
-    """Each rate replaced by the median with its neighbours."""
-    if len(rate) < 3:
-        return rate
-    padded = np.concatenate([rate[:1], rate, rate[-1:]])
-    return np.asarray(np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0))
