@@ -3,10 +3,10 @@
 Each formula has the log odds of its evidence against none, with a prior that halves and halves
 again with every term, so that a longer one pays; the numbers in the likeliest are made finer, and
 pay for that. These stand at one table with the listed effects and are refitted, and one is accepted
-where its odds against none, as the refit has them (beside a strong signal a linear score is off by
-more than noise), are high, where it predicts poses that took no part, fold by fold, better than
-the model without it, and where new attitudes are expected to err by less with it. A listed effect
-that predicts them as well is what it is: a formula is for what none of these describes.
+where its odds against none, or a bias that wanders, are high as the refit has them (beside a strong
+signal a linear score is off by more than noise), where it predicts poses that took no part, fold by
+fold, better than the model without it, and where new attitudes are expected to err by less with it.
+A listed effect that predicts them as well is what it is: a formula is for what none describes.
 """
 
 import math
@@ -17,6 +17,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.columns import causes
+from calib.diagnosis.hypotheses.courses import by_clock
 from calib.diagnosis.hypotheses.listed import Hypothesis, held, listed_hypotheses
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.search.table import Table
@@ -120,9 +121,13 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
                   for each, prior in likely_ones]
     n = len(hypotheses)
     hypotheses += listed_hypotheses(fit, covariates=covariates)[0]
-    table = table_at(fit, hypotheses)
+    wanders = [each for each in by_clock(fit) if each.kind == "drawn"]
+    table = table_at(fit, [*hypotheses, *wanders])
     density, _ = table.singles()
-    odds = density[:n] + priors - np.logaddexp(*table.noise.nothing(table.chi2))
+    without = np.logaddexp.reduce([*table.noise.nothing(table.chi2), *(
+        each.log_prior + density[len(hypotheses) + k] for k, each in enumerate(wanders))])
+    density = density[: len(hypotheses)]
+    odds = density[:n] + priors - without
     tried = _tried(fit, table, every, odds)
     before = _left_out(fit)
     for one in sorted(tried, key=lambda each: -each.log_odds):

@@ -16,9 +16,10 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.past import with_pasts
-from tests import third_formulas
+from tests import third_formulas, trials
 from tests.calib.made_poses import noisy, rich_poses
 from tests.hidden_formulas import SEEN, hide, poses_of, recovered
+from tests.set_trials import design_of
 from tests.third_formulas import with_bench_columns
 
 
@@ -129,3 +130,12 @@ def test_the_screen_is_the_table_of_hypotheses() -> None:
 def test_what_a_bench_does_is_recovered(name: str) -> None:
     right, words = recovered(third_formulas.SEEN[name], "hand", 20.0, 3, more=with_bench_columns)
     assert right, words
+
+
+def test_a_bias_that_wanders_has_no_formula() -> None:
+    """It steps by chance, and a step predicts four fifths of the poses better."""
+    design = design_of("hand", 41001)
+    hidden = trials.hidden_of(["wander"], "accelerometer", 5.0, design, 41001)
+    assert hidden is not None
+    poses = trials.poses_of(design, 41001, "accelerometer", hidden)
+    assert discover(fit(poses, Model.of(BASE))) is None
