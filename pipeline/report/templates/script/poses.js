@@ -95,14 +95,9 @@ class Poses {
     const names = [...out].map((k) => labels[k]);
     this.panel.querySelector("[data-out-note]").hidden = out.size === 0;
     this.panel.querySelector("[data-out-names]").textContent = names.join(", ");
-    this.panel.querySelector("[data-out-command]").textContent = this.command(out);
+    const [command, ...poses] = this.triad.poses.exclude, inOrder = [...out].sort((a, b) => a - b);
+    this.panel.querySelector("[data-out-command]").textContent = [command, ...inOrder.map((k) => poses[k])].join(" ");
     if (this.picked >= 0) this.describe();
-  }
-
-  // The command that leaves the same poses out.
-  command(out) {
-    const [command, ...poses] = this.triad.poses.exclude;
-    return [command, ...[...out].sort((a, b) => a - b).map((k) => poses[k])].join(" ");
   }
 
   words(k) {
