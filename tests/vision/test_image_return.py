@@ -123,6 +123,23 @@ def test_what_passes_by_in_one_direction_is_no_plate() -> None:
     assert turned.way == -1
 
 
+def test_what_passes_by_beside_pixels_that_pulse_hides_no_plate() -> None:
+    """An encoder renews each place in its own step of six frames; a shift explains a part of it."""
+    rng = np.random.default_rng(14)
+    y, x = np.mgrid[:96, :128]
+    time = np.arange(FRAMES)
+    pulse = 4 * rng.standard_normal((6, 96, 128))[time % 6]
+    waves = np.sin(2 * np.pi * ((x - 4 * time[:, None, None]) / 24 + np.zeros_like(y)))
+    mask = np.abs(y - 48) < 30
+    for height, most in ((25, True), (10, False)):
+        shown = 90 + height * waves + pulse
+        if most:
+            with pytest.raises(OnlyShifts, match=r"one shift explains [6-9]\d%"):
+                turned_by(shown, mask, 6.0)
+        else:
+            assert turned_by(shown, mask, 6.0) is None
+
+
 def turned_by(
     frames: NDArray[np.float64], mask: NDArray[np.bool_], period: float
 ) -> Turning | None:

@@ -36,11 +36,15 @@ class TurningThresholds:
     passes : float
         Of what the motion explains, that one shift of all explains. Derived: nine tenths; of a
         plate it is the turning that explains, unless its spindle is far outside the frame.
+    mostly : float
+        Of the change of the pixels, that this shift explains. Derived: half; with less, what
+        passes by is not most of what changes, and a plate may be in the rest.
     """
 
     once: float = 0.6
     explained: float = 0.1
     passes: float = 0.9
+    mostly: float = 0.5
 
 
 THRESHOLDS = TurningThresholds()
@@ -95,7 +99,7 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
         raise NoPlate(f"it moves as no plate can turn (det A is {once:.1f})")
     if once < THRESHOLDS.once:
         _, by_shift = _explained(rows[:, [2, 5]], change)
-        if by_shift > THRESHOLDS.passes * explained:
+        if by_shift > max(THRESHOLDS.passes * explained, THRESHOLDS.mostly):
             raise OnlyShifts(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
                              f"how it changes, turning {explained - by_shift:.0%} more)")
         return None
