@@ -30,7 +30,30 @@ def test_blocks_that_an_encoder_renews_once_do_not_move() -> None:
     assert stands_still(images)
 
 
-@pytest.mark.parametrize(("contrast", "noise"), [(12, 2.0), (-12, 2.0), (12, 4.5)])
+def test_noise_that_is_larger_in_bright_places_does_not_move() -> None:
+    rng = np.random.default_rng(4)
+    larger = np.linspace(1.0, 1.6, SHAPE[1])
+    assert stands_still([np.rint(90 + larger * rng.standard_normal(SHAPE)).astype(np.uint8)
+                         for _ in range(FRAMES)])
+
+
+@pytest.mark.parametrize(("contrast", "moves"), [(0, False), (6, True)])
+def test_blocks_that_an_encoder_renews_again_and_again_do_not_move(
+    contrast: int, moves: bool
+) -> None:
+    """Steps of two, and no noise elsewhere; a mark of six on them is seen."""
+    rng = np.random.default_rng(5)
+    images = []
+    for i in range(FRAMES):
+        renewed = rng.choice([-1, 0, 0, 0, 0, 0, 0, 1], (12, 15))
+        image = 90 + renewed.repeat(15, axis=0).repeat(16, axis=1)
+        x, y = (round(c) for c in (120 + 70 * np.cos(0.35 * i), 90 + 70 * np.sin(0.35 * i)))
+        image[y - 4 : y + 4, x - 4 : x + 4] += contrast
+        images.append(image.astype(np.uint8))
+    assert stands_still(images) != moves
+
+
+@pytest.mark.parametrize(("contrast", "noise"), [(12, 2.0), (-12, 2.0), (12, 5.6)])
 def test_a_faint_mark_that_goes_round_moves(contrast: int, noise: float) -> None:
     """Eight pixels of tape, for a twentieth of the turn over each place."""
     images = frames(np.random.default_rng(3), noise)
