@@ -69,6 +69,18 @@ def test_pixels_from_the_side_tell_the_rate_the_sense_and_the_view(way: int) -> 
     assert np.cos(turns.view.tilt_rad) == pytest.approx(0.4, abs=0.08)
 
 
+@pytest.mark.parametrize("noise", [2.0, 6.0])
+def test_a_small_plate_among_pixels_of_noise_tells_sense_and_view(noise: float) -> None:
+    """All pixels of the frame, of which nine in ten show noise alone."""
+    frames = turning_dots(33.05, noise=noise)
+    turns = turned_by(frames, np.ones(frames.shape[1:], bool), 60 / 33.05 / FRAME_S)
+    assert turns is not None
+    assert turns.way == 1
+    assert turns.view.centre_px == pytest.approx((64, 48), abs=1)
+    assert turns.view.radius_px == pytest.approx(40, abs=6)
+    assert np.cos(turns.view.tilt_rad) == pytest.approx(0.4, abs=0.08)
+
+
 def test_a_picture_that_returns_twice_per_turn_gives_no_sense_of_a_turn() -> None:
     """Its rate would be twice that of the plate."""
     frames = turning_dots(20.3, fold=2)
@@ -141,7 +153,7 @@ def test_what_passes_by_beside_pixels_that_pulse_hides_no_plate() -> None:
 
 
 def turned_by(
-    frames: NDArray[np.float64], mask: NDArray[np.bool_], period: float
+    frames: NDArray[np.number], mask: NDArray[np.bool_], period: float
 ) -> Turning | None:
     shown = np.rint(frames[:, mask]).astype(np.uint8)
     time = FRAME_S * np.arange(FRAMES)

@@ -29,7 +29,7 @@ class TurningThresholds:
     ----------
     once : float
         det A, and its inverse, of a plate that looks the same once per turn. Derived: 1, and 1/4 of
-        one that looks the same twice; half way by ratio, and a margin for perspective.
+        one that looks the same twice; half way by ratio.
     explained : float
         Of the change of the pixels, that the motion explains: with less its determinant is not
         known to a third. Tuned on ``tests.bench.clip_study --only cut,edge_on,from_the_side``.
@@ -41,7 +41,7 @@ class TurningThresholds:
         passes by is not most of what changes, and a plate may be in the rest.
     """
 
-    once: float = 0.6
+    once: float = 0.5
     explained: float = 0.1
     passes: float = 0.9
     mostly: float = 0.5
@@ -89,7 +89,9 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
     right = (image[:, y, x + 1] - image[:, y, x - 1]) / 2
     down = (image[:, y + 1, x] - image[:, y - 1, x]) / 2
     columns = np.stack([right * u, right * v, right, down * u, down * v, down], axis=-1)
-    rows, change = columns.reshape(-1, 6), -along[:, y, x].ravel()
+    change = -along[:, y, x]
+    by_change = np.sqrt((change**2).sum(axis=0))  # most pixels of a small plate are noise
+    rows, change = (columns * by_change[:, None]).reshape(-1, 6), (change * by_change).ravel()
     beta, explained = _explained(rows, change)
     if explained < THRESHOLDS.explained:
         return None
@@ -111,7 +113,9 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
         return None
     centre = middle - np.linalg.solve(flow, at_middle)
     away = np.array([x, y], float) - centre[:, None]
-    reach = np.sqrt(np.quantile(np.einsum("in,ij,jn->n", away, form, away), RIM) / squared)
+    farthest = np.quantile(np.einsum("in,ij,jn->n", away, form, away), RIM,
+                           weights=by_change**2, method="inverted_cdf")
+    reach = np.sqrt(farthest / squared)
     view = view_of_ellipse((float(centre[0]), float(centre[1])),
                            (float(reach[0]), float(reach[1])),
                            float(np.arctan2(axes[1, 0], axes[0, 0])))
