@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 
-import vision.plate.background
 import vision.plate.evidence
 import vision.plate.fields
 import vision.plate.inertia
@@ -39,7 +38,6 @@ CATEGORIES = ("plain", "hand_held", "bump", "interlaced", "dark", "small")
 RECORDS = (
     (vision.tracking.registration.THRESHOLDS, None),
     (vision.plate.fields.THRESHOLDS, None),
-    (vision.plate.background.CHANGE, None),
     (vision.plate.evidence.THRESHOLDS, None),
     (vision.plate.inertia.THRESHOLDS, None),
     (vision.plate.template.THRESHOLDS, None),

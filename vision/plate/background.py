@@ -19,6 +19,9 @@ BLURRED = (3, 3)  # pixels
 CALM = 0.1  # quantile of the sds of the change that is that of calm places: a plate leaves corners
 OFTEN = 0.75  # quantile of the largest changes: a mark may be out of sight for most of a turn
 SMOOTH_PER_ROUGH = 8**-0.5  # fact: sds of white noise, the mean of 9 pixels over what is beyond it
+#: Largest change from frame to frame that is noise, sds of that of calm places. Derived: 4.4 in
+#: 20 000 places of Gaussian noise in three frames of four, 1.7 times the noise in bright places.
+BEYOND = 7.5
 LEAST = 3.0  # luma steps, blurred: a mark of no more cannot be measured; encoders leave up to 2.7
 MEDIAN_OF = 31  # frames; something in the way for a third of them leaves the median alone
 GOLDEN = (np.sqrt(5) - 1) / 2  #: fraction of the golden ratio: its multiples spread evenly
@@ -50,23 +53,6 @@ class RepeatThresholds:
 
 
 THRESHOLDS = RepeatThresholds()
-
-
-@dataclass(frozen=True)
-class ChangeThresholds:
-    """When frames change by more than their noise.
-
-    Attributes
-    ----------
-    beyond : float
-        Largest change from frame to frame, in sds of that of calm places. Derived: 4.4 in 20 000
-        places of Gaussian noise in three frames of four, 1.7 times the noise in bright places.
-    """
-
-    beyond: float = 7.5
-
-
-CHANGE = ChangeThresholds()
 
 
 def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
@@ -119,7 +105,7 @@ def stands_still(images: Sequence[Luma]) -> bool:
         # What differs from pixel to pixel is noise; a lamp that flickers does not.
         cv2.accumulateSquare(cv2.subtract(change, smooth), square)
     calm = float(np.quantile(np.sqrt(square / len(largest)), CALM)) * SMOOTH_PER_ROUGH
-    return float(np.quantile(largest, OFTEN)) < max(CHANGE.beyond * calm, LEAST)
+    return float(np.quantile(largest, OFTEN)) < max(BEYOND * calm, LEAST)
 
 
 def halved(image: Luma) -> Luma:
