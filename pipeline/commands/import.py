@@ -16,6 +16,7 @@ from pipeline.commands.interaction.arguments import (
     PathArgument,
     ask_latitude,
 )
+from pipeline.commands.interaction.logs_in_si import gyroscope_options
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 from pipeline.commands.interaction.progress import ClipProgress
 from pipeline.text.names import command as proposed
@@ -41,11 +42,7 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 @click.option("--force", is_flag=True, help="Replace a configuration that exists.")
 @click.option("--rate-hz", type=POSITIVE,
               help="Sample rate of logs without a column of times.")
-@click.option("--gyroscope-range", type=POSITIVE, metavar="DEG_S",
-              help="Full scale of a gyroscope in counts, in °/s, where no clip or log shows it.")
-@click.option("--gyroscope-unit", type=click.Choice((
-    "rad_s", "deg_s", "mrad_s", "mdeg_s", "ddeg_s", "cdeg_s", "deg_h", "rpm")),
-              help="Unit of a gyroscope, where nothing in the logs shows it.")
+@gyroscope_options
 @click.option("--latitude", type=LATITUDE_DEG, help="Latitude of the site in degrees.")
 @click.option("--height", type=HEIGHT_M, default=0.0,
               help="Height of the site in metres; with --latitude.")
@@ -53,8 +50,8 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 @quiet_option("the path of the configuration")
 def command(
     files: tuple[Path, ...], output: Path | None, force: bool, rate_hz: float | None,
-    gyroscope_range: float | None, gyroscope_unit: str | None, latitude: float | None,
-    height: float, as_json: bool, quiet: bool,
+    gyroscope_scale: str | float | None, latitude: float | None, height: float, as_json: bool,
+    quiet: bool,
 ) -> None:
     """Guess columns, units and clock of logs of any tool, and write a configuration that runs.
 
@@ -93,8 +90,7 @@ def command(
     with TemporaryDirectory() as cache, ClipProgress(not (quiet or as_json)) as progress:
         context = RunContext(Path(cache), progress)
         rates = measured_clips(dict(zip(clips, rates_of_clips(clips, context), strict=True)))
-        stated = gyroscope_unit or gyroscope_range
-        guess = guess_session(tables, rates, stated and per_deg_of(stated))
+        guess = guess_session(tables, rates, per_deg_of(gyroscope_scale))
         asks = sys.stdin.isatty() and not (as_json or quiet)
         if not (as_json or quiet):
             for line in guess_lines(guess):

@@ -7,6 +7,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import POSITIVE, PathArgument
+from pipeline.commands.interaction.logs_in_si import gyroscope_options, log_in_si
 from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
                    "`pipeline import` does.")
 @click.option("--rate-hz", type=POSITIVE,
               help="Sample rate of a log without a column of times.")
+@gyroscope_options
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for noise.json, noise.svg and noise.png; default: the results of "
                    "CONFIG, or the log's name with .noise, here.")
@@ -30,8 +32,8 @@ if TYPE_CHECKING:
 @json_option("the noise")
 @quiet_option("the paths of the files")
 def command(
-    log: Path, config: Path | None, rate_hz: float | None, output: Path | None, force: bool,
-    as_json: bool, quiet: bool,
+    log: Path, config: Path | None, rate_hz: float | None, gyroscope_scale: str | float | None,
+    output: Path | None, force: bool, as_json: bool, quiet: bool,
 ) -> None:
     """Determine noise density, bias instability and random walk from a long log at rest.
 
@@ -51,14 +53,11 @@ def command(
     from calib.poses.imu_log import TRIADS
     from pipeline.config.load import load_config
     from pipeline.console.noise_text import noise_lines
-    from pipeline.guess.readings import readings_in_si
     from pipeline.report.noise_figure import noise_figure
     from pipeline.results.noise import NOISE_NAME, noise_json
     from pipeline.results.written import write_output
 
-    readings = readings_in_si(
-        log, config, rate_hz, lambda line: click.echo(f"guessed: {line}; --config states it",
-                                                      err=True))
+    readings = log_in_si(log, config, gyroscope_scale, rate_hz)
     folder = (Path(f"{log.name.split('.')[0]}.noise") if config is None
               else load_config(config, files_may_be_missing=True).output_folder)
     step_s = sample_step_s(readings)

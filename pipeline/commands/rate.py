@@ -10,6 +10,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
+from pipeline.commands.interaction.logs_in_si import gyroscope_options
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 from pipeline.commands.interaction.rate_outputs import RateOutputs, show_flutter
 from pipeline.config.units import FASTEST_RPM
@@ -61,6 +62,7 @@ SLOWEST_FPS, FASTEST_FPS = 0.01, 1e5  #: from time lapse to high speed
               help="With --flutter: log of a gyroscope on the turning platter; no clip is needed.")
 @click.option("--config", type=PathArgument(dir_okay=False),
               help="Configuration whose `sensor` states the units of --gyro; default: guess them.")
+@gyroscope_options
 @click.option("--page", type=PathArgument(dir_okay=False), metavar="OUT.html",
               help="With --flutter: write a page with speed over the angle, spectrum, spectrogram.")
 @click.option("--csv", type=PathArgument(dir_okay=False), metavar="OUT.csv",
@@ -84,6 +86,7 @@ def command(
     flutter: bool,
     gyro: Path | None,
     config: Path | None,
+    gyroscope_scale: str | float | None,
     page: Path | None,
     csv: Path | None,
     force: bool,
@@ -98,14 +101,15 @@ def command(
     shown: Literal["text", "quiet", "json"] = "json" if as_json else "quiet" if quiet else "text"
     if (gyro or page) and not flutter:
         raise click.UsageError("--gyro and --page belong to --flutter.")
-    if config is not None and gyro is None:
-        raise click.UsageError("--config states the units of --gyro LOG.")
+    if gyro is None and (config or gyroscope_scale) is not None:
+        raise click.UsageError("--config states the units of --gyro LOG, as --gyroscope-range and "
+                               "--gyroscope-unit do.")
     outputs = RateOutputs(overlay, csv, page)
     outputs.require_free(videos, force)
     if gyro is not None and camera is None and not videos:
         if overlay or csv:
             raise click.UsageError("--overlay and --csv need a clip.")
-        show_flutter(gyro, config, [], outputs, shown)
+        show_flutter(gyro, config, gyroscope_scale, [], outputs, shown)
         return
     if (camera is None) == (not videos):
         raise click.UsageError("type one or more clips, or a camera (--camera 0), but not both.")
@@ -123,7 +127,7 @@ def command(
         rates = _measure(clips, _clock(clips, fps, clock), nominal_rpm, (from_s, to_s), ellipse,
                          shown, outputs)
         if flutter:
-            show_flutter(gyro, config, rates, outputs, shown)
+            show_flutter(gyro, config, gyroscope_scale, rates, outputs, shown)
         else:
             _show(rates, outputs, shown)
 

@@ -128,13 +128,17 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
     return [*lines, f"  model: [{', '.join(model)}]"]
 
 
-def open_scale_text(guess: SessionGuess) -> str:
-    """Why the gyroscope is left out, and what would decide its unit or range."""
+def open_scale_text(
+    guess: SessionGuess, other: str = "add a clip of the turning plate to the files"
+) -> str:
+    """Why the gyroscope is not used, and what would decide its unit or range: an option, or what
+    ``other`` says.
+    """
     unit = guess.scales[0].unit
     answer = f"--gyroscope-{'unit' if unit else 'range'} {guess.scales[-1].answer}"
     return (f"nothing shows its {'unit' if unit else 'range'}: "
-            f"{', '.join(choice.says for choice in guess.scales)}. Add a clip of the turning plate "
-            f"to the files, or state it, for example by {answer}")
+            f"{', '.join(choice.says for choice in guess.scales)}. State it, for example by "
+            f"{answer}, or {other}")
 
 
 def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:

@@ -238,8 +238,10 @@ def rate_triad(
     return TriadGuess(triple, (("unit", unit),), words, because, size, doubt, choices)
 
 
-def per_deg_of(stated: str | float) -> float:
+def per_deg_of(stated: str | float | None) -> float | None:
     """How many of a unit, or of the counts of a sensor of 16 bits with a full scale, are 1 °/s."""
+    if stated is None:
+        return None
     return math.radians(1) / RATE_UNITS[stated] if isinstance(stated, str) else CODES / 2 / stated
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from pipeline.commands.interaction.logs_in_si import log_in_si
 from pipeline.commands.interaction.output import echo_json
 
 if TYPE_CHECKING:
@@ -42,8 +43,8 @@ class RateOutputs:
 
 
 def show_flutter(
-    gyro: Path | None, config: Path | None, rates: "list[SettingRate]", outputs: RateOutputs,
-    shown: Literal["text", "quiet", "json"],
+    gyro: Path | None, config: Path | None, gyroscope_scale: str | float | None,
+    rates: "list[SettingRate]", outputs: RateOutputs, shown: Literal["text", "quiet", "json"],
 ) -> None:
     """Print wow and flutter of the clips and of a gyroscope's log, and write their page.
 
@@ -60,12 +61,8 @@ def show_flutter(
 
     measured = [flutter_of_clip(rate.sources[0], rate.clips[0]) for rate in rates]
     if gyro is not None:
-        from pipeline.guess.readings import readings_in_si
-
-        log = readings_in_si(gyro, config, None,
-                             lambda line: click.echo(f"guessed: {line}; --config states it",
-                                                     err=True))
-        measured.append(flutter_of_gyroscope(log, rates[0].clips[0] if rates else None))
+        measured.append(flutter_of_gyroscope(log_in_si(gyro, config, gyroscope_scale),
+                                             rates[0].clips[0] if rates else None))
     if outputs.page is not None:
         from pipeline.report.plate.speed_charts import speed_page
 

@@ -109,6 +109,10 @@ def test_the_angles_are_written_for_other_programs(tmp_path: Path, typed: Typed)
     (("--gyro", "log.csv"), "--gyro and --page belong to --flutter"),
     (("--flutter", "--page", "a.txt"), "--page OUT.html"),
     (("--flutter", "--config", "a.yaml"), "--config states the units of --gyro"),
+    ((CLIP, "--gyroscope-range", "500"), "as --gyroscope-range and --gyroscope-unit do"),
+    (("--gyroscope-range", "500", "--gyroscope-unit", "rpm"), "give one of them"),
+    (("--flutter", "--gyro", "a.csv", "--config", "a.yaml", "--gyroscope-range", "500"),
+     "leave out --gyroscope-range"),
 ])
 def test_options_without_their_fellows_are_refused(
     options: tuple[str, ...], says: str, typed: Typed
