@@ -152,7 +152,7 @@ def triad_parameters(
     """
     full, full_cov = base_theta(model, theta, cov)
     k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
-    value = _paper_vector(full, k0, b0)
+    value = _paper_vector(full, k0, b0) + 0.0  # no -0 of what is not fitted
     jacobian = np.empty((*full.shape, BASE_SIZE))
     for j in range(BASE_SIZE):
         moved = full.astype(complex)

@@ -9,7 +9,6 @@ import numpy as np
 from calib.consistency.certificate import CertificateComparison
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
-from calib.fit.parameters import TriadParameters
 from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.mounting import Mounting
 from calib.poses.attitudes import direction_name
@@ -68,7 +67,7 @@ def fitted_text(value: float, sd: float) -> str:
 def parameter_lines(result: TriadResult) -> list[str]:
     """The parameters ± sd of a triad as an aligned table."""
     rows = [[result.triad, *AXES]]
-    rows += _nine_rows(result.triad, result.calibration.parameters)
+    rows += _nine_rows(result.calibration)
     rows += [row for shown in shown_effects(result.calibration) for row in effect_rows(shown)]
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
@@ -84,10 +83,11 @@ def parameter_lines(result: TriadResult) -> list[str]:
     return lines
 
 
-def _nine_rows(triad: str, parameters: TriadParameters) -> list[list[str]]:
+def _nine_rows(calibration: TriadCalibration) -> list[list[str]]:
     """Name with unit and three values of α, b and k⁻¹; the data sheet's if not fitted."""
+    parameters = calibration.parameters
     return [
-        [f"  {key.split('_')[0]} [{unit_of(key, triad)}]",
+        [f"  {key.split('_')[0]} [{unit_of(key, calibration.triad, calibration.spec)}]",
          *(fitted_text(v, s) for v, s in zip(getattr(parameters, key), sd, strict=True))]
         for key, sd in zip(PARAMETERS, parameters.sd, strict=True)
     ]

@@ -13,6 +13,7 @@ from calib.effects.typical import largest_for
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
 from calib.rounding import in_digits, two_digits
+from pipeline.config.units import logged_unit
 from pipeline.console.parameter_text import mounting_text
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
@@ -162,12 +163,13 @@ def unseen_text(result: TriadResult) -> str:
     """What the effects that these poses cannot see do to the parameters, if they are typical."""
     sds, parameters = together(result.unseen), result.calibration.parameters
     moved = np.any(np.nan_to_num(sds) > LEAST_SHARE * np.nan_to_num(parameters.sd), axis=1).tolist()
+    logged = logged_unit(result.triad, result.calibration.spec)
     scale = float(np.nanmax(sds[2] / parameters.scale_counts_per_unit))
     worst = max(result.unseen, key=lambda name: float(np.nanmax(result.unseen[name][2])))
     parts = [
         text for text, is_moved in (
             (f"a scale by up to {relative(scale)} (most by {worst})", moved[2]),
-            (f"a bias by {np.nanmax(sds[1]):.2g} counts", moved[1]),
+            (f"a bias by {np.nanmax(sds[1]):.2g} {logged}", moved[1]),
             (f"a misalignment by {np.nanmax(sds[0]):.2g} rad", moved[0]),
         ) if is_moved
     ]

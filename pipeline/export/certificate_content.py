@@ -16,6 +16,8 @@ from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.export.parts import HASH_DIGITS, stood_for, temperatures
 from pipeline.results.history import read_history
+from pipeline.results.json_values import unit_of
+from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.rate import RateResult
@@ -115,8 +117,9 @@ def _base_rows(triad: StoredTriad) -> Iterator[Row]:
     """Bias, scale and misalignment in the units of Angrisano et al."""
     nine = triad.parameters
     misalignment_sd, bias_sd, scale_sd = nine.sd
-    yield _row("Bias b [counts]", nine.bias_counts, bias_sd)
-    yield _row(f"Scale k⁻¹ [counts/({SI_UNIT[triad.name]})]", nine.scale_counts_per_unit, scale_sd)
+    of_bias, of_scale = (unit_of(key, triad.name, triad.correction.spec) for key in PARAMETERS[1:])
+    yield _row(f"Bias b [{of_bias}]", nine.bias_counts, bias_sd)
+    yield _row(f"Scale k⁻¹ [{of_scale}]", nine.scale_counts_per_unit, scale_sd)
     yield _row("Misalignment α [mrad]", nine.misalignment_rad * 1e3, misalignment_sd * 1e3)
 
 

@@ -41,7 +41,7 @@ def to_csv(stored: Stored) -> Export:
     for triad in stored.triads:
         nine = _nine(triad)
         for key in PARAMETERS:
-            unit = unit_of(key, triad.name)
+            unit = unit_of(key, triad.name, triad.correction.spec)
             for axis, value, sd in zip(AXES, nine[key], nine[f"{key}_sd"], strict=True):
                 table.writerow([triad.name, key, axis, value, sd, unit, ""])
         for name, effect in triad.section.effects.items():

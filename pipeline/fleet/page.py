@@ -19,7 +19,6 @@ from pipeline.fleet.limits import FAIL, limit_lines
 from pipeline.fleet.over_time import MOST_SENSORS, SensorOverTime
 from pipeline.fleet.population import TriadPopulation
 from pipeline.fleet.record import SESSIONS_FOLDER
-from pipeline.fleet.table import parameter_unit
 from pipeline.fleet.words import (
     copies_text,
     is_unrepeatable,
@@ -31,6 +30,7 @@ from pipeline.fleet.words import (
 )
 from pipeline.report.page import css_text
 from pipeline.report.page_templates import page_templates
+from pipeline.results.json_values import unit_of
 from pipeline.results.names import REPORT_NAME
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[
 
 def _histogram_view(spread: Spread, triad: str) -> dict[str, Any]:
     """One parameter: its histogram, mean, spread and typical sd."""
-    of_lot, unit = spread.of_lot, parameter_unit(spread.name, triad)
+    of_lot, unit = spread.of_lot, unit_of(spread.name[:-2], triad)
     typical_sd = float(np.nanmedian(spread.sd))
     return {
         "name": parameter_name(spread.name),
@@ -199,7 +199,7 @@ def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
             off.sort(key=lambda pair: -pair[0])
             what = ", ".join(
                 f"{parameter_name(one.name)} {with_sd(one.value[i], one.sd[i])} "
-                f"{parameter_unit(one.name, population.triad)} ({distance:.1f} sds away)"
+                f"{unit_of(one.name[:-2], population.triad)} ({distance:.1f} sds away)"
                 for distance, one in off)
             rows.append({"sensor": sensor, "what": what, "size": off[0][0],
                          "links": _links(population.sessions_of(i), reports)})

@@ -13,7 +13,6 @@ from pipeline.config.file_patterns import natural_key
 from pipeline.config.load import Config
 from pipeline.errors import ConfigError
 from pipeline.fleet.sessions import FleetSession
-from pipeline.results.json_values import unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.results.schema.file import ResultsFile
 from pipeline.results.schema.triad import TriadSection
@@ -136,11 +135,6 @@ def column(table: "DataFrame", name: str) -> FloatArray:
     if name not in table:
         return np.full(len(table), np.nan)
     return np.asarray(table[name].to_numpy(float, na_value=np.nan))
-
-
-def parameter_unit(name: str, triad: str) -> str:
-    """The unit of one of the nine parameters."""
-    return unit_of(name.rpartition("_")[0], triad)
 
 
 def write_table(table: "DataFrame", output: Path) -> None:

@@ -16,6 +16,7 @@ from calib.consistency.clock import gravity_wave
 from calib.numbers import RPM
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
+from pipeline.config.units import UNIT_WORDS
 from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
@@ -27,7 +28,7 @@ from pipeline.guess.magnitudes import (
 )
 from pipeline.guess.pool import FEWEST_MEANS, sphere_through
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
-from pipeline.guess.units import UNIT_WORDS, TriadGuess, rate_unit
+from pipeline.guess.units import TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0

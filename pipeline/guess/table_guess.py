@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
+from pipeline.config.units import UNIT_WORDS
 from pipeline.guess.clocks import ClockGuess, guess_clock
 from pipeline.guess.pool import are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
@@ -16,7 +17,6 @@ from pipeline.guess.triads import (
 )
 from pipeline.guess.turns import Turn, turn_of
 from pipeline.guess.units import (
-    UNIT_WORDS,
     TriadGuess,
     accelerometer_in,
     clocked_by_turns,

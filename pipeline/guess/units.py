@@ -8,6 +8,7 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray
+from pipeline.config.units import UNIT_WORDS
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.magnitudes import (
     CODES,
@@ -32,9 +33,6 @@ from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
 
 BITS, MORE_BITS = 16, 32
 """Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
-UNIT_WORDS = {"m_s2": "m/s²", "mm_s2": "mm/s²", "ug": "µg", "rad_s": "rad/s", "deg_s": "°/s",
-              "mrad_s": "mrad/s", "mdeg_s": "m°/s", "ddeg_s": "0.1 °/s", "cdeg_s": "0.01 °/s",
-              "deg_h": "°/h", "rpm": "rpm"}
 USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: what gyroscopes are written in
 WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s")  #: fact: in which whole numbers are written
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use

@@ -4,7 +4,6 @@ The charts are those of figure 5 of Promrit et al.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.console.parameter_text import mounting_text
 from pipeline.drawings.charts import Chart, Figure, across, upward
+from pipeline.results.json_values import Json
 from pipeline.text.formatting import with_minus_signs, with_sd
 
 ROOM = 0.08  #: share of the range of the forces, above and below; layout
@@ -21,35 +21,27 @@ NAME_PX = 14  #: from the name of one line to the next, which may lie upon it; l
 NOT_DETERMINED = "locked"
 
 
-@dataclass(frozen=True)
-class MountingView:
-    """What the page shows of the mounting; a row of ``orders`` is one order of the rotations."""
-
-    text: str
-    notes: tuple[str, ...]
-    orders: tuple[tuple[str, ...], ...]
-    figures: tuple[Figure, ...]
-
-
-def mounting_view(mounting: Mounting | None) -> MountingView | None:
-    """Everything the page shows of the mounting; None if it was not measured."""
+def mounting_view(mounting: Mounting | None) -> Json | None:
+    """Everything the page shows of the mounting, a row for each order of the rotations; None if it
+    was not measured.
+    """
     if mounting is None:
         return None
     readings = mounting.readings
     forces = np.concatenate([readings.before, readings.after])
     room = ROOM * float(np.ptp(forces))
     limits = (float(forces.min()) - room, float(forces.max()) + room)
-    return MountingView(
-        text=mounting_text(mounting),
-        notes=mounting.notes,
-        orders=tuple(_row(trial, mounting.order) for trial in mounting.orders),
-        figures=(
+    return {
+        "text": mounting_text(mounting),
+        "notes": mounting.notes,
+        "orders": [_row(trial, mounting.order) for trial in mounting.orders],
+        "figures": (
             _curves("Readings in the sensor's axes", readings.time_s, readings.before,
                     mounting.before, limits, "three level lines: the sensor stood still."),
             _curves("Readings in the vehicle's axes", readings.time_s, readings.after,
                     mounting.after, limits, "x and y on zero, z on the magnitude of gravity."),
         ),
-    )
+    }
 
 
 def _row(trial: OrderTrial, used: str) -> tuple[str, ...]:

@@ -121,8 +121,9 @@ def _parameters(
     triad: str, stored: Sequence[StoredTriad | None]
 ) -> Iterator[ComparedParameter]:
     sheets = np.array([_is_same_sheet(stored[0], one) for one in stored])
+    spec = next(one.correction.spec for one in stored if one is not None)
     for key, i in product(PARAMETERS, range(len(AXES))):
-        yield _compared(f"{key.split('_')[0]} {AXES[i]}", unit_of(key, triad), [
+        yield _compared(f"{key.split('_')[0]} {AXES[i]}", unit_of(key, triad, spec), [
             UNKNOWN if one is None else (getattr(one.section.parameters, key)[i],
                                          getattr(one.section.sd, key)[i]) for one in stored
         ], sheets | (key == "misalignment_rad"), [

@@ -6,23 +6,23 @@ from typing import Any
 
 import numpy as np
 
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import SI_UNIT, FloatArray
-
-#: ``{u}`` stands for the SI unit of the triad's readings.
-UNITS = {
-    "misalignment_rad": "rad",
-    "bias_counts": "counts",
-    "scale_counts_per_unit": "counts/({u})",
-}
+from pipeline.config.units import logged_unit
 
 
-def unit_of(key: str, triad: str) -> str:
-    """The unit of the parameters that stand under ``key``.
+def unit_of(key: str, triad: str, spec: TriadSpec | None = None) -> str:
+    """The unit of the parameters that stand under ``key``, by the unit of the log.
 
     >>> unit_of("scale_counts_per_unit", "accelerometer")
     'counts/(m/s²)'
     """
-    return UNITS[key].replace("{u}", SI_UNIT[triad])
+    logged, si = logged_unit(triad, spec), SI_UNIT[triad]
+    if key == "misalignment_rad":
+        return "rad"
+    if key == "bias_counts":
+        return logged
+    return "no unit" if logged == si else f"{f'({logged})' if '/' in logged else logged}/({si})"
 
 
 Json = dict[str, Any]

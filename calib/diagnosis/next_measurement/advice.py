@@ -221,13 +221,21 @@ def lay_missing(fit: Fit, prediction: Prediction | None) -> Advice | None:
     return Advice("directions", words, prediction.times_a_pose**2, minutes_for(count))
 
 
+def shown_name(label: str) -> str:
+    """A pose by its file, without the folders where they lie beside that of the session.
+
+    >>> shown_name("../logs/pose_07.csv"), shown_name("rest/pose_07.csv")
+    ('pose_07.csv', 'rest/pose_07.csv')
+    """
+    return label.rpartition("/")[2] if label.startswith("../") else label
+
+
 def pose_in_words(fit: Fit, label: str) -> str:
     """A pose by its file and the side that faces up: ``pose_07.csv (edge +x -z up)``.
 
-    The file alone where a plate at rest shows no attitude; its folders are left out where they lie
-    beside that of the session.
+    The file alone where a plate at rest shows no attitude.
     """
-    shown = label.rpartition("/")[2] if label.startswith("../") else label
+    shown = shown_name(label)
     i, poses = list(fit.poses.label).index(label), fit.poses
     up = poses.force[i]
     if not np.isfinite(up).all():

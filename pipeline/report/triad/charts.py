@@ -5,14 +5,13 @@ The staircase shows the errors of every model in the history, its steps named by
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammainc
 
-from calib.diagnosis.next_measurement.advice import pose_in_words
+from calib.diagnosis.next_measurement.advice import pose_in_words, shown_name
 from calib.fit.validation.predicted_pose import PredictedPose
 from pipeline.drawings.charts import (
     SHAPES,
@@ -24,6 +23,7 @@ from pipeline.drawings.charts import (
     tick_text,
     upward,
 )
+from pipeline.results.json_values import Json
 from pipeline.results.schema.noise import HistoryLine, HistoryTriad
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, short_model, shortened, with_sd
@@ -57,12 +57,12 @@ def residual_figure(result: TriadResult) -> Figure:
         value = with_sd(pose.residual * factor, pose.sd * factor)
         chart.mark(i, pose.residual, number[pose.run],
                    f"mark run{number[pose.run] % RUN_COLOURS}",
-                   f"{pose.label}: {value} {unit}, {pose.in_sd:+.1f} sd", attribute)
+                   f"{shown_name(pose.label)}: {value} {unit}, {pose.in_sd:+.1f} sd", attribute)
     for i, one in enumerate(excluded, len(poses)):  # those far off stand at the edge
         pose = one.residual
         value = with_sd(pose.residual * factor, pose.sd * factor)
         chart.mark(i, float(np.clip(pose.residual, chart.y.low, chart.y.high)), 0, EXCLUDED,
-                   f"{pose.label}: excluded; {value} {unit}",
+                   f"{shown_name(pose.label)}: excluded; {value} {unit}",
                    f' data-x="{pixel(chart.x(i))}" data-value="{pose.residual * factor:.6g}"')
     within = sum(abs(pose.in_sd) <= 1 for pose in poses)
     worst = result.comparison.worst(1)[0]
@@ -135,32 +135,23 @@ NAMED_STEPS = 4  #: so many names have room under the axis; more steps are numbe
 LONGEST_NAME = {2: 22, 3: 15, 4: 12}  #: characters of a step's name, by the number of steps
 
 
-@dataclass(frozen=True)
-class Staircase:
-    """All steps of one triad; no figure where there is one step only.
+def staircase(triad: str, steps: Sequence[HistoryLine]) -> Json:
+    """The steps of ``triad``; of neighbouring runs with one result, one step.
 
     A row of ``stairs`` has number, change, residual, leave-one-out error, chi²/dof and verdict.
+    There is no figure where there is one step only.
     """
-
-    triad: str
-    unit: str
-    stairs: tuple[tuple[str, ...], ...]
-    figure: Figure | None
-
-
-def staircase(triad: str, steps: Sequence[HistoryLine]) -> Staircase:
-    """The steps of ``triad``; of neighbouring runs with one result, one step."""
     steps_of_triad = [step.triads[triad] for step in steps if triad in step.triads]
     kept = [step for step, _ in groupby(steps_of_triad)][-MOST_STEPS:]
     unit, factor = DISPLAY[triad]
     changes = step_names([one.model for one in kept])
-    stairs = tuple(
+    stairs = [
         (str(i), change, f"{step.residual_rms * factor:.4g}", f"{step.loo_rms * factor:.4g}",
          f"{step.chi2 / step.dof:.3g}", step.verdict.replace("_", " "))
         for i, (step, change) in enumerate(zip(kept, changes, strict=True), 1)
-    )
+    ]
     figure = _errors(kept, unit, factor) if len(kept) > 1 else None
-    return Staircase(triad, unit, stairs, figure)
+    return {"unit": unit, "stairs": stairs, "figure": figure}
 
 
 def step_names(models: Sequence[Sequence[str]]) -> list[str]:

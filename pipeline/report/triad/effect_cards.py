@@ -6,7 +6,6 @@ one has the drawing of a user-defined effect.
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from html import escape
 from typing import Literal
 
@@ -43,51 +42,13 @@ CLEAR_SD = 3.0  #: a size beyond this many sds is set in bold
 _INDEX = re.compile(r"(?<!\w)([^\W_]\d?)_([A-Za-z]{1,3})(?![A-Za-z0-9_])")
 
 
-@dataclass(frozen=True)
-class SizeCell:
-    """One parameter: value, sd, whether it is clearly not zero, and its share of the largest."""
-
-    value: str
-    sd: str
-    is_clear: bool
-    share: float
-
-
-@dataclass(frozen=True)
-class SizeTable:
-    """The parameters of an effect as a table: a row for all, or one for each axis of a matrix.
-
-    ``shape`` is the shape parameter with its sd and unit.
-    """
-
-    unit: str
-    columns: tuple[str, ...]
-    rows: tuple[str, ...]
-    cells: tuple[tuple[SizeCell, ...], ...]
-    shape: str
-
-
-@dataclass(frozen=True)
-class Card:
-    """What the page shows of one ``effect``; ``size`` is None where nothing was fitted."""
-
-    effect: Effect
-    drawing: str
-    formula: str
-    standing: Standing
-    status: str
-    typical: tuple[tuple[str, str], ...]
-    size_title: str
-    size: SizeTable | None
-    fingerprint: str
-    caption: str
-    confused_here: str
-    expanded: bool
+SizeCell = tuple[str, str, bool, float]
+"""One parameter: value, sd, whether it is clearly not zero, and its share of the largest."""
 
 
 def effect_cards(
     result: TriadResult, payload: Json, refits: Refits, drawings: Sequence[str]
-) -> tuple[Card, ...]:
+) -> list[Json]:
     """A card for every effect of the triad, the expanded ones first.
 
     Parameters
@@ -103,7 +64,7 @@ def effect_cards(
     entries = {one["name"]: one for one in payload["effects"]}
     cards = [_card(result, refits, effect, entries.get(effect.name), drawings)
              for effect in _effects(result, entries, refits.defined)]
-    return tuple(sorted(cards, key=lambda card: not card.expanded))
+    return sorted(cards, key=lambda card: not card["expanded"])
 
 
 def _effects(
@@ -122,7 +83,8 @@ def _effects(
 def _card(
     result: TriadResult, refits: Refits, effect: Effect, entry: Json | None,
     drawings: Sequence[str],
-) -> Card:
+) -> Json:
+    """What the page shows of one effect; ``size`` is None where nothing was fitted."""
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)
@@ -130,21 +92,21 @@ def _card(
     shape = fingerprint(refits, effect.name) if seen else None
     named = effect.name if effect.name in drawings else None
     listed = effect.name in EFFECTS
-    return Card(
-        effect=effect,
-        drawing=named or ("column" if effect.names_column else "user_defined"),
-        formula=formula_html(effect.page.formula) if listed else escape(effect.page.formula),
-        standing=standing,
-        status=_status(result, effect, standing),
-        typical=tuple(_typical(effect, result.triad)),
-        size_title="Size in the model" if standing == "model" else "Size in these poses",
-        size=_size_table(result, effect, candidate),
-        fingerprint="" if shape is None else fingerprint_svg(
+    return {
+        "effect": effect,
+        "drawing": named or ("column" if effect.names_column else "user_defined"),
+        "formula": formula_html(effect.page.formula) if listed else escape(effect.page.formula),
+        "standing": standing,
+        "status": _status(result, effect, standing),
+        "typical": tuple(_typical(effect, result.triad)),
+        "size_title": "Size in the model" if standing == "model" else "Size in these poses",
+        "size": _size_table(result, effect, candidate),
+        "fingerprint": "" if shape is None else fingerprint_svg(
             shape, effect.name, result.calibration.fit),
-        caption="" if shape is None else _caption(effect, shape),
-        confused_here=_confused_here(effect, entry, shape),
-        expanded=standing in EXPANDED and effect.acts_on != "reading",
-    )
+        "caption": "" if shape is None else _caption(effect, shape),
+        "confused_here": _confused_here(effect, entry, shape),
+        "expanded": standing in EXPANDED and effect.acts_on != "reading",
+    }
 
 
 def formula_html(formula: str) -> str:
@@ -210,8 +172,12 @@ def _confused_here(effect: Effect, entry: Json | None, shape: Fingerprint | None
 
 def _size_table(
     result: TriadResult, effect: Effect, candidate: Candidate | None
-) -> SizeTable | None:
-    """The fitted parameters, or those that the diagnosis has for a candidate; None without any."""
+) -> Json | None:
+    """The fitted parameters, or those that the diagnosis has for a candidate; None without any.
+
+    They are a table: a row for all, or one for each axis of a matrix. ``shape`` is the shape
+    parameter with its sd and unit.
+    """
     values, sds = _sizes(result, effect, candidate)
     k = len(effect.parameters)
     if len(values) < k:
@@ -226,8 +192,10 @@ def _size_table(
     if k == len(AXES) ** 2:
         columns = tuple(name[1:] for name in effect.parameters[:3])
         rows = tuple(name[0] for name in effect.parameters[::3])
-        return SizeTable(unit, columns, rows, (cells[:3], cells[3:6], cells[6:]), shape)
-    return SizeTable(unit, effect.parameters, ("",), (cells,), shape)
+        table = {"columns": columns, "rows": rows, "cells": (cells[:3], cells[3:6], cells[6:])}
+    else:
+        table = {"columns": effect.parameters, "rows": ("",), "cells": (cells,)}
+    return {"unit": unit, "shape": shape, **table}
 
 
 def _typical(effect: Effect, triad: Triad) -> Iterator[tuple[str, str]]:
@@ -261,6 +229,6 @@ def _sizes(
 def _cell(value: float, sd: float, largest: float) -> SizeCell:
     share = value / largest if largest > 0 else 0.0
     if not np.isfinite(sd):
-        return SizeCell(f"{value:.3g}", "not determined alone", False, share)
+        return f"{value:.3g}", "not determined alone", False, share
     text, _, spread = with_minus_signs(with_sd(value, sd)).partition(" ± ")
-    return SizeCell(text, f"± {spread}" if spread else "", abs(value) > CLEAR_SD * sd, share)
+    return text, f"± {spread}" if spread else "", bool(abs(value) > CLEAR_SD * sd), share

@@ -6,10 +6,10 @@ script of the page draws the sphere, so that it can be rotated.
 
 import base64
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from calib.diagnosis.next_measurement.advice import shown_name
 from calib.fit.validation.leave_one_out import PoseResidual
 from calib.numbers import NO_LENGTH, RPM
 from calib.poses.attitudes import (
@@ -35,36 +35,29 @@ MOST_REPEATS = 2.0
 """Times the median number of poses in a direction: a design lays all of them equally often."""
 
 
-@dataclass(frozen=True, eq=False)
-class Coverage:
-    """The expected directions, each with whether a pose is near, and a sentence.
+def coverage_of(directions: FloatArray) -> tuple[list[tuple[FloatArray, bool]], str]:
+    """The expected directions, each with whether one of the unit vectors (n, 3) is near, and a
+    sentence; NaN for poses without a direction.
 
-    ``expected`` is empty where the poses do not follow the design: then no direction is missing.
+    None is expected where the poses do not follow the design: then no direction is missing.
     """
-
-    expected: tuple[tuple[FloatArray, bool], ...]
-    caption: str
-
-
-def coverage_of(directions: FloatArray) -> Coverage:
-    """The coverage of unit vectors (n, 3), NaN for poses without a direction."""
     known = directions[np.isfinite(directions).all(axis=1)]
     if not len(known):
-        return Coverage((), "These poses have no known direction: the plate was stopped and no "
-                            "accelerometer was logged.")
+        return [], ("These poses have no known direction: the plate was stopped and no "
+                    "accelerometer was logged.")
     natural = natural_directions()
     near = natural @ known.T  # (26, n)
     covered = near.max(axis=1) >= NEAR_COSINE
     faces, corners = int(covered[:WEDGE_DIRECTIONS].sum()), int(covered[WEDGE_DIRECTIONS:].sum())
     if not _follows_design(near, faces):
-        return Coverage((), f"{count(len(known), 'pose')}. They do not follow the design of 6 "
-                            f"faces and 12 edges, so no direction is marked as missing.")
+        return [], (f"{count(len(known), 'pose')}. They do not follow the design of 6 "
+                    f"faces and 12 edges, so no direction is marked as missing.")
     caption = (f"{count(len(known), 'pose')} cover {faces} of the 18 faces and edges and "
                f"{corners} of the 8 corners.")
     if faces < WEDGE_DIRECTIONS:
         missing = list_directions(natural[:WEDGE_DIRECTIONS][~covered[:WEDGE_DIRECTIONS]])
         caption += f" These directions are missing: {missing}."
-    return Coverage(tuple(zip(natural, map(bool, covered), strict=True)), caption)
+    return list(zip(natural, map(bool, covered), strict=True)), caption
 
 
 def _follows_design(near: FloatArray, faces: int) -> bool:
@@ -99,14 +92,14 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
     up = up_directions(result)
     means = _means(outcome, result)
     along = reading_directions(result)
-    coverage = coverage_of(up)
+    expected, caption = coverage_of(up)
     return {
         "up": [_direction(one) for one in up],
         "expected": [
             {"up": [round(float(v), DIGITS) for v in direction], "covered": bool(is_covered)}
-            for direction, is_covered in coverage.expected
+            for direction, is_covered in expected
         ],
-        "caption": coverage.caption,
+        "caption": caption,
         "runs": list(result.calibration.fit.poses.run),
         "facts": [list(_facts(result.calibration.fit.poses, mean, i))
                   for i, mean in enumerate(means)],
@@ -122,11 +115,11 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
 
 def _excluded(result: TriadResult, pose: ExcludedPose) -> Json:
     """An excluded pose on the sphere: its direction, and what the fit without it makes of it."""
+    known = {"label": pose.label, "shown": shown_name(pose.label), "run": pose.run}
     if pose.predicted is None:
-        return {"label": pose.label, "run": pose.run, "up": None, "in_sd": None}
+        return {**known, "up": None, "in_sd": None}
     up = _upward(result.triad, pose.predicted.vector[None], pose.predicted.poses)[0]
-    return {"label": pose.label, "run": pose.run, "in_sd": pose.predicted.residual.in_sd,
-            "up": _direction(up)}
+    return {**known, "in_sd": pose.predicted.residual.in_sd, "up": _direction(up)}
 
 
 def up_directions(result: TriadResult) -> FloatArray:
@@ -219,12 +212,13 @@ def pose_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
 def excluded_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
     """Every excluded pose by the fit without it; without numbers where it is no pose."""
     return [_row(one.predicted.residual, result.triad) if one.predicted is not None
-            else (one.label, one.run, "no pose of its run", "–") for one in result.excluded]
+            else (shown_name(one.label), one.run, "no pose of its run", "–")
+            for one in result.excluded]
 
 
 def _row(pose: PoseResidual, triad: Triad) -> tuple[str, str, str, str]:
     factor = DISPLAY[triad][1]
-    return (pose.label, pose.run,
+    return (shown_name(pose.label), pose.run,
             with_minus_signs(with_sd(pose.residual * factor, pose.sd * factor)),
             with_minus_signs(f"{pose.in_sd:.1f}"))
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.special import fdtrc
 
-from calib.diagnosis.next_measurement.advice import pose_in_words
+from calib.diagnosis.next_measurement.advice import pose_in_words, shown_name
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import what_separates
@@ -60,6 +60,7 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
         "triad": result.triad,
         "unit": unit,
         "labels": list(fit.poses.label),
+        "shown": [shown_name(label) for label in fit.poses.label],
         "named": [pose_in_words(fit, label) for label in fit.poses.label],
         "is_null": [bool(null) for null in fit.poses.reference.is_null],
         "sd": rounded(pose.sd * factor for pose in result.comparison.poses),

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,10 +12,13 @@ from calib.effects.typical import largest_for
 from calib.effects.units import display_unit
 from calib.fit.triad.calibration import NOISE, uncertainty_budget
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import AXES, SI_UNIT, Triad
+from calib.poses.imu_log import AXES, Triad
 from calib.rounding import in_digits
+from pipeline.config.units import logged_unit
 from pipeline.console.parameter_text import fitted_text, shown_effects
 from pipeline.drawings.charts import tick_text
+from pipeline.results.json_values import Json, unit_of
+from pipeline.results.names import PARAMETERS
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, relative, with_minus_signs, with_sd
 
@@ -25,32 +27,16 @@ NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
 #: What each group of parameters means, for the table.
 MEANING = {
     "bias": "Reading of the axis for zero input.",
-    "scale": "Counts per unit of the input.",
+    "scale": "Logged number per unit of the input.",
     "misalignment": "Deviation of the angle between two axes from 90°: αx between y and z, αy "
     "between x and z, αz between x and y.",
 }
 
 
-@dataclass(frozen=True)
-class Row:
-    """One parameter: value ± sd, data sheet, difference, certificate, difference in sds."""
-
-    name: str
-    value: str
-    sheet: str
-    off: str
-    certificate: str
-    sigma: str
-
-
-@dataclass(frozen=True)
-class Group:
-    """Parameters of one kind with their unit and meaning."""
-
-    name: str
-    unit: str
-    meaning: str
-    rows: tuple[Row, ...]
+Row = tuple[str, str, str, str, str, str]
+"""One parameter: name, value ± sd, data sheet, difference, certificate, difference in sds."""
+Group = tuple[str, str, str, list[Row]]
+"""Parameters of one kind: their name, unit, meaning and rows."""
 
 
 def parameter_groups(result: TriadResult) -> tuple[Group, ...]:
@@ -61,6 +47,7 @@ def parameter_groups(result: TriadResult) -> tuple[Group, ...]:
 def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
     """Cause, and the sds it gives to misalignment, bias and scale: means over the axes."""
     scale = result.calibration.parameters.scale_counts_per_unit
+    logged = logged_unit(result.triad, result.calibration.spec)
     budget = uncertainty_budget(result.calibration)
     unseen = {f"{name}, if your sensor is typical": sds for name, sds in result.unseen.items()}
     causes = {**budget, **unseen}
@@ -77,7 +64,7 @@ def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
         rows.append((
             label,
             _known(f"{math.degrees(misalignment):.2g}°"),
-            _known(f"{bias:.2g} counts"),
+            _known(f"{bias:.2g} {logged}"),
             _known(relative(gain)),
         ))  # fmt: skip
     return tuple(rows)
@@ -91,49 +78,45 @@ def _known(text: str) -> str:
 def _base_groups(result: TriadResult) -> Iterator[Group]:
     parameters, spec = result.calibration.parameters, result.calibration.spec
     unit, factor = DISPLAY[result.triad]
-    sd_misalignment, sd_bias, sd_scale = parameters.sd
-    k = parameters.scale_counts_per_unit
-    off = (parameters.bias_counts - spec.nominal_bias_counts) / k * factor
-    yield Group("bias", "counts", MEANING["bias"], tuple(
-        Row(axis, fitted_text(parameters.bias_counts[j], sd_bias[j]),
-            f"{spec.nominal_bias_counts:g}", f"{off[j]:+.4g} {unit}",
-            *_certified(result, "bias", j))
-        for j, axis in enumerate(AXES)))  # fmt: skip
-    sheet = 1 / spec.nominal_scale
-    yield Group("scale", f"counts per {SI_UNIT[result.triad]}", MEANING["scale"], tuple(
-        Row(axis, fitted_text(k[j], sd_scale[j]), f"{sheet:.6g}",
-            f"{100 * (k[j] / sheet - 1):+.2f} %", *_certified(result, "scale", j))
-        for j, axis in enumerate(AXES)))  # fmt: skip
-    alpha = parameters.misalignment_rad
-    yield Group("misalignment", "rad", MEANING["misalignment"], tuple(
-        Row(f"α{axis}", fitted_text(alpha[j], sd_misalignment[j]), "0",
-            f"{math.degrees(alpha[j]):+.3f}°", *_certified(result, "misalignment", j))
-        for j, axis in enumerate(AXES)))  # fmt: skip
+    k, sheet = parameters.scale_counts_per_unit, 1 / spec.nominal_scale
+    zero = (parameters.bias_counts - spec.nominal_bias_counts) / k * factor
+    sds = dict(zip(PARAMETERS, parameters.sd, strict=True))
+    for name, key, mark, of_sheet, off in (
+        ("bias", "bias_counts", "", f"{spec.nominal_bias_counts:g}",
+         [f"{one:+.4g} {unit}" for one in zero]),
+        ("scale", "scale_counts_per_unit", "", f"{sheet:.6g}",
+         [f"{100 * one:+.2f} %" for one in k / sheet - 1]),
+        ("misalignment", "misalignment_rad", "α", "0",
+         [f"{one:+.3f}°" for one in np.degrees(parameters.misalignment_rad)]),
+    ):
+        values = zip(AXES, getattr(parameters, key), sds[key], off, strict=True)
+        yield name, unit_of(key, result.triad, spec), MEANING[name], [
+            (f"{mark}{axis}", fitted_text(value, sd), of_sheet,
+             text if math.isfinite(sd) else "–", *_certified(result, name, j))
+            for j, (axis, value, sd, text) in enumerate(values)]
 
 
 def _effect_groups(result: TriadResult) -> Iterator[Group]:
     for shown in shown_effects(result.calibration):
         effect = shown.effect
-        rows = [Row(name, value, "0", "", "", "")
+        rows = [(name, value, "0", "", "", "")
                 for name, value in zip(effect.parameters, shown.values, strict=True)]
         if effect.shape is not None and shown.shape is not None:
             label = f"{effect.shape.name} [{effect.shape.unit}]"
-            rows.append(Row(label, shown.shape, "", "", "", ""))
-        yield Group(effect.name, shown.unit, effect.physics, tuple(rows))
+            rows.append((label, shown.shape, "", "", "", ""))
+        yield effect.name, shown.unit, effect.physics, rows
 
 
 def _frame(result: TriadResult) -> Iterator[Group]:
     frame = result.frame
     if frame is None:
         return
-    yield Group(
+    yield (
         "to the accelerometer", "rad",
         "Rotation of the axes of the gyroscope relative to those of the accelerometer. It can be "
         "determined only if both were logged together on the turning plate.",
-        tuple(
-            Row(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
-            for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)
-        ),
+        [(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
+         for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)],
     )
 
 
@@ -153,26 +136,12 @@ BEYOND_PARTS = "larger than any part has"
 LEAST_SHARE = 1e-3  #: share of chi²: smaller drops are written as none
 
 
-@dataclass(frozen=True)
-class CandidateRow:
-    """One hypothesis: what adding it alone does."""
-
-    name: str
-    probability: str
-    chi2_drop: str
-    size: str
-    rms: str
-    loo: str
-    worse: bool
-    aliases: str
+def candidate_rows(result: TriadResult) -> list[Json]:
+    """What adding each hypothesis of the ranking alone does, the most probable first."""
+    return [_row(result, one) for one in result.diagnosis.ranking if one.kind != "noise"]
 
 
-def candidate_rows(result: TriadResult) -> tuple[CandidateRow, ...]:
-    """Every hypothesis of the ranking, the most probable first."""
-    return tuple(_row(result, one) for one in result.diagnosis.ranking if one.kind != "noise")
-
-
-def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
+def _row(result: TriadResult, candidate: Candidate) -> Json:
     _, factor = DISPLAY[result.triad]
     rms, loo = (("–" if math.isnan(error) else in_digits(error * factor, 3))
                 for error in (candidate.rms_after, candidate.loo_after))
@@ -184,11 +153,12 @@ def _row(result: TriadResult, candidate: Candidate) -> CandidateRow:
     classes = (one.members for one in result.diagnosis.inclusion if name in one.members)
     shared = len(next(classes, ()))
     odds = odds_in_words(candidate.probability)
-    return CandidateRow(
-        name, f"one of {shared}: {odds}" if shared > 1 else odds,
-        f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
-        _size(candidate, result.triad), rms, loo,
-        bool(candidate.loo_after > result.comparison.loo_rms), ", ".join(candidate.aliases))
+    return {
+        "name": name, "probability": f"one of {shared}: {odds}" if shared > 1 else odds,
+        "chi2_drop": f"{drop} ({100 * share:.0f} %)" if share > LEAST_SHARE else "–",
+        "size": _size(candidate, result.triad), "rms": rms, "loo": loo,
+        "worse": bool(candidate.loo_after > result.comparison.loo_rms),
+        "aliases": ", ".join(candidate.aliases)}
 
 
 def _size(candidate: Candidate, triad: Triad) -> str:

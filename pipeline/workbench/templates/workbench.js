@@ -322,7 +322,7 @@ class Bench {
 
   dot(k, x, y, text) {
     const mark = node("circle", { "data-i": k, cx: x.toFixed(1), cy: y.toFixed(1), r: 4 });
-    mark.append(node("title", {}, `${this.section.triad.labels[k]}: ${text}`));
+    mark.append(node("title", {}, `${this.section.triad.shown[k]}: ${text}`));
     if (this.section.out.has(k)) mark.classList.add("left-out");
     return mark;
   }

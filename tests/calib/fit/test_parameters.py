@@ -37,6 +37,12 @@ def test_theta_and_the_papers_parameters_are_one_to_one(encoding: str) -> None:
     assert theta_of(parameters, spec) == pytest.approx(theta, abs=1e-14)
 
 
+def test_what_is_not_fitted_is_no_minus_zero() -> None:
+    p = triad_parameters(Model.of(("bias", "scale")), np.full(6, 1e-3), np.eye(6),
+                         TriadSpec(8.0, 16, "twos-complement"))
+    assert not np.signbit(p.misalignment_rad).any()
+
+
 def test_correcting_counts_by_the_paper_is_correcting_by_the_fit() -> None:
     spec = SPECS["gyroscope"]
     poses = noisy(made_poses("gyroscope", (SLOW,)), 1)

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet, TriadSheet, triad_spec
+from pipeline.results.json_values import unit_of
+from pipeline.results.names import PARAMETERS
 from pipeline.text.formatting import with_minus_signs
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.report.html_page import Page
@@ -52,3 +55,19 @@ def test_the_report_has_the_values_of_the_terminal(
     printed = {with_minus_signs(each) for value in values for each in re.split(r" {2,}", value)}
     assert {each for each in printed if each not in page.text} == set()
     assert "0 (not fitted)" in page.text
+
+
+@pytest.mark.parametrize(("sheet", "triad", "bias", "scale"), [
+    (AccelerometerSheet(unit="m_s2"), "accelerometer", "m/s²", "no unit"),
+    (AccelerometerSheet(unit="mg"), "accelerometer", "mg", "mg/(m/s²)"),
+    (GyroscopeSheet(unit="rad_s"), "gyroscope", "rad/s", "no unit"),
+    (GyroscopeSheet(unit="deg_s"), "gyroscope", "°/s", "(°/s)/(rad/s)"),
+    (GyroscopeSheet(counts_per_deg_s=131.0), "gyroscope", "counts", "counts/(rad/s)"),
+    (GyroscopeSheet(full_scale_deg_s=250.0, bits=16, encoding="twos-complement"), "gyroscope",
+     "counts", "counts/(rad/s)"),
+])
+def test_parameters_of_a_log_in_physical_units_have_its_unit(
+    sheet: TriadSheet, triad: str, bias: str, scale: str
+) -> None:
+    spec = triad_spec(sheet)
+    assert [unit_of(key, triad, spec) for key in PARAMETERS] == ["rad", bias, scale]

@@ -12,10 +12,11 @@ from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.report.page_templates import page_templates
-from pipeline.report.triad.effect_cards import Card, effect_cards, formula_html
+from pipeline.report.triad.effect_cards import effect_cards, formula_html
 from pipeline.report.triad.fingerprint import fingerprint
 from pipeline.report.triad.refit_table import refit_json, tickable
 from pipeline.report.triad.refitted import Refits
+from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.conftest import HiddenSession
@@ -27,7 +28,7 @@ G = 9.80665
 
 def cards_of(
     result: TriadResult, defined: dict[str, Effect], drawings: dict[str, object]
-) -> tuple[Card, ...]:
+) -> list[Json]:
     refits = Refits(result, defined)
     return effect_cards(result, refit_json(result, refits, Path("c.yaml")), refits, tuple(drawings))
 
@@ -38,11 +39,11 @@ def drawings() -> dict[str, object]:
 
 
 @pytest.fixture(scope="module")
-def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, Card]:
+def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, Json]:
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     every = cards_of(result, {}, drawings)
-    return {card.effect.name: card for card in every}
+    return {card["effect"].name: card for card in every}
 
 
 @pytest.mark.parametrize("name", [*EFFECTS, "column", "user_defined"])
@@ -65,19 +66,19 @@ def test_no_two_drawings_are_the_same(drawings: dict[str, object]) -> None:
     assert len(without_words) == len(EFFECTS)
 
 
-def test_every_effect_of_the_triad_has_a_card(cards: dict[str, Card]) -> None:
+def test_every_effect_of_the_triad_has_a_card(cards: dict[str, Json]) -> None:
     assert {name for name, each in EFFECTS.items() if "gyroscope" in each.triads} <= set(cards)
     assert "lever_arm" not in cards
 
 
 def test_only_the_cards_of_the_verdict_and_the_model_are_open(
-    cards: dict[str, Card], hidden_session: HiddenSession
+    cards: dict[str, Json], hidden_session: HiddenSession
 ) -> None:
-    wide = [name for name, card in cards.items() if card.expanded]
+    wide = [name for name, card in cards.items() if card["expanded"]]
     assert wide[0] == "g_sensitivity"
-    assert {cards[name].standing for name in wide[1:]} <= {"offered"}
-    assert cards["g_sensitivity"].standing == "missing"
-    assert cards["bias"].standing == "model"
+    assert {cards[name]["standing"] for name in wide[1:]} <= {"offered"}
+    assert cards["g_sensitivity"]["standing"] == "missing"
+    assert cards["bias"]["standing"] == "model"
     page = Page(hidden_session.html)
     is_open = {tag["id"] for tag in page.all("details") if "open" in tag and tag.get("id")}
     assert {name for name in is_open if name and name.startswith("card-gyroscope")} == {
@@ -85,17 +86,17 @@ def test_only_the_cards_of_the_verdict_and_the_model_are_open(
 
 
 def test_the_matrix_of_the_card_is_the_hidden_one_in_degrees_per_second_per_g(
-    cards: dict[str, Card], hidden_session: HiddenSession
+    cards: dict[str, Json], hidden_session: HiddenSession
 ) -> None:
-    size = cards["g_sensitivity"].size
+    size = cards["g_sensitivity"]["size"]
     assert size is not None
-    assert size.unit == "°/s per g"
-    assert (size.rows, size.columns) == (("x", "y", "z"), ("x", "y", "z"))
+    assert size["unit"] == "°/s per g"
+    assert (size["rows"], size["columns"]) == (("x", "y", "z"), ("x", "y", "z"))
     true = np.degrees(hidden_session.size) * G
-    for row, wanted in zip(size.cells, true, strict=True):
-        for cell, value in zip(row, wanted, strict=True):
-            sd = float(cell.sd.removeprefix("± "))
-            assert float(cell.value.replace("−", "-")) == pytest.approx(value, abs=5 * sd)
+    for row, wanted in zip(size["cells"], true, strict=True):
+        for (text, spread, *_), value in zip(row, wanted, strict=True):
+            sd = float(spread.removeprefix("± "))
+            assert float(text.replace("−", "-")) == pytest.approx(value, abs=5 * sd)
             assert 0 < sd < 0.1 * np.abs(true).max()
 
 
@@ -120,10 +121,10 @@ def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
     assert there.measured == pytest.approx(fit.rows.residual[: len(there.measured)], abs=1e-4)
 
 
-def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, Card]) -> None:
+def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, Json]) -> None:
     card = cards["reference_scale"]
-    assert (card.standing, card.fingerprint) == ("unseen", "")
-    assert "cannot determine it" in card.confused_here
+    assert (card["standing"], card["fingerprint"]) == ("unseen", "")
+    assert "cannot determine it" in card["confused_here"]
 
 
 def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
@@ -134,9 +135,9 @@ def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
     mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
     defined: dict[str, Effect] = {mine.name: mine}
     cards = cards_of(result, defined, drawings)
-    (card,) = (each for each in cards if each.effect.name == mine.name)
-    assert card.drawing == "user_defined"
-    assert "<b>" not in card.fingerprint
+    (card,) = (each for each in cards if each["effect"].name == mine.name)
+    assert card["drawing"] == "user_defined"
+    assert "<b>" not in card["fingerprint"]
 
 
 @pytest.mark.parametrize(("name", "triad", "size", "unit", "shown"), [

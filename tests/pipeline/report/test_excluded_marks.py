@@ -16,7 +16,8 @@ from tests.pipeline.report.html_page import Page, carried
 from tests.pipeline.report.tab import Browser
 from tests.sessions import edit
 
-OUT = "accelerometer/pose_03.csv"
+OUT = "../accelerometer/pose_03.csv"
+SHOWN = "pose_03.csv"  # of a file beside the folder of the session
 POSES = "accelerometer/pose_*.csv\n"
 
 
@@ -25,9 +26,12 @@ def page(finished: RunSession, tmp_path_factory: pytest.TempPathFactory) -> Path
     """The report of a session that excludes one pose of the accelerometer."""
     folder = tmp_path_factory.mktemp("excluded")
     shutil.copytree(finished.config.parent, folder, dirs_exist_ok=True)
-    config = folder / finished.config.name
+    config = folder / "session" / finished.config.name
+    config.parent.mkdir()
+    text = (folder / finished.config.name).read_text("utf-8")
+    config.write_text(re.sub(r"\b(accelerometer|gyroscope|video)/", r"../\1/", text), "utf-8")
     edit(config, POSES, f"{POSES}  exclude: [pose_03]\n")
-    path = folder / "page.html"
+    path = config.with_name("page.html")
     path.write_text(report_html(run_stages(load_config(config), RunContext()), ()), "utf-8")
     return path
 
@@ -36,12 +40,14 @@ def test_an_excluded_pose_is_hollow_in_the_charts_and_named_in_the_table(page: P
     source = page.read_text(encoding="utf-8")
     titles = re.findall(r'<g class="excluded"[^>]*>.*?<title>(.*?)</title>', source, re.DOTALL)
     assert len(titles) == 1
-    assert titles[0].startswith(f"{OUT}: excluded; ")
-    assert f"Excluded by the configuration: {OUT}." in Page(source).text
+    assert titles[0].startswith(f"{SHOWN}: excluded; ")
+    assert f"Excluded by the configuration: {SHOWN}." in Page(source).text
+    assert not re.search(r"<title>[^<]*\.\./", source)
     poses = next(t for t in carried(source)["triads"] if t["triad"] == "accelerometer")
     assert OUT not in poses["labels"]
     (hollow,) = poses["poses"]["excluded"]
-    assert hollow["label"] == OUT
+    assert (hollow["label"], hollow["shown"]) == (OUT, SHOWN)
+    assert all("/" not in name for name in poses["shown"])
     assert len(hollow["up"]) == 3
 
 

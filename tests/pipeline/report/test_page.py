@@ -173,13 +173,13 @@ def step(model: tuple[str, ...], rms: float, chi2: float) -> HistoryLine:
 def test_the_staircase_falls_step_by_step_and_repeats_count_once() -> None:
     steps = [step((), 1e-3, 5e4), step((), 1e-3, 5e4), step(("g_sensitivity",), 1e-4, 110.0)]
     found = staircase("gyroscope", steps)
-    assert [stair[1] for stair in found.stairs] == ["base", "+ g_sensitivity"]
-    assert [stair[4] for stair in found.stairs] == ["500", "1.1"]
-    assert "from 0.0573 to 0.00573 °/s" in found.figure.caption
+    assert [stair[1] for stair in found["stairs"]] == ["base", "+ g_sensitivity"]
+    assert [stair[4] for stair in found["stairs"]] == ["500", "1.1"]
+    assert "from 0.0573 to 0.00573 °/s" in found["figure"].caption
 
 
 def test_one_step_is_no_staircase() -> None:
-    assert staircase("gyroscope", [step((), 1e-3, 5e4)]).figure is None
+    assert staircase("gyroscope", [step((), 1e-3, 5e4)])["figure"] is None
 
 
 # --- pieces ------------------------------------------------------------------------------------

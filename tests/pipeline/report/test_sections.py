@@ -103,8 +103,8 @@ def test_poses_at_rest_have_no_directions_to_cover_and_cannot_scatter_about_zero
     assert outcome.triad("accelerometer") is not None
     assert "about zero" not in residual_figure(outcome.triad("gyroscope")).good
     assert "about zero" in residual_figure(outcome.triad("accelerometer")).good
-    covered = coverage_of(up_directions(outcome.triad("accelerometer")))
-    assert "18 poses cover 18 of the 18 faces and edges" in covered.caption
+    _, covered = coverage_of(up_directions(outcome.triad("accelerometer")))
+    assert "18 poses cover 18 of the 18 faces and edges" in covered
     page = Page(report_html(outcome, ()))
     assert page.open == []
     assert "0 of the 18" not in page.text
@@ -162,7 +162,7 @@ def test_a_probability_that_a_class_shares_is_not_told_as_that_of_each(outcome: 
     assert result is not None
     one, other, alone = [c.name for c in result.diagnosis.ranking if c.kind == "listed"][:3]
     shared = replace(result.diagnosis, inclusion=(Inclusion(one, (one, other), 0.9, "listed"),))
-    told = {row.name: row.probability for row in candidate_rows(
+    told = {row["name"]: row["probability"] for row in candidate_rows(
         replace(result, diagnosis=shared))}
     assert told[one].startswith("one of 2: ")
     assert told[other].startswith("one of 2: ")
@@ -178,7 +178,7 @@ def test_a_size_that_no_part_has_is_told_in_words(outcome: Outcome) -> None:
         one = replace(first, size=np.array([size]), sd=np.array([0.3 * size]))
         (row,) = candidate_rows(
             replace(result, diagnosis=replace(result.diagnosis, ranking=(one,))))
-        sizes.append(row.size)
+        sizes.append(row["size"])
     assert "±" in sizes[0]
     assert sizes[1] == "larger than any part has"
 

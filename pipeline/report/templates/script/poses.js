@@ -71,13 +71,13 @@ class Poses {
   }
 
   update() {
-    const { labels, is_null: atRest } = this.triad, { out } = this.section;
+    const { shown, is_null: atRest } = this.triad, { out } = this.section;
     this.now = this.values();
     const inSd = this.now.map((each) => each.inSd);
     const limit = nice(Math.max(REACH_SD, ...inSd.map((value) => Math.abs(value) || 0)));
     const kind = inSd.map((value, k) => (atRest[k] ? "rest"
       : Math.abs(value) <= 1 ? "noise" : value > 0 ? "above" : "below"));
-    const text = labels.map((label, k) => `${label}: ${this.words(k)}${out.has(k) ? " (left out)" : ""}`);
+    const text = shown.map((name, k) => `${name}: ${this.words(k)}${out.has(k) ? " (left out)" : ""}`);
     this.sphere.colour(inSd, text, kind, limit, out);
     this.root.querySelectorAll("[data-limit]").forEach((each) => {
       each.textContent = short(Number(each.dataset.limit) * limit);
@@ -92,7 +92,7 @@ class Poses {
     for (const mark of this.section.root.querySelectorAll("svg [data-i]")) {
       mark.classList.toggle("left-out", out.has(Number(mark.dataset.i)));
     }
-    const names = [...out].map((k) => labels[k]);
+    const names = [...out].map((k) => shown[k]);
     this.panel.querySelector("[data-out-note]").hidden = out.size === 0;
     this.panel.querySelector("[data-out-names]").textContent = names.join(", ");
     const [command, ...poses] = this.triad.poses.exclude, inOrder = [...out].sort((a, b) => a - b);
@@ -107,10 +107,10 @@ class Poses {
   }
 
   describe() {
-    const k = this.picked, { labels, poses } = this.triad, { out } = this.section;
+    const k = this.picked, { shown, poses } = this.triad, { out } = this.section;
     const set = (name, text) => { this.panel.querySelector(`[data-pose="${name}"]`).textContent = text; };
     this.panel.classList.add("chosen");
-    set("label", labels[k]);
+    set("label", shown[k]);
     const facts = [["residual", this.words(k)], ["run", poses.runs[k]], ...poses.facts[k]];
     this.panel.querySelector("[data-pose=facts]").replaceChildren(...facts.flatMap(([name, value]) => {
       const title = document.createElement("dt"), text = document.createElement("dd");

@@ -21,7 +21,7 @@ class ResidualChart {
   }
 
   draw(limit, value, sd, before) {
-    const { labels, is_null: isNull, unit } = this.triad;
+    const { shown, is_null: isNull, unit } = this.triad;
     const y = (v) => ((this.top + this.bottom) / 2 - v / limit * (this.bottom - this.top) / 2).toFixed(1);
     const place = (node, v) => {
       node.style.transform = `translate(${node.dataset.x}px, ${y(v)}px)`;
@@ -33,7 +33,7 @@ class ResidualChart {
     this.marks.forEach((mark) => {
       const k = Number(mark.dataset.i);
       place(mark, value[k]);
-      mark.querySelector("title").textContent = `${labels[k]}: ${withSd(value[k], sd[k])} ${unit}, `
+      mark.querySelector("title").textContent = `${shown[k]}: ${withSd(value[k], sd[k])} ${unit}, `
         + `${short(value[k] / sd[k])} sd`;
     });
     this.svg.querySelectorAll("g.excluded").forEach((mark) => {

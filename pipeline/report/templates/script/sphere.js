@@ -36,9 +36,9 @@ class Sphere {
       mark.append(element("title"), element("circle", { r: 11, class: "reach" }), element("path"));
       return mark;
     });
-    this.hollow = poses.excluded.filter((each) => each.up).map(({ label, run, up, in_sd: inSd }) => {
+    this.hollow = poses.excluded.filter((each) => each.up).map(({ shown, run, up, in_sd: inSd }) => {
       const mark = element("g", { class: "pose excluded" });
-      mark.append(element("title", {}, `${label}: excluded; ${short(inSd)} sd by the fit without it`),
+      mark.append(element("title", {}, `${shown}: excluded; ${short(inSd)} sd by the fit without it`),
         element("path", { d: OUTLINES.excluded }));
       return { mark, run, up };
     });
