@@ -18,10 +18,8 @@ def unit_of(key: str, triad: str, spec: TriadSpec | None = None) -> str:
     'counts/(m/s²)'
     """
     logged, si = logged_unit(triad, spec), SI_UNIT[triad]
-    if key == "misalignment_rad":
-        return "rad"
-    if key == "bias_counts":
-        return logged
+    if key != "scale_counts_per_unit":
+        return logged if key == "bias_counts" else "rad"
     return "no unit" if logged == si else f"{f'({logged})' if '/' in logged else logged}/({si})"
 
 

@@ -16,9 +16,7 @@ PARAMETER = "gyroscope_scale"
 
 
 def gyroscope_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """``--gyroscope-range`` and ``--gyroscope-unit``; the command has a parameter
-    ``gyroscope_scale``: the range in °/s, the unit, or None.
-    """
+    """``--gyroscope-range``, ``--gyroscope-unit``; one of them is the parameter gyroscope_scale."""
     of_unit = click.option(
         "--gyroscope-unit", type=click.Choice(UNITS), expose_value=False, callback=_state,
         help="Unit of a gyroscope, where nothing in the logs shows it.")

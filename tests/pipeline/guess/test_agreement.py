@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from pipeline.errors import UnreadableInput
 from pipeline.guess.agreement import disagreements
 from pipeline.guess.files import guess_files
-from pipeline.guess.readings import readings_in_si
 from pipeline.guess.session import SessionGuess, guess_session
 from pipeline.guess.turns import turn_of
 from pipeline.logs.clock import unwrapped_ticks
@@ -294,23 +293,3 @@ def test_noise_is_no_counter_that_begins_again() -> None:
     assert (np.diff(unwrapped_ticks(noise)) < 0).any()
     counter = np.arange(2000.0) % 256
     np.testing.assert_array_equal(unwrapped_ticks(counter), np.arange(2000.0))
-
-
-@pytest.mark.parametrize(("name", "per_g", "per_deg", "format_", "option"), [
-    ("counts", 16384.0, 131.072, "%d", "--gyroscope-range 2000"),
-    ("floats", 9.80665, 1.0, "%.6f", "--gyroscope-unit "),
-])
-def test_a_log_at_rest_is_no_rate_before_its_scale_is_stated(
-    tmp_path: Path, name: str, per_g: float, per_deg: float, format_: str, option: str
-) -> None:
-    rng = np.random.default_rng(5)
-    force = per_g * (np.array([0.05, -0.03, 0.998]) + 2e-3 * rng.standard_normal((2000, 3)))
-    rate = per_deg * (np.array([0.6, -0.4, 0.2]) + 0.015 * rng.standard_normal((2000, 3)))
-    path = tmp_path / f"{name}.csv"
-    np.savetxt(path, np.column_stack([0.01 * np.arange(2000), force, rate]), delimiter=",",
-               comments="", fmt=["%.3f", *[format_] * 6], header=",".join(NAMES))
-    with pytest.raises(UnreadableInput, match=option):
-        readings_in_si(path, None, None, None, print)
-    stated = readings_in_si(path, None, None, 250.0 if format_ == "%d" else "deg_s", print)
-    assert np.std(stated.gyroscope) / np.std(rate) == pytest.approx(DEG / per_deg, rel=0.01)
-    assert np.linalg.norm(stated.accelerometer, axis=1).mean() == pytest.approx(9.8, rel=0.01)
