@@ -117,7 +117,8 @@ def text_lines(path: Path, data: bytes) -> list[str]:
 
 def _in_code_page(data: bytes) -> str:
     """Text that is not in UTF-8, by the code page in which most of its names are known."""
-    head = b"\n".join(data.split(b"\n", LONGEST_HEAD)[:LONGEST_HEAD])
+    head = b"\n".join(line for line in data.split(b"\n", LONGEST_HEAD)[:LONGEST_HEAD]
+                      if not line.isascii())  # the others are the same in all of them
 
     def known(page: str) -> int:
         names = head.decode(page, "ignore").splitlines()
