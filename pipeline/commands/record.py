@@ -127,14 +127,13 @@ def _recordable(path: Path, anyway: bool) -> "Config":
     from pipeline.plan.so_far import require_planned
 
     loaded = load_config(path, files_may_be_missing=True)
-    if loaded.record is not None:
-        try:
-            require_planned(loaded)
-        except Undetermined as refused:
-            if not anyway:
-                raise Undetermined(f"{refused} To record these poses although they do not "
-                                   f"determine the model, add --anyway.") from refused
-            click.echo(f"--anyway overrules: {refused}", err=True)
+    try:
+        require_planned(loaded)
+    except Undetermined as refused:
+        if not anyway:
+            raise Undetermined(f"{refused} To record these poses although they do not "
+                               f"determine the model, add --anyway.") from refused
+        click.echo(f"--anyway overrules: {refused}", err=True)
     return loaded
 
 

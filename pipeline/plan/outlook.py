@@ -32,7 +32,6 @@ from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
-from pipeline.stages.session_logs import Setting
 from pipeline.stages.site import gravity_of, latitude_of
 from pipeline.stages.triad_poses import run_in_gravity, run_on_plate
 from pipeline.stages.user_effects import user_effects
@@ -100,12 +99,11 @@ def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
     Undetermined
         By the recorded poses: too short, saturated, or moved.
     """
-    known: dict[Setting, PlannedSetting] = {}
     accelerometer: TriadPlan | None = None
     for triad, section in config.triads.items():
         if triad not in TRIADS:  # it is read in the poses of these two
             continue
-        settings = [planned_setting(config, run, known) for run in section.sections]
+        settings = [planned_setting(config, run) for run in section.sections]
         plan = _triad_plan(config, triad, settings, allow_python, accelerometer)
         accelerometer = plan if triad == "accelerometer" else accelerometer
         yield plan

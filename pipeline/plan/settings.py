@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +24,8 @@ from pipeline.config.schema import (
     RunSection,
     VideoRateSection,
 )
-from pipeline.config.sensor import sensor_specs
+from pipeline.config.sensor import SensorSection, sensor_specs
+from pipeline.logs.formats.kinds import split_member
 from pipeline.stages.excluded_poses import chosen
 from pipeline.stages.pose_means import first_directions, pose_seconds, read_pose_means, sensed_rate
 from pipeline.stages.poses import still_search
@@ -53,19 +56,8 @@ class PlannedSetting:
     attitude_sd_rad: float | None = None
 
 
-def planned_setting(
-    config: Config,
-    section: RunSection,
-    known: dict[Setting, PlannedSetting],
-) -> PlannedSetting:
-    """Read what is recorded of one setting; each set of files once."""
-    setting = Setting.of(section)
-    if setting not in known:
-        known[setting] = _read_setting(config, section)
-    return replace(known[setting], attitude_sd_rad=attitude_sd_rad(section))
-
-
-def _read_setting(config: Config, section: RunSection) -> PlannedSetting:
+def planned_setting(config: Config, section: RunSection) -> PlannedSetting:
+    """Read what is recorded of one setting; each file once as long as it stays what it is."""
     poses, name = section.poses, Setting.of(section).rate
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
@@ -84,7 +76,7 @@ def _read_setting(config: Config, section: RunSection) -> PlannedSetting:
         if math.isnan(rate):
             rate = sensed_rate(log, specs.get("gyroscope"), None)
         try:
-            means.append(average_pose(log, specs, rate))
+            means.append(_mean(log, config.sensor, rate))
         except CalibrationError as error:
             unusable.append(str(error))
     if math.isnan(rate):
@@ -92,7 +84,8 @@ def _read_setting(config: Config, section: RunSection) -> PlannedSetting:
     seconds = (float(np.median([mean.duration_s for mean in means])) if means
                else pose_seconds(config.record, rate))
     return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
-                          tuple(unusable), _tilt(config, section, means) if rate else 0.0)
+                          tuple(unusable), _tilt(config, section, means) if rate else 0.0,
+                          attitude_sd_rad(section))
 
 
 def _tilt(config: Config, section: RunSection, means: list[PoseMean]) -> float:
@@ -104,11 +97,25 @@ def _tilt(config: Config, section: RunSection, means: list[PoseMean]) -> float:
 
 
 def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[ImuLog]:
-    folder = config.source.path.parent
-    specs = sensor_specs(config.sensor)
-    for log in long_logs(poses, folder):
-        yield from find_still(log, specs, rate_rad_s, still_search(poses.still)).logs
-    yield from read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)
+    single = [poses.model_copy(update={"log": (), "files": (path,), "columns": names and (names,)})
+              for i, path in enumerate(poses.files) for names in [poses.columns_of(i)]]
+    for part in (poses.model_copy(update={"files": ()}), *single):
+        files = [split_member(path)[0] for path in (*part.log, *part.files)]
+        written = tuple(file.stat().st_mtime_ns for file in files if file.exists())
+        yield from _logs_of(part, config.source.path.parent, config.sensor, rate_rad_s, written)
+
+
+@lru_cache(maxsize=100)  # the outlook after each recorded pose needs all that were recorded before
+def _logs_of(poses: PosesSection, folder: Path, sensor: SensorSection, rate_rad_s: float,
+             _written_ns: tuple[int, ...]) -> list[ImuLog]:
+    stops = [stop for log in long_logs(poses, folder) for stop in find_still(
+        log, sensor_specs(sensor), rate_rad_s, still_search(poses.still)).logs]
+    return [*stops, *read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)]
+
+
+@lru_cache(maxsize=100)
+def _mean(log: ImuLog, sensor: SensorSection, rate_rad_s: float) -> PoseMean:
+    return average_pose(log, sensor_specs(sensor), rate_rad_s)
 
 
 def _missing(config: Config, means: list[PoseMean]) -> FloatArray:

@@ -16,8 +16,6 @@ from pipeline.plan.outlook import TriadPlan, plan_of
 from pipeline.text.formatting import DISPLAY, relative
 
 LITTLE = 0.02  #: share by which a further pose reduces the sds where the poses suffice; a judgement
-
-
 KNOWN = 1.0  #: relative sd of a scale factor; definition: beyond it nothing is known of it
 
 

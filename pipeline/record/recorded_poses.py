@@ -1,7 +1,4 @@
-"""The poses of a session that are on disk, and what is said of a block and of a pose.
-
-rest.
-"""
+"""The poses of a session that are on disk, and what is said of a block and of a pose."""
 
 from dataclasses import dataclass
 from math import isnan
