@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from calib.consistency.clock import LARGEST_CLOCK_ERROR, across_gravity
 from calib.poses.checks.frozen import CERTAIN_SD
@@ -83,6 +82,8 @@ def clock_ratio(
     ClockRatio or None
         None where the plate is too level, or the poses too short, to tell.
     """
+    from scipy.interpolate import CubicSpline  # few sessions have a clip for each log
+
     waves = [(float(rate), *across_gravity(log, float(rate), spec))
              for log, rate in zip(logs, clip_rad_s, strict=True)]
     turned = max(rate * step * len(z) for rate, step, z in waves)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.optimize import minimize
 
 from calib.effects.effect import Effect
 from calib.effects.needs import LACKING, unavailable
@@ -127,6 +126,8 @@ def likeliest(
     likelihood: Likelihood, effects: Sequence[Effect], starts: Sequence[float]
 ) -> tuple[dict[str, Drawn], float]:
     """The likeliest sizes and shapes with their sds, and the log density there."""
+    from scipy.optimize import minimize  # few models have drawn sizes
+
     units = likelihood.units(starts)
     bounds = [(np.log(LEAST), LARGEST_LOG)] * len(effects)
     shaped = [i for i, effect in enumerate(effects) if effect.shape is not None]

@@ -17,7 +17,6 @@ would have the misalignments of the gyroscope rest on the accelerometer and on w
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from calib.fit.column_scaling import pseudo_inverse
@@ -113,6 +112,8 @@ def _placement_m(
 
     The equation of Paule and Mandel (J. Res. NBS 87, 1982): chi-square falls with the variance.
     """
+    from scipy.optimize import brentq  # few sessions log both triads on the plate
+
     def excess(variance: float) -> float:
         sd = np.sqrt(noise**2 + variance * per_metre**2)
         columns, rows = _whitened(design, sd), _whitened(residual, sd)
