@@ -183,7 +183,7 @@ def gravity_runs(table: Any, gravity: float, sd: float) -> list[PoseRun]:
                           f"m/s² is expected, as everywhere on Earth.")
     columns, labels = columns_of(table, "accelerometer")
     _require_si(columns, "accelerometer", gravity, FORCE_UNITS)
-    return [gravity_run("table", pose_means(columns, labels, "accelerometer", 0.0), gravity, sd)]
+    return [gravity_run("table", pose_means(columns, labels, 0.0), gravity, sd)]
 
 
 def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
@@ -220,7 +220,7 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
     for omega in dict.fromkeys(rates.tolist()):
         rows = np.flatnonzero(rates == omega)
         means = pose_means({name: values[rows] for name, values in columns.items()},
-                           [labels[i] for i in rows], "gyroscope", omega)
+                           [labels[i] for i in rows], omega)
         if omega == 0:
             runs.append(stopped_run("stopped", means, None))
             continue
@@ -251,9 +251,7 @@ def _require_si(
                       f"{magnitude:.4g} {SI_UNIT[triad]} is expected. {cure}.")
 
 
-def pose_means(
-    columns: Columns, labels: Sequence[str], triad: Triad, rate_rad_s: float
-) -> list[PoseMean]:
+def pose_means(columns: Columns, labels: Sequence[str], rate_rad_s: float) -> list[PoseMean]:
     """Every pose's mean: of its rows where several have its name, else as its row states it."""
     if len(set(labels)) < len(labels):
         return [_averaged(columns, label, np.array([one == label for one in labels]), rate_rad_s)

@@ -60,7 +60,7 @@ def to_ardupilot(stored: Stored) -> Export:
             scale = gains(triad)
             values |= {f"INS_ACCSCAL_{a.upper()}": v for a, v in zip(AXES, scale, strict=True)}
             loses += _range_notes(offset, scale)
-        loses.append(what_is_left(stored, triad, "ArduPilot",
+        loses.append(what_is_left(triad, "ArduPilot",
                                   keeps_scale=triad.name == "accelerometer"))
     values |= _temperature_calibration(stored, warmed, span)
     loses += [

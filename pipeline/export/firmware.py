@@ -170,7 +170,7 @@ def to_px4(stored: Stored) -> Export:
             values += [(f"{a.upper()}SCALE", v) for a, v in zip(AXES, gains(triad), strict=True)]
         # vehicle, component, name, value, type (9 is a float)
         lines += [f"1\t1\t{name}_{key}\t{value:.10g}\t9" for key, value in values]
-        loses.append(what_is_left(stored, triad, "PX4", keeps_scale=triad.name == "accelerometer"))
+        loses.append(what_is_left(triad, "PX4", keeps_scale=triad.name == "accelerometer"))
     loses.append("The axes are those of the log, as the driver publishes them: PX4 rotates into "
                  "the body (CAL_ACC0_ROT, CAL_GYRO0_ROT, SENS_BOARD_ROT) after the correction.")
     loses += no_effects(stored, "PX4", warmed)
@@ -201,12 +201,12 @@ def to_inav(stored: Stored) -> Export:
         lines += [f"set acczero_{axis} = {v:.0f}" for axis, v in zip(AXES, zero, strict=True)]
         lines += [f"set accgain_{axis} = {v:.0f}" for axis, v in zip(AXES, gain, strict=True)]
         lines.append(f"set ins_gravity_cmss = {100 * stored.gravity_m_s2:.3f}")
-        loses.append(what_is_left(stored, accelerometer, "INAV", keeps_scale=True))
+        loses.append(what_is_left(accelerometer, "INAV", keeps_scale=True))
     gyroscope = triad_named(stored, "gyroscope")
     if gyroscope is not None:
         zero = np.round(nominal_offset(gyroscope) / INAV_GYROSCOPE)
         lines += [f"set gyro_zero_{axis} = {v:.0f}" for axis, v in zip(AXES, zero, strict=True)]
-        loses.append(what_is_left(stored, gyroscope, "INAV", keeps_scale=False))
+        loses.append(what_is_left(gyroscope, "INAV", keeps_scale=False))
     lines.append("save")
     loses += [
         "INAV stores integer counts of its ranges of 16 g and 2000 °/s: the zeros are rounded to "
@@ -216,9 +216,7 @@ def to_inav(stored: Stored) -> Export:
     return Export({"inav.txt": "\n".join(lines) + "\n"}, tuple(loses))
 
 
-def what_is_left(
-    stored: Stored, triad: StoredTriad, program: str, *, keeps_scale: bool
-) -> str:
+def what_is_left(triad: StoredTriad, program: str, *, keeps_scale: bool) -> str:
     """The largest error that a format without T (and without K) leaves, as a note."""
     missing = triad.alignment - np.eye(3)
     lost = "misalignment"
