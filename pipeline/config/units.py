@@ -5,9 +5,6 @@ from collections.abc import Iterable, Mapping
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.numbers import RPM
-from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import Triad
-from calib.poses.triad_kind import TRIAD_KINDS
 
 FASTEST_RPM = 1e5  #: beyond any turntable; a larger number is a slip of the keyboard
 
@@ -53,19 +50,6 @@ UNITS: Mapping[str, tuple[str, float]] = {
 UNIT_WORDS = {"m_s2": "m/s²", "mm_s2": "mm/s²", "ug": "µg", "rad_s": "rad/s", "deg_s": "°/s",
               "mrad_s": "mrad/s", "mdeg_s": "m°/s", "ddeg_s": "0.1 °/s", "cdeg_s": "0.01 °/s",
               "deg_h": "°/h", "rpm": "rpm", "ut": "µT", "nt": "nT"}
-
-
-def logged_unit(triad: Triad, spec: TriadSpec | None) -> str:
-    """What the numbers of a log are: counts, or the physical unit that its sheet ``spec`` states.
-
-    >>> logged_unit("gyroscope", TriadSpec(math.inf, 0, "si", math.pi / 180))
-    '°/s'
-    """
-    quantity, _ = UNITS[TRIAD_KINDS[triad].sheet_units[0]]
-    physical = (UNIT_WORDS.get(unit, unit) for unit, (of, size) in UNITS.items()
-                if spec and spec.encoding == "si" and of == quantity
-                and math.isclose(size, spec.si_per_unit))
-    return next(physical, "counts")
 
 
 def split_unit(key: str) -> tuple[str, str]:

@@ -13,8 +13,8 @@ from calib.effects.typical import largest_for
 from calib.effects.units import display_unit
 from calib.mounting.mounting import Mounting
 from calib.rounding import in_digits, two_digits
-from pipeline.config.units import logged_unit
 from pipeline.console.parameter_text import mounting_text
+from pipeline.results.json_values import logged_unit
 from pipeline.results.triad import WORST_POSES
 from pipeline.stages.poses import Recordings
 from pipeline.stages.triads import TriadResult

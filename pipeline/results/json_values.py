@@ -7,8 +7,22 @@ from typing import Any
 import numpy as np
 
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import SI_UNIT, FloatArray
-from pipeline.config.units import logged_unit
+from calib.poses.imu_log import SI_UNIT, FloatArray, Triad
+from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.config.units import UNIT_WORDS, UNITS
+
+
+def logged_unit(triad: Triad, spec: TriadSpec | None) -> str:
+    """What the numbers of a log are: counts, or the physical unit that its sheet ``spec`` states.
+
+    >>> logged_unit("gyroscope", TriadSpec(math.inf, 0, "si", math.pi / 180))
+    '°/s'
+    """
+    quantity, _ = UNITS[TRIAD_KINDS[triad].sheet_units[0]]
+    physical = (UNIT_WORDS.get(unit, unit) for unit, (of, size) in UNITS.items()
+                if spec and spec.encoding == "si" and of == quantity
+                and math.isclose(size, spec.si_per_unit))
+    return next(physical, "counts")
 
 
 def unit_of(key: str, triad: str, spec: TriadSpec | None = None) -> str:

@@ -14,10 +14,9 @@ from calib.fit.triad.calibration import NOISE, uncertainty_budget
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import AXES, Triad
 from calib.rounding import in_digits
-from pipeline.config.units import logged_unit
 from pipeline.console.parameter_text import fitted_text, shown_effects
 from pipeline.drawings.charts import tick_text
-from pipeline.results.json_values import Json, unit_of
+from pipeline.results.json_values import Json, logged_unit, unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, relative, with_minus_signs, with_sd
