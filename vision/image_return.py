@@ -19,6 +19,7 @@ from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD
 
 BLOCK = 8  #: pixels, each way
+FINER_BLOCK = 3  # pixels: the label of a plate far away fills one, and is noise in a larger one
 SLOW_S = 2.2  #: seconds: what is slower is light or a camera that drifts; numerical
 MOST_BLOCKS = 40  # of all blocks, one in so many is looked at
 STRONGEST = 72  #: blocks, by what varies in them; a limit of time

@@ -1,13 +1,18 @@
 """A picture that is itself again after some time, on arrays: dots that turn, flicker and noise."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from vision.errors import NoPlate, OnlyShifts
-from vision.image_return import image_return, much_varies
+from vision.image_return import BLOCK, image_return, much_varies
 from vision.plate.periodic import periodic_pixels
 from vision.plate.pixel_motion import Turning, turning
+from vision.tracking.small_clip import SmallClip
+from vision.video.reader import NO_CHROMA, Frame
 
 FRAME_S = 1 / 25
 FRAMES = 250
@@ -37,6 +42,30 @@ def test_a_picture_that_turns_returns_after_a_turn(rpm: float) -> None:
     assert returned is not None
     assert abs(60 / returned.period_s - rpm) < 2 * returned.sd_s / returned.period_s * rpm
     assert returned.sd_s / returned.period_s < 0.003
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("contrast", [0, 10])
+def test_a_label_smaller_than_a_block_returns_in_finer_ones(contrast: int, seed: int) -> None:
+    """Some pixels of a plate far away, among blocks that an encoder renews."""
+    rng = np.random.default_rng(seed)
+    y, x = np.mgrid[:96, :128]
+    angle = 2 * np.pi * 33.05 / 60 * FRAME_S * np.arange(FRAMES)[:, None, None]
+    away = (x - 70.3 - 1.6 * np.cos(angle)) ** 2 + (y - 41.6 - 1.6 * np.sin(angle)) ** 2
+    renewed = 1.5 * rng.standard_normal((FRAMES, 24, 32)).repeat(4, axis=1).repeat(4, axis=2)
+    noise = 0.3 * rng.standard_normal(away.shape)
+    shown = np.rint(90 + contrast * np.exp(-away / 2) + renewed + noise).astype(np.uint8)
+    small = SmallClip(cast(Any, SimpleNamespace(frames_stated=FRAMES, reduction=1)))
+    frames = [Frame(i * FRAME_S, image, NO_CHROMA) for i, image in enumerate(shown)]
+    for _ in small.followed([frames]):
+        pass
+    small.choose()
+    assert image_return(shown, FRAME_S, BLOCK) is None
+    if contrast:
+        assert small.returns is not None
+        assert 60 / small.returns.period_s == pytest.approx(33.05, rel=0.005)
+    else:
+        assert small.returns is None
 
 
 def test_a_lamp_that_flickers_and_noise_do_not_return() -> None:

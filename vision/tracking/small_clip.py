@@ -106,7 +106,7 @@ class SmallClip:
 
     def choose(self) -> None:
         """Find the return of the picture, and the pixels that tell the angle best."""
-        from vision.image_return import image_return, much_varies
+        from vision.image_return import BLOCK, FINER_BLOCK, image_return, much_varies
         from vision.plate.periodic import informative
         from vision.tracking.registration import LOOKED_AT, THRESHOLDS, registration
 
@@ -122,7 +122,8 @@ class SmallClip:
         at = np.clip(np.searchsorted(time, even - frame_s / 2), 0, len(time) - 1)
         smaller = -(-max(whole[0].luma.shape) // SMALLER)
         tiny = np.stack([reduced(small.luma, smaller) for small in whole])
-        self.returns = image_return(tiny[at], frame_s)
+        self.returns = (image_return(tiny[at], frame_s, BLOCK)
+                        or image_return(tiny[at], frame_s, FINER_BLOCK))
         if self.returns is None:
             apart = max(1, len(tiny) // GLIMPSES)
             self.varies = much_varies(tiny[::apart])
