@@ -13,7 +13,6 @@ from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.export.stored_results import a_log, with_effects
 
-mavparm = pytest.importorskip("pymavlink.mavparm")
 AXES = "XYZ"
 SLOPES = [0.02, -0.03, 0.01]  #: SI per kelvin
 
@@ -22,7 +21,7 @@ def parameters(stored: Stored, folder: Path) -> dict[str, float]:
     """The file as pymavlink reads it."""
     path = folder / "ardupilot.param"
     path.write_text(EXPORTERS["ardupilot"](stored).files[path.name], encoding="utf-8")
-    read = mavparm.MAVParmDict()
+    read = pytest.importorskip("pymavlink.mavparm").MAVParmDict()
     assert read.load(str(path), use_excludes=False)
     lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
     assert len(read) == len(lines)

@@ -4,16 +4,19 @@ import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from calib.fit.least_squares.angrisano import data_sheet_start
 from calib.poses.imu_log import AXES
 from tests.studies.angrisano.iteration import Iterations
 from tests.studies.angrisano.published import ACCELEROMETER
 from tests.studies.angrisano.table2 import StartStudy, start_study
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 INSIDE_RAD = math.radians(15.0)
 OUTSIDE_RAD = math.radians(25.0)
@@ -30,6 +33,8 @@ class IterationFigure:
 
     def png(self) -> bytes:
         """The figure as a PNG file; the same bytes for the same iteration."""
+        from matplotlib.figure import Figure  # the tables need none
+
         figure = Figure(figsize=(9.0, 6.0), layout="constrained")
         draw(figure, self)
         target = io.BytesIO()
@@ -64,7 +69,7 @@ def _figure(
     return IterationFigure(stem, title, found, ended)
 
 
-def draw(figure: Figure, shown: IterationFigure) -> None:
+def draw(figure: "Figure", shown: IterationFigure) -> None:
     """Four panels: alpha, b, k⁻¹ and the rms misclosure against the iteration."""
     x, rms = shown.iterations.x, shown.iterations.rms
     panels = figure.subplots(2, 2, sharex=True)
@@ -81,7 +86,7 @@ def draw(figure: Figure, shown: IterationFigure) -> None:
     panels[0, 0].legend(loc="best")
 
 
-def _lines(panel: Axes, values: np.ndarray, label: str) -> None:
+def _lines(panel: "Axes", values: np.ndarray, label: str) -> None:
     for axis, column in zip(AXES, values.T, strict=True):
         panel.plot(range(len(column)), column, ".-", label=axis)
     panel.set_ylabel(label)
