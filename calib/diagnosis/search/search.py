@@ -1,9 +1,10 @@
 """The search over sets of hypotheses: which sets explain the residual, and with what odds.
 
-At the base every set of up to three effects is screened in closed form, and beside the best of each
-size every other way to fail. The likeliest are refitted jointly. At the likeliest solution, where
-the linearisation is right, the sets beside it are weighed again and the best of these refitted in
-turn, until none that could be the best is without a refit. Sets of four and more grow so.
+At the base every pair of effects is screened in closed form; where the best set does not explain
+the rows at its refit, every three, and beside the best of each size every other way to fail. At the
+likeliest solution, where the linearisation is right, the sets beside it are weighed again and the
+best of these refitted in turn, until none that could be the best is without a refit. Sets of four
+and more grow so.
 """
 
 from collections.abc import Sequence
@@ -57,9 +58,13 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
     if search.posterior.is_nothing:
         return search.posterior
     search.refit_best(from_afar=False, most=1)
-    if not search.is_explained:
-        search.screen_larger()
-    else:
+    is_explained = search.is_explained
+    if not is_explained:
+        search.screen_effects(LARGEST_LISTED)
+        search.refit_best(from_afar=False, most=1)
+        is_explained = search.is_explained
+        search.screen_larger(1 if is_explained else LARGEST_LISTED)
+    if is_explained:
         search.weigh_again()
     for count in range(ROUNDS):
         if not search.refit_best(from_afar=count < FAR_ROUNDS):
@@ -107,23 +112,27 @@ class _Search:
         alone = [(j,) for j in self.seen]
         self._note(alone, [self.candidates.bits[j] for j in self.seen],
                    self.singles[self.seen] + self.candidates.log_prior(alone), -np.inf)
-        self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, 2)])
+        self.screen_effects(2)
 
-    def screen_larger(self) -> None:
-        """Weigh the larger sets of effects, and everything else beside the best of each size."""
-        for count in range(3, LARGEST_LISTED + 1):
-            self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, count)])
+    def screen_effects(self, count: int) -> None:
+        """Weigh every set of ``count`` effects."""
+        self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, count)])
+
+    def screen_larger(self, largest: int) -> None:
+        """Weigh sets of bad poses and of steps, and everything beside the best of each size.
+
+        What stands beside sets of more than ``largest`` effects is weighed at their solution.
+        """
         for count in range(2, LARGEST_LISTED + 1):
             for placed in self.candidates.placed(self.table):
                 self._weigh(self.table, self._of_places(placed, count))
-        best: dict[int, list[Members]] = {}
         listed = {*self._listed}
-        for entry in sorted(self.entries.values(), key=lambda e: -e.log_posterior):
-            if entry.members and listed.issuperset(entry.members):
-                best.setdefault(len(entry.members), []).append(entry.members)
+        best = sorted((e for e in self.entries.values() if listed.issuperset(e.members)),
+                      key=lambda e: -e.log_posterior)
         self._weigh(self.table, sorted({
-            larger for of_size in best.values() for members in of_size[:BEST_OF_EACH_SIZE]
-            for larger in self.candidates.one_more(self.table, members, self.seen)
+            larger for count in range(1, largest + 1)
+            for e in [e for e in best if len(e.members) == count][:BEST_OF_EACH_SIZE]
+            for larger in self.candidates.one_more(self.table, e.members, self.seen)
         }))
 
     def _of_places(self, placed: Sequence[int], count: int) -> Sequence[Members]:
