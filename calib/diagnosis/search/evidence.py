@@ -44,7 +44,8 @@ block. Numerical."""
 def over_sizes(gain: FloatArray) -> FloatArray:
     """Average over tau of log densities ``gain`` (taus, ...), one less axis: (...,)."""
     weighed = gain + LOG_PRIOR.reshape(-1, *(1,) * (gain.ndim - 1))
-    return np.asarray(np.logaddexp.reduce(weighed, axis=0))
+    most = weighed.max(axis=0)
+    return np.asarray(most + np.log(np.exp(weighed - most).sum(axis=0)))
 
 
 def block_log_densities(

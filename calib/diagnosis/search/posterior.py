@@ -169,14 +169,11 @@ class Posterior:
         best = self.credible
         if not best[0].members and self.mass(best[0]) >= CONSTANTS.prior_nothing:
             return best[0]
-        weight = {a: sum(self.mass(b) for b in best if self._is_exchange(a, b)) for a in best}
-        most = max(weight.values())
-        return next(e for e in best if weight[e] > most * (1 - 1e-9))
-
-    def _is_exchange(self, a: Entry, b: Entry) -> bool:
-        """Whether ``b`` is ``a`` with at most one member in the place of another."""
-        one, other = self.names(a), self.names(b)
-        return len(a.members) == len(b.members) and len(one - other) <= 1
+        sets = [(len(e.members), self.names(e), self.mass(e)) for e in best]
+        weight = [sum(mass for size, theirs, mass in sets
+                      if size == count and len(mine - theirs) <= 1) for count, mine, _ in sets]
+        least = max(weight) * (1 - 1e-9)
+        return next(e for e, total in zip(best, weight, strict=True) if total > least)
 
     @cached_property
     def classes(self) -> tuple[Inclusion, ...]:
