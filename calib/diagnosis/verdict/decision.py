@@ -1,9 +1,9 @@
 """The verdict on a search: is anything missing, what, and do these data determine it.
 
 Three rules. Nothing is missing at a probability of one half and more, where the noise explains the
-residual. An effect is named when its class is missing at ``name``, the refit with it lowers the
-exact leave-one-out error, and it takes most of the misfit. Else all that is credible, with its
-odds; what of it has no name by its kind: bad poses, a course that no effect has, noise.
+residual. An effect is named when its class without noise is missing at ``sure``, the refit with it
+lowers the exact leave-one-out error, and it takes most of the misfit. Else all that is credible,
+with its odds; what of it has no name by its kind: bad poses, a course that no effect has, noise.
 """
 
 from collections.abc import Sequence
@@ -102,11 +102,8 @@ def reach_verdict(posterior: Posterior) -> Verdict:
             beside=_beside(posterior, named), share=share, explains=explains,
             straight=_as_a_curve(posterior, named),
         )
-    unlisted = _unlisted(posterior, share, explains)
-    if unlisted is not None:
-        return unlisted
     likely = _open(posterior)
-    return Verdict(
+    return _unlisted(posterior, share, explains) or Verdict(
         Code.AMBIGUOUS,
         group=tuple(dict.fromkeys(name for each in likely for name in each.members)),
         beside=likely, share=share, explains=explains,
@@ -121,12 +118,14 @@ def _is_step(h: Hypothesis) -> bool:
 def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     """The classes that can be named, the largest signal first, and the refit with their names.
 
+    A wander in the place of one is noise, which no effect takes off, and does not count for a name.
     Beside the largest nothing is said of one that explains less than a formula may be off by, or
     than most of what is left without it. Where the leave-one-out error does not fall with all of
     them, the least likely goes.
     """
+    noise = {h.name for h in posterior.hypotheses if h.kind == "drawn"}
     sure = [each for each in posterior.classes
-            if each.kind == "listed" and each.probability >= CONSTANTS.sure
+            if each.kind == "listed" and posterior.any_of({*each.members} - noise) >= CONSTANTS.sure
             and refit_of(posterior, [each.name])]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None

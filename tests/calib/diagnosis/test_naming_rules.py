@@ -37,6 +37,18 @@ def test_what_predicts_left_out_poses_worse_is_not_named(monkeypatch: pytest.Mon
     assert (found.verdict.code, found.verdict.names) == ("ambiguous", ())
 
 
+def test_a_wander_in_the_place_of_a_drift_does_not_count_for_its_name() -> None:
+    """A drift of one sd: that something changes with time is sure, that it is no wander is not."""
+    poses = noisy(rich_poses("accelerometer", 12), 12)
+    time = (poses.time_s - poses.time_s.mean()) / poses.time_s.std()
+    read = poses.reading + poses.sd[0, 0] * time[:, None] * [0.6, 1.0, -0.8]
+    found = find(fit(replace(poses, reading=read), Model.of(BASE)))
+    (course,) = found.posterior.classes
+    assert "bias_wander" in course.members
+    assert course.probability > CONSTANTS.sure
+    assert (found.verdict.code, found.verdict.names) == ("ambiguous", ())
+
+
 def test_what_18_poses_carry_of_a_memory_has_its_name_beside_what_they_do_not_carry() -> None:
     """Small pushes that a magnet lets go: a curve in the temperature is likely too, and no refit
     has it; the memory has its name all the same."""
