@@ -24,11 +24,8 @@ CONSTANTS: tuple[tuple[ModuleType, str], ...] = (
     (rest_candidates, "MARGIN_S"),
     (rest_candidates, "SAME_ATTITUDE"),
     (rest_candidates, "MOST_BLOCKS"),
-    (rest_candidates, "NOISE_OF_SHIFT"),
     (static_intervals, "STILL_RATIO"),
     (static_intervals, "THRESHOLD_STEP"),
-    (static_intervals, "USUAL_SHARE"),
-    (static_intervals, "LARGEST_OF_USUAL"),
     (attitude_fit, "ALIKE"),
     (attitude_fit, "WORTHLESS"),
 )
@@ -45,8 +42,8 @@ def changed(module: ModuleType, name: str, factor: float) -> Iterator[None]:
         setattr(module, name, before)
 
 
-#: Doubled or halved it is no possible value: no steps at all, more than all rests.
-IMPOSSIBLE = {("THRESHOLD_STEP", 0.5), ("USUAL_SHARE", 2.0)}
+#: Halved it is no possible value: no steps at all.
+IMPOSSIBLE = {("THRESHOLD_STEP", 0.5)}
 
 
 def main(seeds: int, only: Sequence[str]) -> None:

@@ -30,7 +30,6 @@ from calib.poses.imu_log import BoolArray, FloatArray
 FEWEST_POSES = 6  #: derived: twelve transverse rows for six unknowns
 ITERATIONS = 20  #: numerical limit; the example takes three
 STEADY_RAD = 1e-12  #: rotation that ends the iterations; numerical
-LARGEST_PLACEMENT_M = 0.5  #: fact: beyond the rim of any plate
 EFFECTIVE_SAMPLES = 100.0
 """Independent samples that a pose of some ten seconds is worth at least. A judgement."""
 
@@ -120,11 +119,11 @@ def _placement_m(
         rest = rows - columns @ (pseudo_inverse(columns, LEAST_SINGULAR) @ rows)
         return float(rest @ rest) - (residual.size - 6)
 
-    largest = LARGEST_PLACEMENT_M**2
     if excess(0.0) <= 0:
         return 0.0
-    return float(np.sqrt(brentq(excess, 0.0, largest))) if excess(largest) < 0 else (
-        LARGEST_PLACEMENT_M)
+    # Without noise and with nothing fitted, so much placement alone explains the rows.
+    largest = float((residual**2 / per_metre[:, None] ** 2).sum()) / (residual.size - 6)
+    return float(np.sqrt(brentq(excess, 0.0, largest)))
 
 
 def _whitened(rows: FloatArray, sd: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from scipy.special import gammaincinv
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
-from calib.poses.checks.pose_checks import is_still
+from calib.poses.checks.pose_checks import is_still, stray_of
 from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import SI_UNIT, TRIADS, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.reference import PLAUSIBLE_RATIO
@@ -56,10 +56,6 @@ average. A judgement."""
 
 WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
 """The same as a change of the accelerometer's reading."""
-
-NOISE_OF_SHIFT = 3.0
-"""Sds by which the halves of a rest differ by noise alone, at most. Derived: 1 in 370 of a normal
-variable."""
 
 PLATE_STOOD = "the plate stood still"
 PLATE_STANDS = 1 / PLAUSIBLE_RATIO
@@ -154,14 +150,9 @@ class DecidingTriad:
         """Mean reading (3,), SI."""
         return self.sums.mean(rest.start, rest.stop)
 
-    def shift(self, rest: Rest) -> float:
-        """Difference of its halves beyond noise, on the axis on which it is largest, SI."""
-        values = self.values[rest.start : rest.stop]
-        half = len(values) // 2
-        first, second = values[:half], values[half:]
-        noise = np.sqrt((first.var(axis=0) + second.var(axis=0)) / half)
-        shift = np.abs(second.mean(axis=0) - first.mean(axis=0)) - NOISE_OF_SHIFT * noise
-        return max(0.0, float(shift.max()))
+    def stray(self, rest: Rest) -> float:
+        """Largest wander of a rest over its three axes, SI."""
+        return float(stray_of(self.values[rest.start : rest.stop]).max())
 
     def span(self, rest: Rest) -> str:
         """When since the log began, in words."""

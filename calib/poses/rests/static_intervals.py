@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.errors import Undetermined
-from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
+from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT, WANDERS
 from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
 from calib.poses.rests.attitude_fit import best_threshold
@@ -36,14 +36,6 @@ STILL_RATIO = 4.0
 or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``. Derived."""
 
 THRESHOLD_STEP = 2.0  #: factor of a variance: 1.4 of an amplitude; a judgement
-USUAL_SHARE = 0.75
-"""Share of the rests, so that a quarter may be disturbed. Half of it changes none of 384 rests in
-``python -m tests.bench.study_static_intervals 2 USUAL_SHARE``. A judgement."""
-
-LARGEST_OF_USUAL = 10.0
-"""How far a stop may give way, as a multiple of what three in four of its log do: speeds and
-lengths of stops in a hand spread over a decade each. Half of it loses one of 24 simulated stops in
-a hand; half and twice change none of 384 in the study with two seeds. A judgement."""
 SEARCH = StillSearch()
 
 
@@ -59,8 +51,8 @@ class StaticIntervals:
     threshold : float
         The multiple of the quietest rest's noise amplitude up to which a stop is a rest.
     largest_shift : float
-        By how much the halves of a rest may differ, m/s² or rad/s; of a rest that gives way more
-        the part is taken that does not, if it is half of it or more.
+        By how much a rest may stray, m/s² or rad/s (:mod:`calib.poses.checks.pose_checks`); of one
+        that strays by more the part is taken that does not, if it is half of it or more.
     skipped : tuple of (str, str)
         Stops that are not among the rests: when they were, and why.
     """
@@ -105,8 +97,8 @@ def find_still(
         raise Undetermined(_no_pose(triad, sets[best]))
     faulty = [rest for rest in sets[best] if rest.fault is not None]
     skipped = [*faulty, *_noisier(triad, sets[best], thresholds[best])]
-    usual = float(np.quantile([triad.shift(rest) for rest in poses[best]], USUAL_SHARE))
-    largest = max(LARGEST_STILL_SHIFT[triad.triad], min(LARGEST_OF_USUAL * usual, WANDER_M_S2))
+    usual = float(np.median([triad.stray(rest) for rest in poses[best]]))
+    largest = max(LARGEST_STILL_SHIFT[triad.triad], min(WANDERS * usual, WANDER_M_S2))
     rests = poses[best]
     if triad.triad == "accelerometer":  # a gyroscope's rests show how the plate turned
         rests = [steady_part(triad, rest, largest) for rest in rests]

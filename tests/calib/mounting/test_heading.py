@@ -111,6 +111,16 @@ def test_drives_without_a_clear_direction_are_refused() -> None:
         mounting_from_logs(MountingLogs(still, drive=[mounted.still(60, 7)]), calibration(), G)
 
 
+def test_a_vehicle_that_stands_has_no_direction_however_its_engine_shakes_it() -> None:
+    """All along one axis, so that hardly anything is across."""
+    mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", 0.1, 0.2))
+    shaken = np.tile([0.0, 0.0, G], (6000, 1))
+    shaken[:, 0] += np.random.default_rng(2).standard_normal(6000)
+    logs = MountingLogs([mounted.still(30, 1)], drive=[mounted.log(shaken, 7)])
+    with pytest.raises(Undetermined, match="at least 0.3 m/s² along"):
+        mounting_from_logs(logs, calibration(), G)
+
+
 def test_the_reverse_heading_tells_the_floor_from_the_mounting() -> None:
     """13.00° on a lamp of nominally 15°: 2° of table would do it, and one log cannot tell."""
     mounted = Mounted(TRIAD, vehicle_to_sensor("xyz", math.radians(30), math.radians(15)))

@@ -9,6 +9,8 @@ import pytest
 from calib.effects.catalogue import find_effect
 from calib.errors import Undetermined
 from calib.mounting.mounting import MountingLogs, mounting_from_logs
+from calib.mounting.still_reading import require_at_rest
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from tests.calib.mounting.simulated_reading import (
     TRIAD,
@@ -59,6 +61,33 @@ def test_logs_of_two_places_are_refused() -> None:
     logs = [mounted.still(30, 1), mounted.still(30, 2, floor(0.02, 0.0))]
     with pytest.raises(Undetermined, match="the vehicle was moved between them"):
         mounting_from_logs(MountingLogs(logs), calibration(), G)
+
+
+def test_short_logs_of_a_noisy_sensor_at_one_place_agree() -> None:
+    """Their means differ by 0.03 m/s², as noise of half a second does."""
+    random = np.random.default_rng(3)
+    slow = np.repeat(0.05 * random.standard_normal((2, 6, 3)), 50, axis=1)
+    mounted = Mounted(TRIAD, np.eye(3))
+    logs = [mounted.log(np.array([0.0, 0.0, G]) + of_log, 1) for of_log in slow]
+    one, other = (log.accelerometer.mean(axis=0) for log in logs)
+    assert np.abs(TRIAD.full_scale / 2**15 * (one - other)).max() > 0.04
+    assert mounting_from_logs(MountingLogs(logs), calibration(), G).samples == 600
+
+
+def test_a_gyroscope_that_may_read_its_offset_is_at_rest_and_one_that_reads_more_turns() -> None:
+    """20 °/s by its data sheet, 5 °/s beside its reading in poses at rest."""
+    def reading(degrees: float) -> ImuLog:
+        rate = np.tile([0.0, 0.0, math.radians(degrees)], (100, 1))
+        return ImuLog("still", np.arange(100) / 100, np.full((100, 3), np.nan), rate)
+
+    spec = TriadSpec(np.inf, 0, "si")
+    require_at_rest([reading(19)], spec, None)
+    with pytest.raises(Undetermined, match="was turning"):
+        require_at_rest([reading(21)], spec, None)
+    at_rest = np.array([0.0, 0.0, math.radians(30)])
+    require_at_rest([reading(33)], spec, at_rest)
+    with pytest.raises(Undetermined, match="was turning"):
+        require_at_rest([reading(37)], spec, at_rest)
 
 
 def test_a_log_without_accelerometer_or_without_rest_is_refused() -> None:
