@@ -1,7 +1,7 @@
 """Which tests fail with a threshold halved, doubled, or switched off.
 
     python -m tests.bench.tested_thresholds [--only MODULE[.NAME] ...] [--tests PATH ...]
-                                            [--seconds 5] [--keep FILE]
+                                            [--seconds 5] [--off] [--keep FILE]
 
 The tests run once, and for each it is noted which functions of the product it calls. A threshold is
 then judged by the tests that call a function which reads it, the quickest first, for ``--seconds``
@@ -19,7 +19,7 @@ import pickle
 import signal
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -28,6 +28,7 @@ from types import CodeType, FrameType
 from typing import Any
 
 import pytest
+from _pytest.runner import runtestprotocol
 
 from tests.bench.threshold_records import FACTORS
 from tests.paths import ROOT
@@ -48,66 +49,75 @@ class Calls:
     places: set[Place] = field(default_factory=set)
 
 
-class Noted:
-    """What each test calls, noted by the interpreter's profiler."""
+class Study:
+    """All tests collected once; a threshold is changed in a process of its own.
 
-    def __init__(self) -> None:
-        self.of: dict[str, Calls] = {}
-        self.inside = tuple(str(ROOT / each) + os.sep for each in PACKAGES)
+    Parameters
+    ----------
+    noted : dict of str to Calls
+        What the tests call; noted first where it is empty.
+    rows : callable
+        Called with the study once the tests are known.
+    """
 
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Called by pytest around each test with its fixtures."""
+    def __init__(self, noted: dict[str, Calls], rows: Callable[["Study"], None]) -> None:
+        self.noted, self.rows = noted, rows
+        self.items: dict[str, pytest.Item] = {}
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Called by pytest in the place of its own loop over the tests."""
+        self.items = {item.nodeid: item for item in session.items}
+        if not self.noted:
+            self.note()
+        self.rows(self)
+        return True
+
+    def note(self) -> None:
+        """What each test and its fixtures call, by the interpreter's tracer."""
+        inside = tuple(str(ROOT / package) + os.sep for package in PACKAGES)
         codes: set[CodeType] = set()
 
-        def note(frame: FrameType, event: str, _: Any) -> None:
-            if event == "call":
-                codes.add(frame.f_code)
+        def note(frame: FrameType, _: str, __: Any) -> None:  # of calls alone: it returns no tracer
+            codes.add(frame.f_code)
 
-        start = time.perf_counter()
-        sys.setprofile(note)
-        try:
-            return (yield)
-        finally:
-            sys.setprofile(None)
-            self.of[item.nodeid] = Calls(time.perf_counter() - start, {
+        for item in self.items.values():
+            forget()
+            codes.clear()
+            start = time.perf_counter()
+            sys.settrace(note)
+            try:
+                runtestprotocol(item, nextitem=None, log=False)
+            finally:
+                sys.settrace(None)
+            self.noted[item.nodeid] = Calls(time.perf_counter() - start, {
                 (code.co_filename, code.co_firstlineno) for code in codes
-                if code.co_filename.startswith(self.inside)})
+                if code.co_filename.startswith(inside)})
+
+    def failed(self, tests: Sequence[str], path: str, name: str, new: Any) -> list[str]:
+        """The tests that fail with another value of a constant."""
+        reading, writing = os.pipe()
+        process = os.fork()
+        if not process:
+            items = [self.items[test] for test in tests]
+            with changed(path, name, new), open(writing, "w", encoding="utf-8") as out:
+                for item, after in zip(items, [*items[1:], None], strict=True):
+                    signal.alarm(LONGEST_S)
+                    reports = runtestprotocol(item, nextitem=after, log=False)
+                    signal.alarm(0)
+                    if any(report.failed for report in reports):
+                        print(item.nodeid, file=out)
+            os._exit(0)
+        os.close(writing)
+        with open(reading, encoding="utf-8") as lines:
+            failed = lines.read().splitlines()
+        os.waitpid(process, 0)
+        return failed
 
 
-class Counted:
-    """How many tests ran, and the names of those that failed."""
-
-    def __init__(self) -> None:
-        self.count = 0
-        self.failed: list[str] = []
-
-    @property
-    def words(self) -> str:
-        """How many tests failed, as a cell of the table."""
-        failed = len(self.failed) or "none"
-        return f"{failed} of {self.count} cases {'fails' if failed in (1, 'none') else 'fail'}"
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_call(self) -> Iterator[None]:
-        """Called by pytest around each test."""
-        signal.alarm(LONGEST_S)
-        try:
-            return (yield)
-        finally:
-            signal.alarm(0)
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Called by pytest for each part of each test."""
-        self.count += report.when == "setup"
-        if report.failed:
-            self.failed.append(report.nodeid)
-
-
-def run(tests: Sequence[str], plugin: Any) -> None:
-    """Run tests in this process, silently."""
-    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        pytest.main(["--numprocesses=0", *(str(ROOT / each) for each in tests)], plugins=[plugin])
+def words(failed: Sequence[str], count: int) -> str:
+    """How many of ``count`` tests failed, as a cell of the table."""
+    many = len(failed) or "none"
+    return f"{many} of {count} cases {'fails' if many in (1, 'none') else 'fail'}"
 
 
 def holders(path: str, name: str) -> list[str]:
@@ -165,20 +175,21 @@ def changed(path: str, name: str, new: Any) -> Iterator[None]:
 
 
 def forget() -> None:
-    """Empty all caches of the product."""
+    """Empty all caches of the product, and of what the tests make with it."""
     for path, module in list(sys.modules.items()):
-        if path.split(".")[0] in PACKAGES:
-            for each in list(vars(module).values()):
-                if hasattr(each, "cache_clear"):
-                    each.cache_clear()
+        if path.split(".")[0] in (*PACKAGES, "tests"):
+            for value in list(vars(module).values()):
+                if hasattr(value, "cache_clear"):
+                    value.cache_clear()
 
 
-def row(one: Threshold, path: str, noted: dict[str, Calls], seconds: float) -> str:
+def row(one: Threshold, path: str, study: Study, seconds: float, only_off: bool) -> str:
     """The cells of a threshold."""
     name = path.rpartition(".")[2]
     path = path.rpartition(".")[0]
     places = readers(path, name)
-    near = sorted((each.seconds, test) for test, each in noted.items() if each.places & places)
+    near = sorted((calls.seconds, test) for test, calls in study.noted.items()
+                  if calls.places & places)
     tests, total = [], 0.0
     for took, test in near:
         total += took
@@ -188,20 +199,21 @@ def row(one: Threshold, path: str, noted: dict[str, Calls], seconds: float) -> s
     if not tests:
         return f"| `{one.path}` | {one.cells[1]} | no case | no case | no case |"
 
-    def outcome(new: Any) -> Counted:
-        counted = Counted()
-        with changed(path, name, new):
-            run(tests, counted)
-        for each in counted.failed:
-            print(f"  {name} = {new}: {each}", file=sys.stderr, flush=True)
-        return counted
+    def outcome(new: Any) -> list[str]:
+        failed = study.failed(tests, path, name, new)
+        for test in failed:
+            print(f"  {name} = {new}: {test}", file=sys.stderr, flush=True)
+        return failed
 
     both = [outcome(switched_off(one.value, high=high)) for high in (False, True)]
-    off = min(both, key=lambda cases: len(cases.failed))
-    felt = any(each.failed for each in both)
-    cells = [outcome(multiplied(one.value, factor)).words if felt else "no effect"
-             for factor in FACTORS]
-    return f"| `{one.path}` | {one.cells[1]} | {' | '.join(cells)} | {off.words} |"
+    off = min(both, key=len)
+    if only_off:
+        cells = ["", ""]
+    elif any(both):
+        cells = [words(outcome(multiplied(one.value, factor)), len(tests)) for factor in FACTORS]
+    else:
+        cells = ["no effect", "no effect"]
+    return f"| `{one.path}` | {one.cells[1]} | {' | '.join(cells)} | {words(off, len(tests))} |"
 
 
 def too_long(*_: Any) -> None:
@@ -215,23 +227,28 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=())
     parser.add_argument("--tests", nargs="*", default=("tests/calib",))
     parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--off", action="store_true", help="neither half nor double")
     parser.add_argument("--keep", type=Path)
     options = parser.parse_args()
     signal.signal(signal.SIGALRM, too_long)
-    if options.keep and options.keep.exists():
-        noted = pickle.loads(options.keep.read_bytes())
-    else:
-        plugin = Noted()
-        run(options.tests, plugin)
-        noted = plugin.of
-        if options.keep:
-            options.keep.write_bytes(pickle.dumps(noted))
-    print("| threshold | value | × 0.5 | × 2 | off |\n|---|---|---|---|---|")
-    for package in PACKAGES:
-        for one in thresholds(package):
-            path = f"{package}.{one.path}"
-            if not options.only or any(begins(path, each) for each in options.only):
-                print(row(one, path, noted, options.seconds), flush=True)
+    keep: Path | None = options.keep
+    noted = pickle.loads(keep.read_bytes()) if keep and keep.exists() else {}
+    table = sys.stdout
+
+    def rows(study: Study) -> None:
+        if keep:
+            keep.write_bytes(pickle.dumps(study.noted))
+        print("| threshold | value | × 0.5 | × 2 | off |\n|---|---|---|---|---|", file=table)
+        for package in PACKAGES:
+            for one in thresholds(package):
+                path = f"{package}.{one.path}"
+                if not options.only or any(begins(path, start) for start in options.only):
+                    print(row(one, path, study, options.seconds, options.off), file=table,
+                          flush=True)
+
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        pytest.main(["--numprocesses=0", "--capture=no",
+                     *(str(ROOT / each) for each in options.tests)], plugins=[Study(noted, rows)])
 
 
 if __name__ == "__main__":

@@ -117,7 +117,7 @@ def test_a_vehicle_that_stands_has_no_direction_however_its_engine_shakes_it() -
     shaken = np.tile([0.0, 0.0, G], (6000, 1))
     shaken[:, 0] += np.random.default_rng(2).standard_normal(6000)
     logs = MountingLogs([mounted.still(30, 1)], drive=[mounted.log(shaken, 7)])
-    with pytest.raises(Undetermined, match="at least 0.3 m/s² along"):
+    with pytest.raises(Undetermined, match=r"at least 0\.3 m/s² along"):
         mounting_from_logs(logs, calibration(), G)
 
 
