@@ -165,6 +165,10 @@ class Sets:
 
     def averaged(self) -> FloatArray:
         """Log density (B,), every size averaged with the others at their likeliest, and V."""
+        if len(self.widths) == 1:
+            strength = np.sqrt(self.squared)
+            along = self.product / np.where(strength > 0, strength, 1.0)
+            return block_log_densities(strength, along, self.chi2, self.noise)
         taus = self.likeliest_sizes()
         density, average = np.zeros(len(taus)), np.zeros(len(taus))
         for k in range(len(self.widths)):

@@ -45,9 +45,8 @@ def table_at(
         RANK_TOLERANCE if h.shape is not None and h.name in members else VISIBLE_SHARE
         for h in hypotheses
     ])
-    beside = _complement(projector.model)
-    blocks = [_turned(which, hypotheses[which[0]].effect is not None, raw, projected,
-                      projector.residual, least, beside, unit, alike)
+    blocks = [_turned(which, hypotheses[which[0]].effect is not None, raw, projected, projector,
+                      least, unit, alike)
               for which in _of_one_width(raw, hypotheses)]
     first, seen = np.zeros((2, len(hypotheses)), int)
     before = 0
@@ -98,8 +97,7 @@ def _of_one_width(raw: RawColumns, hypotheses: Sequence[Hypothesis]) -> Iterator
 
 def _turned(
     which: IntArray, has_effect: bool, raw: RawColumns, projected: FloatArray,
-    residual: FloatArray, least: FloatArray, beside: FloatArray, unit: FloatArray,
-    alike: FloatArray,
+    projector: Projector, least: FloatArray, unit: FloatArray, alike: FloatArray,
 ) -> _Block:
     """The columns of the hypotheses ``which`` turned until they are orthogonal.
 
@@ -110,8 +108,10 @@ def _turned(
     index = raw.start[which][:, None] + np.arange(width)
     stacked = projected[index]  # (w, k, r)
     least = (least[which] ** 2)[:, None]
-    if not has_effect and width > beside.shape[1]:
+    rows, fitted = projector.model.shape
+    if not has_effect and width > rows - fitted:
         # More columns than they have room for: by the eigenvectors of the room.
+        beside = _complement(projector.model)
         inside = stacked @ beside
         squared, turns = np.linalg.eigh(inside.swapaxes(1, 2) @ inside)
         size = np.sqrt(np.maximum(squared, 0.0))[:, None, :]
@@ -123,7 +123,7 @@ def _turned(
     if not has_effect:
         return _Block(which, turned, visible, ())
     spectra = tuple(
-        Spectrum(*each) for each in zip(turns, squared, turned @ residual, unit[index],
+        Spectrum(*each) for each in zip(turns, squared, turned @ projector.residual, unit[index],
                                         strict=True)
     )
     _, mixed = alike_in_size(squared, turns, visible, alike[index])
