@@ -28,7 +28,7 @@ from calib.fit.noise_size import Noise
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
 
-DRAWS = 200  #: simulated sessions of each rival; numerical: a chance is known to 4 %
+DRAWS = 400  #: simulated sessions of all rivals; numerical: a chance is known to 2.5 %
 BLIND_SIGNAL_SD = 5.0
 """Strength at which an effect that left no trace yet is judged, noise units over the rows.
 Derived: from there on an effect is seen in nearly every session."""
@@ -82,9 +82,9 @@ def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
     shapes = [[projector.signature(each.effect.name, each.columns(then))
                for each in rival.in_all_shapes] for rival in rivals]
 
-    def signals(i: int, random: np.random.Generator) -> FloatArray:
-        full = np.zeros((DRAWS, len(projector.residual)))
-        full[:, : then.equations.data_count] = _signals(rivals[i], then, random)
+    def signals(i: int, count: int, random: np.random.Generator) -> FloatArray:
+        full = np.zeros((count, len(projector.residual)))
+        full[:, : then.equations.data_count] = _signals(rivals[i], then, count, random)
         return full
 
     return share_named(projector, noise_of(then, projector.dof), shapes, signals,
@@ -96,7 +96,7 @@ def share_named(
     projector: Projector,
     noise: Noise,
     shapes: Sequence[Sequence[Signature]],
-    signals: Callable[[int, np.random.Generator], FloatArray],
+    signals: Callable[[int, int, np.random.Generator], FloatArray],
     look_alike: BoolArray,
 ) -> float:
     """Share of simulated sessions in which what is there gets a name.
@@ -109,7 +109,7 @@ def share_named(
         What each of k rivals may leave, each of its shapes as likely; one without any is never
         there.
     signals : callable
-        What rival i leaves in the whitened rows of every session, (draws, r), drawn at random.
+        What rival i leaves in the whitened rows of so many sessions, (count, r), drawn at random.
     look_alike : array of bool, shape (k, k)
         Rivals that leave the same: one is refuted before another has the name.
     """
@@ -117,8 +117,9 @@ def share_named(
     there = [i for i, signatures in enumerate(shapes) if signatures]
     if not there:
         return 0.0
-    rows = np.concatenate([random.normal(size=(DRAWS, len(projector.residual)))
-                           + signals(i, random) for i in there])
+    count = -(-DRAWS // len(there))
+    rows = np.concatenate([random.normal(size=(count, len(projector.residual)))
+                           + signals(i, count, random) for i in there])
     rows -= (rows @ projector.model) @ projector.model.T
     chi2 = (rows**2).sum(axis=1)
     density = np.full((len(shapes) + 1, len(rows)), -np.inf)
@@ -129,7 +130,7 @@ def share_named(
     probability = density - np.logaddexp.reduce(density)
     named = 0.0
     for place, i in enumerate(there):
-        mine = slice(place * DRAWS, (place + 1) * DRAWS)
+        mine = slice(place * count, (place + 1) * count)
         others = np.arange(len(shapes)) != i
         refuted = probability[:-1, mine] < np.log(CONSTANTS.least_listed)
         behind = density[:-1, mine] < density[i, mine] - CONSTANTS.negligible
@@ -150,12 +151,12 @@ def random_signals(columns: FloatArray, count: int, random: np.random.Generator)
     return np.asarray(way @ unit.T)
 
 
-def _signals(rival: Rival, then: Fit, random: np.random.Generator) -> FloatArray:
-    """What a rival leaves in the data rows of every simulated session, (draws, d)."""
+def _signals(rival: Rival, then: Fit, count: int, random: np.random.Generator) -> FloatArray:
+    """What a rival leaves in the data rows of every simulated session, (count, d)."""
     columns = rival.columns(then)
     if rival.size is None:
-        return random_signals(columns, DRAWS, random)
-    return np.tile(columns @ rival.size, (DRAWS, 1))
+        return random_signals(columns, count, random)
+    return np.tile(columns @ rival.size, (count, 1))
 
 
 def _density(

@@ -16,7 +16,7 @@ from calib.diagnosis.hypotheses.courses import by_clock, scattering_rates
 from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.hypotheses.unlisted import unknown_hypotheses
 from calib.diagnosis.next_measurement.advice import Advice
-from calib.diagnosis.next_measurement.chance import DRAWS, share_named
+from calib.diagnosis.next_measurement.chance import share_named
 from calib.diagnosis.next_measurement.pose_blocks import hypothetical
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.table_at import table_at
@@ -65,10 +65,10 @@ def _chance(posterior: Posterior, then: Fit, names: Sequence[str]) -> float | No
         return None
     places = [*of.values()]
 
-    def signals(i: int, random: np.random.Generator) -> FloatArray:
+    def signals(i: int, count: int, random: np.random.Generator) -> FloatArray:
         x = table.rows[table.where(places[i][0])]
         _, size = sized[places[i][0]]
-        return np.asarray(size * random.normal(size=(DRAWS, len(x))) @ x)
+        return np.asarray(size * random.normal(size=(count, len(x))) @ x)
 
     return share_named(table.projector, table.noise,
                        [[table.signature(j) for j in some] for some in places], signals,
