@@ -4,11 +4,12 @@ At the base every pair of effects is screened in closed form; where the best set
 the rows at its refit, every three, and beside the best of each size every other way to fail. At the
 likeliest solution, where the linearisation is right, the sets beside it are weighed again and the
 best of these refitted in turn, until none that could be the best is without a refit. Sets of four
-and more grow so.
+and more grow so. The shape of an effect is right for its own set alone.
 """
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import combinations
 from math import comb
 
 import numpy as np
@@ -67,7 +68,7 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
     if is_explained:
         search.weigh_again()
     for count in range(ROUNDS):
-        if not search.refit_best(from_afar=count < FAR_ROUNDS):
+        if not (search.refit_best(from_afar=count < FAR_ROUNDS) or search.refit_with_one_less()):
             break
         search.weigh_again()
     return search.posterior
@@ -245,6 +246,25 @@ class _Search:
         for entry in chosen:
             self._refit(entry.members)
         return bool(chosen)
+
+    def refit_with_one_less(self) -> bool:
+        """Refit the sets that lack one member of the solution and keep a shape; whether any was.
+
+        The shape stands where that member left it: what lies beside it at that shape says little
+        of the set without, and a straight line beside a slow warm-up would never be missed. One
+        effect by itself is where the search begins.
+        """
+        if self.solution is None:
+            return False
+        best = next(e for e in self.entries.values() if e.refit is self.solution)
+        smaller = [
+            members for members in combinations(best.members, len(best.members) - 1)
+            if len(members) > 1 and self._is_open(self.candidates.key(members))
+            and any(self.candidates.hypotheses[j].shape is not None for j in members)
+        ]
+        for members in smaller:
+            self._refit(members)
+        return bool(smaller)
 
     def _refit(self, members: Members) -> None:
         """Weigh a set at its own joint refit.

@@ -1,4 +1,7 @@
-"""A warm-up of two time constants is asked for where the data show two, and only there."""
+"""A warm-up of two time constants is asked for where the data show two, and only there.
+
+A slow one is not taken apart into a faster one and a straight line.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,6 +14,7 @@ from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
 from tests.calib.made_poses import some_conditions
+from tests.set_trials import design_of, draw_set
 from tests.trials import poses_of
 from tests.world.designs import soak_design
 from tests.world.sizes import draw_effect
@@ -44,6 +48,16 @@ def test_one_time_constant_is_one_name_and_two_are_two(seed: int) -> None:
     names, two = added_until_nothing_is_missing(seed, [120.0, 1500.0])
     assert names == ["warm_up", "warm_up_2"]
     assert sorted(two.shapes.values()) == pytest.approx([120, 1500], rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [660403, 660422])
+def test_no_drift_is_named_beside_a_slow_warm_up(seed: int) -> None:
+    hand = design_of("hand", seed)
+    hidden = draw_set(hand, seed, "accelerometer", 2, (5.0, 100.0))
+    (slow,) = (one for one in hidden if one.name == "warm_up")
+    said = diagnose(fit(poses_of(hand, seed, "accelerometer", hidden), Model.of(BASE)))
+    assert slow.detail["tau_s"] > 700
+    assert {*said.names} == {one.name for one in hidden}
 
 
 def test_the_second_has_the_columns_of_the_first_at_its_own_time_constant() -> None:
