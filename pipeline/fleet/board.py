@@ -1,6 +1,5 @@
 """Which sensor lacks which effect: a row for each session, a column for each effect of the lot."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -8,7 +7,9 @@ import numpy as np
 
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.units import display_unit
+from calib.poses.imu_log import BoolArray, FloatArray
 from calib.rounding import with_sd
+from pipeline.fleet.limits import FAIL
 from pipeline.fleet.table import SIZE, SIZE_SD, column
 
 if TYPE_CHECKING:
@@ -44,12 +45,6 @@ class BoardRow:
     cells: tuple[BoardCell, ...]
     limits: str
 
-    @property
-    def worst(self) -> tuple[bool, int, float]:
-        """What sorts rows: beyond a limit first, then by the effects that are missing."""
-        missing = [cell.order for cell in self.cells if cell.state == MISSING]
-        return self.limits.startswith("fail"), len(missing), max(missing, default=0.0)
-
 
 @dataclass(frozen=True)
 class Board:
@@ -59,41 +54,72 @@ class Board:
     rows: tuple[BoardRow, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Column:
+    """One effect in all n sessions: which lack it, which model it, and its size and sd there, (n,).
+
+    ``order`` is the size in sds, 0 where it is not known, ``factor`` from SI to ``unit``.
+    """
+
+    name: str
+    unit: str
+    factor: float
+    is_missing: BoolArray
+    is_modelled: BoolArray
+    size: FloatArray
+    sd: FloatArray
+    order: FloatArray
+
+    def cell(self, i: int) -> BoardCell:
+        """The cell of session ``i``."""
+        state = MISSING if self.is_missing[i] else MODELLED if self.is_modelled[i] else ""
+        order = float(self.order[i])
+        text = (with_sd(self.size[i] * self.factor, self.sd[i] * self.factor) if order
+                else "named" if state else "")
+        return BoardCell(state, text, sum(order > level for level in LEVELS), order)
+
+
 def board_of(rows: "DataFrame", triad: str, most: int) -> Board:
-    """The board of the sessions of one triad; at most so many rows."""
-    missing = [{*text.split(" + ")} - {""} for text in rows["missing"].fillna("")]
-    models = rows["model"].fillna("") if "model" in rows else [""] * len(rows)
-    modelled = [{*text.split(" + ")} for text in models]
-    sizes = {name.removeprefix(f"{SIZE}_") for name in rows.columns
-             if name.startswith(f"{SIZE}_") and not name.startswith(SIZE_SD)}
-    effects = [name for name in sorted(sizes | set().union(*missing))
-               if any(name in one or name in other
-                      for one, other in zip(missing, modelled, strict=True))]
-    columns = {name: _cells(rows, name, triad, missing, modelled) for name in effects}
-    limits = rows["limits"].fillna("") if "limits" in rows else [""] * len(rows)
-    every = [BoardRow(str(sensor), str(session), str(verdict),
-                      tuple(columns[name][1][i] for name in effects), str(limit))
-             for i, (sensor, session, verdict, limit) in enumerate(zip(
-                 rows["sensor"], rows["session"], rows["verdict"], limits, strict=True))]
-    every.sort(key=lambda row: row.worst, reverse=True)
-    return Board(tuple((name, columns[name][0]) for name in effects), tuple(every[:most]))
+    """The board of the sessions of one triad; at most so many rows.
+
+    First stand those beyond a limit, then those that lack the most effects, and the largest.
+    """
+    missing, modelled = _holding(rows, "missing"), _holding(rows, "model")
+    sizes = {name.removeprefix(f"{SIZE}_") for name in rows.columns}
+    none = np.zeros(len(rows), dtype=bool)
+    columns = [_column_of(rows, name, triad, missing.get(name, none), modelled.get(name, none))
+               for name in sorted({*missing, *(sizes & {*modelled})})]
+    lacking, largest = np.zeros(len(rows)), np.zeros(len(rows))
+    for one in columns:
+        lacking += one.is_missing
+        largest = np.maximum(largest, one.order * one.is_missing)
+    fails = rows["limits"].str.startswith(FAIL).to_numpy() if "limits" in rows else none
+    worst = np.lexsort((-largest, -lacking, ~fails))[:most]
+    return Board(
+        tuple((one.name, one.unit) for one in columns),
+        tuple(BoardRow(str(row.sensor), str(row.session), str(row.verdict),
+                       tuple(one.cell(i) for one in columns), getattr(row, "limits", ""))
+              for i, row in zip(worst, rows.iloc[worst].itertuples(), strict=True)))
 
 
-def _cells(
-    rows: "DataFrame", name: str, triad: str, missing: Sequence[set[str]],
-    modelled: Sequence[set[str]],
-) -> tuple[str, list[BoardCell]]:
-    """The unit of one column and its cells."""
+def _holding(rows: "DataFrame", key: str) -> dict[str, BoolArray]:
+    """Which rows (n,) hold each name of a column of names, such as ``a + b``."""
+    if key not in rows:
+        return {}
+    which, texts = rows[key].fillna("").factorize()
+    sets = [{*text.split(" + ")} - {""} for text in texts]
+    return {name: np.array([name in one for one in sets])[which]
+            for name in set().union(*sets)}
+
+
+def _column_of(
+    rows: "DataFrame", name: str, triad: str, is_missing: BoolArray, is_modelled: BoolArray
+) -> _Column:
     size, sd = column(rows, f"{SIZE}_{name}"), column(rows, f"{SIZE_SD}_{name}")
     try:
         unit, factor = display_unit(find_effect(name).unit_for(triad), size[np.isfinite(size)])
     except UnknownEffect:  # a user's own
         unit, factor = "SI", 1.0
-    cells = []
-    for value, own_sd, named, model in zip(size, sd, missing, modelled, strict=True):
-        state = MISSING if name in named else MODELLED if name in model else ""
-        is_sized = state and np.isfinite(value) and np.isfinite(own_sd) and own_sd > 0
-        order = abs(value / own_sd) if is_sized else 0.0
-        text = with_sd(value * factor, own_sd * factor) if is_sized else "named" if state else ""
-        cells.append(BoardCell(state, text, sum(order > level for level in LEVELS), order))
-    return unit, cells
+    is_sized = (is_missing | is_modelled) & np.isfinite(size) & np.isfinite(sd) & (sd > 0)
+    order = np.where(is_sized, np.abs(size) / np.where(is_sized, sd, 1.0), 0.0)
+    return _Column(name, unit, factor, is_missing, is_modelled, size, sd, order)

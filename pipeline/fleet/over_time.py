@@ -125,10 +125,10 @@ def sensors_over_time(population: TriadPopulation, output: Path) -> Iterator[Sen
 
     Those whose sessions differ most come first, and at most ``MOST_SENSORS``.
     """
-    birge = {i: np.nanmax([repeat.of_sensor[i] for repeat in population.repeats])
-             for i in range(len(population.sensors))
-             if population.repeats and len(population.sessions_of(i)) > 1}
-    for i in sorted(birge, key=lambda i: -birge[i])[:MOST_SENSORS]:
+    if not population.repeats:
+        return
+    birge = np.nan_to_num(np.fmax.reduce([repeat.of_sensor for repeat in population.repeats]))
+    for i in np.argsort(-birge, kind="stable")[: min(np.count_nonzero(birge), MOST_SENSORS)]:
         one = _over_time(population.sensors[i], population.triad, population.sessions_of(i), output)
         if one is not None:
             yield one

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from datetime import datetime
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -109,7 +110,7 @@ def fleet_html(
         sessions=sessions,
         calibrated=sessions - len(failed),
         sensors=table["sensor"].nunique(),
-        limits=list(limit_lines(table))[: MOST_ROWS + 1],
+        limits=list(islice(limit_lines(table), MOST_ROWS + 1)),
         beyond=FAIL,
         triads=[_triad_view(one, over_time[one.triad], reports) for one in populations],
         failed=[{"name": row.session, "code": row.exit_code, "reason": row.reason}
@@ -130,7 +131,8 @@ def _triad_view(
     verdicts = Counter(population.rows["verdict"])
     named = Counter(name for missing in population.rows["missing"]
                     for name in missing.split(" + ") if name)
-    unlike = _unlike(population, reports)
+    unlike, unlike_count = _unlike(population, reports)
+    board = board_of(population.rows, population.triad, MOST_ROWS)
     return {
         "name": population.triad,
         "sensors": len(population.sensors),
@@ -141,12 +143,12 @@ def _triad_view(
         "copies": copies_text(population),
         "verdicts": [(code, n, n / len(population.rows)) for code, n in verdicts.most_common()],
         "effects": _effect_rows(population, named),
-        "board": board_of(population.rows, population.triad, MOST_ROWS),
-        "links": dict(_links(population.rows["session"], reports)),
+        "board": board,
+        "links": dict(_links([row.session for row in board.rows], reports)),
         "unrepeatable": is_unrepeatable(population),
         "histograms": [_histogram_view(spread, population.triad) for spread in population.spreads],
-        "unlike": unlike[:MOST_ROWS],
-        "unlike_count": len(unlike),
+        "unlike": unlike,
+        "unlike_count": unlike_count,
         "repeat": repeat_text(population),
         "repeats": population.repeats,
         "over_time": [(one, _links(one.sessions, reports)) for one in over_time],
@@ -189,21 +191,22 @@ def _histogram_view(spread: Spread, triad: str) -> dict[str, Any]:
     }
 
 
-def _unlike(population: TriadPopulation, reports: bool) -> list[dict[str, Any]]:
-    """Sensors unlike the lot, the most distant first: one row for each with all its parameters."""
+def _unlike(population: TriadPopulation, reports: bool) -> tuple[list[dict[str, Any]], int]:
+    """Sensors unlike the lot with all its parameters, the most distant first, and how many are."""
+    farthest = np.zeros(len(population.sensors))
+    for spread in population.spreads:
+        farthest = np.maximum(farthest, np.where(spread.unlike, np.abs(spread.distance), 0.0))
     rows = []
-    for i, sensor in enumerate(population.sensors):
-        off = [(abs(spread.distance[i]), spread) for spread in population.spreads
-               if spread.unlike[i]]
-        if off:
-            off.sort(key=lambda pair: -pair[0])
-            what = ", ".join(
-                f"{parameter_name(one.name)} {with_sd(one.value[i], one.sd[i])} "
-                f"{unit_of(one.name[:-2], population.triad)} ({distance:.1f} sds away)"
-                for distance, one in off)
-            rows.append({"sensor": sensor, "what": what, "size": off[0][0],
-                         "links": _links(population.sessions_of(i), reports)})
-    return sorted(rows, key=lambda row: -row["size"])
+    for i in np.argsort(-farthest, kind="stable")[: min(np.count_nonzero(farthest), MOST_ROWS)]:
+        off = sorted((one for one in population.spreads if one.unlike[i]),
+                     key=lambda one: -abs(one.distance[i]))
+        what = ", ".join(
+            f"{parameter_name(one.name)} {with_sd(one.value[i], one.sd[i])} "
+            f"{unit_of(one.name[:-2], population.triad)} ({abs(one.distance[i]):.1f} sds away)"
+            for one in off)
+        rows.append({"sensor": population.sensors[i], "what": what,
+                     "links": _links(population.sessions_of(i), reports)})
+    return rows, int(np.count_nonzero(farthest))
 
 
 def _links(sessions: Sequence[str], reports: bool) -> list[tuple[str, str]]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,12 +54,7 @@ class TriadPopulation:
 
     def sessions_of(self, sensor: int) -> list[str]:
         """The names of a sensor's sessions."""
-        return self._sessions[self.sensors[sensor]]
-
-    @cached_property
-    def _sessions(self) -> dict[str, list[str]]:
-        return {str(name): list(one)
-                for name, one in self.rows.groupby("sensor")["session"]}
+        return list(self.rows.loc[self.rows["sensor"] == self.sensors[sensor], "session"])
 
 
 Pooled = Callable[[str, "DataFrame"], Pool | None]

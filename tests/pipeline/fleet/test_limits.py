@@ -1,5 +1,6 @@
 """Pass and fail by a file of limits, with a guard band; and the board of effects."""
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -78,3 +79,15 @@ def test_the_board_shows_each_effect_in_its_unit_the_worst_sensor_first() -> Non
     assert (cells["s1"].state, cells["s1"].text) == (MISSING, "0.18992 ± 0.00056")
     assert (cells["s2"].state, cells["s2"].level) == (MODELLED, 2)
     assert cells["s0"].text == ""
+
+
+def test_the_board_of_a_large_lot_holds_the_rows_that_it_shows() -> None:
+    n = 5_000
+    rows = table(np.zeros(n), missing="g_sensitivity", size_g_sensitivity=np.linspace(1, 2, n),
+                 size_sd_g_sensitivity=1e-3)
+    tracemalloc.start()
+    board = board_of(rows, "gyroscope", 10)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert [row.session for row in board.rows] == [f"s{n - 1 - i}" for i in range(10)]
+    assert peak / n < 150  # bytes a row: some numbers; a row of texts takes a thousand
