@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.numbers import SD_PER_MAD
+from vision.numbers import SD_PER_MAD, median
 
 BLOCK = 8  #: pixels, each way
 FINER_BLOCK = 3  # pixels: the label of a plate far away fills one, and is noise in a larger one
@@ -161,8 +161,8 @@ def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:
     values = _without_slow(values - values.mean(axis=0), slow // 2)
     thin = max(1, len(values) // NOISE_FROM)
     second = values[2::thin] - 2 * values[1:-1:thin] + values[:-2:thin]
-    noise = SD_PER_MAD * np.median(np.abs(second), axis=0) / np.sqrt(6)
-    return np.asarray(values / np.maximum(noise, np.median(noise) + 0.3), np.float32)
+    noise = SD_PER_MAD * median(np.abs(second), axis=0) / np.sqrt(6)
+    return np.asarray(values / np.maximum(noise, median(noise) + 0.3), np.float32)
 
 
 def _without_slow(values: NDArray[np.float32], half: int) -> NDArray[np.float32]:
@@ -194,23 +194,21 @@ def autocorrelation(blocks: NDArray[np.float32]) -> FloatArray:
 
 
 def _period(correlation: FloatArray, best: int) -> tuple[float, FloatArray]:
-    """The period in frames, and how clearly each block returns after it, shape (b,)."""
+    """The period in frames, and how much more each block is itself after it than half way, (b,)."""
     f = correlation.shape[1]
-    period, highest, score = 0.0, -np.inf, np.zeros(len(correlation))
-    for trial in np.arange(LEAST_FRAMES, (f - 3) / 2.2, 0.5):
-        shown = _score(correlation, float(trial))
-        mean = float(np.sort(shown)[-best:].mean())
-        if mean > THRESHOLDS.shorter * highest or highest < 0:
-            period, highest, score = float(trial), mean, shown
-    return period, score
-
-
-def _score(correlation: FloatArray, period: float) -> FloatArray:
-    """How much more each block is itself after a period than half way to it, shape (b,)."""
-    turns = np.arange(1, int(MOSTLY * correlation.shape[1] / period) + 1)
-    at, between = (np.round(m * period).astype(np.intp) for m in (turns, turns - 0.5))
-    shown = correlation[:, at].mean(axis=1)
-    return np.asarray(shown - np.maximum(correlation[:, between].mean(axis=1), 0))
+    trials = np.arange(LEAST_FRAMES, (f - 3) / 2.2, 0.5)
+    at, between = np.zeros((2, f, len(trials)))
+    for i, trial in enumerate(trials):
+        turns = np.arange(1, int(MOSTLY * f / trial) + 1)
+        for mean, after in ((at, turns), (between, turns - 0.5)):
+            mean[np.round(after * trial).astype(np.intp), i] = 1 / len(turns)
+    score = correlation @ at - np.maximum(correlation @ between, 0)
+    clear = np.sort(score, axis=0)[-best:].mean(axis=0)
+    chosen = 0
+    for i, shown in enumerate(clear):
+        if shown > THRESHOLDS.shorter * clear[chosen] or clear[chosen] < 0:
+            chosen = i
+    return float(trials[chosen]), score[:, chosen]
 
 
 def returns_near(

@@ -1,6 +1,10 @@
 """Numbers that are facts: of units and of the normal distribution."""
 
 import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 RPM = 2 * math.pi / 60  #: rad/s
 
@@ -9,3 +13,35 @@ FASTEST_USUAL = 100 * RPM
 
 SD_PER_MAD = 1.4826
 """Sd of a normal distribution over its median absolute deviation."""
+
+
+def quantile(values: ArrayLike, share: float, axis: int | None = None) -> Any:
+    """Quantile, linear between two values; NumPy's own loads masked arrays, 25 ms of a short clip.
+
+    Parameters
+    ----------
+    values : array
+    share : float
+        0 to 1.
+    axis : int, optional
+        Of all values where None.
+
+    Returns
+    -------
+    float or array
+        NaN where one of the values is, or there are none.
+    """
+    values = np.asarray(values)
+    if not values.size:
+        return np.nan
+    last = (values.size if axis is None else values.shape[axis]) - 1
+    low, high = math.floor(share * last), math.ceil(share * last)
+    ordered = np.partition(values, (low, high, last), axis=axis)
+    below, above, largest = (np.take(ordered, i, axis=axis) for i in (low, high, last))
+    between = below + (share * last - low) * (above - below) if high > low else below
+    return np.where(np.isnan(largest), np.nan, between)[()]
+
+
+def median(values: ArrayLike, axis: int | None = None) -> Any:
+    """Quantile of one half, along an axis or of all values."""
+    return quantile(values, 0.5, axis)

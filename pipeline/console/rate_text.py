@@ -118,5 +118,5 @@ def rate_history_lines(name: str, history: "RateHistory") -> Iterator[str]:
     head = f"{f'rate {name}':<{NAME_WIDTH}}"
     yield f"{head} not constant; time [s], mean rate over one revolution [rpm]:"
     count = len(history.time_s)
-    for i in np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int)):
+    for i in np.linspace(0, count - 1, min(count, MOST_ROWS)).round().astype(int):
         yield f"  {history.time_s[i]:8.2f}  {history.rate_rad_s[i] / RPM:+9.3f}"

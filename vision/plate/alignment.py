@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
+from vision.numbers import median
 from vision.plate.inertia import carried_on, turns_on
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
 from vision.plate.template import THRESHOLDS as STANDS
@@ -203,13 +204,13 @@ class _Fit:
         self._misfit_energy = energy(self._misfit, self._grid)
         turning = energy(self._turned, self._grid)
         plain = turning >= HALF * turning.max()
-        share = float(np.median(self._misfit_energy[plain] / np.maximum(turning[plain], 1e-9)))
-        usual = np.maximum(share * turning, np.median(self._misfit_energy))
+        share = float(median(self._misfit_energy[plain] / np.maximum(turning[plain], 1e-9)))
+        usual = np.maximum(share * turning, median(self._misfit_energy))
         self._used = self._misfit_energy <= THRESHOLDS.outlier * usual
 
     def refine_view(self, effort: Effort) -> bool:
         """Move the view to where the misfit is least; True where it stays within the last step."""
-        usual = float(np.median(self._misfit_energy))
+        usual = float(median(self._misfit_energy))
         if usual > self._best_misfit:
             # What does not turn with the plate (a hand) pulls the view away; go back and stay.
             self._view_settled = True

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import quantile
 from vision.phase_track import BoolArray
 from vision.video.reader import Luma
 from vision.video.reduction import reduced
@@ -73,7 +74,7 @@ def repeated(change: FloatArray) -> BoolArray:
     An encoder leaves something of its own in a repeated frame, more or less of it: repeats are told
     by the widest gap of the changes.
     """
-    usual = float(np.quantile(change, THRESHOLDS.usual))
+    usual = float(quantile(change, THRESHOLDS.usual))
     limit = THRESHOLDS.never * usual
     small = change < THRESHOLDS.most * usual
     low = np.sort(change[small])
@@ -104,8 +105,8 @@ def stands_still(images: Sequence[Luma]) -> bool:
         largest.append(cv2.norm(smooth, cv2.NORM_INF))
         # What differs from pixel to pixel is noise; a lamp that flickers does not.
         cv2.accumulateSquare(cv2.subtract(change, smooth), square)
-    calm = float(np.quantile(np.sqrt(square / len(largest)), CALM)) * SMOOTH_PER_ROUGH
-    return float(np.quantile(largest, OFTEN)) < max(BEYOND * calm, LEAST)
+    calm = float(quantile(np.sqrt(square / len(largest)), CALM)) * SMOOTH_PER_ROUGH
+    return float(quantile(largest, OFTEN)) < max(BEYOND * calm, LEAST)
 
 
 def halved(image: Luma) -> Luma:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from vision.numbers import median
 from vision.phase_track import LUMA
 from vision.plate.background import spread_choice
 from vision.video.reader import Frame, Luma
@@ -70,7 +71,7 @@ def axes_of_colour(frames: Sequence[Frame]) -> list[Channel]:
             cv2.accumulateProduct(one, other, product)
     cr, cb = np.moveaxis(mean / len(chosen), -1, 0)
     moments = square / len(chosen) - np.stack([cr * cr, cr * cb, cb * cb])
-    of_cr, of_both, of_cb = (float((m - np.median(m)).sum(dtype=float)) for m in moments)
+    of_cr, of_both, of_cb = (float((m - median(m)).sum(dtype=float)) for m in moments)
     moving = np.array([[of_cr, of_both], [of_both, of_cb]])
     strength, axes = np.linalg.eigh(moving)  # ascending
     return [

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import PlateView, view_of_ellipse
+from vision.numbers import quantile
 from vision.plate.background import spread_choice
 from vision.video.reader import Luma
 from vision.video.reduction import reduced
@@ -31,6 +32,7 @@ MOVING_FRAMES = 120  #: in which what moves is looked for; a limit of time
 FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
 SAMPLE = 6  # spots; five make an ellipse
 TRACK_TRIALS = 300  #: random samples; a limit of time
+MISSED = 1e-3  #: probability that no sample was of spots on the best track alone; numerical
 
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 
@@ -115,7 +117,7 @@ def _same(one: Ellipse, other: Ellipse) -> bool:
 def _edges(background: Luma) -> list[Ellipse]:
     """Ellipses around connected areas brighter or darker than one of several levels."""
     smooth = cv2.GaussianBlur(background, (5, 5), 0)
-    low, high = np.percentile(smooth, (2, 98))
+    low, high = (quantile(smooth, share) for share in (0.02, 0.98))
     size = 2 * round(THRESHOLDS.opening * min(background.shape) / 2) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     fits = []
@@ -202,7 +204,9 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
         return []
     rng = Random(0)  # the same clip gives the same proposals
     best: NDArray[np.bool_] = np.zeros(len(points), bool)
-    for _ in range(TRACK_TRIALS):
+    for trial in range(TRACK_TRIALS):
+        if (1 - best.mean() ** SAMPLE) ** trial < MISSED:
+            break
         ellipse = _fitted(points[rng.sample(range(len(points)), SAMPLE)])
         if not _sound(ellipse, background.shape):
             continue

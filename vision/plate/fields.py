@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.plate.background import spread_choice
 from vision.video.reader import Frame
 
@@ -111,7 +112,7 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
         for row in (0, 1))
     steps = np.array([b.time_s - a.time_s for a, b in pairwise(frames)])
     # The last field of a frame is followed by the first of the next.
-    return Interlacing(int(even_later < odd_later), float(np.median(steps)) / 2)
+    return Interlacing(int(even_later < odd_later), float(median(steps)) / 2)
 
 
 def _field(image: NDArray[np.uint8] | NDArray[np.float32], row: int) -> NDArray[np.uint8]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
+from vision.numbers import median, quantile
 from vision.phase_track import BoolArray
 
 
@@ -55,10 +56,10 @@ THRESHOLDS = InertiaThresholds()
 def smooth(angle_rad: FloatArray, rough_rad: FloatArray) -> bool:
     """Whether refined angles go with rough ones, both of shape (f,), without jumps."""
     beyond = angle_rad - rough_rad
-    step = float(np.median(np.abs(np.diff(rough_rad))))
-    slip = abs(float(np.median(np.diff(beyond))))
+    step = float(median(np.abs(np.diff(rough_rad))))
+    slip = abs(float(median(np.diff(beyond))))
     # Stamps may come early and late in turn; then the plate goes on evenly over two frames.
-    each, over_two = (float(np.median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
+    each, over_two = (float(median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
     return min(each, over_two) < THRESHOLDS.smooth_rad and slip < THRESHOLDS.slipping * step
 
 
@@ -74,14 +75,14 @@ def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
     -------
     array of bool, shape (f,)
     """
-    step = float(np.median(np.abs(np.diff(rough_rad))))
+    step = float(median(np.abs(np.diff(rough_rad))))
     lag = max(1, math.ceil(THRESHOLDS.apart_rad / max(step, 1e-9)))
     if len(angle_rad) <= 2 * lag:
         return np.ones(len(angle_rad), bool)
     advance = np.abs(rough_rad[lag:] - rough_rad[:-lag])
     beyond = np.angle(np.exp(1j * (angle_rad - rough_rad)))
     slip = np.abs(np.angle(np.exp(1j * (beyond[lag:] - beyond[:-lag]))))
-    most = min(THRESHOLDS.usual * float(np.quantile(slip, 0.25)), THRESHOLDS.far_rad)
+    most = min(THRESHOLDS.usual * float(quantile(slip, 0.25)), THRESHOLDS.far_rad)
     # A plate at rest is not lost either.
     limit = np.maximum(np.minimum(THRESHOLDS.slipping * advance, most), THRESHOLDS.near_rad)
     goes = slip < limit

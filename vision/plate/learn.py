@@ -7,7 +7,7 @@ import numpy as np
 
 from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView
-from vision.numbers import RPM
+from vision.numbers import RPM, median
 from vision.plate.background import median_image, spread_choice, stands_still
 from vision.plate.channel import Brightness, Channel
 from vision.plate.choice import (
@@ -123,7 +123,7 @@ def _learn(
     fine = None if plate is None else learning.fine(plate.coarse, plate.parts)
     if plate is not None and fine is not None and fine.template.turning.any():
         lasts = np.maximum(np.diff(learning.time_s[learning.chosen]), 1e-6)
-        rate = float(np.median(np.diff(plate.coarse.angle_rad) / lasts))
+        rate = float(median(np.diff(plate.coarse.angle_rad) / lasts))
         alike = plate.parts if plate.parts > 1 else symmetry(fine.template)
         notes = _others_turning(
             name, rate, fine.template.grid.view, outlines, learning,

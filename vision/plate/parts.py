@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
+from vision.numbers import median
 from vision.plate.evidence import believed
 from vision.plate.low_orders import ORDERS
 from vision.plate.polar import Grid, Strips
@@ -108,7 +109,7 @@ def equal_parts(
 
 def _strongest_line(varying: Strips, weight: NDArray[np.float32], time_s: FloatArray) -> _Line:
     f, r, n = varying.shape
-    span_s, frame_s = float(np.ptp(time_s)), float(np.median(np.diff(time_s)))
+    span_s, frame_s = float(np.ptp(time_s)), float(median(np.diff(time_s)))
     trial = np.arange(1, int(span_s / frame_s) + 1) / (2 * span_s)
     thin = varying[:, :, :: n // THINNED] * np.sqrt(weight)[:, None]
     wave = _at(trial, time_s)

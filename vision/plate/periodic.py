@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.image_return import NOISE_FROM
-from vision.numbers import SD_PER_MAD
+from vision.numbers import SD_PER_MAD, median
 
 FEW_ROUNDS, ROUNDS = 2, 4  #: rounds of angles and coefficients; numerical
 THINNED = 1000  # pixels, with which the period is made exact
@@ -79,7 +79,7 @@ def periodic_pixels(
     shown *= light.mean() / np.maximum(light, 1.0)
     mean = np.asarray(shown.mean(axis=0), np.float32)
     shown -= mean
-    frame_s = float(np.median(np.diff(time_s)))
+    frame_s = float(median(np.diff(time_s)))
     most = max(2, int(min(MOST_ORDERS, len(time_s) / 8, PER_STEP * period_s / frame_s)))
     few = min(FEW_ORDERS, most)
     angle = _exact_period(shown, time_s, period_s, period_sd_s, few)
@@ -189,15 +189,15 @@ class _HarmonicFit:
         at = waves @ self.coefficients
         rest = shown - at
         some = np.abs(rest[:: max(1, len(rest) // NOISE_FROM)])
-        self.noise = np.asarray(SD_PER_MAD * np.median(some, axis=0) + 1, np.float32)
+        self.noise = np.asarray(SD_PER_MAD * median(some, axis=0) + 1, np.float32)
         weight = 1 / self.noise**2
         slope = waves @ (k * swapped)
         information = slope**2 @ weight
         pull = (rest * slope) @ weight / np.maximum(information, 1e-12)
         self.step = np.clip(pull, -LONGEST_STEP, LONGEST_STEP).astype(float)
         misfit = np.abs(rest) @ np.sqrt(weight)
-        self.clear = (information >= SHOWN * np.median(information)) & (
-            misfit <= MISFIT * np.median(misfit))
+        self.clear = (information >= SHOWN * median(information)) & (
+            misfit <= MISFIT * median(misfit))
         bend = -waves @ (k**2 * self.coefficients)
         a, d, b = at**2 @ weight, bend**2 @ weight, (at * bend) @ weight
         one, two = (shown * at) @ weight, (shown * bend) @ weight

@@ -3,6 +3,7 @@
 import numpy as np
 
 from vision.geometry import PlateView
+from vision.numbers import quantile
 from vision.plate.mark import symmetry
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
@@ -57,7 +58,7 @@ def why_nothing_turns(
 
 def _too_dark(seen: Luma) -> str:
     """What to do about a frame, (h, w), that is nearly black; else empty."""
-    light = float(np.quantile(seen, BRIGHTEST))
+    light = float(quantile(seen, BRIGHTEST))
     return "" if light >= DARK else (
         f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of 255, where "
         f"black is 16."

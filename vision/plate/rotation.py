@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.plate.low_orders import Orders
 from vision.plate.window_rate import WindowRate
 
@@ -52,7 +53,7 @@ class RotationSearch:
         frames = len(time_s)
         window = min(WINDOW, frames)
         starts = np.linspace(0, frames - window, max(1, -(-frames // window))).astype(int)
-        limit = np.pi / max(float(np.median(np.diff(time_s))), 1e-4)
+        limit = np.pi / max(float(median(np.diff(time_s))), 1e-4)
         self._time_s = time_s
         self._parts = [slice(start, start + window) for start in starts]
         self._windows = [WindowRate(time_s[part], limit) for part in self._parts]
@@ -75,7 +76,7 @@ class RotationSearch:
         step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(self._time_s)
         return CoarseRotation(
             np.concatenate([[0.0], np.cumsum(step)]),
-            float(np.median(shares)),
-            float(np.median(energies)),
+            float(median(shares)),
+            float(median(energies)),
             self._parts[int(shares.argmax())],
         )

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import quantile
 from vision.phase_track import BoolArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips, turns
 from vision.video.reader import Luma
@@ -136,7 +137,7 @@ def standing_share(
     only those count as standing that cannot be told at all.
     """
     share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
-    step = np.quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
+    step = quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
     order = np.arange(orders)
     strobed = (order * step > np.pi) & (parts == 1) & (not leaves)
     limit = np.where(strobed, THRESHOLDS.strobed, THRESHOLDS.standing)

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.plate.low_orders import ORDERS, Orders
 
 #: Frame times that a stamp may lie off an even grid. Derived: at the eighth order and 0.5 rad per
@@ -122,7 +123,7 @@ class WindowRate:
 
 def _slots(time_s: FloatArray) -> tuple[NDArray[np.intp], float]:
     """Places of times on an even grid that begins with the first, and its step, s."""
-    frame_s = max(float(np.median(np.diff(time_s))), 1e-4)
+    frame_s = max(float(median(np.diff(time_s))), 1e-4)
     for step_s in (frame_s, frame_s / FINER):
         place = (time_s - time_s[0]) / step_s
         slot = np.round(place).astype(np.intp)

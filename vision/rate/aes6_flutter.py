@@ -15,6 +15,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.rate.unwrap import waves_per_turn
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def course_of_clip(rate: "RateMeasurement") -> SpeedCourse:
     Frames that were set aside are bridged. What the stated model holds of the platter is in it.
     """
     fit, angle = rate.fit, rate.history.angle
-    step = float(np.median(np.diff(fit.time_s)))
+    step = float(median(np.diff(fit.time_s)))
     whole = fit.residual_rad + sum(
         (fit.columns[term.name] @ term.value for term in fit.terms if term.name in OF_THE_PLATTER),
         np.zeros(len(fit.time_s)))
@@ -153,7 +154,7 @@ def course_of_rates(
 
     The platter does not turn about the axes across, (n, k): what they read is noise.
     """
-    step = float(np.median(np.diff(time_s)))
+    step = float(median(np.diff(time_s)))
     even = np.arange(time_s[0], time_s[-1], step)
     rate = np.interp(even, time_s, rate_rad_s)
     mean = float(rate.mean())

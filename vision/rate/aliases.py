@@ -11,7 +11,7 @@ import numpy as np
 
 from vision.geometry import FloatArray
 from vision.image_return import SAME_RETURN
-from vision.numbers import FASTEST_USUAL, RPM
+from vision.numbers import FASTEST_USUAL, RPM, median
 from vision.phase_track import PhaseTrack
 from vision.rate.cross_checks import PictureReturns
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
@@ -135,7 +135,7 @@ def list_aliases(
     for rate in rates:
         surprise = step - rate * step_s
         surprise -= period * np.round(surprise / period)
-        scatter.append(float(np.median(np.abs(surprise - np.median(surprise)))))
+        scatter.append(float(median(np.abs(surprise - median(surprise)))))
     alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
     nearest = float(alike[np.argmin(np.abs(np.abs(alike) - wanted))])

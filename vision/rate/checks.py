@@ -12,7 +12,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.numbers import RPM
+from vision.numbers import RPM, median
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases
 from vision.rate.cross_checks import CrossChecks
@@ -98,20 +98,20 @@ class Seen:
         """
         rate = self.history.rate_rad_s
         if len(rate) >= 5:  # without strays
-            rate = np.median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
+            rate = median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
         # The mean over n windows of a turn, half a turn apart, keeps the noise of two frames at
         # either end, over n half turns.
         spread = noise_of_turns(self.history)
         wanted = int(np.ceil(spread / THRESHOLDS.unsteady))
         span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
         rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
-        return rate * (np.sign(np.median(rate)) or 1.0), spread / span
+        return rate * (np.sign(median(rate)) or 1.0), spread / span
 
     @cached_property
     def change(self) -> float:
         """Relative change of the rate from turn to turn."""
         rate, _ = self.even_history
-        return float(np.ptp(rate) / max(abs(np.median(rate)), 1e-9))
+        return float(np.ptp(rate) / max(abs(median(rate)), 1e-9))
 
     @cached_property
     def unsteady(self) -> float:
@@ -121,7 +121,7 @@ class Seen:
     @cached_property
     def step_rad(self) -> float:
         """Usual angle from frame to frame."""
-        return float(np.median(np.abs(np.diff(self.history.angle.angle_rad))))
+        return float(median(np.abs(np.diff(self.history.angle.angle_rad))))
 
     @property
     def is_plate(self) -> bool:
@@ -177,7 +177,7 @@ def _says_unsteady(seen: Seen) -> str:
         kind = "is still running up"
     else:
         kind = "does not turn steadily"
-    listed = history.rate_rad_s * (np.sign(np.median(history.rate_rad_s)) or 1.0) / RPM
+    listed = history.rate_rad_s * (np.sign(median(history.rate_rad_s)) or 1.0) / RPM
     turns = np.abs(listed).mean() * np.ptp(history.angle.time_s) / 60  # there and back
     what = "the plate" if seen.is_plate else "what was taken for the plate"
     return (

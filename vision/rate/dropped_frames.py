@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.numbers import SD_PER_MAD
+from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
@@ -159,7 +159,7 @@ def frame_jumps(angle: PlateAngle) -> tuple[NDArray[np.int64], BoolArray]:
     per_frame = rate * angle.frame_s
     beyond = np.zeros_like(step)
     np.divide(step - rate * step_s, per_frame, out=beyond, where=~blind & (per_frame != 0))
-    noise = SD_PER_MAD * float(np.median(np.abs(beyond))) / np.sqrt(2)
+    noise = SD_PER_MAD * float(median(np.abs(beyond))) / np.sqrt(2)
     expected = np.zeros(len(angle.time_s))
     stray = np.zeros_like(expected)
     if THRESHOLDS.clear * noise > 1:
@@ -274,6 +274,6 @@ def confirmed_share(angle: PlateAngle) -> tuple[float, float]:
     slope = float(more @ took / (more @ more))
     rest = took - took.mean() - slope * more
     # All frames of a turn see the same jump.
-    sd = SD_PER_MAD * float(np.median(np.abs(rest))) / more.std()
+    sd = SD_PER_MAD * float(median(np.abs(rest))) / more.std()
     sd /= np.sqrt(np.count_nonzero(angle.dropped))
     return -slope / angle.frame_s, sd / angle.frame_s

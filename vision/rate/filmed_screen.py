@@ -20,6 +20,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.rate.least_squares import correlation_time
 from vision.rate.measure import RateMeasurement
 
@@ -124,7 +125,7 @@ def clock_by_screen(
     late_s, line = _without_waves(time_s, turned, drawn_rad_s)
     hold = _Hold(time_s, late_s, 1 / refresh_hz)
     slope, sd, noise_s = hold.slope(line)
-    beats, leak = _leak(float(np.median(np.diff(time_s))) * slope * refresh_hz, len(time_s))
+    beats, leak = _leak(float(median(np.diff(time_s))) * slope * refresh_hz, len(time_s))
     return FilmedScreen(
         fast=1 / slope - 1,
         frames_sd=sd,

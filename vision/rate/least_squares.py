@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.numbers import SD_PER_MAD
+from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray
 
 ROUNDS = 8  #: rounds of the weights; numerical limit
@@ -84,7 +84,7 @@ def least_squares(x: FloatArray, y: FloatArray) -> LeastSquares:
         if singular[-1] < RANK_TOLERANCE * singular[0]:
             raise np.linalg.LinAlgError("columns are linearly dependent")
         residual = y - scaled @ beta
-        spread = SD_PER_MAD * float(np.median(np.abs(residual[used])))
+        spread = SD_PER_MAD * float(median(np.abs(residual[used])))
         keep = np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12)
         if np.array_equal(keep, used):
             break

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.phase_track import PhaseTrack
 from vision.rate.steady_part import ClipPart
 from vision.rate.unwrap import (
@@ -104,7 +105,7 @@ class FrameTimes:
         rough = rough_rate(self.track, self.time_s)
         angle = continuous_angle(self.track, self.time_s, rough)
         history = rate_history(angle)
-        if np.ptp(history.rate_rad_s) > CHANGES * abs(np.median(history.rate_rad_s)):
+        if np.ptp(history.rate_rad_s) > CHANGES * abs(median(history.rate_rad_s)):
             return history.phase_noise_rad
         return scatter_about_even(angle)
 

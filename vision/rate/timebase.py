@@ -11,6 +11,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.phase_track import PhaseTrack
 
 #: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
@@ -69,7 +70,7 @@ class Timebase:
             return np.arange(len(track.time_s)) / self.fps / (1 + 1e-6 * self.fast_ppm)
         time = track.time_s
         step = np.diff(time)
-        fps = 1 / max(float(np.median(step)), 1e-9)
+        fps = 1 / max(float(median(step)), 1e-9)
         standing = int((step <= 0).sum())
         if standing or not SLOWEST_FPS <= fps <= FASTEST_FPS:
             fault = (

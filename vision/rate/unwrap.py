@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.numbers import SD_PER_MAD
+from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
 LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step
@@ -36,7 +36,7 @@ THRESHOLDS = FrameThresholds()
 def usable(track: PhaseTrack) -> BoolArray:
     """Frames in which the plate was seen well, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
-    usual = float(np.median(track.quality[seen])) if seen.any() else 0.0
+    usual = float(median(track.quality[seen])) if seen.any() else 0.0
     limit = THRESHOLDS.unexplained * max(float(_unexplained(usual)), THRESHOLDS.least_unexplained)
     clear = (track.quality > 0) & (_unexplained(track.quality) <= limit)
     return seen & clear
@@ -51,18 +51,18 @@ def _unexplained(correlation: FloatArray | float) -> FloatArray:
 def frame_time(time_s: FloatArray) -> float:
     """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms."""
     if stamped_in_bursts(time_s):
-        return float(np.median(time_s[2:] - time_s[:-2])) / 2
+        return float(median(time_s[2:] - time_s[:-2])) / 2
     return _usual_mean(np.diff(time_s))
 
 
 def stamped_in_bursts(time_s: FloatArray) -> bool:
     """Two frames come at once, then none for long: the stamps are not the times of the frames."""
-    pair = float(np.median(time_s[2:] - time_s[:-2]))
+    pair = float(median(time_s[2:] - time_s[:-2]))
     return pair > BURST * _usual_step(np.diff(time_s))
 
 
 def _usual_step(step: FloatArray) -> float:
-    return float(np.quantile(step, 0.5, method="lower"))  # one of the steps, never between two
+    return float(np.sort(step)[(len(step) - 1) // 2])  # one of the steps, never between two
 
 
 def _usual_mean(step: FloatArray) -> float:
@@ -80,7 +80,7 @@ def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     step = step[regular] * track.plate.symmetry
     centre = np.angle(np.mean(np.exp(1j * step)))
     around = centre + np.angle(np.exp(1j * (step - centre)))
-    return float(np.median(around) / track.plate.symmetry / usual)
+    return float(median(around) / track.plate.symmetry / usual)
 
 
 def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -> PlateAngle:
@@ -117,16 +117,16 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
 def running_median(values: FloatArray, over: int) -> FloatArray:
     """Median over ``over`` neighbours, an odd number, mirrored at the ends; any unit, (n,)."""
     if len(values) <= over:
-        return np.full_like(values, np.median(values))
+        return np.full_like(values, median(values))
     half = over // 2
     padded = np.concatenate([values[:half][::-1], values, values[-half:][::-1]])
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, over), axis=1))
+    return np.asarray(median(np.lib.stride_tricks.sliding_window_view(padded, over), axis=1))
 
 
 def phase_noise(angle_rad: FloatArray) -> float:
     """White noise of a single angle: robust size of third differences over √20."""
     third = np.diff(angle_rad, 3)
-    return float(SD_PER_MAD * np.median(np.abs(third)) / np.sqrt(20.0))
+    return float(SD_PER_MAD * median(np.abs(third)) / np.sqrt(20.0))
 
 
 def waves_per_turn(angle_rad: FloatArray, orders: tuple[int, ...] = (1, 2)) -> FloatArray:
@@ -140,7 +140,7 @@ def scatter_about_even(angle: PlateAngle) -> float:
     time = angle.time_s - angle.time_s.mean()
     x = np.column_stack([np.ones_like(turned), time, waves_per_turn(turned)])
     rest = turned - x @ np.linalg.lstsq(x, turned)[0]
-    return float(SD_PER_MAD * np.median(np.abs(rest)))
+    return float(SD_PER_MAD * median(np.abs(rest)))
 
 
 def rate_history(angle: PlateAngle, stray: BoolArray | None = None) -> RateHistory:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.plate.background import spread_choice
 from vision.video.reader import Frame, Luma
 
@@ -131,7 +132,7 @@ class Registration:
         self.motion(frame.luma)
         motion = self._motion
         shift = _moved(self.corners, motion) - self.corners
-        self.largest_px = max(self.largest_px, float(np.hypot(*np.median(shift, axis=0))))
+        self.largest_px = max(self.largest_px, float(np.hypot(*median(shift, axis=0))))
         roll = float(np.arctan2(motion[1, 0] - motion[0, 1], motion[0, 0] + motion[1, 1]))
         self.largest_roll_rad = max(self.largest_roll_rad, abs(roll))
         chroma = brought_back(frame.chroma, motion) if frame.chroma.size else frame.chroma
@@ -181,9 +182,9 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     # that rolls would move them, and may be most of the corners; but others stand still.
     if (still >= enough).sum() >= FEWEST:
         stands = still >= enough
-    shifts = [np.median((onto - corners)[seen & stands], axis=0)
+    shifts = [median((onto - corners)[seen & stands], axis=0)
               for onto, seen in followed if (seen & stands).sum() >= FEWEST]
-    away = np.array(shifts) - np.median(shifts, axis=0)
+    away = np.array(shifts) - median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
     return Registration(reference, corners[stands]), moved_px
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
+from vision.numbers import median
 from vision.plate.background import spread_choice
 from vision.video.reader import NO_CHROMA, ClipReader, Frame
 from vision.video.reduction import reduced
@@ -117,7 +118,7 @@ class SmallClip:
         camera, moved_px = registration(whole)
         if camera is not None and moved_px > THRESHOLDS.moved_px:
             self.camera, whole = camera, [camera.back(small) for small in whole]
-        frame_s = max(float(np.median(np.diff(time))), 1e-4)
+        frame_s = max(float(median(np.diff(time))), 1e-4)
         even = np.arange(time[0], time[-1] + frame_s / 2, frame_s)[: 2 * len(time)]
         at = np.clip(np.searchsorted(time, even - frame_s / 2), 0, len(time) - 1)
         smaller = -(-max(whole[0].luma.shape) // SMALLER)
@@ -130,7 +131,7 @@ class SmallClip:
             if camera is None:  # it may go so far that hardly anything stays in the frame
                 half = [registration([whole[i], whole[i + apart]])[1]
                         for i in spread_choice(len(whole) - apart, LOOKED_AT)]
-                shift = 2 * float(np.median(np.nan_to_num(half)))
+                shift = 2 * float(median(np.nan_to_num(half)))
                 if shift > THRESHOLDS.moved_px:
                     self.pans_px_s = self.factor * self.clip.reduction * shift / (apart * frame_s)
             self.end()
