@@ -41,6 +41,12 @@ class ClockGuess:
         """Whether the file or the user states it."""
         return self.column is not None or self.rate_hz is not None
 
+    def overlaps(self, other: "ClockGuess") -> bool:
+        """Whether both are of the same time, for half of the shorter or more."""
+        a, b = self.time_s, other.time_s
+        common = min(a[-1], b[-1]) - max(a[0], b[0])
+        return bool(common > 0.5 * min(a[-1] - a[0], b[-1] - b[0]))
+
 
 def guess_clock(
     columns: Mapping[str, FloatArray], stated_hz: float | None, file_hz: float | None, si: bool

@@ -11,7 +11,8 @@ from pipeline.guess.magnitudes import FORCE_UNITS, typical_length
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.pool import sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
-from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables, hint_of
+from pipeline.guess.sensor_files import hint_of
+from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
 from pipeline.guess.triads import Triple, is_direction, possible_triples, triples_by_name
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.header_words import read_name

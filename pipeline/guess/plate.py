@@ -26,7 +26,7 @@ from pipeline.guess.magnitudes import (
     near_scales,
     record_rpm,
 )
-from pipeline.guess.pool import FEWEST_MEANS, sphere_through
+from pipeline.guess.pool import FEWEST_MEANS, common_mean, sphere_through
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 from pipeline.guess.units import TriadGuess, rate_unit
 
@@ -37,9 +37,6 @@ CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
 LARGEST_MISFIT = 0.05
 """Scatter of the mean rates about a sphere, over its radius, at most: axes of a gyroscope differ by
 3 %. A judgement."""
-AT_REST = 0.1
-"""Distance of two mean rates over the largest, below which both are at rest or in one attitude. A
-judgement: on the plate the attitudes of a calibration lie a right angle or half of it apart."""
 NEAR_CLIP = math.log(1.15)
 """Logarithm of the gyroscope's rate over a clip's: its gain may be 10 % off. Also of tables of one
 speed."""
@@ -227,10 +224,7 @@ def _rate_bias(means: FloatArray) -> FloatArray | None:
     sphere = sphere_through(means)
     if sphere is not None and sphere.misfit < LARGEST_MISFIT:
         return sphere.centre
-    apart = np.linalg.norm(means[:, None] - means, axis=2)
-    near = apart < AT_REST * apart.max()
-    most = int(near.sum(axis=1).argmax())
-    return means[near[most]].mean(axis=0) if near[most].sum() >= FEWEST_MEANS else None
+    return common_mean(means)
 
 
 def matching_clip(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> MeasuredClip | None:

@@ -28,6 +28,9 @@ LARGEST_CENTRE, ROUNDEST = 0.7, 0.03
 """Distance of the centre over the radius, at most, of points that lie on the sphere no better than
 so: a bias of 0.7 g, or of 70 °/s at 17 rpm. Points that do lie on it may be volts, whose zero is
 far from 0. A judgement."""
+AT_REST = 0.1
+"""Distance of two mean rates over the largest, below which both are at rest or in one attitude. A
+judgement: on the plate the attitudes of a calibration lie a right angle or half of it apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,3 +165,14 @@ def sphere_through(points: FloatArray) -> Sphere | None:
     if sd > ROUNDEST * radius and np.linalg.norm(centre) > LARGEST_CENTRE * radius:
         return None
     return Sphere(centre, radius, sd / radius)
+
+
+def common_mean(means: FloatArray) -> FloatArray | None:
+    """What most of the means (n, 3) of poses read alike, in their unit: a gyroscope at rest.
+
+    None where few do.
+    """
+    apart = np.linalg.norm(means[:, None] - means, axis=2)
+    near = apart < AT_REST * apart.max()
+    most = int(near.sum(axis=1).argmax())
+    return means[near[most]].mean(axis=0) if near[most].sum() >= FEWEST_MEANS else None

@@ -11,10 +11,8 @@ from pipeline.config.units import UNIT_WORDS
 from pipeline.guess.clocks import ClockGuess, guess_clock
 from pipeline.guess.pool import are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
-from pipeline.guess.triads import (
-    AXIS_COUNT,
-    chosen_triads,
-)
+from pipeline.guess.sensor_files import sensors_of_files
+from pipeline.guess.triads import AXIS_COUNT, chosen_triads
 from pipeline.guess.turns import Turn, turn_of
 from pipeline.guess.units import (
     TriadGuess,
@@ -30,9 +28,6 @@ from pipeline.stages.session_logs import CELSIUS
 
 SHOWN = 8  #: columns that a message names
 MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tuned
-#: Names of files in which phone apps write what they compute from the sensors, and other sensors.
-OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
-               "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
 INDOORS_C = (5.0, 60.0)
 """°C of a sensor that nobody heats or cools; counts are 0 at 25 °C, or thousands. A judgement."""
 #: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
@@ -100,9 +95,7 @@ class TableGuess:
 
     def overlaps(self, other: "TableGuess") -> bool:
         """Whether both are of the same time, for half of the shorter or more."""
-        a, b = self.clock.time_s, other.clock.time_s
-        common = min(a[-1], b[-1]) - max(a[0], b[0])
-        return bool(common > 0.5 * min(a[-1] - a[0], b[-1] - b[0]))
+        return self.clock.overlaps(other.clock)
 
     def turn(self, tables: Sequence["TableGuess"]) -> Turn | None:
         """How its gyroscope in SI units turns the gravity of its accelerometer, or of the one in
@@ -175,30 +168,34 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     rate_hz : float or None
         The sample rate as the user states it.
     """
-    groups: dict[object, list[int]] = {}
-    for i, table in enumerate(tables):
+    clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
+    hints = sensors_of_files(tables, clocks)
+    groups: dict[tuple[object, str, str], list[int]] = {}
+    for i, (table, hint) in enumerate(zip(tables, hints, strict=True)):
         member = "" if table.path.parent.is_dir() else table.path.name
-        groups.setdefault((tuple(table.columns), hint_of(table.path), member), []).append(i)
+        groups.setdefault((tuple(table.columns), hint, member), []).append(i)
     guesses: list[TableGuess | None] = [None] * len(tables)
-    for group in groups.values():
-        for i, guess in zip(group, _alike([tables[i] for i in group], rate_hz), strict=True):
+    for (_, hint, _), group in groups.items():
+        every = _alike([tables[i] for i in group], [clocks[i] for i in group], hint)
+        for i, guess in zip(group, every, strict=True):
             guesses[i] = guess
     return guesses
 
 
-def _alike(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess | None]:
-    """What tables with the same columns are."""
-    hint = hint_of(tables[0].path)
+def _alike(
+    tables: Sequence[RawTable], clocks: list[ClockGuess], hint: str
+) -> list[TableGuess | None]:
+    """What tables with the same columns are, whose names hint at a sensor."""
     if hint == "else" and not tables[0].si:
         return [None] * len(tables)
-    clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
     if tables[0].si:
         accelerometer, gyroscope = _stated(tables[0])
     else:
         pool = pooled(tables, clocks, hint)
         force, rate = chosen_triads(pool)
         if force is None and rate is None and len(tables) > 1:  # the same names of other units
-            return [_alike([table], rate_hz)[0] for table in tables]
+            return [_alike([table], [clock], hint)[0]
+                    for table, clock in zip(tables, clocks, strict=True)]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
         if accelerometer and gyroscope and pool.has_clock:
@@ -228,19 +225,6 @@ def _table_guess(
         return guess
     values = guess.si(accelerometer)
     return replace(guess, are_means=len(values) <= MOST_MEANS and are_apart(values))
-
-
-def hint_of(path: Path) -> str:
-    """``acc`` or ``gyr`` where the file's name says which sensor it is of: its last word does.
-
-    ``else`` where it says that it is of neither.
-    """
-    name = path.name.lower()
-    if path.stem.lower() in OTHER_FILES:
-        return "else"
-    at = {quantity: name.rfind(quantity) for quantity in ("acc", "gyr")}
-    last = max(at, key=lambda quantity: at[quantity])
-    return last if at[last] >= 0 else ""
 
 
 def _stated(table: RawTable) -> tuple[TriadGuess | None, TriadGuess | None]:

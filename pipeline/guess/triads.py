@@ -26,7 +26,7 @@ from pipeline.guess.magnitudes import (
     typical_length,
 )
 from pipeline.guess.pool import STILL, PooledTables, still_means
-from pipeline.guess.turns import OWN, Turn, turn_of
+from pipeline.guess.turns import OWN, Turn, is_along_gravity, turn_of
 from pipeline.logs.header_words import ACC, GYR, OTHER, Words, read_name, whole_triples
 
 AXIS_COUNT = 3  #: fact: of a triad
@@ -143,12 +143,17 @@ class PossibleTriad:
 
     def turns(self, force: "PossibleTriad") -> Turn | None:
         """How they turn ``force``; None where it does not turn, or they are no sensor."""
-        if not self.is_sensor:
-            return None
+        return turn_of(*self._beside(force), self.pool.step_s) if self.is_sensor else None
+
+    def is_along(self, force: "PossibleTriad") -> bool:
+        """Whether they read along ``force`` on a turning plate."""
+        return self.is_sensor and is_along_gravity(*self._beside(force))
+
+    def _beside(self, force: "PossibleTriad") -> tuple[FloatArray, FloatArray, IntArray]:
+        """The signed readings (t, 3) of both in rows that hold them all, and their tables (t,)."""
         both, table = self.pool.readings([*self.columns, *force.columns])
-        rate = signed(both[:, :AXIS_COUNT], self.encoding)
-        gravity = signed(both[:, AXIS_COUNT:], force.encoding)
-        return turn_of(rate, gravity, table, self.pool.step_s)
+        return (signed(both[:, :AXIS_COUNT], self.encoding),
+                signed(both[:, AXIS_COUNT:], force.encoding), table)
 
 
 def is_direction(values: FloatArray) -> bool:
@@ -198,9 +203,10 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
 
 
 _Evidence = tuple[int, int, bool, int, int]
-"""What speaks for a pair, the strongest first: that one turns the gravity of the other, about the
-same axes or others; names; that gravity is as long as in a known unit; number of sensors; that the
-one reads alike in all rests, else that they stand beside each other."""
+"""What speaks for a pair, the strongest first: that one turns the gravity of the other about the
+same axes or reads along it on a plate, or turns it about others; names; that gravity is as long as
+in a known unit; number of sensors; that the one reads alike in all rests, else that they stand
+beside each other."""
 
 
 def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
@@ -211,7 +217,8 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     if not _may_be_gyroscope(rate):
         return None
     turn = rate.turns(force)
-    turned = 0 if turn is None or not turn.is_sure else 2 if turn.axes == OWN else 1
+    sure = turn is not None and turn.is_sure
+    turned = 2 if rate.is_along(force) or (turn and sure and turn.axes == OWN) else int(sure)
     names = list(rate.pool.columns)
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
     beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # behind it more often than before

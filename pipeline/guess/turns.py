@@ -14,7 +14,15 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation
 
 from calib.poses.imu_log import AXES, FloatArray, IntArray
-from pipeline.guess.pool import are_still, block_rows, sphere_through
+from pipeline.guess.pool import (
+    AT_REST,
+    FEWEST_MEANS,
+    FLATTEST,
+    are_still,
+    block_rows,
+    common_mean,
+    sphere_through,
+)
 
 AGREEMENT = 0.7
 """Correlation of the turns by three columns and by gravity that makes them a gyroscope whatever
@@ -37,6 +45,9 @@ loosest of 54 simulated logs, 8 %. A judgement."""
 WIDEST_MISS = 0.5
 """Angle, rad, from which a way that ends elsewhere counts no more: its clock has a gap. A
 judgement: sound ways end within 0.02."""
+NEAREST = math.cos(math.radians(22.5))
+"""Cosine of the angle, at most, between gravity and what a gyroscope reads on the plate. Derived:
+half of the 45° between neighbouring attitudes of a calibration."""
 OWN = ", ".join(f"+{axis}" for axis in AXES)  #: axes as those of the accelerometer
 WAYS = Rotation.create_group("O").as_matrix().round()
 """Every order and sign of right-handed axes, (24, 3, 3); those of the other hand have the other
@@ -117,6 +128,37 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     size = _size_between_rests(turned * (hand * shown.si_per_unit * step_s), force, rows, rests, of)
     return shown if size is None else replace(
         shown, si_per_unit=shown.si_per_unit * size, is_exact=True)
+
+
+def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bool:
+    """Whether columns read along gravity on a turning plate, and alike at rest.
+
+    Both triads are steady in every table then. A magnetometer goes round on the plate, and
+    no accelerometer reads alike in all rests.
+
+    Parameters
+    ----------
+    rate, force : array, shape (t, 3)
+        Readings of the gyroscope and the accelerometer in any unit.
+    table : array, shape (t,)
+        The table of each row.
+    """
+    both, rows = np.column_stack([rate, force]), np.unique(table, return_inverse=True)[1]
+    mean, square = (np.column_stack([np.bincount(rows, axis) for axis in values.T])
+                    / np.bincount(rows)[:, None] for values in (both, both**2))
+    zero = common_mean(mean[:, :3]) if len(mean) >= FEWEST_MEANS else None
+    if zero is None:
+        return False
+    vectors = np.stack([mean[:, :3] - zero, mean[:, 3:]])
+    size = np.linalg.norm(vectors, axis=2)
+    turning = size[0] > AT_REST * size[0].max()
+    sd = np.sqrt(np.maximum(square - mean**2, 0)).reshape(-1, 2, 3).max(axis=2).T
+    if turning.sum() < FEWEST_MEANS or (sd > AT_REST * size)[:, turning].any():
+        return False
+    moved, up = vectors[:, turning] / size[:, turning, None]
+    extent = np.linalg.svd(up, compute_uv=False)
+    along = np.abs(np.einsum("ki,wij,kj->wk", moved, WAYS, up)).min(axis=1)
+    return bool(along.max() > NEAREST and extent[-1] > FLATTEST * extent[0])
 
 
 def _size_between_rests(

@@ -121,8 +121,8 @@ def gyroscope_in(
 ) -> TriadGuess:
     """The gyroscope in the unit that its name or the turns of gravity shows, or in several."""
     words, encoding = rate.words, rate.encoding
-    because = ("their names" if called(words) == "gyr" else "the name of the file"
-               if rate.pool.hint == "gyr" else "they stand beside the accelerometer")
+    because = ("their names" if called(words) == "gyr" else "their file"
+               if rate.pool.hint == "gyr" else "they read as one beside the accelerometer")
     whole = np.array_equal(rate.values, np.rint(rate.values))
     if not encoding and whole and accelerometer and accelerometer.encoding == "twos-complement":
         encoding = "twos-complement"  # a few counts at rest look like any small numbers

@@ -48,7 +48,7 @@ TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus",
         "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch", "sec",
         "secs", "second", "msec", "usec", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
         "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp", "tijd", "czas", "время",
-        "时间", "時間", "時刻"}
+        "时间", "時間", "時刻", "tow"}
 CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns"}
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
            "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
@@ -56,9 +56,9 @@ ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx
        "accadc", "specificforce", "force", "beschleunigung", "beschl", "accélération",
        "aceleración", "aceleracion", "accelerazione", "acel", "acceler", "aceleracao", "acele",
        "versnelling", "przyspieszenie", "ускорение", "уск", "加速度"}
-GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "omega", "gyroadc", "gyrounfilt", "rate", "rot",
-       "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate", "gyroskop",
-       "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre", "giro",
+GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "ω", "omega", "gyroadc", "gyrounfilt", "rate",
+       "rot", "rotation", "angular", "angvel", "rotationrate", "angularvelocity", "angrate",
+       "gyroskop", "drehrate", "winkelgeschwindigkeit", "giroscopio", "gyromètre", "giro",
        "gir", "gyros", "vitesseangulaire", "velocidadangular", "angulaire", "angolare",
        "hoeksnelheid", "гироскоп", "угловая", "угл", "角速度", "陀螺仪", "陀螺"}
 TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "temperatura",
@@ -81,7 +81,7 @@ CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)
 QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
 """``qx``, ``q0``, ``quat_w``: no axis of a sensor."""
 POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
-WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я]+|[一-鿿]+|\d+|[°µ]")
+WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я]+|[一-鿿]+|[α-ω]+|\d+|[°µ]")
 
 
 @dataclass(frozen=True)

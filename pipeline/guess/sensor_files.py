@@ -1,0 +1,61 @@
+"""Which sensor a file is of: by its name, else by the gravity that one of the same times turns."""
+
+from collections.abc import Sequence
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.guess.clocks import ClockGuess
+from pipeline.guess.pool import PooledTables, usual_step
+from pipeline.guess.raw_tables import RawTable
+from pipeline.guess.triads import chosen_triads
+
+#: Names of files in which phone apps write what they compute from the sensors, and other sensors.
+OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
+               "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
+MOST_SENSORS = 4  #: fact: files of one recording: of three triads, and of temperatures
+
+
+def hint_of(path: Path) -> str:
+    """``acc`` or ``gyr`` where the file's name says which sensor it is of: its last word does.
+
+    ``else`` where it says that it is of neither.
+    """
+    name = path.name.lower()
+    if path.stem.lower() in OTHER_FILES:
+        return "else"
+    at = {quantity: name.rfind(quantity) for quantity in ("acc", "gyr")}
+    last = max(at, key=lambda quantity: at[quantity])
+    return last if at[last] >= 0 else ""
+
+
+def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -> list[str]:
+    """The hint of each table: what its file is called, else what it is to another.
+
+    Of two files of the same times whose names say nothing one is a gyroscope where it turns the
+    gravity of the other, however alike their columns are called.
+    """
+    hints = [hint_of(table.path) for table in tables]
+    unnamed = [i for i, hint in enumerate(hints)
+               if not hint and not tables[i].si and clocks[i].is_known]
+    together = {i: [j for j in unnamed if clocks[i].overlaps(clocks[j])] for i in unnamed}
+    for i, j in permutations(unnamed, 2):
+        if (j in together[i] and len(together[i]) <= MOST_SENSORS and not hints[i] + hints[j]
+                and _turns(tables[i], clocks[i], tables[j], clocks[j])):
+            hints[i], hints[j] = "gyr", "acc"
+    return hints
+
+
+def _turns(one: RawTable, its: ClockGuess, other: RawTable, clock: ClockGuess) -> bool:
+    """Whether the columns of one table turn the gravity of another's."""
+    time_s = its.time_s[(its.time_s >= clock.time_s[0]) & (its.time_s <= clock.time_s[-1])]
+    columns = {f"{number} {name}": np.interp(time_s, ticks.time_s, values)
+               for number, table, ticks in ((1, one, its), (2, other, clock))
+               for name, values in table.columns.items() if name != ticks.column}
+    pool = PooledTables(columns, np.zeros(len(time_s), np.int64), usual_step(time_s), True, "")
+    force, rate = chosen_triads(pool)
+    if force is None or rate is None or force.columns[0][0] == rate.columns[0][0]:
+        return False
+    turn = rate.turns(force)
+    return bool(rate.columns[0][0] == "1" and turn and turn.is_sure)

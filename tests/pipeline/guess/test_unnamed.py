@@ -1,0 +1,76 @@
+"""Columns and files whose names say nothing: the physics of the plate and of the hand tells them.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.guess.files import guess_files
+from pipeline.guess.session import SessionGuess, guess_session
+from tests.pipeline.guess.evening import Evening
+from tests.pipeline.guess.hand_log import HandLog, hand_log
+
+ACCELEROMETER, TURN_RPM = ("2", "3", "4"), 100 / 3
+
+
+def guessed(files: list[Path]) -> SessionGuess:
+    return guess_session(guess_files(files, None)[0])
+
+
+def without_header(path: Path, between: str) -> Path:
+    """The rows of a pose, with other columns in the place of the temperature."""
+    rows = [line.split(",") for line in path.read_text("utf-8").splitlines()[1:]]
+    rng = np.random.default_rng(len(path.parent.name) * 100 + int(path.stem[1:]))
+    wide = [[*row[:4], *map(str, _other(between, row, i, rng)), *row[5:]]
+            for i, row in enumerate(rows)]
+    path.write_text("\n".join(map(",".join, wide)), "utf-8")
+    return path
+
+
+def _other(between: str, row: list[str], i: int, rng: np.random.Generator) -> list[int]:
+    if between == "temperature":
+        return [-4000 + 5 * i + int(rng.normal(0, 20))]
+    angle = 2 * np.pi * TURN_RPM / 60 * int(row[0]) / 1000  # a field that goes round, of one length
+    return [int(300 * np.cos(angle)), int(300 * np.sin(angle)), 660 - 2 * (i % 2)]
+
+
+@pytest.mark.parametrize(("between", "gyroscope"), [("temperature", ("6", "7", "8")),
+                                                    ("magnetometer", ("8", "9", "10"))])
+def test_a_gyroscope_that_no_name_tells_reads_along_gravity_on_the_plate(
+    tmp_path: Path, between: str, gyroscope: tuple[str, ...]
+) -> None:
+    evening = Evening(seconds=3.0)
+    files = [without_header(path, between) for name, rpm, seed in (
+        ("rest", 0.0, 1), ("turning", TURN_RPM, 2))
+        for path in evening.write(tmp_path, name, rpm, seed)]
+    guess = guessed(files)
+    assert guess.accelerometer is not None
+    assert guess.gyroscope is not None
+    assert (guess.accelerometer.columns, guess.gyroscope.columns) == (ACCELEROMETER, gyroscope)
+    assert [(source.rate, len(source.tables)) for source in guess.sources] == [
+        ("stopped", evening.poses), ("33.3rpm", evening.poses)]
+
+
+def write_alone(path: Path, log: HandLog, readings: np.ndarray) -> Path:
+    np.savetxt(path, np.column_stack([log.time_s, readings]), "%.5f", ",", header="t,x,y,z",
+               comments="")
+    return path
+
+
+def test_of_two_files_of_the_same_times_that_is_the_gyroscope_which_turns_the_others_gravity(
+    tmp_path: Path,
+) -> None:
+    log = hand_log(rate_hz=50.0)
+    guess = guessed([write_alone(tmp_path / "one.csv", log, np.degrees(log.gyr)),
+                     write_alone(tmp_path / "two.csv", log, log.acc)])
+    assert [(table.path.name, table.gyroscope and table.gyroscope.unit,
+             table.accelerometer and table.accelerometer.unit) for table in guess.tables] == [
+        ("two.csv", None, "m/s²"), ("one.csv", "°/s", None)]
+
+
+def test_two_accelerometers_of_the_same_times_turn_nothing(tmp_path: Path) -> None:
+    log = hand_log(rate_hz=50.0)
+    guess = guessed([write_alone(tmp_path / "one.csv", log, log.acc),
+                     write_alone(tmp_path / "two.csv", log, 1.01 * log.acc)])
+    assert guess.gyroscope is None
