@@ -154,8 +154,9 @@ def _known_factors(
     if shown:
         rpm = ", ".join(f"{rate / RPM:.4g}" for rate in rates)
         yield np.array(shown), f"the plate turns at {rpm} rpm in the clip"
-    if (rate := _rate_by_gravity(tables, lengths)) is not None:
-        yield np.array([rate / np.median(lengths)]), (
+    if (shown_by := _rate_by_gravity(tables, lengths)) is not None:
+        rate, felt = shown_by
+        yield np.array([rate / felt]), (
             f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer")
     called = [match and nominal_rpm(float(match.group(1).replace(",", ".")) * RPM) * RPM
               for table in tables for match in [CALLED_RPM.search(str(table.path))]]
@@ -178,20 +179,23 @@ def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
     return [table for table, length in zip(tables, lengths, strict=True) if length > limit]
 
 
-def _rate_by_gravity(tables: Sequence[TableGuess], lengths: FloatArray) -> float | None:
-    """The rate at which gravity goes round in tables of the median rate, rad/s; None if unclear."""
-    typical = float(np.median(lengths))
+def _rate_by_gravity(
+    tables: Sequence[TableGuess], lengths: FloatArray
+) -> tuple[float, float] | None:
+    """The rate at which gravity goes round in the tables of the most frequent speed, and that of
+    the gyroscope in them, rad/s; None if unclear."""
+    speeds = speeds_of(list(lengths))
+    typical = max(speeds, key=speeds.count)
     ways = [table.turns_clockwise for table in tables]
-    near = [table for table, length, way in zip(tables, lengths, ways, strict=True)
-            if table.accelerometer and abs(math.log(length / typical)) < NEAR_CLIP
-            and way == (2 * sum(ways) > len(ways))]
+    near = [table for table, speed, way in zip(tables, speeds, ways, strict=True)
+            if table.accelerometer and speed == typical and way == (2 * sum(ways) > len(ways))]
     logs = [log for table in near if (log := table.log()) is not None]
     if not logs:
         return None
     waves = [gravity_wave(logs, np.full(len(logs), typical * COUNTS_PER_DEG_S[0] / per_deg), SI)
              for per_deg in COUNTS_PER_DEG_S]
     clear = [wave for wave in waves if wave is not None and wave.is_clear]
-    return abs(max(clear, key=lambda wave: wave.share).rate) if clear else None
+    return (abs(max(clear, key=lambda wave: wave.share).rate), typical) if clear else None
 
 
 def _settled(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:

@@ -37,12 +37,12 @@ def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -
     gravity of the other, however alike their columns are called.
     """
     hints = [hint_of(table.path) for table in tables]
-    unnamed = [i for i, hint in enumerate(hints)
-               if not hint and not tables[i].si and clocks[i].is_known]
-    together = {i: [j for j in unnamed if clocks[i].overlaps(clocks[j])] for i in unnamed}
-    for i, j in permutations(unnamed, 2):
-        if (j in together[i] and len(together[i]) <= MOST_SENSORS and not hints[i] + hints[j]
-                and _turns(tables[i], clocks[i], tables[j], clocks[j])):
+    able = [i for i, hint in enumerate(hints)
+            if hint in ("", "acc") and not tables[i].si and clocks[i].is_known]
+    together = {i: [j for j in able if clocks[i].overlaps(clocks[j])] for i in able}
+    for i, j in permutations(able, 2):
+        if (j in together[i] and len(together[i]) <= MOST_SENSORS and not hints[i]
+                and hints[j] != "gyr" and _turns(tables[i], clocks[i], tables[j], clocks[j])):
             hints[i], hints[j] = "gyr", "acc"
     return hints
 

@@ -58,15 +58,16 @@ def write_alone(path: Path, log: HandLog, readings: np.ndarray) -> Path:
     return path
 
 
+@pytest.mark.parametrize("force", ["two.csv", "accel.csv"])
 def test_of_two_files_of_the_same_times_that_is_the_gyroscope_which_turns_the_others_gravity(
-    tmp_path: Path,
+    tmp_path: Path, force: str
 ) -> None:
     log = hand_log(rate_hz=50.0)
     guess = guessed([write_alone(tmp_path / "one.csv", log, np.degrees(log.gyr)),
-                     write_alone(tmp_path / "two.csv", log, log.acc)])
-    assert [(table.path.name, table.gyroscope and table.gyroscope.unit,
-             table.accelerometer and table.accelerometer.unit) for table in guess.tables] == [
-        ("two.csv", None, "m/s²"), ("one.csv", "°/s", None)]
+                     write_alone(tmp_path / force, log, log.acc)])
+    assert {table.path.name: (table.gyroscope and table.gyroscope.unit,
+                              table.accelerometer and table.accelerometer.unit)
+            for table in guess.tables} == {force: (None, "m/s²"), "one.csv": ("°/s", None)}
 
 
 def test_two_accelerometers_of_the_same_times_turn_nothing(tmp_path: Path) -> None:
@@ -74,3 +75,15 @@ def test_two_accelerometers_of_the_same_times_turn_nothing(tmp_path: Path) -> No
     guess = guessed([write_alone(tmp_path / "one.csv", log, log.acc),
                      write_alone(tmp_path / "two.csv", log, 1.01 * log.acc)])
     assert guess.gyroscope is None
+
+
+def test_gravity_goes_round_at_each_of_two_speeds(tmp_path: Path) -> None:
+    """Between them no plate turns, and half of the poses are on either side."""
+    evening = Evening(seconds=3.0, poses=8, range_deg_s=1000.0)
+    guess = guessed([path for name, rpm, seed in (
+        ("rest", 0.0, 1), ("slow", TURN_RPM, 2), ("fast", 45.0, 3))
+        for path in evening.write(tmp_path, name, rpm, seed)])
+    assert guess.gyroscope is not None
+    assert "gravity goes round" in guess.gyroscope.because
+    assert "32.768" in guess.gyroscope.unit
+    assert [source.rate for source in guess.sources] == ["stopped", "33.3rpm", "45rpm"]
