@@ -20,6 +20,7 @@ from pipeline.fleet.limits import FAIL, limit_lines
 from pipeline.fleet.over_time import MOST_SENSORS, SensorOverTime
 from pipeline.fleet.population import TriadPopulation
 from pipeline.fleet.record import SESSIONS_FOLDER
+from pipeline.fleet.table import column
 from pipeline.fleet.words import (
     copies_text,
     is_unrepeatable,
@@ -33,6 +34,7 @@ from pipeline.report.page import css_text
 from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import unit_of
 from pipeline.results.names import REPORT_NAME
+from pipeline.text.formatting import DISPLAY
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -48,7 +50,7 @@ def histogram(value: FloatArray, unlike: BoolArray, unit: str) -> str:
     Parameters
     ----------
     value : array, shape (S,)
-        NaN where a sensor has none.
+        From the lot's mean; NaN where a sensor has none.
     unlike : array of bool, shape (S,)
         Sensors unlike the lot: marks on the axis, in the page's colour of warnings.
     unit : str
@@ -146,7 +148,7 @@ def _triad_view(
         "board": board,
         "links": dict(_links([row.session for row in board.rows], reports)),
         "unrepeatable": is_unrepeatable(population),
-        "histograms": [_histogram_view(spread, population.triad) for spread in population.spreads],
+        "histograms": [_histogram_view(spread, population) for spread in population.spreads],
         "unlike": unlike,
         "unlike_count": unlike_count,
         "repeat": repeat_text(population),
@@ -176,19 +178,33 @@ def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[
     return rows
 
 
-def _histogram_view(spread: Spread, triad: str) -> dict[str, Any]:
-    """One parameter: its histogram, mean, spread and typical sd."""
-    of_lot, unit = spread.of_lot, unit_of(spread.name[:-2], triad)
+def _histogram_view(spread: Spread, population: TriadPopulation) -> dict[str, Any]:
+    """One parameter: its histogram about the lot's mean, that mean, spread and typical sd."""
+    of_lot, (unit, factor) = spread.of_lot, _deviation_unit(spread, population)
     typical_sd = float(np.nanmedian(spread.sd))
     return {
         "name": parameter_name(spread.name),
-        "unit": unit,
-        "drawing": histogram(spread.value, spread.unlike, unit),
-        "mean": with_sd(of_lot.mean, of_lot.mean_sd),
-        "spread": with_sd(of_lot.spread, of_lot.spread_sd) if of_lot.spread else "0",
-        "typical_sd": f"{typical_sd:.2g}",
+        "drawing": histogram(factor * (spread.value - of_lot.mean), spread.unlike, unit),
+        "mean": f"{with_sd(of_lot.mean, of_lot.mean_sd)} "
+                f"{unit_of(spread.name[:-2], population.triad)}",
+        "spread": f"{with_sd(factor * of_lot.spread, factor * of_lot.spread_sd)} {unit}"
+                  if of_lot.spread else "0",
+        "typical_sd": f"{factor * typical_sd:.2g} {unit}",
         "unlike": int(spread.unlike.sum()),
     }
+
+
+def _deviation_unit(spread: Spread, population: TriadPopulation) -> tuple[str, float]:
+    """The unit in which sensors differ in a parameter, and how many of it one of its own is.
+
+    mm/s² or °/s of a bias, per cent of a gain: by the median gain of the axis over the lot.
+    """
+    key, axis = spread.name[:-2], spread.name[-1]
+    if key == "misalignment_rad":
+        return "°", float(np.degrees(1.0))
+    gain = abs(np.nanmedian(column(population.rows, f"scale_counts_per_unit_{axis}")))
+    unit, per_si = ("%", 100.0) if key == "scale_counts_per_unit" else DISPLAY[population.triad]
+    return unit, float(per_si / gain)
 
 
 def _unlike(population: TriadPopulation, reports: bool) -> tuple[list[dict[str, Any]], int]:
@@ -200,11 +216,13 @@ def _unlike(population: TriadPopulation, reports: bool) -> tuple[list[dict[str, 
     for i in np.argsort(-farthest, kind="stable")[: min(np.count_nonzero(farthest), MOST_ROWS)]:
         off = sorted((one for one in population.spreads if one.unlike[i]),
                      key=lambda one: -abs(one.distance[i]))
-        what = ", ".join(
-            f"{parameter_name(one.name)} {with_sd(one.value[i], one.sd[i])} "
-            f"{unit_of(one.name[:-2], population.triad)} ({abs(one.distance[i]):.1f} sds away)"
-            for one in off)
-        rows.append({"sensor": population.sensors[i], "what": what,
+        what = []
+        for one in off:
+            unit, factor = _deviation_unit(one, population)
+            off_by = with_sd(factor * (one.value[i] - one.of_lot.mean), factor * one.sd[i])
+            what.append(f"{parameter_name(one.name)} {off_by} {unit} from the lot's mean "
+                        f"({abs(one.distance[i]):.1f} sds)")
+        rows.append({"sensor": population.sensors[i], "what": ", ".join(what),
                      "links": _links(population.sessions_of(i), reports)})
     return rows, int(np.count_nonzero(farthest))
 

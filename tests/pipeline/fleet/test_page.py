@@ -1,6 +1,8 @@
 """What a lot shows, on the page and in population.json."""
 
+import html
 import json
+import re
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from pathlib import Path
@@ -74,9 +76,22 @@ def test_what_no_sensor_shows_alone_stands_at_the_top_of_the_page(page: Page) ->
 
 
 def test_sensors_unlike_the_lot_are_listed_with_their_reports(page: Page) -> None:
-    table = page.text.split("Sensors unlike the lot</h3>")[1].split("<h3>")[0]
+    table = html.unescape(page.text).split("Sensors unlike the lot</h3>")[1].split("<h3>")[0]
     assert f'href="sessions/{UNLIKE}/e0/report.html"' in table
-    assert "scale x" in table
+    off = re.search(r"scale x ([\d.]+) ± [\d.]+ % from the lot's mean", table)
+    assert off is not None
+    assert float(off[1]) == pytest.approx(50.0, abs=5.0)
+
+
+def test_the_parameters_of_a_lot_differ_in_units_of_errors(page: Page) -> None:
+    """The bias scatters by some mm/s², and nobody reads counts."""
+    shown = page.text.split("Parameters over the lot</h3>")[1].split("<h3>")[0]
+    sd = re.findall(r"a sensor's own sd ([\d.e-]+) mm/s²", html.unescape(shown))
+    rows = page.summary.table.query("triad == 'accelerometer'")
+    bias_sd = np.nanmedian(rows["bias_counts_x_sd"].astype(float)) / np.sqrt(2)  # two evenings
+    gain = np.nanmedian(rows["scale_counts_per_unit_x"].astype(float))
+    assert len(sd) == 3
+    assert float(sd[0]) == pytest.approx(1000 * bias_sd / gain, rel=0.1)
 
 
 def test_the_sensor_that_moved_between_its_evenings_is_counted(page: Page) -> None:
