@@ -37,7 +37,8 @@ class CheckThresholds:
         Relative change that is worth a warning. Fact: ten times a poor clock (100 ppm).
     stopped : float
         Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
-        It chooses the words, not the refusal.
+        Of the way: a plate that goes back by as much goes to and fro. It chooses the words, not the
+        refusal.
     hidden_drop : float
         Of the angle from frame to frame: a scatter that hides a dropped frame.
     wandering : float
@@ -190,6 +191,15 @@ def _says_unsteady(seen: Seen) -> str:
 
 
 def _says_less_than_a_turn(seen: Seen) -> str:
+    angle = seen.history.angle.angle_rad
+    forth = np.max(angle - np.minimum.accumulate(angle))
+    back = np.max(np.maximum.accumulate(angle) - angle)
+    if min(forth, back) > THRESHOLDS.stopped * max(forth, back):
+        return (
+            f"what was taken for the plate goes to and fro within {np.ptp(angle) / (2 * np.pi):.2f}"
+            f" of a turn, and a rate is that of a plate that turns one way. "
+            f"{seen.advice('Let it turn by its motor, then film for a minute.')}"
+        )
     return (
         f"what was taken for the plate makes {seen.history.revolutions:.2f} of a turn in the clip, "
         f"at least one is needed to separate the rate from an off-centre view. "

@@ -233,6 +233,9 @@ def test_less_than_a_turn_is_refused() -> None:
     time, angle = steady(16.667, seconds=3)
     with pytest.raises(RateRefused, match=r"0\.8\d of a turn"):
         measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+    swing = 1.26 * np.sin(2 * np.pi * time / 2.3)  # it ends near where it began
+    with pytest.raises(RateRefused, match=r"to and fro within 0\.40 of a turn.*Let it turn"):
+        measure_rate(phase_track(time, swing, noise_rad=NOISE), timebase=CLOCK)
 
 
 def test_frames_dropped_with_true_stamps_cost_no_accuracy() -> None:
