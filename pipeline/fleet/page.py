@@ -220,7 +220,7 @@ def _unlike(population: TriadPopulation, reports: bool) -> tuple[list[dict[str, 
         for one in off:
             unit, factor = _deviation_unit(one, population)
             off_by = with_sd(factor * (one.value[i] - one.of_lot.mean), factor * one.sd[i])
-            what.append(f"{parameter_name(one.name)} {off_by} {unit} from the lot's mean "
+            what.append(f"{parameter_name(one.name)} {off_by} {unit} "
                         f"({abs(one.distance[i]):.1f} sds)")
         rows.append({"sensor": population.sensors[i], "what": ", ".join(what),
                      "links": _links(population.sessions_of(i), reports)})
