@@ -211,9 +211,11 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
         if not _sound(ellipse, background.shape):
             continue
         near = _distance(ellipse, points) < THRESHOLDS.track_misfit
-        if near.sum() > best.sum():
+        while near.sum() >= max(best.sum() + 1, FEWEST_SPOTS):
+            # The ellipse of all spots on a track finds more of them than that of a sample.
             best = near
-    if best.sum() < FEWEST_SPOTS:
+            near = _distance(_fitted(points[best]), points) < THRESHOLDS.track_misfit
+    if not best.any():
         return []
     centre, (a, b), degrees = _fitted(points[best])
     return [(centre, (a * THRESHOLDS.rim_over_track, b * THRESHOLDS.rim_over_track), degrees)]
