@@ -7,11 +7,29 @@ Help is printed without importing click; everything else goes through
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from pipeline.commands import front_page
 
 #: The variable by which a shell asks click for completions.
 COMPLETION = "_PIPELINE_COMPLETE"
+
+
+def program() -> NoReturn:
+    """Run the command that was typed and end the process with its exit code.
+
+    Python ends threads that still compute by unwinding them, and C++ code (OpenCV, SciPy) aborts
+    the process then, up to Python 3.13. An interrupted process with such a thread ends at once.
+    """
+    code = main()
+    if threads := sys.modules.get("threading"):
+        from pipeline.errors import INTERRUPTED
+
+        if code == INTERRUPTED and any(one.daemon for one in threads.enumerate()):
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
+    sys.exit(code)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -94,12 +94,26 @@ async def beside(work: Callable[[], T]) -> T:
 
 
 PREFERRED_PORT = 8818  #: tried first, so that a reloaded page finds a new server. Chosen
+LOOK_S = 0.01  #: between looks at whether a server in a thread listens. Chosen
 END_S = 2.0  #: for a server in a thread to end. Chosen
 TOKEN_BYTES = 32  #: 256 random bits. Chosen
 
 
 class _Server(uvicorn.Server):
-    """Ends at the first signal, whatever is still being answered."""
+    """Says its address once it listens for questions and signals; ends at the first signal.
+
+    A signal that comes before is Python's, which may lose one while it imports.
+    """
+
+    def __init__(self, config: uvicorn.Config, listens: Callable[[], None]) -> None:
+        super().__init__(config)
+        self.listens = listens
+        self.told = False
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self.listens()
+        self.told = True
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         self.force_exit = True
@@ -137,6 +151,8 @@ def serving(
     with _listening(routes, opened, port) as (server, listener):
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
+        while thread.is_alive() and not server.told:
+            thread.join(LOOK_S)
         try:
             yield
         finally:
@@ -155,8 +171,8 @@ def _listening(
         config = uvicorn.Config(
             application(routes, token, chosen), log_level="critical", access_log=False,
             lifespan="off", server_header=False, ws="none", timeout_graceful_shutdown=0)
-        opened(f"http://{LOOPBACK}:{chosen}/?token={token}")
-        yield _Server(config), listener
+        address = f"http://{LOOPBACK}:{chosen}/?token={token}"
+        yield _Server(config, lambda: opened(address)), listener
 
 
 def listening_socket(port: int) -> socket.socket:

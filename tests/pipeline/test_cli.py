@@ -201,6 +201,18 @@ def test_each_family_of_errors_has_its_exit_code(
                            if code == 130 else "x")
 
 
+def test_python_unwinds_no_thread_of_an_interrupted_program() -> None:
+    """It aborts the process where the thread is in C++ code."""
+    text = ("import atexit, threading, time; from pipeline import cli, errors\n"
+            "cli.main = lambda: errors.{}\n"
+            "threading.Thread(target=time.sleep, args=(600,), daemon=True).start()\n"
+            "atexit.register(print, 'Python ends it', flush=True); cli.program()")
+    for outcome, code, said in (("INTERRUPTED", 130, ""), ("DONE", 0, "Python ends it\n")):
+        done = subprocess.run([sys.executable, "-c", text.format(outcome)], cwd=ROOT,
+                              capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (code, said)
+
+
 def fail_with(error: BaseException, monkeypatch: pytest.MonkeyPatch) -> None:
     """A command ``fail`` that raises ``error``."""
     @click.command("fail")

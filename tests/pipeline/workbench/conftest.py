@@ -75,7 +75,7 @@ def opened_workbench(
             yield Opened(config, address, process, tuple(before))
         finally:
             process.send_signal(signal.SIGINT)
-            assert process.wait(30) == 130  # on a busy machine
+            assert process.wait(240) == 130  # on a busy machine
 
 
 @pytest.fixture(scope="session")

@@ -38,7 +38,7 @@ def rehearsal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
         yield Opened(folder, address, process, ())
     finally:
         process.kill()
-        process.wait(10)
+        process.wait(240)
         process.stdout.close()
 
 
