@@ -32,6 +32,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "noise": ("LOG", "Determine noise density, bias instability and random walk."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
 }
+#: Commands that scripts know by another name -> what they are typed as now.
+KEPT: dict[str, tuple[str, ...]] = {"ports": ("record", "--ports")}
 ABOUT = (
     "Calibrate a low-cost IMU with a record player, a webcam and a YAML file, and determine which "
     "errors the model does not describe."

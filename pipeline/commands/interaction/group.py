@@ -4,7 +4,7 @@ from importlib import import_module
 
 import click
 
-from pipeline.commands import COMMANDS, front_page
+from pipeline.commands import COMMANDS, KEPT, front_page
 from pipeline.text.names import nearest_name, program_version
 from pipeline.text.tables import WIDEST
 
@@ -27,6 +27,7 @@ class LazyGroup(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """The command typed; a wrong name is answered with the nearest right one."""
+        args = [*KEPT.get(args[0], args[:1]), *args[1:]]
         if args and not args[0].startswith("-") and args[0] not in COMMANDS:
             raise click.UsageError(
                 f"no command is named '{args[0]}'{nearest_name(args[0], COMMANDS)}; "

@@ -95,8 +95,11 @@ def test_a_configuration_without_record_is_refused(tmp_path: Path) -> None:
     assert errors.count("\n") == 1
 
 
-def test_ports_says_what_to_do_where_none_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    code, printed, _ = typed("record", "--ports")
+@pytest.mark.parametrize("asked", [("record", "--ports"), ("ports",)])
+def test_ports_says_what_to_do_where_none_is(
+    asked: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code, printed, _ = typed(*asked)
     assert code == 0
     assert "No serial port was detected" in printed or "next: set `port:" in printed
 
