@@ -6,10 +6,9 @@ The one way from a set of poses to a result, of the command, of a notebook and o
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from calib.consistency.mistakes import require_no_mistake
-from calib.consistency.one_sensor import require_one_sensor
+from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
-from calib.consistency.repeated_means import require_no_repeated_means
+from calib.consistency.repeats import require_no_repeated_means
 from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.room_field import beside_a_field
 from calib.diagnosis.seen import among_what_is_seen

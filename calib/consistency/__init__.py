@@ -1,13 +1,13 @@
 """What one part of a session knows that contradicts another.
 
     logs ─ repeats ─ clipping ─ clock ─┐                            same samples, limits, turns
-    poses ─ force ─ plate_axes ────────┼─ mistakes ─ one_sensor    gravity, axes, runs
+    poses ─ force ─ plate_axes ────────┼─ mistakes                  gravity, axes, runs
     parameters ─ data_sheet ───────────┘
     parameters ─ certificate                                        beside the factory's
 
     signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave
-    at least; common_mistakes: the poses without each of them; repeated_means: rows that occur
-    twice; frozen_logs: what stands still; normalised: vectors of one length
+    at least; common_mistakes: the poses without each of them; frozen_logs: what stands still;
+    normalised: vectors of one length
 
 Each check compares two statements of one quantity and names the likely mistake: it evaluates what
 the data would be without each of a list of common mistakes (axes exchanged or mirrored, a factor,

@@ -7,9 +7,15 @@ named where this exceeds the logarithm of the number of looks over the probabili
 and where it leaves less than a hundredth of the misfit. A mistake in some poses of one run leaves
 them, once undone, as near to the others as these are to each other, by an F ratio; else it is
 another one, and the verdict says which poses are odd.
+
+These are found together, because one of several hides behind the next: without any one of three
+wrong poses the other two still spoil the fit. Every set of up to three is left out, and what any
+parameters leave of the rest at least says which set it is, by the same ratio.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from scipy.special import fdtrc
@@ -23,22 +29,28 @@ from calib.consistency.common_mistakes import (
     exchanged_rates,
     odd_mistakes,
     rate_mistakes,
+    runs_by_name,
 )
-from calib.consistency.means_alone import by_means
-from calib.consistency.odd_poses import odd_poses
 from calib.consistency.quadric import left_over, quadric
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model
-from calib.poses.checks.frozen import FALSE_ALARM
-from calib.poses.imu_log import BoolArray
+from calib.poses.checks.frozen import CERTAIN_SD, FALSE_ALARM
+from calib.poses.imu_log import AXES, BoolArray
 from calib.poses.pose_set import PoseSet
 
 LEFT_OVER = 0.01
 """Share of the misfit above its degrees of freedom that a named mistake leaves at most. A
 judgement: what a sensor's effects leave of an exchanged axis or a wrong range."""
+
+MOST_ODD = 3  #: poses; derived: what a set of 18 can lose before a direction is missing
+MOST_SETS = 1000  #: sets of poses left out; a limit of time
+
+OTHER_GAIN = 0.01
+"""Relative difference between the gains of a gyro in two runs, at most. Fact: 300 ppm/°C of data
+sheets over 30 °C."""
 
 
 def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None:
@@ -127,3 +139,90 @@ def _chi2(poses: PoseSet, model: Model) -> tuple[float, int] | None:
     except CalibrationError:
         return None
     return fitted.chi2, fitted.dof
+
+
+def odd_poses(poses: PoseSet) -> BoolArray | None:
+    """The poses that contradict all others, (n,); None where no few of them do."""
+    columns, target = quadric(poses)
+    n, unknowns = columns.shape
+    kept = np.ones((1, n), dtype=bool)
+    for size in range(1, min(MOST_ODD, n - unknowns - 1) + 1):
+        out = np.array([*combinations(range(n), size)])
+        if len(kept) - 1 + len(out) > MOST_SETS:
+            break
+        kept = np.concatenate([kept, ~(out[..., None] == np.arange(n)).any(axis=1)])
+    if len(kept) == 1:
+        return None
+    chi2, dof = left_over(columns, target, kept)
+    dof = np.maximum(dof[1:], 1)
+    gained = dof / 2 * np.log(np.maximum(chi2[0], dof) / np.maximum(chi2[1:], dof))
+    best = int(np.argmax(gained))
+    if gained[best] < np.log(len(gained) / FALSE_ALARM):
+        return None
+    odd = np.zeros(len(poses), dtype=bool)
+    odd[~poses.reference.is_null] = ~kept[1 + best]
+    return odd
+
+
+def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
+    """Refuse a run that nothing but another sensor, or another range, can have logged.
+
+    Its poses agree with each other and those of the other runs with each other, each by gains of
+    their own that differ by more than any sensor's within a session.
+
+    Raises
+    ------
+    Contradiction
+        Naming the run.
+    """
+    poses, of_means = by_means(poses, model, fitted)
+    base = Model(tuple(effect for effect in model.effects if effect.name in BASE))
+    runs = runs_by_name(poses)
+    if (of_means is None or len(runs) < 2 or set(base.names) != set(BASE)
+            or of_means.p_value > MISFIT_P_VALUE / len(runs)):
+        return
+    for name, member in runs.items():
+        try:
+            alone, others = fit(poses.take(member), base), fit(poses.take(~member), base)
+        except CalibrationError:
+            continue
+        scale = alone.model.slices()["scale"]
+        apart = np.abs((1 - alone.theta[scale]) / (1 - others.theta[scale]) - 1)
+        sd = np.sqrt(np.diag(alone.cov)[scale] + np.diag(others.cov)[scale])
+        agree = min(alone.p_value, others.p_value) > MISFIT_P_VALUE
+        if agree and (apart > OTHER_GAIN + CERTAIN_SD * sd).any():
+            raise Contradiction(
+                f"{poses.triad}: the poses of {name} agree with each other, and so do all others, "
+                f"but their gains differ by {100 * apart.max():.2g} % ({AXES[int(apart.argmax())]} "
+                f"the most). No sensor changes so much within a session: are these the logs of "
+                f"another sensor or range, or is the rate wrong? Check the files and the rate of "
+                f"this run."
+            )
+
+
+def by_means(poses: PoseSet, model: Model, fitted: Fit | None) -> tuple[PoseSet, Fit | None]:
+    """The means of ``poses`` without the waves of a leaning plate, and their fit for ``fitted``.
+
+    Mistakes in files show in the means.
+
+    Parameters
+    ----------
+    poses : PoseSet
+    model : Model
+    fitted : Fit or None
+        With the waves; None where there was no fit.
+
+    Returns
+    -------
+    poses : PoseSet
+        Those given where the plate is level.
+    fitted : Fit or None
+        None where the means alone do not determine the model.
+    """
+    if poses.ring is None:
+        return poses, fitted
+    means = replace(poses, ring=None)
+    try:
+        return means, None if fitted is None else fit(means, model)
+    except CalibrationError:
+        return means, None

@@ -1,4 +1,4 @@
-"""Samples that occur twice: files under two names, copied blocks.
+"""Samples that occur twice: files under two names, copied blocks; and rows of a table of means.
 
 Noise does not repeat itself. With H bits of collision entropy in a row beside those before it
 (``2^-H`` is the chance that two such rows agree) a stretch of L rows agrees with another of N by
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from calib.errors import Contradiction
 from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.imu_log import ImuLog, Triad
+from calib.poses.pose_set import PoseSet
 
 Keys = NDArray[np.uint64]
 
@@ -40,6 +41,11 @@ Derived: two levels in turn, A B A B, always do, and noise of one bit a row does
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
 Numerical."""
+
+
+REPEATED = 0.2
+"""Share of the poses. Derived: poses of one attitude laid by hand within a degree read alike to the
+last digit of a ten-bit converter once in 25; rows that were put together twice are a half."""
 
 
 @dataclass(frozen=True)
@@ -172,4 +178,27 @@ def require_no_copies(logs: Sequence[ImuLog], triad: Triad) -> None:
         f"{copy.second_start + copy.count} are those of {first.label} from sample "
         f"{copy.first_start + 1} on, digit by digit, and noise does not repeat itself: a block was "
         f"copied or logged twice. {counted}. Record the pose again, or delete the copied lines."
+    )
+
+
+def require_no_repeated_means(poses: PoseSet) -> None:
+    """Refuse poses whose means occur twice: rows of a table that were put together twice.
+
+    Raises
+    ------
+    Contradiction
+        Naming a pair of them.
+    """
+    turning = np.flatnonzero(~poses.reference.is_null)
+    _, first, counts = np.unique(poses.reading[turning], axis=0, return_index=True,
+                                 return_counts=True)
+    again = int((counts - 1).sum())
+    if again < max(2.0, REPEATED * len(turning)):
+        return
+    one = turning[first[int(np.argmax(counts > 1))]]
+    same = np.flatnonzero((poses.reading == poses.reading[one]).all(axis=1))
+    raise Contradiction(
+        f"{poses.label[same[0]]} and {poses.label[same[1]]}: their {poses.triad} means are the "
+        f"same to the last digit, and so are those of {again - 1} other pairs. Counted twice they "
+        f"would make every sd too small. Take the copies out."
     )

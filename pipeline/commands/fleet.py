@@ -58,11 +58,10 @@ def command(
     of each.
     """
     from pipeline.errors import BUG, DONE
-    from pipeline.fleet.finish import require_own_lot
+    from pipeline.fleet.finish import fleet_lines, require_own_lot
     from pipeline.fleet.limits import read_limits
     from pipeline.fleet.page import PAGE_NAME
     from pipeline.fleet.population import POPULATION_NAME
-    from pipeline.fleet.summary_text import fleet_lines
     from pipeline.fleet.table import require_libraries
 
     if scheduler is not None and workers is not None:

@@ -1,6 +1,7 @@
-"""When all sensors of a lot are done: the table, and what it shows."""
+"""When all sensors of a lot are done: the table, what it shows, and what a fleet run prints."""
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -12,7 +13,8 @@ import numpy as np
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
-from pipeline.fleet.limits import Limits, with_limits
+from pipeline.errors import BUG, DONE, FIT_FAILED, UNDETERMINED, UNREADABLE, USAGE
+from pipeline.fleet.limits import Limits, limit_lines, with_limits
 from pipeline.fleet.over_time import sensors_over_time
 from pipeline.fleet.page import PAGE_NAME, fleet_html
 from pipeline.fleet.population import (
@@ -24,11 +26,23 @@ from pipeline.fleet.population import (
 )
 from pipeline.fleet.record import SessionRecord, evidence_blocks
 from pipeline.fleet.table import CSV_NAME, PARQUET_NAME, fleet_table, write_table
+from pipeline.fleet.words import copies_text, pool_text, repeat_text
 from pipeline.results.json_values import Json
 from pipeline.results.written import require_written, write_output
+from pipeline.text.formatting import count
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+MEANING = {
+    BUG: "ended by a bug or a lost worker",
+    USAGE: "wrong configuration",
+    UNREADABLE: "unreadable input",
+    UNDETERMINED: "the data do not determine the result",
+    FIT_FAILED: "the fit failed its own check",
+}
+"""What the exit codes of sessions that were not calibrated mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,3 +157,28 @@ def _typical_seconds(records: Sequence[SessionRecord]) -> dict[str, float]:
     stages = dict.fromkeys(stage for record in ordered for stage in record.seconds)
     return {stage: float(np.median([record.seconds[stage] for record in records
                                     if stage in record.seconds])) for stage in stages}
+
+
+def fleet_lines(summary: FleetSummary) -> Iterator[str]:
+    """How many sessions were calibrated, why others were not, the verdicts, and what it cost."""
+    table, codes = summary.table, summary.exit_codes
+    sessions, sensors = table["session"].nunique(), table["sensor"].nunique()
+    yield (f"{count(sessions, 'session')} of {count(sensors, 'sensor')}: "
+           f"{codes.get(DONE, 0)} calibrated")
+    for code, number in codes.items():
+        if code != DONE:
+            yield f"  {number} with exit code {code}: {MEANING.get(code, 'see the table')}"
+    for triad, rows in table[table["exit_code"] == DONE].groupby("triad"):
+        verdicts = Counter(rows["verdict"]).most_common()
+        yield f"{triad:15s} " + ", ".join(f"{n} {code}" for code, n in verdicts)
+    yield from limit_lines(table)
+    for population in summary.populations:
+        # The sensors of one table have one session each, and no pattern that could name another.
+        repeat = repeat_text(population) if population.repeats or summary.seconds else ""
+        texts = pool_text(population), repeat, copies_text(population)
+        yield from (f"{population.triad}: {text}" for text in texts if text)
+    yield from summary.notes
+    if summary.seconds:
+        costs = ", ".join(f"{stage} {s:.2f}" for stage, s in summary.seconds.items() if s >= 0.005)
+        yield f"median processor seconds of a session: {costs}"
+    yield str(summary.output / PAGE_NAME)

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.mistakes import require_no_mistake
-from calib.consistency.one_sensor import require_one_sensor
+from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.effects.catalogue import BASE
 from calib.errors import Contradiction, FitFailed, Undetermined
 from calib.fit.least_squares.result import Fit

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.odd_poses import MOST_ODD, odd_poses
+from calib.consistency.mistakes import MOST_ODD, odd_poses
 from calib.consistency.quadric import left_over, quadric
 from calib.fit.least_squares.solver import fit
 from calib.poses.imu_log import Triad

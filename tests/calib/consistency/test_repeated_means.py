@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from calib.consistency.repeated_means import require_no_repeated_means
+from calib.consistency.repeats import require_no_repeated_means
 from calib.errors import Contradiction
 from calib.poses.imu_log import Triad
 from tests.calib.made_poses import SLOW, made_poses, noisy
