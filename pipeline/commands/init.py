@@ -13,7 +13,8 @@ from pipeline.commands.interaction.arguments import (
     ask_latitude,
 )
 
-DRAWING, BENCH, LEANING = "poses.svg", "bench.svg", "leaning.svg"  #: beside the configuration
+POSES, BENCH, LEANING = "poses.svg", "bench.svg", "leaning.svg"
+"""Pictures beside the configuration; they stand in ``data/docs``."""
 
 
 @click.command(epilog=examples(
@@ -36,12 +37,11 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
     """
     from pipeline.config.template import (
         located_template,
+        shipped_file,
         template_text,
         tilted_template,
         write_template,
     )
-    from pipeline.drawings.bench import bench_svg, leaning_svg
-    from pipeline.drawings.sheet import poses_svg
     from pipeline.files import write_whole
     from pipeline.text.names import command as proposed
 
@@ -51,13 +51,13 @@ def command(folder: Path, latitude: float | None, height: float, tilted: bool) -
     if latitude is not None:
         text = located_template(text, latitude, height)
     path = write_template(folder, text)
-    drawing, bench, leaning = (path.parent / name for name in (DRAWING, BENCH, LEANING))
-    for sheet, draw in ((drawing, poses_svg), (bench, bench_svg), (leaning, leaning_svg)):
+    poses, bench, leaning = sheets = [path.parent / name for name in (POSES, BENCH, LEANING)]
+    for sheet in sheets:
         if not sheet.exists() and (tilted or sheet != leaning):
-            write_whole(sheet, draw())
+            write_whole(sheet, shipped_file("docs", sheet.name).read_bytes())
     click.echo(f"{path} was written. Edit it, then type: {proposed('plan', path)}, and with the "
                f"logs in place: {proposed('check', path)}")
     under = f", {leaning} what to put under the player" if tilted else ""
-    click.echo(f"{drawing} shows the 18 poses, {bench} the plate with its marks, the camera and a "
+    click.echo(f"{poses} shows the 18 poses, {bench} the plate with its marks, the camera and a "
                f"wedge{under}; print them for the bench.")
 

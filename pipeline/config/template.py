@@ -1,4 +1,7 @@
-"""Configurations that come with the program: the commented template and the example session."""
+"""Files that come with the program: the commented template, the example session, the pictures.
+
+The session and the pictures stand in ``data``, in a checkout as in an installation.
+"""
 
 import shutil
 import tempfile
@@ -83,26 +86,37 @@ SESSION = "hidden_effect"
 CONFIG = "config.yaml"
 
 
-def session_folder() -> Path:
-    """The folder of the example session: in a checkout, or where the wheel has put it.
+def shipped_file(folder: str, name: str) -> Path:
+    """A file of ``data``: in a checkout, or where the wheel has put it.
 
     Raises
     ------
     UnreadableInput
         It is in neither place.
     """
-    checkout = Path(__file__).parents[2] / "data" / SESSION
-    if (checkout / CONFIG).is_file():
+    checkout = Path(__file__).parents[2] / "data" / folder / name
+    if checkout.is_file():
         return checkout
     try:
         installed = files(DISTRIBUTION) or []
     except PackageNotFoundError:
         installed = []
     for path in installed:
-        if path.parts[-2:] == (SESSION, CONFIG):
-            return Path(str(path.locate())).parent
-    raise UnreadableInput(f"the example session is neither in {checkout} nor among the files of "
-                          f"{DISTRIBUTION}. Install the program again.")
+        if path.parts[-2:] == (folder, name):
+            return Path(str(path.locate()))
+    raise UnreadableInput(f"{name} is neither {checkout} nor among the files of {DISTRIBUTION}. "
+                          f"Install the program again.")
+
+
+def session_folder() -> Path:
+    """The folder of the example session.
+
+    Raises
+    ------
+    UnreadableInput
+        It is not among the files of the installation.
+    """
+    return shipped_file(SESSION, CONFIG).parent
 
 
 def copy_session(folder: Path) -> Path:

@@ -1,4 +1,4 @@
-"""A box with its axes in an attitude: as a sheet of 18 poses in SVG, and in dots on a terminal.
+"""A box with its axes in an attitude: in SVG, and in dots on a terminal.
 
 The box is longest along x and flat along z, as a sensor's board is. It stands as it does on the
 plate: the wanted side up, seen obliquely from above.
@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.poses.attitudes import direction_name, natural_directions
+from calib.poses.attitudes import direction_name
 from calib.poses.imu_log import AXES, FloatArray
 
 HALF_SIZES = np.array([1.0, 0.7, 0.3])  #: half sizes of the box along x, y, z
@@ -78,20 +78,12 @@ def wedge_faces(up: FloatArray) -> list[FloatArray]:
     return [_seen(face)[0] for face in (back, *ends, slope)]
 
 
-def rim_mark(radius: float, below: float, points: int = 24) -> FloatArray:
-    """The mark near the rim of the plate under the box, (points, 2), in the same units."""
-    turn = np.linspace(0, 2 * np.pi, points)
-    mark = np.column_stack([MARK * np.cos(turn), 1.1 * MARK - radius + MARK * np.sin(turn),
-                            np.full(points, -below)])
-    return _seen(mark)[0]
-
-
-def plate_outline(radius: float, below: float, points: int = 72) -> FloatArray:
-    """The rim of a level plate under the box, (points, 2), in units of half its length; no unit."""
-    turn = np.linspace(0, 2 * np.pi, points)
-    rim = np.column_stack([radius * np.cos(turn), radius * np.sin(turn),
-                           np.full(points, -below)])
-    return _seen(rim)[0]
+def level_circle(radius: float, below: float, ahead: float = 0.0) -> FloatArray:
+    """A circle on the plate ``below`` the box's middle, its own ``ahead`` of it, (72, 2), no unit.
+    """
+    turn = np.linspace(0, 2 * np.pi, 72)
+    return _seen(np.column_stack([radius * np.cos(turn), ahead + radius * np.sin(turn),
+                                  np.full(72, -below)]))[0]
 
 
 def _seen(points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -106,42 +98,21 @@ def _seen(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 CELL, SCALE = 170, 42  #: px: of a drawing, and of half the box's length
 PLATE = 1.75  #: radius, in units of half the box's length; of a picture
-PER_ROW = 6  #: drawings beside each other
 COLOURS = {"x": "#1f5fa8", "y": "#b3541e", "z": "#2b7a44"}  #: colours of the axes in all charts
-
-
-def poses_svg(corners: bool = False) -> str:
-    """The faces and edges (and ``corners``), each with its name, as the text of an SVG."""
-    directions = natural_directions(corners)
-    rows = -(-len(directions) // PER_ROW)
-    width, height = PER_ROW * CELL, rows * (CELL + 24)
-    cells = "\n".join(_cell(direction, i) for i, direction in enumerate(directions))
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
-            f'width="{width}" height="{height}" font-family="sans-serif" font-size="12">\n'
-            f"<title>The {len(directions)} poses of a sensor on the plate</title>\n"
-            f'<rect width="100%" height="100%" fill="white"/>\n{cells}\n</svg>\n')
 
 
 def pose_svg(up: FloatArray) -> str:
     """One pose, the side ``up`` (3,) of the sensor upwards, as the text of an SVG."""
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {CELL} {CELL + 24}" '
-            f'font-family="sans-serif" font-size="12" role="img" '
-            f'aria-label="{escape(direction_name(up))}">\n'
-            f'<rect width="100%" height="100%" fill="white"/>\n{_cell(up)}\n</svg>')
-
-
-def _cell(up: FloatArray, number: int | None = None) -> str:
-    """The drawing of one pose, with its number where it is one of many."""
     name = escape(direction_name(up))
-    words = name if number is None else f"{number + 1}  {name}"
-    number = number or 0
-    x0 = number % PER_ROW * CELL + CELL / 2
-    y0 = number // PER_ROW * (CELL + 24) + CELL / 2
-    below = _lowest(up)
-    parts = [f'<polyline points="{_points(plate_outline(PLATE, below), x0, y0)}" fill="#f2f2f2" '
+    x0 = y0 = CELL / 2
+    below = float(np.abs(up) @ HALF_SIZES)  # of the box, below its middle
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {CELL} {CELL + 24}" '
+             f'font-family="sans-serif" font-size="12" role="img" aria-label="{name}">',
+             '<rect width="100%" height="100%" fill="white"/>',
+             f'<polyline points="{_points(level_circle(PLATE, below), x0, y0)}" fill="#f2f2f2" '
              'stroke="#999"/>',
-             f'<polygon points="{_points(rim_mark(PLATE, below), x0, y0)}" fill="#f4d03f" '
-             'stroke="#999"/>']
+             f'<polygon points="{_points(level_circle(MARK, below, 1.1 * MARK - PLATE), x0, y0)}" '
+             'fill="#f4d03f" stroke="#999"/>']
     parts += [f'<polygon points="{_points(face, x0, y0)}" fill="#b9770e" fill-opacity="0.2" '
               'stroke="#b9770e"/>' for face in wedge_faces(up)]
     for line in box_lines(up):
@@ -156,13 +127,8 @@ def _cell(up: FloatArray, number: int | None = None) -> str:
                          f'fill="{colour}" stroke="white" stroke-width="3" paint-order="stroke" '
                          f'font-weight="bold" text-anchor="middle">{line.axis}</text>')
     parts.append(f'<text x="{x0:.1f}" y="{y0 + CELL / 2 + 14:.1f}" text-anchor="middle">'
-                 f"{words}</text>")
+                 f"{name}</text>\n</svg>")
     return "\n".join(parts)
-
-
-def _lowest(up: FloatArray) -> float:
-    """How far the box reaches below its middle, with the side ``up`` upwards."""
-    return float(np.abs(up) @ HALF_SIZES)
 
 
 def _points(places: FloatArray, x0: float, y0: float) -> str:

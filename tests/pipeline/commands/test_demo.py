@@ -1,4 +1,5 @@
-"""The example session: all of it is in the wheel, and a copy never replaces anything."""
+"""The example session and the pictures: all are in the wheel, and a copy never replaces anything.
+"""
 
 import tomllib
 from pathlib import Path
@@ -6,12 +7,15 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
+from pipeline.commands.init import BENCH, LEANING, POSES
 from pipeline.config.template import CONFIG, SESSION, copy_session, session_folder
 from pipeline.errors import UnwritableOutput
 from tests.paths import ROOT
 
+DOCS = ROOT / "data" / "docs"
 
-def test_the_wheel_carries_every_file_of_the_session() -> None:
+
+def test_the_wheel_carries_every_file_of_the_session_and_the_pictures_of_a_new_one() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     carried = {}
     for target, patterns in project["tool"]["setuptools"]["data-files"].items():
@@ -20,9 +24,10 @@ def test_the_wheel_carries_every_file_of_the_session() -> None:
     session = ROOT / "data" / SESSION
     files = {path for path in session.rglob("*")
              if path.is_file() and ".run" not in str(path.relative_to(session))}
-    assert set(carried) == files
+    pictures = {DOCS / name for name in (POSES, BENCH, LEANING)}
+    assert set(carried) == files | pictures
     for path, target in carried.items():
-        assert target.endswith(f"{SESSION}/{path.relative_to(session).as_posix()}")
+        assert target.endswith(path.relative_to(ROOT / "data").as_posix())
 
 
 def test_a_copy_is_the_session_and_replaces_nothing(tmp_path: Path) -> None:
@@ -32,6 +37,12 @@ def test_a_copy_is_the_session_and_replaces_nothing(tmp_path: Path) -> None:
     with pytest.raises(UnwritableOutput, match="exists and is left as it is"):
         copy_session(tmp_path / "demo")
     assert config.read_text() == "mine"
+
+
+def test_a_new_session_has_the_pictures_of_the_guide(tmp_path: Path) -> None:
+    assert main(["init", str(tmp_path), "--tilted"]) == 0
+    for name in (POSES, BENCH, LEANING):
+        assert (tmp_path / name).read_bytes() == (DOCS / name).read_bytes()
 
 
 def test_the_demo_runs_and_names_the_next_command(
