@@ -77,9 +77,9 @@ def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
 
 def _too_short(guess: SessionGuess, table: TableGuess) -> str:
     """A clock by which a log of many poses ends before anybody could lay them."""
-    seconds = float(table.clock.time_s[-1] - table.clock.time_s[0])
-    layout = next(source.layout for source in guess.sources if table in source.tables)
-    if layout != "log" or seconds > FEWEST_MEANS * REST_S:
+    source = next(source for source in guess.sources if table in source.tables)
+    seconds = sum(float(np.ptp(other.clock.time_s)) for other in source.tables)
+    if source.layout != "log" or seconds > FEWEST_MEANS * REST_S:
         return ""
     return (f"{table.path}: its {table.table.rows} rows last {seconds:.3g} s by its clock, in "
             f"which nobody lays {FEWEST_MEANS} poses. Where the log is longer, state its rate by "

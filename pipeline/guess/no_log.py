@@ -14,7 +14,7 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import find_head
 from pipeline.logs.header_words import read_name
-from pipeline.logs.sentences import LIST
+from pipeline.logs.sentences import COLOURS, LIST, SLOT
 from pipeline.logs.text import LogText
 from pipeline.text.names import word
 
@@ -192,3 +192,10 @@ def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:
                 f"{path}: each row holds one value, whose name stands in column {i + 1} "
                 f"({', '.join(kinds)}). Write one row for each sample with a column for each name: "
                 f"`pivot()` does so in InfluxDB, pandas and SQL.")
+    texts = Counter(SLOT.sub("#", COLOURS.sub("", line)) for line in lines[-EVENTS:])
+    called = [text for text in texts if any(read_name(part).quantity in ("acc", "gyr")
+                                            for part in re.split(r"['\":=#]", text))]
+    if called and len(texts) <= MOST_KINDS:
+        raise UnreadableInput(
+            f"{path}: each line holds one value, as '{called[0].strip()[:LONGEST_SHOWN]}'. Have "
+            f"the logger write the six values of a sample into one line.")

@@ -186,7 +186,7 @@ def _rate_by_gravity(
     the gyroscope in them, rad/s; None if unclear."""
     speeds = speeds_of(list(lengths))
     typical = max(speeds, key=speeds.count)
-    ways = [table.turns_clockwise for table in tables]
+    ways = [table.turns_clockwise(table) for table in tables]
     near = [table for table, speed, way in zip(tables, speeds, ways, strict=True)
             if table.accelerometer and speed == typical and way == (2 * sum(ways) > len(ways))]
     logs = [log for table in near if (log := table.log()) is not None]

@@ -1,7 +1,7 @@
 """Tables put together to a session: what is a pose, which sets of poses, at which rate."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -115,16 +115,19 @@ def guess_session(
     alone, doubts = drop_alternatives(tables)
     settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
     doubts += _together(settled)
-    layout = _layout(settled)
+    beside = _beside(settled)
+    layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
     groups: dict[tuple[Layout, float | None, bool], list[TableGuess]] = {}
-    speeds = speeds_of([table.turning_rad_s for table in settled])
-    for table, turns in zip(settled, speeds, strict=True):
+    felt = [beside.get(table, table) for table in settled]
+    for table, rate, turns in zip(settled, felt, speeds_of([t.turning_rad_s for t in felt]),
+                                  strict=True):
         kind: Layout = "means" if table.are_means else layout
         rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
-        clockwise = bool(turns) and table.turns_clockwise
+        force = next((one for one, other in beside.items() if other is rate), table)
+        clockwise = bool(turns) and rate.turns_clockwise(force)
         groups.setdefault((kind, rpm, clockwise), []).append(table)
     sources = tuple(
-        _source(kind, rpm, clockwise, _paired(group) if kind == "log" else group, clips)
+        _source(kind, rpm, clockwise, _paired(group, beside) if kind == "log" else group, clips)
         for (kind, rpm, clockwise), group in groups.items())
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
@@ -149,7 +152,7 @@ def _source(
     if rpm == 0:
         return PoseSource(layout, tuple(tables), STOPPED)
     sign = -1.0 if clockwise else 1.0
-    felt = sign * float(np.median([table.turning_rad_s for table in tables]))
+    felt = sign * float(np.median([table.turning_rad_s for table in tables if table.gyroscope]))
     if rpm is None:
         return PoseSource(layout, tuple(tables), None, felt)
     clip = matching_clip(felt, clips)
@@ -223,7 +226,24 @@ def _is_pose(table: TableGuess) -> bool:
     return True
 
 
-def _paired(tables: Sequence[TableGuess]) -> list[TableGuess]:
+def _beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGuess]:
+    """The gyroscope's table beside each accelerometer's of the same times and the same recording:
+    one archive, or one folder."""
+    waiting = [table for table in tables if table.accelerometer is None and not table.are_means]
+    beside = {}
+    for table in tables:
+        if table.gyroscope is None and not table.are_means:
+            able = [other for other in waiting if other.path.parent == table.path.parent
+                    and table.overlaps(other)]
+            if able:
+                beside[table] = able[0]
+                waiting.remove(able[0])
+    return beside
+
+
+def _paired(
+    tables: Sequence[TableGuess], beside: Mapping[TableGuess, TableGuess]
+) -> list[TableGuess]:
     """Accelerometers' and gyroscopes' logs of the same times beside each other."""
     waiting = [table for table in tables if table.accelerometer is None]
     ordered = []
@@ -232,10 +252,11 @@ def _paired(tables: Sequence[TableGuess]) -> list[TableGuess]:
             continue
         ordered.append(table)
         if table.gyroscope is None:
-            beside = next((other for other in waiting if table.overlaps(other)), None)
-            if beside is not None:
-                waiting.remove(beside)
-                ordered.append(beside)
+            other = beside.get(table) or next(
+                (other for other in waiting if table.overlaps(other)), None)
+            if other in waiting:
+                waiting.remove(other)
+                ordered.append(other)
     return ordered + waiting
 
 

@@ -85,12 +85,11 @@ class TableGuess:
         """Median length of the gyroscope's reading."""
         return float(np.median(np.linalg.norm(self.rate(), axis=1)))
 
-    @property
-    def turns_clockwise(self) -> bool:
-        """Whether the rate points down by the accelerometer; False without one."""
-        if self.gyroscope is None or self.accelerometer is None:
+    def turns_clockwise(self, beside: "TableGuess") -> bool:
+        """Whether the rate points down by the accelerometer of a table; False without one."""
+        if self.gyroscope is None or beside.accelerometer is None:
             return False
-        force = self.si(self.accelerometer)
+        force = beside.si(beside.accelerometer)
         return bool(np.median(self.rate(), axis=0) @ np.median(force, axis=0) < 0)
 
     def overlaps(self, other: "TableGuess") -> bool:

@@ -260,7 +260,10 @@ def _may_be_gyroscope(rate: PossibleTriad) -> bool:
 def _may_be_accelerometer(force: PossibleTriad) -> bool:
     """Whether columns are gravity in some unit and nothing says that they are something else."""
     words, unit = force.words, force.gravity
-    if unit is None or force.pool.hint == "gyr" or (words.gravity_free and not unit.is_sure):
+    if unit is None or (words.gravity_free and not unit.is_sure):
         return False
-    return _called_as(force, "acc") > 0 or words.quantity != "gyr" or not (
+    name = _called_as(force, "acc")
+    if force.pool.hint == "gyr" and name < 2:
+        return False
+    return name > 0 or words.quantity != "gyr" or not (
         words.unit or unit.unit == "counts")

@@ -94,8 +94,8 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     unit, words = force.gravity, force.words
     assert unit is not None
     named = triples_by_name(list(force.pool.columns), "acc")
-    doubts = (["other columns may be an accelerometer's too"]
-              if force.columns in named and len(named) > 1 else [])
+    doubts = [f"{', '.join(other)} may be an accelerometer's too" for other in named[:2]
+              if other != force.columns and force.columns in named][:1]
     if words.unit in FORCE_UNITS and words.unit != unit.unit:
         doubts.append(f"their names say {words.unit}, in which the median reading would be "
                       f"{unit.length * FORCE_UNITS[words.unit]:.4g} m/s²; they are taken "

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 
 DELIMITERS = ("\t", ";", "|", ",")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+FLAGS = re.compile(r"(?<=[A-Za-z])\|(?=[A-Za-z])")  #: between words in a cell: ``ANGLE|ARM``
 COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: no part of a name: ``Tick#``, ``Run #1``
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
@@ -69,6 +70,8 @@ def split_cells(line: str, delimiter: str | None) -> list[str]:
 
 def delimiter_of(line: str) -> str | None:
     """The sign between the cells of a line of names, None for blanks."""
+    if "|" in line and "," in line:
+        line = FLAGS.sub(" ", line)
     return next((sign for sign in DELIMITERS if sign in line), None)
 
 

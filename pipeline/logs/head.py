@@ -145,9 +145,9 @@ def _head(
                if len(without_sign(names, width) or ()) in (width, width - 1)]
     if header is None and fitting:
         header = fitting[-1]
-        units = all(spelled_unit(unit) or unit.lower() in OTHER_UNITS
+        units = sum(bool(spelled_unit(unit)) or unit.lower() in OTHER_UNITS
                     for unit in map(_bare_unit, header[1]))
-        if units and len(fitting) > 1:
+        if units > len(header[1]) / 2 and len(fitting) > 1:
             at, names = fitting[-2]
             header = (at, [f"{name} ({_bare_unit(unit)})" if unit else name for name, unit in
                            zip(names, header[1], strict=False)])
@@ -213,6 +213,15 @@ def without_sign(
         return names
     return (names[1:] if names[0] in OF_COMMENTS else
             names[:-1] if names[-1].lower() in REMARKS else names)
+
+
+def moving_columns(
+    dialect: Dialect, cells: Sequence[str], rows: Sequence[str]
+) -> Sequence[int]:
+    """The columns whose cell in the last row is another than in ``cells``: a start is no clock."""
+    last = next((other for row in reversed(rows)
+                 if len(other := dialect.cells(row)) == len(cells)), cells)
+    return [i for i, cell in enumerate(cells) if cell != last[i]] or range(len(cells))
 
 
 def date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:

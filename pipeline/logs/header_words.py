@@ -17,7 +17,7 @@ UNITS = {
     "mg": ("mg",),
     "ug": ("ug", "µg", "μg"),
     "mm_s2": ("mm/s^2", "mm/s²", "mm/s2", "mm s^-2"),
-    "rad_s": ("rad/s", "rad s^-1", "rads", "rad_s", "rps", "рад/с"),
+    "rad_s": ("rad/s", "radians/s", "rad/sec", "rad s^-1", "rads", "rad_s", "rps", "рад/с"),
     "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1",
               "°/sec", "deg/sec", "град/с", "°/с"),
     "mdeg_s": ("mdps", "mdeg/s"),
@@ -194,10 +194,11 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
     if known & OTHER:
         return ""
     if axis is not None:
-        if known & (ACC - {"a"}) or stem == "a":
-            return "acc"
-        if known & (GYR - {"g", "w"}) or stem in ("g", "w"):
-            return "gyr"
+        letters = {"a", "g", "w"} - {stem}
+        longest = {quantity: max(map(len, known & names - letters), default=0)
+                   for quantity, names in (("acc", ACC), ("gyr", GYR))}
+        if any(longest.values()):  # "Shimmer_AC7B_Gyro_X" is no "AC"
+            return "acc" if longest["acc"] >= longest["gyr"] else "gyr"
         ends = {*words[:1], *words[-1:]}  # EuRoC's a_RS_S_x and w_RS_S_x, adxl_ax and itg_gx
         return "acc" if "a" in ends else "gyr" if ends & {"g", "w"} else ""
     if known & TEMPERATURE:

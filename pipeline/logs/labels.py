@@ -13,6 +13,7 @@ from itertools import islice, pairwise
 
 from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of
+from pipeline.logs.header_words import spelled_unit
 from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_sentences
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
@@ -65,17 +66,23 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
 
 
 def labels_of(line: str) -> tuple[str, ...]:
-    """The names before the numbers of a line; an axis alone belongs to the name before it.
+    """The names before the numbers of a line; an axis alone belongs to the name before it, and the
+    unit at the end of three to all of them.
 
     >>> labels_of("Gyro X: 0.1 Y: 0.2 Z: 0.3")
     ('Gyro X', 'Gyro Y', 'Gyro Z')
     """
     names: list[str] = []
-    for label, _ in LABEL.findall(TITLE.sub(r"\1 ", line)):
+    end = 0
+    text = TITLE.sub(r"\1 ", line)
+    for match in LABEL.finditer(text):
+        label, end = match[1], match.end()
         words = label.split()
         if label.lower() in AXES and names and names[-1].split()[-1].lower() in AXES:
             words = [*names[-1].split()[:-1], label]
         names.append(" ".join(words))
+    if len(names) == len(AXES) and spelled_unit(text[end:]):
+        names = [f"{name} ({text[end:].strip()})" for name in names]
     return tuple(names)
 
 
@@ -163,13 +170,18 @@ def _of_one_kind(lines: Sequence[str], shown: Sequence[str]) -> list[str] | None
 
 def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     """The labels of the lines that make a sample, one line or a few; empty where none recur."""
-    labels = [labels_of(line) for line in shown]
+    labels = [labels_of(line) for line in shown if not _is_of_words(line)]
     cycle = tuple(dict.fromkeys(labels[: 2 * MOST_LINES]))
     if not labels or len(cycle) > MOST_LINES or () in cycle:
         return ()
     follows = {one: cycle[(i + 1) % len(cycle)] for i, one in enumerate(cycle)}
     kept = sum(follows.get(one) == other for one, other in pairwise(labels))
     return cycle if kept >= LEAST_SHARE * (len(labels) - 1) else ()
+
+
+def _is_of_words(line: str) -> bool:
+    """Whether a line has no label and no triad of numbers: words between the lines of a sample."""
+    return not labels_of(line) and len(SLOT.findall(line)) < FEWEST
 
 
 def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
@@ -179,7 +191,7 @@ def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> lis
     begun = 0
     for line in lines:
         labels = labels_of(line)
-        if labels != cycle[begun]:
+        if labels != cycle[begun] and not _is_of_words(line):
             sample, begun = [], 0
         if labels == cycle[begun]:
             sample += (number for _, number in LABEL.findall(line))

@@ -10,15 +10,7 @@ import numpy as np
 
 from calib.poses.imu_log import BoolArray, FloatArray
 from pipeline.errors import UnreadableInput
-from pipeline.logs.columns import (
-    ACCELEROMETER,
-    GYROSCOPE,
-    READINGS,
-    SKIP,
-    TIME,
-    ColumnNames,
-    bare,
-)
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, READINGS, SKIP, TIME, ColumnNames, bare
 from pipeline.logs.dialect import (
     Dialect,
     dialect_of_rows,
@@ -31,6 +23,7 @@ from pipeline.logs.head import (
     date_column,
     find_head,
     is_time,
+    moving_columns,
     no_rows,
     without_footer,
     without_sign,
@@ -151,7 +144,8 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
     lines = without_footer(lines, dialect, len(cells))
-    dated = date_column(dialect, cells, range(len(cells)))
+    rows = lines[head.first : head.first + DIALECT_ROWS]
+    dated = date_column(dialect, cells, moving_columns(dialect, cells, rows))
     read = [name if name not in ("", *names[:i]) and (i == dated or dialect.holds_number(cell))
             else SKIP for i, (name, cell) in enumerate(zip(names, cells, strict=False))]
     return LogText(path, lines, head.first, tuple(read), (1.0,) * len(read), dialect,

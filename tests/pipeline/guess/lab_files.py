@@ -173,12 +173,42 @@ def blocks(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "poses.dat", lines)])
 
 
+def between_the_lines(folder: Path, log: HandLog) -> Foreign:
+    """Adafruit's sketch of an ICM-20948: words between the lines, a unit behind three numbers."""
+    lines = ["Adafruit ICM20948 test!", "Gyro range set to: 2000 degrees/s"]
+    for a, w in zip(log.acc, log.gyr, strict=True):
+        axes = [f"X: {v[0]:.3f} \tY: {v[1]:.3f} \tZ: {v[2]:.3f}" for v in (a, w)]
+        lines += ["\t\tTemperature 24.03 deg C", "", f"\t\tAccel {axes[0]} m/s^2 ", "",
+                  f"\t\tGyro {axes[1]} radians/s ", ""]
+    return Foreign([write_lines(folder / "putty.log", lines)], rate_hz=log.rate_hz)
+
+
+def both_sensors_in_the_file(folder: Path, log: HandLog) -> Foreign:
+    """A file whose name ends in one sensor and whose columns name both."""
+    rows = [",".join(row) for row in si_rows(log)]
+    return Foreign([write_lines(folder / "Acc and Gyro.csv", [
+        "t (s),acc x (m/s^2),acc y (m/s^2),acc z (m/s^2),gyr x (rad/s),gyr y (rad/s),"
+        "gyr z (rad/s)", *rows])])
+
+
+def a_value_a_line(folder: Path, log: HandLog) -> Foreign:
+    """ESPHome's log."""
+    names = [f"{sensor} {axis}" for sensor in ("Accel", "Gyro") for axis in "XYZ"]
+    return Foreign([write_lines(folder / "esphome.log", [
+        f"\x1b[0;36m[14:05:{t % 60:02.0f}][D][sensor:094]: 'MPU6050 {name}': Sending state {v:.5f} "
+        f"with 3 decimals of accuracy\x1b[0m" for t, row in zip(
+            log.time_s[:500], np.hstack([log.acc, log.gyr]), strict=False)
+        for name, v in zip(names, row, strict=True)])])
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
         fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg,
-        plotter, wide_letters, event_lines, start_and_rate, blocks)
+        plotter, wide_letters, event_lines, start_and_rate, blocks, between_the_lines,
+        both_sensors_in_the_file)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
+    "a_value_a_line": (a_value_a_line, r"each line holds one value, as .*MPU6050 "),
 }

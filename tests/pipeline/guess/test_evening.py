@@ -3,6 +3,7 @@
 
 import math
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -100,6 +101,27 @@ def test_a_large_bias_and_a_range_that_no_data_sheet_has_are_no_question(
     assert sheet is not None
     assert sheet.counts_per_deg_s == pytest.approx(32768 / 197.0, rel=0.02)
     assert sheet.encoding == "offset-binary"
+
+
+def test_a_phone_that_writes_an_archive_for_each_pose_has_its_sensors_joined(here: Path) -> None:
+    """Both sensors have files of their own in each archive, whose times begin at 0."""
+    evening = Evening(rpm=FULL_TURN)
+    archives = []
+    for file in write(here, evening, FULL_TURN):
+        table = np.loadtxt(file, delimiter=",", skiprows=1)
+        archives.append(file.replace(".csv", ".zip"))
+        with ZipFile(archives[-1], "w") as archive:
+            for name, values in (("TotalAcceleration", table[:, 1:4] * evening.range_g * G / 32768),
+                                 ("Gyroscope", table[:, 5:8] / evening.counts_per_rad_s)):
+                rows = "\n".join(",".join(f"{v:.9g}" for v in (t / 1000, *row[::-1]))
+                                 for t, row in zip(table[:, 0], values, strict=True))
+                archive.writestr(f"{name}.csv", f"seconds_elapsed,z,y,x\n{rows}\n")
+    assert pipeline("import", *archives, "--output", "config.yaml") == 0
+    assert pipeline("run", "config.yaml", "--quiet") == 0
+    gyroscope = results_in(here / "config.run")["gyroscope"]
+    assert gyroscope["n_poses"] == 36
+    np.testing.assert_allclose(gyroscope["parameters"]["scale_counts_per_unit"], SCALE_GYR,
+                               rtol=4e-3)
 
 
 def test_both_directions_are_two_settings(here: Path) -> None:

@@ -8,7 +8,9 @@ import pytest
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.columns import Renamed, TimeUnit
+from pipeline.logs.head import find_head
 from pipeline.logs.read import read_log
+from pipeline.logs.text import raw_text
 
 TIME_S = np.array([0.0, 0.01, 0.02, 0.03])
 ACC = np.array([[0.125, -9.5, 1.75], [0.25, -9.25, 1.5], [0.375, -9.0, 1.25], [0.5, -8.75, 1.0]])
@@ -137,3 +139,23 @@ def test_poses_at_rest_need_no_clock_and_others_do(tmp_path: Path) -> None:
     assert len(read_log(path, clock=StatedClock(needed=False)).time_s) == 5
     with pytest.raises(UnreadableInput, match="no sample rate is known"):
         read_log(path)
+
+
+def test_the_bar_between_two_words_of_a_cell_separates_no_columns(tmp_path: Path) -> None:
+    head = HEAD.replace("\n", ",mode\n")
+    flags = rows(",").replace("\n", ",ANGLE_MODE|ARM\n")
+    np.testing.assert_array_equal(read_log(write(tmp_path, head + flags)).accelerometer, ACC)
+
+
+def test_a_row_of_units_may_hold_one_that_nobody_knows() -> None:
+    lines = ["clock;one;two;three;four", "ms;mg;mg;mg;local_flux", "1;2;3;4;5", "2;2;3;4;5"]
+    assert (find_head(lines).names or [])[-2:] == ["three (mg)", "four (local_flux)"]
+
+
+def test_the_dates_of_a_query_are_no_clock_beside_that_of_the_sample(tmp_path: Path) -> None:
+    """InfluxDB writes the bounds of the query before the time."""
+    lines = ["_start,_time,ax,ay,az", *(f"2024-05-05T12:00:00Z,2024-05-05T14:00:0{i}Z,1,2,3"
+                                        for i in range(4))]
+    text = raw_text(tmp_path / "influx.csv", lines)
+    assert text is not None
+    assert text.dated == 1
