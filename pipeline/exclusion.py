@@ -65,6 +65,10 @@ def excluding(outcome: Outcome, targets: Sequence[str]) -> Config:
         try:
             place, = choose(result.calibration.fit.poses.label, [name]).excluded
         except ValueError as error:
+            out = [pose.label for section in outcome.config.runs_of(result.triad)
+                   for pose in outcome.recordings.of(section).excluded]
+            if any(name in short_names(label) for label in out):
+                raise ConfigError(f"{target}: is excluded already.") from error
             raise ConfigError(f"{target}: {error.args[1]}.") from error
         known, number = pose_sections(outcome.config, outcome.recordings, result.triad)[place]
         source = with_exclusions(config, config.source, result.triad, {number: [known]})

@@ -12,6 +12,7 @@ import numpy as np
 from calib.poses.imu_log import AXES, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import delimiter_of, split_cells
+from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.head import find_head
 from pipeline.logs.header_words import read_name
 from pipeline.logs.sentences import COLOURS, LIST, SLOT
@@ -66,6 +67,24 @@ def require_numbers_in_cells(path: Path, lines: Sequence[str]) -> None:
             f"{path}: {len(full)} cells of each row hold {full[0].count('|') + 1} numbers each, as "
             f"'{full[0][:LONGEST_SHOWN]}': a row is several samples. Write a row for each sample, "
             f"for example by `explode()` in pandas.")
+
+
+def with_samples_in_rows(path: Path, tables: Sequence[FileTable]) -> list[FileTable]:
+    """The tables without those that have far more columns than rows.
+
+    Raises
+    ------
+    UnreadableInput
+        All of them have.
+    """
+    able = [table for table in tables if not table.columns
+            or len(table.columns) <= LONGEST_CHANNELS * len(next(iter(table.columns.values())))]
+    if tables and not able:
+        shown = ", ".join(list(tables[0].columns)[: len(AXES)])
+        raise UnreadableInput(
+            f"{path}: it has {len(tables[0].columns)} columns ({shown}, ...) and hardly a row: its "
+            f"samples stand beside each other. Write a row for each sample.")
+    return able
 
 
 def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:

@@ -112,6 +112,8 @@ def settle_scale(
         if turn is not None and turn.is_exact:
             shown = math.radians(1) / (gyroscope.si_per_unit * turn.si_per_unit)
             able = near_scales(shown, gyroscope.choices)
+            if not able and gyroscope.encoding == OFFSET_BINARY:  # raw counts of a gain of its own
+                able = (float(f"{shown:.3g}"),)
             if len(able) != 1:
                 continue
             return _settled(tables, able[0], (

@@ -9,7 +9,12 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
-from pipeline.guess.no_log import no_table, require_numbers_in_cells, require_samples
+from pipeline.guess.no_log import (
+    no_table,
+    require_numbers_in_cells,
+    require_samples,
+    with_samples_in_rows,
+)
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import FEWEST_NUMBERS, find_head
@@ -85,6 +90,7 @@ def raw_tables(path: Path) -> list[RawTable]:
         require_samples(text)
         return [_text_table(text)]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
+    tables = with_samples_in_rows(path, tables)
     whole = len(tables) == 1 and kind.si
     return [RawTable(file if whole else file / table.name, table.columns, si=kind.si,
                      header=tuple(table.columns))

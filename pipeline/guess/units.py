@@ -30,6 +30,7 @@ from pipeline.guess.magnitudes import (
 from pipeline.guess.triads import NEARLY_ALL, PossibleTriad, Triple, called, triples_by_name
 from pipeline.guess.turns import OWN
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
+from pipeline.logs.header_words import read_name
 
 BITS, MORE_BITS = 16, 32
 """Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
@@ -94,8 +95,9 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     unit, words = force.gravity, force.words
     assert unit is not None
     named = triples_by_name(list(force.pool.columns), "acc")
-    doubts = [f"{', '.join(other)} may be an accelerometer's too" for other in named[:2]
-              if other != force.columns and force.columns in named][:1]
+    doubts = [f"{', '.join(other)} may be an accelerometer's too" for other in named
+              if other != force.columns and force.columns in named
+              and not read_name(other[0]).gravity_free][:1]
     if words.unit in FORCE_UNITS and words.unit != unit.unit:
         doubts.append(f"their names say {words.unit}, in which the median reading would be "
                       f"{unit.length * FORCE_UNITS[words.unit]:.4g} m/s²; they are taken "
@@ -153,7 +155,7 @@ def gyroscope_in(
         f"{because}; between the rests gravity turns by what {seen:.3g} rad/s per unit make of the "
         f"readings (correlation {turn.agreement:.2f})"),
         "; ".join(filter(None, [doubt, mounted])), _bits(rate), able if len(able) > 1 else ())
-    return triad if able else replace(triad, is_unusual=True)
+    return replace(triad, is_unusual=not able and encoding != OFFSET_BINARY)
 
 
 def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float, ...]:

@@ -57,7 +57,9 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
         if sum(len(labels_of(line)) for line in shown) >= numbers - len(shown):
             return _table_rows(lines, cycle)
         # A name of a triad, or numbers with units behind them: "Acc[mg]: 12 -3 1001".
-        return rows_of_sentences(lines, shown) or _table_rows(lines, cycle)
+        samples = [sample.replace("#", " ") for sample in _samples(lines, cycle)]
+        return (rows_of_sentences(samples, [*filter(None, samples)][-LOOKED_AT:])
+                or _table_rows(lines, cycle))
     tags = Counter(match[1] for line in shown if (match := SENTENCE.fullmatch(line)))
     if tags and (tag := tags.most_common(1)[0])[1] >= len(shown) / 2:
         return [match[2] if (match := SENTENCE.fullmatch(line)) and match[1] == tag[0]
@@ -184,22 +186,26 @@ def _is_of_words(line: str) -> bool:
     return not labels_of(line) and len(SLOT.findall(line)) < FEWEST
 
 
-def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
-    """A row in the place of the last line of each sample, comments in place of its other lines."""
+def _samples(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
+    """The lines of each sample in one, in the place of the last of them; the others empty."""
     rows = []
     sample: list[str] = []
-    begun = 0
     for line in lines:
         labels = labels_of(line)
-        if labels != cycle[begun] and not _is_of_words(line):
-            sample, begun = [], 0
-        if labels == cycle[begun]:
-            sample += (number for _, number in LABEL.findall(line))
-            begun += 1
-        whole = begun == len(cycle)
-        rows.append(",".join(sample) if whole else f"# {line}")
-        if whole:
-            sample, begun = [], 0
+        if labels != cycle[len(sample)] and not _is_of_words(line):
+            sample = []
+        if labels == cycle[len(sample)]:
+            sample.append(line)
+        whole = len(sample) == len(cycle)
+        rows.append(" ".join(sample) if whole else "")
+        sample = [] if whole else sample
+    return rows
+
+
+def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
+    """A row in the place of the last line of each sample, comments in place of its other lines."""
+    rows = [",".join(number for _, number in LABEL.findall(sample)) if sample else f"# {line}"
+            for line, sample in zip(lines, _samples(lines, cycle), strict=True)]
     first = next((i for i, row in enumerate(rows) if not row.startswith("#")), None)
     if first is None:
         return list(lines)

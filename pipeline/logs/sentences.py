@@ -12,7 +12,13 @@ from itertools import groupby, pairwise
 
 from calib.poses.imu_log import AXES
 from pipeline.logs.columns import TIME
-from pipeline.logs.dialect import DELIMITERS, dialect_of, local_date_seconds, seconds_of
+from pipeline.logs.dialect import (
+    DELIMITERS,
+    delimiter_of,
+    dialect_of,
+    local_date_seconds,
+    seconds_of,
+)
 from pipeline.logs.header_words import spelled_unit
 
 LEAST_SHARE = 0.9  #: share of the lines that are written in one manner
@@ -27,6 +33,8 @@ IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|"
 BEHIND = {"[": "]", "(": ")"}
 LIST = re.compile(r"-?[\d.]+(?:[|]-?[\d.]+){4,}")  #: samples of one channel in one cell
+COMMA = re.compile(r"(\d),(\d)")  #: a decimal comma
+NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: beside decimal points, or commas between numbers
 MARK = "\0"  #: stands for a number
 VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbers in brackets
 
@@ -36,6 +44,8 @@ def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | Non
 
     ``shown`` are the lines by which the manner is judged. Other lines become comments.
     """
+    if shown and delimiter_of(shown[-1]) in (";", "\t") and not any(map(NO_COMMA.search, shown)):
+        lines, shown = ([COMMA.sub(r"\1.\2", line) for line in each] for each in (lines, shown))
     texts = Counter(_text(line) for line in shown)
     text, count = max(texts.items(), key=lambda item: item[1], default=("", 0))
     if text.count(MARK) < FEWEST or count < LEAST_SHARE * len(shown):
@@ -93,7 +103,8 @@ def _names_of_header(text: str, above: str) -> list[str]:
         count = cell.count(MARK)
         unit = cell.rpartition(MARK)[2].strip(AROUND) if count else ""
         title = f"{name} ({unit})" if spelled_unit(unit) else name
-        named += [title] if count == 1 else _spread(name, count)
+        named += ([title] if count == 1 else [title, f"{title} sd"] if count == 2 and "±" in cell
+                  else _spread(name, count))
     return named
 
 

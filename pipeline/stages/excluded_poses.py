@@ -62,15 +62,17 @@ def short_names(label: str) -> tuple[str, ...]:
     """The names by which a pose may be excluded, the shortest first.
 
     >>> short_names("gyroscope/17rpm/pose_07.csv.gz")
-    ('pose_07', 'pose_07.csv.gz', 'gyroscope/17rpm/pose_07.csv.gz')
+    ('pose_07', 'pose_07.csv.gz', '17rpm/pose_07', 'gyroscope/17rpm/pose_07.csv.gz')
     >>> short_names("evening.csv 138.0-145.2 s")
     ('138.0-145.2 s', 'evening.csv 138.0-145.2 s')
     """
     part = _PART_OF_FILE.search(label)
     if part:
         return part[0], label
-    base = label.rpartition("/")[2]
-    return tuple(dict.fromkeys((base.partition(".")[0] or base, base, label)))
+    folder, _, base = label.rpartition("/")
+    stem = base.partition(".")[0] or base
+    return tuple(dict.fromkeys((stem, base, f"{folder.rpartition('/')[2]}/{stem}".lstrip("/"),
+                                label)))
 
 
 def choose(labels: Sequence[str], names: Sequence[PoseName]) -> Choice:

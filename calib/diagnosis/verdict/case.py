@@ -32,6 +32,8 @@ class Case:
         chi2 = float(self.fit.weight @ self.fit.rows.residual**2)
         dof = self.fit.dof
         text = f"chi²/dof {chi2 / max(dof, 1):.3g} with {dof} degrees of freedom"
+        if self.verdict.name == "bias_wander" and self.p_value >= MISFIT_P_VALUE:
+            return f"{text}, which noise alone can make; but poses that follow each other err alike"
         if self.rests_on_size:
             chance = f"p = {self.p_value:.2g}" if self.p_value > 1e-300 else "p below 1e-300"
             return f"{text}, {chance}"

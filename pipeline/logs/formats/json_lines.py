@@ -5,6 +5,7 @@ A dictionary as Python prints it is read as a line of JSON is.
 
 import ast
 import json
+import re
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
@@ -19,6 +20,7 @@ from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.header_words import read_name
 
+INTERVAL = re.compile(r"(?:interval|period)_(us|ms|s)$")  #: from one row to the next
 MOST_KINDS, LEAST_TURNS = 12, 0.25  #: sensors of a phone, and the share of rows of another one
 FEWEST_ROWS = 3  #: rows from which it shows that each holds several samples
 
@@ -41,6 +43,7 @@ def tables(path: Path) -> list[FileTable]:
 
 def _table(name: str, rows: list[Any]) -> list[FileTable]:
     """The tables of such rows: one, one of each kind where a word names it, or none."""
+    rows = [_flat(row) if isinstance(row, dict) else row for row in rows]
     words = [key for key in (rows[0] if rows and isinstance(rows[0], dict) else ())
              if all(isinstance(row, dict) and isinstance(row.get(key), str) for row in rows)]
     for key in words:
@@ -87,9 +90,35 @@ def _rows(value: Any) -> Iterator[Any]:
     if len(long) >= len(AXES):
         yield from (dict(zip(long, row, strict=True)) for row in zip(*long.values(), strict=True))
         return
-    longest = max((inner for inner in value.values() if isinstance(inner, list)), key=len,
-                  default=[])
-    yield from longest if longest and isinstance(longest[0], dict | list) else [value]
+    lists = [inner for inner in _flat(value).values() if isinstance(inner, list) and inner]
+    longest = max(lists, key=len, default=[])
+    if not longest or not isinstance(longest[0], dict | list):
+        yield value
+        return
+    names = next((named for inner in lists if len(named := _names(inner)) == len(longest[0])), None)
+    steps = {f"time_{match[1]}": step for key, step in _flat(value).items()
+             if (match := INTERVAL.search(key)) and isinstance(step, int | float)}
+    for i, row in enumerate(longest):
+        cells = dict(zip(names, row, strict=True)) if names and isinstance(row, list) else row
+        yield ({name: i * step for name, step in steps.items()} | cells
+               if isinstance(cells, dict) else cells)
+
+
+def _flat(value: dict[str, Any]) -> dict[str, Any]:
+    """An object with what the objects in it hold under names like ``acc.x``."""
+    flat: dict[str, Any] = {}
+    for key, inner in value.items():
+        below = _flat(inner) if isinstance(inner, dict) else {"": inner}
+        flat |= {f"{key}.{name}" if name else key: one for name, one in below.items()}
+    return flat
+
+
+def _names(value: list[Any]) -> list[str]:
+    """The names that a list holds, or its objects with their units; empty where it holds none."""
+    objects = [one for one in value if isinstance(one, dict) and isinstance(one.get("name"), str)]
+    named = [f"{one['name']} ({one['units']})" if "units" in one else one["name"]
+             for one in objects]
+    return named or [one for one in value if isinstance(one, str)]
 
 
 def _columns(name: str, value: dict[str, Any]) -> Iterator[tuple[str, list[Any]]]:

@@ -1,5 +1,6 @@
 """Logs of laboratories and of boards on a line, each of a class that a first try failed on."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -201,6 +202,14 @@ def a_value_a_line(folder: Path, log: HandLog) -> Foreign:
         for name, v in zip(names, row, strict=True)])])
 
 
+def samples_beside_each_other(folder: Path, log: HandLog) -> Foreign:
+    """All samples in one object of JSON."""
+    path = folder / "all.json"
+    path.write_text(json.dumps({f"a{i}": v for i, v in enumerate(log.acc[:100].ravel().tolist())}),
+                    encoding="utf-8")
+    return Foreign([path])
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
@@ -210,5 +219,7 @@ LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
+    "samples_beside_each_other": (
+        samples_beside_each_other, r"it has 300 columns .* Write a row for each sample"),
     "a_value_a_line": (a_value_a_line, r"each line holds one value, as .*MPU6050 "),
 }

@@ -1,5 +1,6 @@
 """Logs that were thought of after the importer was written, and that it did not read at first."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -54,6 +55,58 @@ def taking_turns(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "turns.csv", ["t,ax,ay,az,gx,gy,gz", *rows])])
 
 
+def tagged_lines(folder: Path, log: HandLog) -> Foreign:
+    """A sample in three lines, each with a name and three numbers: Razor AHRS."""
+    counts = counts_of(log, 256.0, 14.375)
+    lines = [f"#{name}=" + ",".join(f"{v}.00" for v in row) for a in counts
+             for name, row in (("A-R", a[:3]), ("M-R", a[:3] // 9), ("G-R", a[3:]))]
+    return Foreign([write_lines(folder / "razor.txt", lines)], 256 / G, 14.375 / DEG, log.rate_hz)
+
+
+def vectors_under_names(folder: Path, log: HandLog) -> Foreign:
+    """Edge Impulse: rows of numbers deep in an object, whose names stand beside them."""
+    sensors = [{"name": f"{name}{axis}", "units": unit} for name, unit in (
+        ("acc", "m/s2"), ("gyr", "dps")) for axis in "XYZ"]
+    values = np.hstack([log.acc, log.gyr / DEG]).round(4).tolist()
+    path = folder / "idle.1.json"
+    path.write_text(json.dumps({"signature": "0", "payload": {
+        "interval_ms": 1000 / log.rate_hz, "sensors": sensors, "values": values}}),
+        encoding="utf-8")
+    return Foreign([path], 1.0, 1 / DEG)
+
+
+def packets_deep_inside(folder: Path, log: HandLog) -> Foreign:
+    """Movesense: four samples in an object of each row, with one time."""
+    packets = [{"Body": {"Timestamp": round(1000 * log.time_s[i])} | {
+        name: [dict(zip("xyz", row, strict=True)) for row in values[i : i + 4].round(4).tolist()]
+        for name, values in (("ArrayAcc", log.acc), ("ArrayGyro", log.gyr / DEG))}, "Method": "PUT"}
+        for i in range(0, len(log.time_s) - 3, 4)]
+    path = folder / "imu6_stream.json"
+    path.write_text(json.dumps({"data": packets}), encoding="utf-8")
+    return Foreign([path], 1.0, 1 / DEG)
+
+
+def means_with_sds(folder: Path, log: HandLog) -> Foreign:
+    """A student's table: a mean and its sd in each cell, with decimal commas."""
+    cells = [[f"{a.mean():.4f} ± {a.std() / 5:.4f}" for a in log.acc[log.rest == i].T]
+             for i in range(18)]
+    rows = [";".join([str(i + 1), *row]).replace(".", ",") for i, row in enumerate(cells)]
+    return Foreign([write_lines(folder / "Mittelwerte.csv", [
+        "Lage;ax (m/s²);ay (m/s²);az (m/s²)", *rows], "cp1252")], 1.0, None)
+
+
+def gains_of_their_own(folder: Path, log: HandLog) -> Foreign:
+    """An MTi's raw counts in a file for each sensor, of gains that no list of ranges has."""
+    per_m_s2, per_rad_s = 415.0, 4780.0
+    files = [write_lines(folder / f"mti_{name}.txt", [
+        " ".join([f"{t:.5f}", *map(str, row)])
+        for t, row in zip(log.time_s, np.rint(values * per).astype(int) + 32768, strict=True)])
+        for name, values, per in (("acc", log.acc, per_m_s2), ("gyro", log.gyr, per_rad_s))]
+    return Foreign(files, per_m_s2, per_rad_s)
+
+
 LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
-    tool.__name__: tool for tool in (movella_dot, registers, fortran, spreadsheet, taking_turns)
+    tool.__name__: tool for tool in (
+        movella_dot, registers, fortran, spreadsheet, taking_turns, tagged_lines,
+        vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own)
 }

@@ -116,7 +116,7 @@ def test_poses_are_excluded_by_the_names_of_their_triad(excluded: Outcome) -> No
 @pytest.mark.parametrize(("target", "says"), [
     ("pose_07", "names no pose. Write accelerometer.NAME or gyroscope.NAME"),
     ("gyroscope.pose_77", "gyroscope.pose_77: no pose is named 'pose_77' (did you mean 'pose_"),
-    ("accelerometer.pose_03", "no pose is named 'pose_03'"),  # that one is excluded already
+    ("accelerometer.pose_03", "accelerometer.pose_03: is excluded already"),
 ])
 def test_a_target_that_is_no_pose_of_the_fit_is_refused(
     excluded: Outcome, target: str, says: str
@@ -147,6 +147,7 @@ def test_every_pose_has_a_name_and_a_number_that_mean_it_alone(i: int) -> None:
     ([6], "there is no pose 6: the section has 5 poses"),
     (["pose_2", "b/pose_2.csv.gz"], "'b/pose_2.csv.gz' is excluded twice"),
     ([1, 2, 3, 4, 5], "all 5 poses of the section are excluded"),
+    (["b/pose_1", "pose_1"], "'pose_1' means several"),
     (["row 4"], r"no pose is named 'row 4' \(did you mean 'row 3'"),
 ])
 def test_names_that_mean_no_pose_or_several_are_refused(
