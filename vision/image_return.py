@@ -8,6 +8,10 @@ with itself a lag later,
 What turns returns after every multiple of its period and not half way between two, so the period is
 the lag P with the largest mean of r_b(mP) - r_b((m - 1/2)P) in the blocks that return best. The
 peaks near its multiples, read off to parts of a frame, then give the period.
+
+Less what is slow, what shifts through the picture evenly seems to return a few times. Where returns
+are few the frames as they are must return too: of their mean square difference half way between two
+returns, less noise, at least a half is gone at each.
 """
 
 from dataclasses import dataclass
@@ -29,6 +33,7 @@ FEWEST_BLOCKS = 6  # that are looked at
 ABOUT = 0.08  #: share of a period, to both sides of where a return is expected
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
 FEWEST_RETURNS = 2  # one alone may be chance
+SEVERAL_RETURNS = 4  # that an even motion, less what is slow, does not show
 LEAST_FRAMES = 3  # of a period
 FIRST_TURNS = 3  # returns that make the period more exact for those that follow
 MOSTLY = 0.8  # of the clip, in which a trial period is looked at
@@ -54,20 +59,19 @@ class ReturnThresholds:
     shorter : float
         Times the score that a longer period must have, for it to be the period: every multiple of
         the period returns too.
+    gone : float
+        Of the difference half way between two returns, that is left at a return. Derived: half.
     same : float
         Of the correlation after the period, and of the number of returns, that a part of it must
         have to be the period. Tuned on ``tests.bench.clip_study``: a narrow mark returns best after
         the three turns that take a whole number of frames.
-    clearly_varies : float
-        Mean square of a pixel over that of its noise, for it to be of something else that turns.
-        Derived: nine tenths of it are no noise.
     """
 
     clear: float = 0.6
     beyond_noise: float = 1.3
     shorter: float = 1.05
+    gone: float = 0.5
     same: float = 0.75
-    clearly_varies: float = 10.0
 
 
 THRESHOLDS = ReturnThresholds()
@@ -118,9 +122,8 @@ def image_return(
     if f < 2 * FEWEST_RETURNS * LEAST_FRAMES or min(h, w) < block:
         return None
     rows, columns = h // block, w // block
-    blocks = _varying(small, round(SLOW_S / frame_s))[:, : rows * block, : columns * block]
-    blocks = blocks.reshape(f, rows, block, columns, block).transpose(1, 3, 0, 2, 4)
-    blocks = blocks.reshape(rows * columns, f, block * block)
+    varying = _varying(small)
+    blocks = _in_blocks(_without_slow(varying, round(SLOW_S / frame_s) // 2), block)
     seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > THRESHOLDS.beyond_noise)
     if not seen.size:
         return None
@@ -142,27 +145,41 @@ def image_return(
     mean = float(shown.mean()) if shown.size else 0.0
     if len(lags) < FEWEST_RETURNS or mean < THRESHOLDS.clear:
         return None
+    if len(lags) < SEVERAL_RETURNS and not _returns_whole(
+            _in_blocks(varying, block)[seen], lags, float(lags[0] / count[0])):
+        return None
     period, sd = fitted_period(lags, count)
     sd = float(np.hypot(sd, BIAS * period))
     return ImageReturn(period * frame_s, sd * frame_s, int(count.max()))
 
 
-def much_varies(small: NDArray[np.uint8]) -> bool:
-    """Whether frames, (f, h, w) some time apart, vary by more than noise and flicker together."""
-    square = (_varying(small, len(small)) ** 2).mean(axis=0)
-    return int((square > THRESHOLDS.clearly_varies).sum()) >= FEWEST_BLOCKS * BLOCK**2
-
-
-def _varying(small: NDArray[np.uint8], slow: int) -> NDArray[np.float32]:
-    """What is neither slow nor the flicker of all pixels together, in sds of each pixel's noise."""
+def _varying(small: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """What is not the flicker of all pixels together, in sds of each pixel's noise."""
     values = small.astype(np.float32)
     light = values.mean(axis=(1, 2), keepdims=True)
     values *= light.mean() / np.maximum(light, 1.0)
-    values = _without_slow(values - values.mean(axis=0), slow // 2)
+    values -= values.mean(axis=0)
     thin = max(1, len(values) // NOISE_FROM)
     second = values[2::thin] - 2 * values[1:-1:thin] + values[:-2:thin]
     noise = SD_PER_MAD * median(np.abs(second), axis=0) / np.sqrt(6)
     return np.asarray(values / np.maximum(noise, median(noise) + 0.3), np.float32)
+
+
+def _in_blocks(values: NDArray[np.float32], block: int) -> NDArray[np.float32]:
+    """Frames (f, h, w) as blocks of pixels, (b, f, block²)."""
+    f, h, w = values.shape
+    rows, columns = h // block, w // block
+    blocks = values[:, : rows * block, : columns * block].reshape(f, rows, block, columns, block)
+    return blocks.transpose(1, 3, 0, 2, 4).reshape(rows * columns, f, block * block)
+
+
+def _returns_whole(blocks: NDArray[np.float32], lags: FloatArray, period: float) -> bool:
+    """Whether blocks (b, f, p), in sds of noise, are themselves again after the lags, (m,)."""
+    def difference(after: FloatArray) -> float:
+        squares = [float(((blocks[:, lag:] - blocks[:, :-lag]) ** 2).mean())
+                   for lag in np.round(after).astype(int)]
+        return sum(squares) / len(squares) - 2
+    return difference(lags) < THRESHOLDS.gone * difference(lags - period / 2)
 
 
 def _without_slow(values: NDArray[np.float32], half: int) -> NDArray[np.float32]:

@@ -61,8 +61,6 @@ def learn(
     seen: Sequence[Channel],
     rim: PlateView | None,
     on_step: Callable[[], None],
-    *,
-    camera_stands: bool = False,
 ) -> PlateModel:
     """Find and learn the plate.
 
@@ -78,8 +76,6 @@ def learn(
         As the user measured it; proposed from the frames where None.
     on_step : callable
         Called often; what it raises ends the work.
-    camera_stands : bool
-        What surrounds the plate is seen, and does not move; for the words of a refusal.
 
     Raises
     ------
@@ -89,10 +85,10 @@ def learn(
     refusal: RateRefused | None = None
     for channel in seen:
         try:
-            return _learn(name, frames, channel, rim, on_step, camera_stands)
+            return _learn(name, frames, channel, rim, on_step)
         except RateRefused as error:
             refusal = more_telling(refusal, error)
-    raise refusal or NothingMoves(f"{name}: {why_nothing_moves(frames[0].luma)}")
+    raise refusal or NothingMoves(f"{name}: {why_nothing_moves([frames[0].luma])}")
 
 
 def _learn(
@@ -101,10 +97,10 @@ def _learn(
     channel: Channel,
     rim: PlateView | None,
     on_step: Callable[[], None],
-    camera_stands: bool,
 ) -> PlateModel:
-    if stands_still([channel(frames[i]) for i in spread_choice(len(frames), CHANGE_OF)]):
-        raise NothingMoves(f"{name}: {why_nothing_moves(frames[0].luma)}")
+    some = [frames[i] for i in spread_choice(len(frames), CHANGE_OF)]
+    if stands_still([channel(frame) for frame in some]):
+        raise NothingMoves(f"{name}: {why_nothing_moves([frame.luma for frame in some])}")
     images = [channel(frame) for frame in frames]
     background = median_image(images)
     on_step()
@@ -130,8 +126,8 @@ def _learn(
             None if alike > 1 else plate.coarse)
         return PlateModel(channel, in_brightness, fine.template, rate, alike, notes)
     if jumping is not None:
-        raise RateRefused(f"{name}: {why_it_jumps(jumping.template, background.shape)}")
-    why = why_nothing_turns(outlines, in_brightness, camera_stands=camera_stands)
+        raise RateRefused(f"{name}: {why_it_jumps(jumping.template)}")
+    why = why_nothing_turns([rotation for _, rotation in outlines], in_brightness)
     raise RateRefused(f"{name}: {why}")
 
 

@@ -152,7 +152,7 @@ def _view_change(line: _Line, grid: Grid, count: int) -> FloatArray:
     beyond = np.concatenate([[0.0], np.cumsum(step)[:-1]])
     power = np.abs(line.wave) ** 2 * grid.weight()[:, None]
     strength = power.sum(axis=0)
-    radius = (grid.radius @ power) / np.maximum(strength, 1e-12)
+    radius = np.maximum((grid.radius @ power) / np.maximum(strength, 1e-12), grid.radius[0])
     x = np.stack([
         np.sin(azimuth) / radius, -np.cos(azimuth) / radius,
         np.sin(2 * azimuth), -np.cos(2 * azimuth), np.ones_like(azimuth)], axis=1)

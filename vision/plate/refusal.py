@@ -1,114 +1,61 @@
 """The messages where no plate can be learned."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from vision.geometry import PlateView
 from vision.numbers import quantile
 from vision.plate.mark import symmetry
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Template
 from vision.video.reader import Luma
 
-WHOLE = 0.95  # of the rim inside the frame; it chooses the words only
-GRAZING_RAD = np.radians(75)  # tilt; likewise
-DARK = 48.0  # luma of the brightest twentieth; black is 16; likewise
+DARK = 48.0  # luma of the brightest twentieth; black is 16; it chooses the words only
 BRIGHTEST = 0.95  # quantile
-NOTHING = 0.15  # coherence of what only flickers, whose outline may lie anywhere; likewise
+LIGHT = 0.05  # of the mean luma, that a light changes from frame to frame; likewise
 
 
-def why_nothing_moves(seen: Luma) -> str:
-    """Frames such as the one seen, (h, w), differ by noise alone."""
+def why_nothing_moves(seen: Sequence[Luma]) -> str:
+    """Frames, (h, w) each, differ by noise, or by the light alone."""
+    light = np.array([float(frame.mean()) for frame in seen])
+    if np.ptp(light) > LIGHT * light.mean():
+        return (f"nothing in the frame turns about a fixed axis: the light changes (the mean of "
+                f"the frames goes from {light.min():.0f} to {light.max():.0f} of 255) now and "
+                f"then, and else nothing. {_to_change(seen[0])}")
+    return (f"nothing in the frame turns about a fixed axis: what changes from frame to frame is "
+            f"no more than the noise of the camera. {_to_change(seen[0])}")
+
+
+def why_nothing_turns(rotations: Sequence[CoarseRotation], seen: Luma) -> str:
+    """No outline shows enough that turns together; a frame (h, w) shows how bright it is."""
+    coherence = max((rotation.coherence for rotation in rotations), default=0.0)
     return (
-        "nothing in the frame turns about a fixed axis: what changes from frame to frame is no "
-        "more than the noise of the camera. "
-    ) + (_too_dark(seen) or (
-        "Check that the plate turns; if it does, put a mark of paper or tape on it that is much "
-        "brighter or darker than the plate."
-    ))
-
-
-def why_nothing_turns(
-    outlines: list[tuple[PlateView, CoarseRotation]],
-    background: Luma,
-    *,
-    camera_stands: bool,
-) -> str:
-    """No outline shows enough that turns together; what to change first.
-
-    Parameters
-    ----------
-    outlines : list of (PlateView, CoarseRotation)
-    background : array of uint8, shape (h, w)
-        What stands still, in brightness.
-    camera_stands : bool
-        What surrounds the plate is seen, and does not move.
-    """
-    view, rotation = max(outlines, key=lambda outline: outline[1].coherence, default=(None, None))
-    coherence = 0.0 if rotation is None else rotation.coherence
-    fault = ""
-    if view is not None and coherence > NOTHING:
-        fault = _partly_seen(view, background.shape)
-    return (
-        f"nothing in the frame turns about a fixed axis: {len(outlines)} round outline(s) were "
+        f"nothing in the frame turns about a fixed axis: {len(rotations)} round outline(s) were "
         f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
-        f"shows 50 to 100 %).{fault and f' The likeliest outline {fault}.'} "
-        f"{_too_dark(background) or _to_change_first(fault, coherence, camera_stands)}"
+        f"shows 50 to 100 %). {_to_change(seen)}"
     )
 
 
-def _too_dark(seen: Luma) -> str:
-    """What to do about a frame, (h, w), that is nearly black; else empty."""
+def _to_change(seen: Luma) -> str:
     light = float(quantile(seen, BRIGHTEST))
-    return "" if light >= DARK else (
-        f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of 255, where "
-        f"black is 16."
-    )
+    if light < DARK:
+        return (f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of "
+                f"255, where black is 16.")
+    return ("Check that the plate turns; film the whole of it from above and from a stand, with a "
+            "mark of paper or tape near its rim that is much brighter or darker than the plate, "
+            "and with nothing else that moves.")
 
 
-def _to_change_first(fault: str, coherence: float, camera_stands: bool) -> str:
-    if fault:
-        return "Film the whole plate from above."
-    if coherence < NOTHING:
-        return (
-            "Put a mark of paper or tape on the plate near its rim, or state the rim if there is "
-            "one (--rim, or plate: centre_px, radii_px)."
-        )
-    if camera_stands:
-        return (
-            "Put a mark of paper or tape on the plate near its rim, much brighter or darker than "
-            "the plate, and keep hands and shadows out of the frame."
-        )
-    return "Fix the camera to a stand, and film the whole plate from above."
-
-
-def why_it_jumps(template: Template, shape: tuple[int, ...]) -> str:
-    """Something turns together, but its angle does not advance evenly; frames of ``shape``."""
-    fault = _partly_seen(template.grid.view, shape)
-    if fault:
-        return (
-            f"what turns in the frame {fault}, and its angle cannot be measured where no part of "
-            f"its pattern is in the frame. Film the whole plate."
-        )
+def why_it_jumps(template: Template) -> str:
+    """Something turns together, but its angle does not advance evenly."""
     if symmetry(template) > 1:
         return (
-            "the pattern of the plate repeats itself around it (strobe dots, ribs of a mat), and "
-            "the frames cannot show how many of them pass from frame to frame. Put one mark on "
-            "the plate that differs from the pattern (paper, tape) and film again."
+            "what turns in the frame repeats itself around its axis (blades, strobe dots, ribs of "
+            "a mat), and the frames cannot show how many of its parts pass from frame to frame. "
+            "Put one mark on the plate that differs from the pattern (paper, tape) and film again."
         )
     return (
         "what turns in the frame jumps from frame to frame: frames are missing, their time stamps "
-        "are wrong, or the pattern of the plate repeats itself. Record into .mp4 or .mkv in good "
-        "light, with one bold mark on the plate."
+        "are wrong, it turns too fast for the frame rate, or it is seen in some frames only. "
+        "Record the whole plate into .mp4 or .mkv in good light, with one bold mark on it."
     )
-
-
-def _partly_seen(view: PlateView, shape: tuple[int, ...]) -> str:
-    """What is wrong where a plate is not seen whole, or nearly from the side; else empty."""
-    x, y = view.pixels(np.ones(180), np.linspace(0, 2 * np.pi, 180, endpoint=False))
-    inside = float(((x >= 0) & (y >= 0) & (x < shape[1]) & (y < shape[0])).mean())
-    faults = []
-    if inside < WHOLE:
-        faults.append(f"lies {1 - inside:.0%} outside the frame")
-    if view.tilt_rad > GRAZING_RAD:
-        faults.append(f"is seen {np.degrees(view.tilt_rad):.0f}° away from straight above")
-    return f"{' and '.join(faults)}: the plate is not fully seen" if faults else ""

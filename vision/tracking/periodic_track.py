@@ -75,13 +75,7 @@ def picture_return(small: SmallClip) -> PictureReturn:
     small.choose()
     returns, mask = small.returns, small.mask
     if returns is None or mask is None:
-        lasts = small.time_s[-1] - small.time_s[0] if small.time_s else 0.0
-        why = f"Nothing in the picture repeats within its {lasts:.1f} s."
-        if small.pans_px_s:
-            raise OnlyShifts(
-                f"the camera moves: all that it sees shifts by {small.pans_px_s:.0f} px per "
-                f"second, and nothing turns about a fixed axis in the scene")
-        raise (NoPlate if small.varies else RateRefused)(why)
+        raise small.refusal or RateRefused("the clip has one frame")
     values, time = np.stack(small.values), np.array(small.time_s)
     pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
     try:

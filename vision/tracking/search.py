@@ -73,8 +73,7 @@ def learned_plate(
         stretch = stretch.with_fields().steadied(camera_moves=camera_moves)
         seen = axes_of_colour(stretch.frames) if colours else [Brightness()]
         try:
-            plate = learn(task.path.name, stretch.frames, seen, rim, on_step,
-                          camera_stands=stretch.around is not None)
+            plate = learn(task.path.name, stretch.frames, seen, rim, on_step)
             return plate, stretch
         except RateRefused as error:
             refusal = more_telling(refusal, error)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.numbers import median
-from vision.plate.background import spread_choice
 from vision.video.reader import NO_CHROMA, ClipReader, Frame
 from vision.video.reduction import reduced
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 SMALL, SMALLER = 320, 128  # pixels of the longer side: of what is measured, of what returns
 HELD = 600  #: frames held whole; a limit of memory and time
-GLIMPSES = 100  # frames, for whether anything varies
 PIXELS = 6000  #: pixels that are measured; a limit of time
 MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
 FEWEST_PIXELS = 500  # in however long a clip
@@ -51,10 +50,8 @@ class SmallClip:
         Of a camera that moves.
     returns : ImageReturn or None
         The return of the picture.
-    varies : bool
-        Much varies, and nothing returns.
-    pans_px_s : float
-        How fast all that is seen shifts together, pixels of the clip; 0 where it does not.
+    refusal : RateRefused or None
+        What changes, where nothing returns.
     ended : bool
         No more frames are taken.
     """
@@ -69,8 +66,7 @@ class SmallClip:
     shown: Frame | None = None
     camera: "Registration | None" = None
     returns: "ImageReturn | None" = None
-    varies: bool = False
-    pans_px_s: float = 0.0
+    refusal: RateRefused | None = None
     ended: bool = False
     _whole: list[Frame] = field(default_factory=list)
 
@@ -107,17 +103,20 @@ class SmallClip:
 
     def choose(self) -> None:
         """Find the return of the picture, and the pixels that tell the angle best."""
-        from vision.image_return import BLOCK, FINER_BLOCK, image_return, much_varies
+        from vision.image_return import BLOCK, FINER_BLOCK, image_return
         from vision.plate.periodic import informative
-        from vision.tracking.registration import LOOKED_AT, THRESHOLDS, registration
+        from vision.tracking.registration import THRESHOLDS, registration
+        from vision.tracking.what_changes import what_changes
 
         time, whole = np.array(self.time_s), self._whole
         if self.ended or self.mask is not None or len(whole) < 2:
             return
-        self._whole = []
+        self._whole, seen = [], whole
         camera, moved_px = registration(whole)
         if camera is not None and moved_px > THRESHOLDS.moved_px:
-            self.camera, whole = camera, [camera.back(small) for small in whole]
+            back = [camera.back(small) for small in whole]
+            if camera.largest_px < min(whole[0].luma.shape) / 2:  # else it is another view by then
+                self.camera, whole = camera, back
         frame_s = max(float(median(np.diff(time))), 1e-4)
         even = np.arange(time[0], time[-1] + frame_s / 2, frame_s)[: 2 * len(time)]
         at = np.clip(np.searchsorted(time, even - frame_s / 2), 0, len(time) - 1)
@@ -126,14 +125,8 @@ class SmallClip:
         self.returns = (image_return(tiny[at], frame_s, BLOCK)
                         or image_return(tiny[at], frame_s, FINER_BLOCK))
         if self.returns is None:
-            apart = max(1, len(tiny) // GLIMPSES)
-            self.varies = much_varies(tiny[::apart])
-            if camera is None:  # it may go so far that hardly anything stays in the frame
-                half = [registration([whole[i], whole[i + apart]])[1]
-                        for i in spread_choice(len(whole) - apart, LOOKED_AT)]
-                shift = 2 * float(median(np.nan_to_num(half)))
-                if shift > THRESHOLDS.moved_px:
-                    self.pans_px_s = self.factor * self.clip.reduction * shift / (apart * frame_s)
+            self.refusal = what_changes(
+                [small.luma for small in seen], time, self.factor * self.clip.reduction)
             self.end()
             return
         most = max(self.clip.frames_stated or 0, len(time))

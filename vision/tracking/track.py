@@ -126,13 +126,15 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
     still = [track for track in tracks if not isinstance(track, RateRefused)]
     if still:
         return still[0]
-    last = refusals.pop() if len(refusals) > 2 or isinstance(refusals[-1], NoPlate) else ""
+    seen = next((each for each in reversed(refusals) if isinstance(each, NoPlate)), None)
     telling = reduce(more_telling, refusals)
-    raise type(telling)(f"{telling} {last}".rstrip())
+    if seen is None or isinstance(telling, NoPlate):
+        raise telling
+    raise NoPlate(f"{telling} {str(seen)[:1].upper()}{str(seen)[1:]}.")
 
 
 def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
-    """What to do where the picture returns, or the camera moves, and no plate is seen."""
+    """What to do where the picture returns, or all of it moves, and no plate is seen."""
     if isinstance(refusal, NoPlate):
         return type(refusal)(f"{name}: {refusal}. Film the whole plate from above and from a "
                              f"stand, with nothing else that moves.", returns=refusal.returns)
@@ -141,9 +143,8 @@ def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
     sd = rate * refusal.returns.sd_s / refusal.returns.period_s
     return RateRefused(
         f"{name}: {refusal}. Film the whole plate from above, with one bold mark near its rim; "
-        f"where it makes one turn in that time, and does not go to and fro, and this rate will do, "
-        f"state it in a configuration (rate: {{{Path(name).stem}: {{rate_rad_s: {rate:.4f}, "
-        f"sd_rad_s: {sd:.1g}}}}}).",
+        f"where it makes one turn in that time, and this rate will do, state it in a configuration "
+        f"(rate: {{{Path(name).stem}: {{rate_rad_s: {rate:.4f}, sd_rad_s: {sd:.1g}}}}}).",
         returns=refusal.returns)
 
 

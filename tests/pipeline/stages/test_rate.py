@@ -145,7 +145,7 @@ def test_the_clip_reported_is_the_first_that_fails(tmp_path: Path) -> None:
 def test_ctrl_c_while_the_plate_is_being_learned_ends_at_once() -> None:
     code = """if True:
         import sys, time, pipeline.cli, vision.plate.learn
-        def learn(name, frames, channel, rim, on_step, camera_stands):
+        def learn(name, frames, channel, rim, on_step):
             print("learning", flush=True)
             while True:
                 on_step()

@@ -1,0 +1,184 @@
+"""What changes in a film in which no plate is seen: the light, all of the view, or something in it.
+
+From a frame I to a frame J a little later a light that changes, and a camera that shifts, nears and
+rolls, change the pixel at x by
+
+    J - I = a I + c - (b + z x + ω x⊥)·∇I,
+
+six numbers for all pixels, by least squares. The share of the change that they explain tells what
+it is; a camera moves every place that has edges, what passes before it only some. Where all go
+alike but few places do, each pixel weighed by its change, b is the motion of what passes by.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.errors import NoPlate, OnlyShifts, RateRefused
+from vision.geometry import FloatArray
+from vision.numbers import SD_PER_MAD, median, quantile
+from vision.plate.background import spread_choice
+from vision.video.reader import Luma
+from vision.video.reduction import reduced
+
+BLUR = 1.5  #: pixels, sd, for the slopes of edges
+SIDE = 64  # pixels at most: what moves by one in a frame crosses the view in 2.5 s
+LAGS = (1, 2, 4, 8, 16)  # frames from one to the other, for motions fast and slow
+PAIRS = 40  #: pairs of frames with each lag; a limit of time
+LEAST_SD = 0.2  # luma steps: the noise of pixels that rounding keeps still
+CALM = 0.1  # quantile of the change from frame to frame that is noise, if any is
+CLEAR = 3.0  # sds of noise, that the motion of a camera must change a place
+
+
+@dataclass(frozen=True)
+class ChangeThresholds:
+    """What is said of a change.
+
+    Attributes
+    ----------
+    mostly : float
+        Share of the change that one cause explains. Derived: half.
+    goes_with : float
+        Of the places with edges, that go with a camera that moves. Tuned on kinds of film without
+        a rate: of a camera 0.78 and more do, of what passes before one 0.28 and less.
+    much : float
+        Of the picture, that varies beyond noise where something moves that repeats nothing. As
+        much as the blocks of ``vision.image_return``.
+    straight : float
+        Net way over the way gone, of what passes by. Derived: a mark on a plate that makes a
+        quarter of a turn.
+    across : float
+        Of the longer side of the view, that it goes. Derived: no mark of a plate in the view goes
+        as far in a quarter of a turn.
+    steps : float
+        Of the frames, in which half of all change is, where the picture stands still in between.
+        Derived: a tenth; an even motion changes half in half of them.
+    """
+
+    mostly: float = 0.5
+    goes_with: float = 0.7
+    much: float = 0.03
+    straight: float = 0.9
+    across: float = 0.5
+    steps: float = 0.1
+
+
+THRESHOLDS = ChangeThresholds()
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """What explains the change of pairs of frames that are some frames apart.
+
+    Shares: of the light, of light and camera together, of the places that go with the camera, and
+    of what passes by. The camera's shift, nearing and roll per frame, (3,), in pixels at the edge;
+    the way per frame and the straightness of what passes by.
+    """
+
+    light: float
+    together: float
+    goes_with: float
+    passes: float
+    camera_px: FloatArray
+    way_px: float
+    straight: float
+
+
+def what_changes(
+    frames: Sequence[Luma], time_s: FloatArray, pixel: float
+) -> RateRefused:
+    """A refusal that says what changes.
+
+    Parameters
+    ----------
+    frames : sequence of arrays of uint8, shape (h, w)
+        Small ones, in which nothing returns.
+    time_s : array, shape (f,)
+    pixel : float
+        Pixels of the clip in one of theirs.
+    """
+    lasts_s = float(np.ptp(time_s))
+    factor = -(-max(frames[0].shape) // SIDE)
+    small = np.stack([np.asarray(cv2.GaussianBlur(reduced(frame, factor), (0, 0), BLUR), np.uint8)
+                      for frame in frames])
+    change = np.abs(np.diff(small.astype(np.float32), axis=0))
+    second = np.abs(small[2:].astype(np.float32) - 2.0 * small[1:-1] + small[:-2])
+    noise = SD_PER_MAD * median(second, axis=0) / np.sqrt(6) + LEAST_SD
+    motions = [_motion(small, noise, lag) for lag in LAGS if lag < len(small)]
+    best = max(motions, key=lambda motion: motion.together)
+    per_s = len(time_s) / lasts_s
+    if best.light > THRESHOLDS.mostly:
+        return NoPlate(f"the light changes, which explains {best.light:.0%} of what changes in the "
+                       f"picture, and nothing that turns is seen beside it")
+    much = small.std(axis=0) > CLEAR * median(noise)
+    if much.mean() < THRESHOLDS.much:
+        return RateRefused(f"nothing in the picture repeats within its {lasts_s:.1f} s")
+    energy = np.sort((change**2).sum(axis=(1, 2)))[::-1]
+    energy = np.maximum(energy - quantile(energy, CALM), 0)
+    steps = 1 + int(np.searchsorted(np.cumsum(energy), THRESHOLDS.mostly * energy.sum()))
+    if steps < THRESHOLDS.steps * len(energy):
+        return NoPlate(f"the picture changes in steps and stands still between them: half of all "
+                       f"change is in {steps} of {len(energy)} frames; a plate turns on evenly")
+    moves = [motion for motion in motions if motion.together > THRESHOLDS.mostly]
+    if moves and min(motion.goes_with for motion in moves) > THRESHOLDS.goes_with:
+        which = int(np.abs(best.camera_px).argmax())
+        at_edge = float(abs(best.camera_px[which])) * per_s
+        how = (f"shifts by {at_edge * factor * pixel:.0f} px",
+               f"grows or shrinks by {2 * at_edge / SIDE:.1%}",
+               f"turns by {np.degrees(2 * at_edge / SIDE):.0f}°")[which]
+        return OnlyShifts(f"the camera moves: all that it sees {how} or so per second, and nothing "
+                          f"in the frame is seen to turn about a fixed axis")
+    passing = max(motions, key=lambda motion: motion.passes)
+    way = passing.way_px * len(time_s)
+    if (passing.passes > THRESHOLDS.mostly and passing.straight > THRESHOLDS.straight
+            and way > THRESHOLDS.across * max(small.shape[1:])):
+        speed = passing.way_px * per_s * factor * pixel
+        return OnlyShifts(f"what moves in the picture passes by in one direction, at about "
+                          f"{speed:.0f} px per second, and nothing in the frame turns about a "
+                          f"fixed axis")
+    y, x = (factor * pixel * float(np.mean(at)) for at in np.nonzero(much))
+    return NoPlate(f"what changes, {much.mean():.0%} of the picture around ({x:.0f}, {y:.0f}) px, "
+                   f"repeats nothing within its {lasts_s:.1f} s")
+
+
+def _motion(small: NDArray[np.uint8], noise: FloatArray, lag: int) -> _Motion:
+    h, w = small.shape[1:]
+    y, x = (np.mgrid[1 : h - 1, 1 : w - 1] - np.array([h - 1, w - 1])[:, None, None] / 2) / (w / 2)
+    clear = CLEAR * noise[1:-1, 1:-1].ravel()
+    of_all = by_light = together = of_weighed = by_passing = 0.0
+    places = going = 0
+    camera, ways = [], []
+    for i in spread_choice(len(small) - lag, PAIRS):
+        before, after = small[[i, i + lag]].astype(np.float64)
+        mean = (before + after) / 2
+        changed = (after - before)[1:-1, 1:-1].ravel()
+        right = (mean[1:-1, 2:] - mean[1:-1, :-2]) / 2
+        down = (mean[2:, 1:-1] - mean[:-2, 1:-1]) / 2
+        rows = np.stack([mean[1:-1, 1:-1], np.ones_like(right), -right, -down,
+                         -(right * x + down * y), -(down * x - right * y)]).reshape(6, -1).T
+        beta = np.linalg.lstsq(rows.T @ rows, rows.T @ changed)[0]
+        light = np.linalg.lstsq(rows[:, :2].T @ rows[:, :2], rows[:, :2].T @ changed)[0]
+        explained = rows @ beta
+        of_all += float(changed @ changed)
+        together += float(changed @ explained)
+        by_light += float(changed @ (rows[:, :2] @ light))
+        seen = np.abs(explained) > clear
+        places += int(seen.sum())
+        going += int((np.abs(changed - explained) < np.abs(changed))[seen].sum())
+        camera.append([np.hypot(*beta[2:4]), beta[4], beta[5]])
+        weight = np.sqrt(np.abs(changed))
+        shift, weighed = rows[:, 2:4] * weight[:, None], changed * weight
+        way = np.linalg.lstsq(shift.T @ shift, shift.T @ weighed)[0]
+        of_weighed += float(weighed @ weighed)
+        by_passing += float(weighed @ (shift @ way))
+        ways.append(way * np.sqrt(weighed @ weighed))
+    gone, net = float(np.hypot(*np.transpose(ways)).sum()), float(np.hypot(*np.sum(ways, axis=0)))
+    return _Motion(
+        light=by_light / max(of_all, 1e-9), together=together / max(of_all, 1e-9),
+        goes_with=going / max(places, 1), passes=by_passing / max(of_weighed, 1e-9),
+        camera_px=np.asarray(median(np.array(camera), axis=0)) / lag,
+        way_px=net / lag / max(float(np.sqrt(of_weighed * len(ways))), 1e-9),
+        straight=net / max(gone, 1e-9))
