@@ -19,8 +19,12 @@ from tests.world.write import write_session
 FIELD_SD_UT = 0.05  #: stated of a magnetometer's field
 
 
-def quick_session(folder: Path, seed: int = 1) -> tuple[Path, Session]:
-    """The paper's evening with shorter poses, rates stated; its configuration and its truth."""
+def quick_session(folder: Path, seed: int = 2) -> tuple[Path, Session]:
+    """The paper's evening with shorter poses, rates stated; its configuration and its truth.
+
+    With ``seed`` 2 every model on the page is solved quickly: a run takes two thirds of the time
+    that it takes with 1, where one left-out pose leaves 18 parameters to 17.
+    """
     session = simulate(paper_design().scaled(seconds=0.5), seed)
     return write_session(folder, session, film=False).config, session
 

@@ -13,10 +13,15 @@ MODEL = "model: [bias, scale, misalignment]\n\ngyroscope"
 GYRO_MODEL = "rate: 17rpm}\n  model: [bias, scale, misalignment]"
 
 
-def cells(change: Callable[[list[str], int], list[str]]) -> Spoil:
+def cells(change: Callable[[list[str], int], list[str]], name: str = POSE) -> Spoil:
     """Other cells in a log, by their row."""
     return lines(lambda all_: [all_[0], *(",".join(change(line.split(","), i))
-                                          for i, line in enumerate(all_[1:]))])
+                                          for i, line in enumerate(all_[1:]))], name)
+
+
+def cell(value: str, name: str) -> Spoil:
+    """Another cell in the fifth row of a log."""
+    return cells(lambda c, i: [*c[:2], value, *c[3:]] if i == 4 else c, name)
 
 
 def folder_only(name: str) -> Spoil:
@@ -30,8 +35,8 @@ def folder_only(name: str) -> Spoil:
 
 
 def many_missing(config: Path) -> None:
-    """A list of 16,000 files of which none is there."""
-    named = ", ".join(f"p{i}.csv" for i in range(16_000))
+    """A list of 4,000 files of which none is there."""
+    named = ", ".join(f"p{i}.csv" for i in range(4_000))
     edit("poses: accelerometer/pose_*.csv", f"poses: [{named}]")(config)
 
 
@@ -74,7 +79,7 @@ CONFIGURATIONS = (
          edit("poses: accelerometer/pose_*.csv", "poses: {files: []}")),
     Case("no runs", "check CONFIG", 2, "runs",
          edit("runs:\n    - {poses: gyroscope/17rpm/pose_*.csv, rate: 17rpm}", "runs: []")),
-    Case("16,000 missing files", "check CONFIG", 3, "p0.csv", many_missing),
+    Case("4,000 missing files", "check CONFIG", 3, "p0.csv", many_missing),
     Case("a folder as poses", "check CONFIG", 2, "is a folder",
          edit("poses: accelerometer/pose_*.csv", "poses: accelerometer")),
     Case("a folder among the poses", "run CONFIG", 2, "which is a folder, and a pose would be",
@@ -92,7 +97,7 @@ CONFIGURATIONS = (
       for old, values in (
           ("full_scale_m_s2: 50", ("0", "-1", ".nan", ".inf", "1e300", "1e-300", "x", "9" * 400)),
           ("bits: 16, encoding: offset-binary}\n  gyr", ("7}\n  gyr", "33}\n  gyr", "1e1}\n  gyr")),
-          ("rate_rad_s: 1.74535531", ("1e300", ".nan", "[1]", "true")),
+          ("rate_rad_s: 1.74512535", ("1e300", ".nan", "[1]", "true")),
           ("sd_rad_s: 8.73e-05", ("0", "-1", "1e300", "1e-300")),
           ("gravity_m_s2: 9.80267", ("0", "9.0", "-9.8", "1e9", ".inf")),
           ("latitude_deg: 40.85", ("91", "-91", ".nan", "north")),
@@ -153,10 +158,12 @@ LOGS = (
         lambda all_: [*all_[:-1], all_[-1][:9]])),
     Case("text in every ninth row", "run CONFIG", 3, "pose_07.csv:2: column acc_y.* 45 of", cells(
         lambda c, i: [*c[:2], "x", *c[3:]] if i % 9 == 0 else c)),
-    *(Case(f"a cell of {value}", "run CONFIG", 3 if "inf" in value or "e" in value else 0,
-           "pose_07.csv", cells(  # what is no number is a lost sample
-        lambda c, i, value=value: [*c[:2], value, *c[3:]] if i == 4 else c))  # type: ignore[misc]
-      for value in ("nan", "x", "inf", "-inf", "1e400", "1_0", "0x10", "１２", "", "1e300")),
+    *(Case(f"cells of {', '.join(three)}", "run CONFIG", 0,  # lost samples, told of each pose
+           "".join(rf"(?=[^$]*pose_0{i}.csv: rows .*left out: 1 of)" for i in (1, 2, 3)),
+           both(*(cell(value, f"accelerometer/pose_0{i}.csv") for i, value in enumerate(three, 1))))
+      for three in (("nan", "x", "1_0"), ("0x10", "１２", ""))),
+    *(Case(f"a cell of {value}", "run CONFIG", 3, "pose_07.csv", cell(value, POSE))
+      for value in ("inf", "-inf", "1e400", "1e300")),
     Case("time backwards", "run CONFIG", 3, "pose_07.csv:1?[0-9]", cells(
         lambda c, i: ["0.0", *c[1:]] if i == 9 else c)),
     Case("time that stands", "run CONFIG", 3, "pose_07", rows(lambda c: ["1.0", *c[1:]])),
@@ -168,7 +175,7 @@ LOGS = (
          write("x.csv.gz", "time_s,acc_x,acc_y,acc_z\n" * 10)),
     Case("zeros packed", "apply RUN HERE/x.gz", 3, "x.gz", write("x.gz", b"\0" * 10**7)),
     Case("blanks packed", "apply RUN HERE/x.gz", 3, "x.gz", write("x.gz", b" " * 10**7)),
-    Case("one long line", "apply RUN HERE/x.csv", 3, "x.csv", write("x.csv", "1," * 500_000)),
+    Case("one long line", "apply RUN HERE/x.csv", 3, "x.csv", write("x.csv", "1," * 100_000)),
     Case("a header of 10,000 columns", "apply RUN HERE/x.csv", 3, "x.csv", write(
         "x.csv", ",".join(f"c{i}" for i in range(10_000)) + "\n1\n")),
     Case("UTF-16", "apply RUN HERE/x.csv", 3, "x.csv",

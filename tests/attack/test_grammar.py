@@ -10,11 +10,14 @@ from tests.attack.sound_sessions import SAMPLE_RATE, counted
 from tests.world.sensor_classes import sensors
 
 FIRST_SEED = 500_000  #: used by no bench
+AGAIN = {"ones", "low end", "turned back", "factor", "axes of a pose"}
+"""Mistakes that another one is at another value: the bench draws them."""
 KEPT = {"next pose": 985_000, "backwards": 985_001, "twice": 985_000}
 """Seeds that a bench found silent, wrong or without a cause once."""
 
 
-@pytest.mark.parametrize("what", [*MISTAKES, *CONFIGURATIONS])
+@pytest.mark.parametrize("what", [*(what for what in MISTAKES if what not in AGAIN),
+                                  *CONFIGURATIONS])
 def test_parameters_that_are_off_imply_a_word(what: str, tmp_path: Path) -> None:
     attack = drawn(FIRST_SEED + len(what), what)
     judged = attack.judged(tmp_path)

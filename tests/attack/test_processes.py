@@ -106,19 +106,6 @@ def test_a_folder_that_cannot_be_written_is_said_and_nothing_changes(
     assert hashes(alone.parent) == before
 
 
-def test_two_commands_at_once_end_one_after_the_other(alone: Path) -> None:
-    add = [sys.executable, "-m", "pipeline", "add", alone, "--anyway"]
-    both = [subprocess.Popen([*add, f"accelerometer.{name}"], cwd=ROOT, stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, text=True,
-                             env={**os.environ, "PYTHONPATH": str(ROOT)})
-            for name in ("bias_drift", "warm_up")]
-    ended = [(run.communicate()[1], run.returncode) for run in both]
-    text = alone.read_text(encoding="utf-8")
-    for name, (said, code) in zip(("bias_drift", "warm_up"), ended, strict=True):
-        assert code in (0, 4, 5), said
-        assert (name in text) == (code == 0)
-
-
 @pytest.mark.parametrize("name", ["config.run/.written.json", "config.run/.unfinished.json",
                                   "config.run/.nothing.json"])
 @pytest.mark.parametrize("content", ["[" * 100_000, "\xff", "{}", '{"a": 5}', "null"])

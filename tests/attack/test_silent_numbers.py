@@ -19,6 +19,7 @@ from tests.world.hidden import Hidden
 from tests.world.session import simulate
 from tests.world.write import write_session
 
+ROCKED = "accelerometer/pose_10.csv"
 TURNING = "gyroscope/17rpm/pose_03.csv"
 MODEL = "model: [bias, scale, misalignment]\n\ngyroscope"
 MIDDLE, COUNTS_PER_RAD_S = 32767.5, 9500.0
@@ -54,7 +55,7 @@ def rocking(config: Path) -> None:
         counts = (x, MIDDLE + y * c - z * s, MIDDLE + y * s + z * c, around, *others[:2])
         return [cells[0], *(f"{count:.0f}" for count in counts), *cells[7:]]
 
-    rows(rocked, POSE)(config)
+    rows(rocked, ROCKED)(config)
 
 
 def empty_cell(config: Path) -> None:
@@ -88,7 +89,7 @@ CASES = (
     Case("a rate that nobody knows", "check CONFIG", 2, "determines no scale",
          edit("sd_rad_s: 8.73e-05", "sd_rad_s: 1.0")),
     Case("a pose that rocks", "run CONFIG", 4,
-         r"pose_07.csv: the sensor was shaken[^$]*short of gravity", rocking),
+         r"pose_10.csv: the sensor was shaken[^$]*short of gravity", rocking),
     Case("installed on the turning plate", "run CONFIG", 4, "was turning",
          append(f"installation: {{log: {TURNING}}}")),
     Case("the same log at both headings", "check CONFIG", 2, "is the file of `log`",
@@ -157,7 +158,7 @@ def test_a_gain_off_the_data_sheet_is_said_with_both_reasons(
     assert "or the rate of the plate is wrong by that factor" in said
 
 
-@pytest.mark.parametrize("doubt", [0.002, 0.01, 0.03])
+@pytest.mark.parametrize("doubt", [0.002, 0.03])
 def test_a_stated_doubt_of_the_rates_buys_no_gain_and_the_loop_works(
     tmp_path: Path, doubt: float
 ) -> None:

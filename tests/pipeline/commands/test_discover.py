@@ -36,7 +36,7 @@ def test_auto_goes_on_with_a_formula_where_no_listed_effect_fits(
 def test_a_hidden_curve_in_a_column_of_any_name_is_found_written_and_added(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    design = rich_design().scaled(seconds=0.3)
+    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
     hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 3)
     config = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False).config
     for log in tmp_path.rglob("*.csv"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
-from tests.sessions import edit, pipeline, results_in, rewrite_rows
+from tests.sessions import edit, pipeline, quick_session, results_in, rewrite_rows
 
 
 def test_a_named_pose_that_moved_is_refused_by_its_name(
@@ -22,8 +22,9 @@ def test_a_named_pose_that_moved_is_refused_by_its_name(
 
 
 def test_a_found_pose_that_moved_is_left_out_and_named(
-    session: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    session, _ = quick_session(tmp_path, 1)
     _one_long_log(session, tilted=4)
     assert pipeline("run", session) == 0
     warning = capsys.readouterr().err
