@@ -18,7 +18,7 @@ from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
 
-EVENINGS = 60
+EVENINGS = 40
 ALIKE = {
     "temperature_bias": {"temperature_bias", "bias_drift", "warm_up", "temperature_bias_curve",
                          "bias_wander"},

@@ -74,7 +74,7 @@ def test_what_the_fit_holds_absorbs_nothing() -> None:
 
 def test_nothing_is_not_said_against_its_own_probability() -> None:
     for hidden in ("temperature_bias", "cubic", "bias_drift"):
-        plan = LotPlan(25, hidden=hidden, own_sd=(2.0, 3.0))
+        plan = LotPlan(12, hidden=hidden, own_sd=(2.0, 3.0))
         for poses in pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 406)):
             finding = finding_of(poses)
             if finding.verdict.code == "nothing_missing":

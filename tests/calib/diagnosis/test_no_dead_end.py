@@ -4,6 +4,7 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -65,6 +66,13 @@ def fitted(poses: PoseSet) -> tuple[Fit, Diagnosis]:
     return base, diagnose(base)
 
 
+@cache
+def fitted_to(
+    make: Callable[[int, float], PoseSet], seed: int, sds: float
+) -> tuple[Fit, Diagnosis]:
+    return fitted(make(seed, sds))
+
+
 def test_there_is_no_step_that_only_repeats() -> None:
     assert {*get_args(Step)} == {"apply", "add", "record", "discover"}
 
@@ -79,7 +87,7 @@ def test_what_has_no_formula_has_a_name_that_can_be_added(
 ) -> None:
     right, settled = 0, 0
     for seed in range(4):
-        base, said = fitted(make(seed, 4.0))
+        base, said = fitted_to(make, seed, 3.0)
         right += (said.verdict, said.name) == (code, name)
         if said.name != name:
             continue
@@ -153,16 +161,16 @@ def test_noise_of_one_run_is_named_with_it_and_its_size_is_fitted() -> None:
 def test_noise_of_few_poses_is_told_from_a_wander_by_the_order_of_time() -> None:
     """26 hand-laid poses: one of any correlation time is noise as well, the slow ones are not."""
     said: dict[str, list[str | None]] = {"noise": [], "wander": []}
-    for seed in range(10):
+    for seed in range(6):
         random = np.random.default_rng([seed, 8])
         poses = noisy(made_poses("accelerometer", (0.0,), corners=True, seed=seed), seed)
         for kind, course in (("noise", random.normal(size=poses.sd.shape)),
                              ("wander", walk(poses.time_s, random))):
             spoilt_ones = replace(poses, reading=poses.reading + 5 * poses.sd * course)
             said[kind].append(diagnose(fit(spoilt_ones, Model.of(BASE))).name)
-    assert said["noise"].count("extra_noise") >= 7
-    assert said["noise"].count("bias_wander") <= 2
-    assert said["wander"].count("extra_noise") <= 2
+    assert said["noise"].count("extra_noise") >= 4
+    assert said["noise"].count("bias_wander") <= 1
+    assert said["wander"].count("extra_noise") <= 1
 
 
 def test_a_step_is_named_with_its_time_and_a_second_one_beside_it() -> None:
@@ -254,8 +262,8 @@ def test_no_verdict_on_a_session_ends_in_poses_without_a_chance(
     make: Callable[[int, float], PoseSet]
 ) -> None:
     """Weak and strong: what is open is to be recorded with its chance, or can no more be known."""
-    for seed, sds in ((0, 0.5), (1, 1.0), (2, 2.0), (3, 4.0)):
-        _, said = fitted(make(seed, sds))
+    for seed, sds in ((0, 0.5), (1, 1.0), (2, 2.0), (3, 3.0)):
+        _, said = fitted_to(make, seed, sds)
         step, text = said.explanation.step, said.text
         if said.verdict == "ambiguous" or (said.verdict == "effect" and len(said.group) > 1):
             assert CHANCE.search(text) if step == "record" else NOTHING_MORE in text, text
