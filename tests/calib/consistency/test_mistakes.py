@@ -103,7 +103,7 @@ def test_a_mistake_is_named_with_its_place(case: str) -> None:
         require_no_mistake(poses, MODEL, fitted_if_possible(poses))
 
 
-@pytest.mark.parametrize("factor", [0.52, 1.3, 1.9, 7.6, 300.0])
+@pytest.mark.parametrize("factor", [0.52, 1.9, 300.0])
 def test_a_pose_that_no_common_mistake_mends_is_not_said_to_be_mended(factor: float) -> None:
     for seed in range(2):
         whole = session("accelerometer", seed)

@@ -68,7 +68,7 @@ def test_the_rate_is_the_same_with_and_without_the_term(plain: Path) -> None:
 def caused(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
     """A gyroscope that follows the supply voltage, an accelerometer that lacks nothing."""
     folder = tmp_path_factory.mktemp("caused")
-    design = rich_design().scaled(seconds=0.3)
+    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
     hidden = draw_effect("column:supply_v", "gyroscope", 20.0, design, 8)
     written = write_session(folder, simulate(design, 8, (hidden,)), film=False)
     return run_stages(load_config(written.config), RunContext())
@@ -105,7 +105,7 @@ def test_the_misfit_follows_the_cause_and_no_by_product(caused: Outcome) -> None
 
 
 def test_an_effect_that_follows_no_covariate_has_none(tmp_path: Path) -> None:
-    design = rich_design().scaled(seconds=0.3)
+    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
     hidden = draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3)
     written = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False)
     outcome = run_stages(load_config(written.config), RunContext())
@@ -123,7 +123,8 @@ def test_a_session_without_a_latitude_is_told_that_gravity_is_most_of_the_error(
     for site in ("{gravity_m_s2: 9.8067, sd_m_s2: 0.02}", "{latitude_deg: 40.85, height_m: 20}"):
         (folder / "config.yaml").write_text(
             re.sub(r"(?m)^site:.*\n(?: .*\n)*", f"site: {site}\n", text), encoding="utf-8")
-        outcome = run_stages(load_config(folder / "config.yaml"), RunContext())
+        outcome = run_stages(load_config(folder / "config.yaml"),
+                             RunContext(plain.with_suffix(".run") / "cache"))
         told.append(next(answer for answer in answers_of(outcome, "config.run")
                          if answer.subject == "accelerometer").good)
     assert "Most of that is gravity, which is known to 20 mm/s²: state your latitude" in told[0]

@@ -50,7 +50,7 @@ def written_session(folder: Path, seed: int = 3) -> Path:
 
     Another seed is another evening of the same sensor.
     """
-    design = rich_design().scaled(seconds=0.3)
+    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
     hidden = draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3)
     return write_session(folder, simulate(design, seed, (hidden,)), film=False).config
 
