@@ -1,4 +1,4 @@
-"""What one part of a session knows that contradicts another.
+"""Checks of the parts of a session against each other.
 
     logs ─ repeats ─ clipping ─ clock ─┐                            same samples, limits, turns
     poses ─ force ─ plate_axes ────────┼─ mistakes                  gravity, axes, runs
@@ -6,10 +6,10 @@
     parameters ─ certificate                                        beside the factory's
 
     signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave
-    at least; common_mistakes: the poses without each of them; frozen_logs: what stands still;
+    at least; common_mistakes: the poses without each mistake; frozen_logs: what stands still;
     normalised: vectors of one length
 
 Each check compares two statements of one quantity and names the likely mistake: it evaluates what
 the data would be without each of a list of common mistakes (axes exchanged or mirrored, a factor,
-another run's rate) and says which of them ends the contradiction.
+another run's rate) and reports which of them resolves the contradiction.
 """

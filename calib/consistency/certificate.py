@@ -1,16 +1,15 @@
-"""A calibration laid beside a factory certificate, the freedom of the frame removed.
+"""Comparison of a calibration with a factory certificate, independent of the choice of frame.
 
-Gravity's magnitude does not change when everything is turned, so a calibration by magnitudes knows
-``M = T K`` only up to a rotation from the left: what can be compared is what ``MᵀM`` determines. A
-certificate states gains and an alignment matrix A in the frame of its case, from the true vector
-to the sensed one: ``u - b = G A s``. Then ``(G A)⁻¹ = Q M`` with Q a rotation, and the QR
-decomposition of ``(G A)⁻¹`` leaves the one upper triangular M, hence k and alpha of Angrisano et
-al. eq. (2), that a magnitude calibration of the same sensor would have found. Three of the six
-alignment angles remain.
+The magnitude of gravity does not change under a rotation, so a calibration by magnitudes knows
+``M = T K`` only up to a rotation from the left: only what ``MᵀM`` determines can be compared. A
+certificate states gains and an alignment matrix A in the frame of its case, from the true vector to
+the sensed one: ``u - b = G A s``. Then ``(G A)⁻¹ = Q M`` with Q a rotation, and the QR
+decomposition of ``(G A)⁻¹`` gives the unique upper triangular M, hence k and alpha of Angrisano et
+al. eq. (2), that a magnitude calibration of the same sensor would find. Three of the six alignment
+angles remain.
 
-A printed value is known to within half its last digit; that uncertainty stands beside the
-estimate's own, or a certificate of two decimals would seem to be contradicted by every calibration
-finer than itself.
+A printed value is known to half its last digit. This uncertainty is added to that of the estimate;
+otherwise every calibration finer than a certificate of two decimals would contradict it.
 """
 
 from dataclasses import dataclass
@@ -24,13 +23,13 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.samples.converter_steps import printed_unit
 
 LARGEST_MISALIGNMENT = 0.5
-"""Difference of an alignment matrix from the unit matrix in any element, at most. Derived: half of
-what an axis that is exchanged or mirrored, or a gain in the matrix, makes."""
+"""Largest difference of an element of an alignment matrix from that of the unit matrix. Derived:
+half of what an exchanged or mirrored axis, or a gain in the matrix, makes."""
 
 
 @dataclass(frozen=True, eq=False)
 class FactoryCertificate:
-    """What a certificate states of one triad.
+    """Statements of a certificate about one triad.
 
     Parameters
     ----------
@@ -141,7 +140,7 @@ def rounding_sd(values: FloatArray) -> float:
 def frame_free(gain: FloatArray, aligned: FloatArray) -> tuple[FloatArray, FloatArray]:
     """k⁻¹ (3,), counts per SI unit, and alpha (3,), rad, of eq. (2): ``G A`` without its frame."""
     upper = np.linalg.qr(np.linalg.inv(gain[:, None] * aligned), mode="r")
-    upper = upper * np.sign(np.diag(upper))[:, None]  # QR leaves the sign of every row open
+    upper = upper * np.sign(np.diag(upper))[:, None]  # QR leaves the sign of each row open
     k = np.diag(upper)
     t = upper / k
     return 1 / k, np.array([t[1, 2], t[0, 2], t[0, 1]])
@@ -150,7 +149,7 @@ def frame_free(gain: FloatArray, aligned: FloatArray) -> tuple[FloatArray, Float
 def compare_certificate(
     parameters: TriadParameters, certificate: FactoryCertificate, spec: TriadSpec
 ) -> CertificateComparison:
-    """Lay ``parameters`` beside ``certificate``, whatever frame the certificate has.
+    """Compare ``parameters`` with ``certificate``, whatever frame the certificate uses.
 
     Parameters
     ----------
@@ -175,7 +174,7 @@ def compare_certificate(
     if certificate.misalignment_rad is not None:
         alpha = certificate.misalignment_rad
         alpha_sd = np.full(3, rounding_sd(alpha))
-        # k of eq. (2) is stated together with alpha: no frame to remove.
+        # k and alpha of eq. (2) are stated together: no frame to remove.
         k, k_sd = gain, np.full(3, gain_sd)
     sd_alpha, sd_bias, sd_scale = parameters.sd
     low, high = spec.count_range
@@ -201,7 +200,7 @@ def compare_certificate(
 def _frame_free_sd(
     gain: FloatArray, gain_sd: float, aligned: FloatArray, aligned_sd: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Sds of both results of :func:`frame_free` by the rounding of what was printed.
+    """Sds of both results of :func:`frame_free` from the rounding of the printed values.
 
     The diagonal of an alignment matrix is 1 by the unit length of its rows, whatever its decimals.
     """

@@ -1,9 +1,9 @@
 """Readings cut off below the converter's range: by a filter, an amplifier, or another full scale.
 
-Noise is densest in its middle, a wave stands at its crest for less than half of its time.
-Where a log stands at its own largest (or smallest) value more often, that value is a limit. A quiet
-sensor on a coarse converter has few values; where an axis stands at one alone although the other
-logs scatter, it stood still (:mod:`calib.consistency.repeats`).
+Noise is densest in its middle, and a wave is at its crest for less than half of the time. If a log
+stays at its own largest (or smallest) value more often, that value is a limit. A quiet sensor on a
+coarse converter has few values; an axis that stays at a single value while the other logs scatter
+is frozen (:mod:`calib.consistency.repeats`).
 """
 
 from collections.abc import Sequence
@@ -17,16 +17,16 @@ from calib.poses.imu_log import AXES, ImuLog, Triad
 
 CLIPPED_SHARE = 0.45
 """Share of a log's samples at its extreme. Derived: a wave of a few steps has up to 0.30 at its
-crest, 0.40 in one turn and a half; noise that is cut off in its middle has a half."""
+crest, 0.40 in one and a half turns; noise that is cut off in its middle has half."""
 
 FEWEST_LEVELS = 4
-"""Values of the axis in the log. Derived: noise of fewer can have a third of them at its end."""
+"""Number of values of an axis. Derived: noise of fewer can have a third of them at its end."""
 
 
 def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> None:
-    """Refuse logs of ``triad`` in which an axis is cut off below the range of ``spec``.
+    """Refuse logs of ``triad`` in which an axis is cut off below the full scale of ``spec``.
 
-    What stands at the ends of the range is refused where the pose is averaged.
+    Samples at the ends of the range are refused where the pose is averaged.
 
     Parameters
     ----------

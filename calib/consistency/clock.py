@@ -1,14 +1,14 @@
-"""The plate's rate in the log's own clock, by the accelerometer alone.
+"""The plate's rate in the log's own clock, from the accelerometer alone.
 
-No plate is level. What gravity has across the axis of a plate that leans by a degree goes round
-once per turn in the axes of a sensor on it, in a circle and against the plate:
+No plate is level. On a plate that leans by a degree, the component of gravity across the plate's
+axis rotates once per turn in the axes of the sensor, in a circle and against the plate:
 
     z(t) = f·e1 + i f·e2 = g sin(lean) exp(-i Ω (t - t0)),   e1, e2, up right-handed
 
-so the frequency of z is the plate's rate, sign included, in the clock of the stamps. Neither the
-gyro's gain nor the camera enters: a wrong rate for a run, stamps that are not seconds, and a gyro
-with the wrong sign show as contradictions. A plate that leans by less than its accelerometer's
-noise shows nothing, and nothing is said.
+so the frequency of z is the plate's rate, sign included, in the clock of the stamps. It depends
+neither on the gyro's gain nor on the camera: a wrong rate of a run, stamps that are not seconds,
+and a gyro with the wrong sign show as contradictions. A plate that leans by less than the
+accelerometer's noise shows nothing, and nothing is reported.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,41 +25,41 @@ from calib.poses.data_sheet import Specs, TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
 LEAST_SHARE = 0.5
-"""Share of what the accelerometer senses across gravity that goes round where its rate counts as
-known: nothing else can then be as large. Derived."""
+"""Share of the specific force across gravity that must rotate for its rate to count as known:
+nothing else can then be as large. Derived."""
 
 LEFT_SHARE = 0.1
 """Share of that at the stated rate, below which the two rates contradict each other. A judgement: a
 wave two turns away leaks less than 3 % into it."""
 
 LARGEST_CLOCK_ERROR = 0.05
-"""Relative error of a controller's or a sensor's own oscillator without a crystal, and difference
-of two clocks that is looked at. A fact: internal RC oscillators are stated to 1 to 5 % over
-temperature."""
+"""Relative error of the oscillator of a controller or sensor without a crystal, and largest
+difference of two clocks that is searched. A fact: internal RC oscillators are stated to 1 to 5 %
+over temperature."""
 
 FASTEST, SLOWEST = 6.0, 0.1
-"""Rates looked at, in units of the stated one: 78 over 16 rpm is 4.7. Derived from the speeds
-of record players; slower than a tenth no pose holds whole turns."""
+"""Range of the searched rates, in units of the stated one: 78 over 16 rpm is 4.7. Derived from the
+speeds of record players; slower than a tenth, no pose contains whole turns."""
 
 FEWEST_TURNS = 2.0
-"""In the median pose: below, a wave cannot be told from a drift. Derived."""
+"""Number of turns in the median pose: below it, a wave cannot be told from a drift. Derived."""
 
 PER_RESOLUTION = 12
-"""Rates looked at per resolution of the spectrum (one over the turns). Numerical: the largest of
-them lies within a 24th of the resolution of the maximum."""
+"""Number of searched rates per resolution of the spectrum (one over the turns). Numerical: the best
+of them is within a 24th of the resolution of the maximum."""
 
 PADDING = 8
-"""Times the length of a log, for a spectrum dense enough to interpolate. Numerical."""
+"""Zero padding, log lengths, for a spectrum dense enough to interpolate. Numerical."""
 
 SAMPLES_PER_TURN = 3.0
-"""Samples in a turn of the fastest rate looked at, after averaging. Derived: more than two show a
+"""Samples in a turn of the fastest searched rate, after averaging. Derived: more than two show a
 wave. Numerical."""
 
 FEWEST_MEANS = 12
-"""Means of a log at least, from which a line is taken off. Derived: six of each half. Numerical."""
+"""Fewest means from which a line is subtracted. Derived: six of each half. Numerical."""
 
 LARGEST_GAIN = 1 / (1 - SHEET_TOLERANCE)
-"""Gain of a gyro over that of its data sheet, or the other way round; a ratio. Derived from the
+"""Largest ratio of a gyro's gain to that of its data sheet, or its inverse. Derived from the
 tolerance of data sheets."""
 
 
@@ -67,7 +67,7 @@ tolerance of data sheets."""
 class GravityWave:
     """Signed rate of the plate by the accelerometer, rad per unit of the stamps, positive ccw.
 
-    ``share`` is how much of what the accelerometer senses across gravity goes round with it,
+    ``share`` is the share of the specific force across gravity that rotates at this rate,
     ``share_stated`` the same at the stated rate, in the better of both directions.
     """
 
@@ -87,7 +87,7 @@ class GravityWave:
 
 
 def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) -> GravityWave | None:
-    """What goes round in the accelerometer in the poses of one run.
+    """Rotating part of the specific force in the poses of one run.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
     power, whole = np.zeros(len(signed)), 0.0
     for log, rate in zip(logs, stated, strict=True):
         step_s, z = across_gravity(log, float(rate), spec)
-        # z goes round against the plate: its share at -Ω is the plate's at Ω.
+        # z rotates against the plate: its power at -Ω is the plate's at Ω.
         padded = np.abs(np.fft.fftshift(np.fft.fft(z, PADDING * len(z)))) ** 2 / len(z)
         at = np.fft.fftshift(np.fft.fftfreq(PADDING * len(z), step_s / (2 * np.pi)))
         power += np.interp(-signed * rate, at, padded)
@@ -135,7 +135,7 @@ def gravity_wave(logs: Sequence[ImuLog], stated: FloatArray, spec: TriadSpec) ->
 
 
 def across_gravity(log: ImuLog, rate: float, spec: TriadSpec) -> tuple[float, np.ndarray]:
-    """What an accelerometer senses across gravity on a plate that turns at ``rate`` rad/s.
+    """Specific force across gravity on a plate that turns at ``rate`` rad/s.
 
     Returns
     -------
@@ -165,7 +165,7 @@ def require_whole_turns(
     specs: Specs,
     others: Mapping[str, float],
 ) -> GravityWave | None:
-    """Refuse a run whose accelerometer goes round at quite another rate than the plate's.
+    """Refuse a run in which gravity rotates at quite another rate than the plate's.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def require_whole_turns(
     stated : array, shape (n,)
         The plate's rate in each, positive, rad/s.
     specs : mapping of triad to TriadSpec
-        The accelerometer's and, if it was logged, that of the gyro, which tells which of the two
+        The accelerometer's and, if it was logged, that of the gyro, which shows which of the two
         rates is wrong.
     others : mapping of str to float
         The rates of the other settings.
@@ -182,7 +182,7 @@ def require_whole_turns(
     Returns
     -------
     GravityWave or None
-        What goes round, if that is clear.
+        The rotating part, if that is clear.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def require_whole_turns(
 
 
 def _gyro_rate(logs: Sequence[ImuLog], spec: TriadSpec | None) -> float | None:
-    """What the gyro reads by its data sheet, rad/s; None where it was not logged."""
+    """Rate of the gyro by its data sheet, rad/s; None where it was not logged."""
     if spec is None or not all(log.has("gyroscope") for log in logs):
         return None
     means = np.array([spec.nominal(log.gyroscope).mean(axis=0) for log in logs])

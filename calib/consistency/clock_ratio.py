@@ -1,13 +1,13 @@
-"""The clock of a sensor's log against that of the clip of the same run.
+"""Ratio of the clock of a sensor's log to that of the clip of the same run.
 
-Gravity goes round once per turn in the axes of a sensor on a plate that leans
-(:mod:`calib.consistency.clock`), by the clock of the log; the clip states the rate by its own. The
-ratio of the two rates is that of the two clocks, unless the plate changed its speed between clip
-and poses. For each ratio the waves of all poses are fitted jointly,
+Gravity rotates once per turn in the axes of a sensor on a plate that leans
+(:mod:`calib.consistency.clock`), in the clock of the log; the clip states the rate in its own
+clock. The ratio of the two rates is that of the two clocks, unless the plate changed its speed
+between clip and poses. For each ratio the waves of all poses are fitted jointly,
 
     z_p(t) = a_p + b_p t + c_p exp(-i r Ω_p t) + d_p exp(i r Ω_p t) + noise,
 
-and the ratio r is the mean over all that explain them. The noise is that beside the line.
+and the ratio r is the mean over all that explain them. The noise is measured beside the line.
 """
 
 from collections.abc import Sequence
@@ -21,21 +21,21 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
 
 PER_LOBE = 8.0
-"""Ratios that are fitted within the width of the line of a pose. Numerical."""
+"""Number of ratios that are fitted within the width of the line of a pose. Numerical."""
 
 BETWEEN = 4000
-"""Ratios between them, of a smooth curve through their misfits. Numerical."""
+"""Number of ratios between them, on a smooth curve through their misfits. Numerical."""
 
 BESIDE = (0.3, 0.7)
-"""Distances from the line, in rates, between which its noise is measured. Derived: nearer the
-line's own skirt, farther the waves of the next order."""
+"""Distances from the line, in rates, between which its noise is measured. Derived: nearer is the
+line's own skirt, farther are the waves of the next order."""
 
 CLEAR = 0.05
-"""Share of ``LARGEST_CLOCK_ERROR`` that an sd stays below for a ratio to be known. Derived: the
-best of ratios that noise alone chooses has a fifth of it."""
+"""Share of ``LARGEST_CLOCK_ERROR`` that an sd must stay below for a ratio to be known. Derived: the
+best ratio of noise alone has a fifth of it."""
 
 CONTRADICTS = 2e-3
-"""Relative difference from which two clocks contradict each other, if it is certain. Fact: belt
+"""Relative difference from which two clocks contradict each other, if it is significant. Fact: belt
 drives change their speed by up to 0.2 %."""
 
 
@@ -48,11 +48,11 @@ class ClockRatio:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the two clocks, or the speeds, are not the same."""
+        """Whether the two clocks, or the two speeds, differ."""
         return abs(self.difference) > max(CERTAIN_SD * self.sd, CONTRADICTS)
 
     def warning(self, run: str) -> str:
-        """What contradicts, for the user."""
+        """Description of the contradiction, for the user."""
         return (
             f"{run}: by the time stamps of the logs the plate turned "
             f"{100 * abs(self.difference):.2f} ± {100 * self.sd:.2f} % "

@@ -1,4 +1,4 @@
-"""Common mistakes in the files of a session, each with the poses as they would be without it."""
+"""Common mistakes in the files of a session, and the poses as they would be without each."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,21 +18,21 @@ from calib.poses.imu_log import BoolArray, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 
 SAME_RATE = 0.02
-"""Relative: two plate rates closer than this are no mistake of one for the other. Fact: drives keep
-their speed to 2 %, and the speeds of records differ by 35 % and more."""
+"""Relative difference of two plate rates that are too close for one to be mistaken for the other.
+Fact: drives keep their speed to 2 %, and the speeds of records differ by 35 % and more."""
 
-FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have a verdict
+FEWEST_OF_BLOCK = 3  #: poses; derived: fewer are bad poses, which have their own verdict
 
 CHANGED_AXES: tuple[tuple[FloatArray, str], ...] = tuple(
     (matrix.T, permutation_words(matrix)) for matrix in SIGNED_PERMUTATIONS[1:])
-"""What undoes exchanged or mirrored axes, (3, 3); the mistake in words."""
+"""Matrices (3, 3) that undo exchanged or mirrored axes; the mistake in words."""
 
 FACTORS_ALONE: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
     triad: tuple((factor * np.eye(3), f"the readings are {words}")
                  for factor, words in factors.items())
     for triad, factors in FACTORS.items()
 }
-"""What undoes a wrong range or unit, of a triad of which these are known."""
+"""Matrices that undo a wrong range or unit, for the triads for which these are known."""
 
 CHANGES: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
     triad: (*CHANGED_AXES, *factors) for triad, factors in FACTORS_ALONE.items()
@@ -44,7 +44,7 @@ CHANGES: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
 class Mistake:
     """One mistake: the poses without it, and what it is, in words.
 
-    ``of`` are the poses that it is in, where they are not the whole of a run, (n,).
+    ``of`` are the affected poses, (n,), where they are not the whole run.
     """
 
     undone: PoseSet
@@ -53,7 +53,7 @@ class Mistake:
 
 
 def runs_by_name(poses: PoseSet) -> dict[str, BoolArray]:
-    """The poses of each run by its name; of runs at one setting by their first pose, too."""
+    """Poses of each run by its name; of runs at one setting by their first pose, too."""
     runs = np.array(poses.run)
     begins = np.flatnonzero(np.r_[True, runs[1:] != runs[:-1]])
     number = np.cumsum(np.r_[True, runs[1:] != runs[:-1]]) - 1
@@ -65,7 +65,7 @@ def runs_by_name(poses: PoseSet) -> dict[str, BoolArray]:
 
 
 def blocks(poses: PoseSet) -> dict[str, BoolArray]:
-    """One run among several, each in words; of one run alone, what follows a pose."""
+    """Poses of one run among several, by its name in words; of a single run, those after a pose."""
     runs = runs_by_name(poses)
     if len(runs) > 1:
         return {f"in the poses of {name}": member for name, member in runs.items()}
@@ -75,7 +75,7 @@ def blocks(poses: PoseSet) -> dict[str, BoolArray]:
 
 
 def block_mistakes(poses: PoseSet) -> Iterator[Mistake]:
-    """Mistakes of one run among several; of one run alone, from some pose on."""
+    """Mistakes of one run among several; in a single run, from some pose on."""
     alone = len(runs_by_name(poses)) == 1
     for where, member in blocks(poses).items():
         yield from _of_readings(poses, member, where, within=alone)
@@ -84,7 +84,7 @@ def block_mistakes(poses: PoseSet) -> Iterator[Mistake]:
 def odd_mistakes(poses: PoseSet, odd: BoolArray) -> Iterator[Mistake]:
     """Mistakes of the poses ``odd`` that contradict the others.
 
-    Exchanged axes of one pose alone change one length: some exchange brings any length about.
+    An exchange of axes in a single pose changes one length, which some exchange always explains.
     """
     labels = [label for label, is_odd in zip(poses.label, odd, strict=True) if is_odd]
     changes = CHANGES.get(poses.triad, CHANGED_AXES) if len(labels) > 1 else FACTORS_ALONE.get(
@@ -98,7 +98,7 @@ def _of_readings(
 ) -> Iterator[Mistake]:
     """Axes exchanged or mirrored, a wrong range or unit, in poses ``member`` within a run.
 
-    Poses at rest of a gyroscope show no gain: another bias there is as well another range.
+    Poses of a gyroscope at rest show no gain: another range cannot be told from another bias.
     """
     at_rest = bool(poses.reference.is_null[member].all())
     for matrix, words in CHANGED_AXES if at_rest else CHANGES.get(poses.triad, CHANGED_AXES):
@@ -108,7 +108,7 @@ def _of_readings(
 def _mistake(
     poses: PoseSet, matrix: FloatArray, member: BoolArray, words: str, *, within: bool
 ) -> Mistake:
-    """The mistake that multiplying the readings of ``member`` by a matrix undoes."""
+    """The mistake that multiplication of the readings of ``member`` by a matrix undoes."""
     reading, sd = poses.reading.copy(), poses.sd.copy()
     reading[member] = reading[member] @ matrix.T
     sd[member] = sd[member] @ np.abs(matrix.T)
@@ -116,7 +116,7 @@ def _mistake(
 
 
 def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
-    """The rate of one run is wrong by whatever factor the other runs say."""
+    """Mistakes where the rate of one run is wrong by the factor that the other runs give."""
     runs = runs_by_name(poses)
     turning = {name: member for name, member in runs.items()
                if not poses.reference.is_null[member].any()}
@@ -143,7 +143,7 @@ def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
 
 
 def _whose(turning: Mapping[str, BoolArray], poses: PoseSet, name: str, ratio: float) -> str:
-    """The other run that turned at this rate, in words."""
+    """Name of the other run that turned at this rate, in words."""
     magnitude = poses.reference.magnitude
     rate = ratio * float(np.median(magnitude[turning[name]]))
     for other, member in turning.items():
@@ -153,7 +153,7 @@ def _whose(turning: Mapping[str, BoolArray], poses: PoseSet, name: str, ratio: f
 
 
 def exchanged_rates(poses: PoseSet) -> Iterator[Mistake]:
-    """The rates (the clips) of two runs are exchanged."""
+    """Mistakes where the rates (the clips) of two runs are exchanged."""
     magnitude = poses.reference.magnitude
     turning = {name: member for name, member in runs_by_name(poses).items()
                if not poses.reference.is_null[member].any()}
@@ -182,6 +182,6 @@ def _at_rates(poses: PoseSet, changes: Sequence[tuple[BoolArray, float]]) -> Pos
 
 
 def _corrected(fitted: Fit, reading: FloatArray) -> FloatArray:
-    """The readings (m, 3) by the nine parameters of a fit."""
+    """The readings (m, 3) corrected by the nine parameters of a fit."""
     columns = stack_columns(fitted.model.effects, Conditions.of_vectors(reading), {})
     return np.asarray(reading - columns @ fitted.theta)

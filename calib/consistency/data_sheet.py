@@ -13,11 +13,11 @@ from calib.poses.triad_kind import TRIAD_KINDS
 
 SHEET_TOLERANCE = 0.3
 """Relative deviation of a gain from its data sheet. Fact: gains lie within a few per cent of most
-data sheets, that of the paper's own MTi 28 % off."""
+data sheets; that of the paper's own MTi is 28 % off."""
 
 
 def turning_while_still(poses: PoseSet) -> Iterator[str]:
-    """Poses of the accelerometer in which the gyro says that the plate was turning.
+    """Warn of poses of the accelerometer in which the gyro shows a turning plate.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def turning_while_still(poses: PoseSet) -> Iterator[str]:
         One warning at most.
     """
     turning = np.flatnonzero(poses.spin_rad_s != 0)
-    if poses.ring is not None:  # there the waves tell gravity from what is across it
+    if poses.ring is not None:  # there the waves separate gravity from forces across it
         turning = np.setdiff1d(turning, poses.ring.place)
     if poses.triad != "accelerometer" or turning.size == 0:
         return
@@ -46,7 +46,7 @@ def turning_while_still(poses: PoseSet) -> Iterator[str]:
 
 
 def direction_against_clip(poses: PoseSet, filmed: Sequence[str | None]) -> Iterator[str]:
-    """Runs that turn the other way than their clip shows.
+    """Warn of runs that turn in the direction opposite to their clip.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def direction_against_clip(poses: PoseSet, filmed: Sequence[str | None]) -> Iter
 
 
 def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str) -> Iterator[str]:
-    """Gains far from what the data sheet's full scale says.
+    """Warn of gains far from the full scale of the data sheet.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
         One warning at most, for the axis whose gain is farthest off.
     """
     if not np.isfinite(parameters.cov[6:, 6:]).all():
-        return  # the gains were not fitted: they are the data sheet's
+        return  # the gains were not fitted: they are those of the data sheet
     ratio: FloatArray = parameters.scale_counts_per_unit * spec.nominal_scale
     worst = int(np.argmax(np.abs(ratio - 1)))
     if abs(ratio[worst] - 1) > SHEET_TOLERANCE:
@@ -114,9 +114,9 @@ def gain_off_the_sheet(parameters: TriadParameters, spec: TriadSpec, triad: str)
 
 
 def range_by_gain(scale_counts_per_unit: FloatArray, spec: TriadSpec) -> float | None:
-    """The full scale, SI, that fitted gains (3,) show where they refute the data sheet's.
+    """The full scale, SI, that fitted gains (3,) show where they contradict the data sheet.
 
-    None where they agree with it, or it states none.
+    None where they agree with the data sheet, or it states none.
     """
     ratio = scale_counts_per_unit * spec.nominal_scale
     if not np.isfinite(spec.full_scale) or np.abs(ratio - 1).max() <= SHEET_TOLERANCE:

@@ -3,12 +3,12 @@
 The accelerometer is calibrated on poses at rest. On the plate it senses gravity g and, across it,
 the centripetal ``Ω² r`` at r metres from the spindle, so that ``|f|`` lies between g and
 ``hypot(g, Ω² r)`` whatever the attitude; where the plate leans, g is its part along the axis. Where
-it does not, one of the two sets of logs is not what it seems. Each common mistake (axes exchanged
-or mirrored, counts halved, another unit) is undone in turn; with n poses it explains the
-contradiction the better by the log likelihood ratio ``n/2 ln(S_as_logged / S_undone)`` of the mean
-squares S of ``|f| - g``. It is named where this exceeds the logarithm of the number of looks over
-``FALSE_ALARM``. What the calibration itself does not know of these poses (what it leaves in its own
-poses, an effect that these hardly determine) contradicts nothing.
+``|f|`` lies outside, one of the two sets of logs is not what it seems. Each common mistake (axes
+exchanged or mirrored, counts halved, another unit) is undone in turn; with n poses it explains the
+contradiction better by the log likelihood ratio ``n/2 ln(S_as_logged / S_undone)`` of the mean
+squares S of ``|f| - g``. It is named where this exceeds the logarithm of the number of trials over
+``FALSE_ALARM``. The uncertainty of the calibration in these poses (its misfit in its own poses, an
+effect that these hardly determine) contradicts nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,7 +29,7 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.samples.in_step import FEWEST_TURNS
 
 PLATE_RADIUS_M = 0.15  #: m; fact: of a record
-FEWEST_POSES = 3  #: poses of a run at least; derived: the median of fewer is that of one pose
+FEWEST_POSES = 3  #: fewest poses of a run; derived: the median of fewer is that of one pose
 
 _RANGES = {2.0: "halved", 0.5: "doubled", 4.0: "a quarter", 0.25: "fourfold", 8.0: "an eighth",
            0.125: "eightfold"}
@@ -42,7 +42,7 @@ FACTORS: Mapping[Triad, Mapping[float, str]] = {
     "gyroscope": {**_RANGES, np.pi / 180: "in °/s instead of rad/s",
                   180 / np.pi: "in rad/s instead of °/s"},
 }
-"""What brings readings of a common mistake of range, unit or bits back, and what they are."""
+"""Matrices that undo a common mistake of range, unit or bits, and the mistakes in words."""
 
 WITHIN_A_SESSION = 0.006
 """Share of gravity. Derived: 0.02 %/K of gain and 0.5 to 0.9 mg/K of offset (MPU-6050) make
@@ -82,7 +82,7 @@ def require_gravity(
 
 @dataclass(frozen=True, eq=False)
 class _Allowed:
-    """Lengths (n,) of the force that nothing contradicts, m/s², over ``lean``, a plate's share."""
+    """Interval (n,) of plausible magnitudes of the force over ``lean``, the plate's share, m/s²."""
 
     least: FloatArray
     largest: FloatArray
@@ -92,14 +92,14 @@ class _Allowed:
     def of(
         cls, poses: PoseSet, at: Conditions, accelerometer: TriadCalibration, gravity: float
     ) -> "_Allowed":
-        """Lengths by gravity and the plate, ``CERTAIN_SD`` of the calibration beyond them."""
+        """The interval by gravity and the plate, widened by ``CERTAIN_SD`` of the calibration."""
         unknown = CERTAIN_SD * _open(accelerometer, at)
         lean = 1.0 if poses.ring is None else float(np.cos(poses.ring.tilt_rad).mean())
         return cls(gravity - unknown,
                    np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown, lean)
 
     def misfit(self, size: FloatArray) -> FloatArray:
-        """How far lengths (n,) lie outside."""
+        """Distance of magnitudes (n,) from the interval."""
         size = size / self.lean
         return np.asarray(np.maximum(size - self.largest, 0) + np.minimum(size - self.least, 0))
 
@@ -120,7 +120,7 @@ def _check_run(
     as_logged = misfit(nominal)
     impossible = float(np.median(np.abs(as_logged))) > LARGEST_DRIFT * gravity
     if np.sqrt(np.mean(as_logged**2)) <= LARGEST_DRIFT * gravity:
-        return  # a sensor that drifted can look like one with an axis mirrored
+        return  # a sensor that drifted can look like one with a mirrored axis
     likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
     if likely is None and not impossible:
         return
@@ -138,9 +138,9 @@ def _check_run(
 
 
 def _as_on_a_plate_that_leans(poses: PoseSet, size: FloatArray, gravity: float) -> str:
-    """What to do if the ``size`` (n,) of the force is small in a run because the plate leans.
+    """Advice if the ``size`` (n,) of the force is small in a run because the plate leans.
 
-    "" where none looks so: gravity that was seen to go round is known already.
+    "" where no run looks so: the rotating part of gravity is known already.
     """
     runs, sentences = np.array(poses.run), []
     for name in dict.fromkeys(poses.run if poses.ring is None else ()):
@@ -159,12 +159,12 @@ def _as_on_a_plate_that_leans(poses: PoseSet, size: FloatArray, gravity: float) 
 def force_notes(
     poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
 ) -> tuple[str | None, str | None]:
-    """What to say of the calibrated accelerometer in the poses of the gyro, or None, twice.
+    """Two notes on the calibrated accelerometer in the poses of the gyro, each a text or None.
 
-    That its calibration hardly holds there, since an effect of its model rests on conditions that
-    its own poses did not have, so that nothing is to be compared with the specific force; and that
-    it is off by more than warmth within a session explains, and not by enough for
-    :func:`require_gravity`. The arguments are those of that function.
+    The first: its calibration hardly holds there, since an effect of its model depends on
+    conditions that its own poses did not have, so that nothing can be compared with the specific
+    force. The second: it deviates by more than warmth within a session explains, and by too little
+    for :func:`require_gravity`. The arguments are those of that function.
     """
     sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))
     if not sound.size:
@@ -197,9 +197,9 @@ def force_notes(
 
 
 def _open(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
-    """What is not known of ``|f|`` by the calibration, m/s², (n,).
+    """Uncertainty of ``|f|`` by the calibration, m/s², (n,).
 
-    The covariance of its parameters, and what its model leaves in its own poses, make it.
+    It combines the covariance of the parameters with the model's misfit in its own poses.
     """
     cov = accelerometer.covariance_of(
         lambda correction: np.asarray(np.linalg.norm(correction.correct(at), axis=1)))

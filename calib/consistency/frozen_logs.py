@@ -12,16 +12,16 @@ from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray, ImuLog, Tri
 from calib.poses.samples.converter_steps import value_steps
 
 FEW_LEVELS = 0.28
-"""Squares of a step: the variance of rounded noise of half a step, where both formulas for its sd
-meet. Derived."""
+"""Variance in squares of a step: that of rounded noise of half a step, where both formulas for its
+sd meet. Derived."""
 
 QUIETER = 0.7
-"""Share of the noise that the mean variance of a session shows, which is taken for it. Derived: of
-18 logs in random places of their steps the mean variance is up to 1.4 times its expectation."""
+"""Share of the noise estimated from the mean variance of a session that is assumed. Derived: of 18
+logs in random places of their steps the mean variance is up to 1.4 times its expectation."""
 
 SHORTEST_OF_ONE = 0.5
-"""Share of a log for which one axis alone stands still. A judgement: noise of a quarter of a step
-that stays correlated over many samples stands still on one axis for a fifth of a pose."""
+"""Share of a log for which a single axis is constant. A judgement: noise of a quarter of a step
+that stays correlated over many samples keeps one axis constant for a fifth of a pose."""
 
 STILL_PARTS: Mapping[str, Sequence[tuple[Triad, slice]]] = {
     "all axes": [(triad, slice(0, 3)) for triad in TRIADS],
@@ -29,14 +29,14 @@ STILL_PARTS: Mapping[str, Sequence[tuple[Triad, slice]]] = {
     **{f"{triad} {axis}": [(triad, slice(k, k + 1))]
        for triad in TRIADS for k, axis in enumerate(AXES)},
 }
-"""What can stand still, in words, and its columns."""
+"""Parts of a log that can freeze, in words, and their columns."""
 
 
 @dataclass(frozen=True)
 class FrozenStretch:
-    """Rows ``start : start + count`` of log ``index`` are one and the same reading.
+    """Rows ``start : start + count`` of log ``index``, which hold one and the same reading.
 
-    ``of`` are what stands still, in words: all axes, those of a triad, or one.
+    ``of`` is the frozen part in words: all axes, those of a triad, or one.
     """
 
     index: int
@@ -46,13 +46,13 @@ class FrozenStretch:
 
 
 def find_frozen(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> list[FrozenStretch]:
-    """Stretches so long of one and the same reading that sensor or logger must have stopped.
+    """Stretches of one constant reading, too long unless the sensor or logger had stopped.
 
     A stretch of r equal rows enters the mean of n rows with the noise of one row times r/n; from
     ``r = √n`` on that is more than the noise of the whole mean. Where the steps of the converter
-    are larger than the noise, a reading in the middle of a step stays for long: how long follows
-    from the noise that the other readings show, those of ``others`` where no log of the run shows
-    any. Sensors of two chips stop one at a time, and an axis that is stuck or cut off stands still
+    are larger than the noise, a reading in the middle of a step stays constant for long: how long
+    follows from the noise of the other readings, those of ``others`` where no log of the run shows
+    any. Sensors of two chips stop one at a time, and an axis that is stuck or cut off freezes
     alone.
     """
     for of, columns in STILL_PARTS.items():
@@ -68,7 +68,7 @@ def find_frozen(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> list[F
 def _stretches(
     of: str, index: Sequence[int], logs: Sequence[FloatArray], others: Sequence[FloatArray]
 ) -> list[FrozenStretch]:
-    """Find them in some columns, (t, k) of each log."""
+    """Find frozen stretches in some columns, (t, k) of each log."""
     again = [(values[1:] == values[:-1]).all(axis=1) for values in logs]
     stretches = [_longest_stretch(equal) for equal in again]
     equal = sum(int(each.sum()) for each in again)
@@ -86,7 +86,7 @@ def _stretches(
 
 
 def _stays_in_a_step(logs: Sequence[FloatArray]) -> float:
-    """Probability that a reading in the middle of a step is read the same once more.
+    """Probability that a reading in the middle of a step repeats in the next row.
 
     The scatter of the logs in steps, averaged over where in a step they happen to lie, gives the
     sd of the noise: ``σ/√π`` where it is below half a step (∫ Φ(1 − Φ) = 1/√π), else σ² + 1/12.
@@ -94,7 +94,7 @@ def _stays_in_a_step(logs: Sequence[FloatArray]) -> float:
     from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
 
     step = np.min([value_steps(values) for values in logs], axis=0)
-    # Of neighbouring rows, among which a wave of the turning plate does not count.
+    # Of neighbouring rows, where a wave of the turning plate does not count.
     square = [(np.diff(values, axis=0) ** 2).mean(axis=0) / 2 for values in logs]
     variance = np.mean(square, axis=0) / step**2
     noise = np.where(variance < FEW_LEVELS, np.sqrt(np.pi) * variance,
@@ -109,7 +109,7 @@ def require_running(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> No
     Parameters
     ----------
     logs : sequence of ImuLog
-        Of one run: the noise of one says how long a reading of another may stay.
+        Of one run: the noise of one shows how long a reading of another may stay constant.
     others : sequence of ImuLog
         Of all runs, for a run that shows no noise at all. A motor shakes some runs and not all.
 
@@ -128,7 +128,7 @@ def require_running(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> No
 
 
 def _longest_stretch(equal: BoolArray) -> tuple[int, int]:
-    """Start and length of the longest run of rows of which each is ``equal`` to the one before."""
+    """Start and length of the longest run of rows that are ``equal`` to their predecessor."""
     edges = np.r_[0, np.flatnonzero(~equal) + 1, len(equal) + 1]
     lengths = np.diff(edges)
     longest = int(np.argmax(lengths))

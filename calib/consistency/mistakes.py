@@ -1,16 +1,16 @@
-"""Which common mistake in the files of a run explains a misfit that is no sensor's.
+"""Search for the common mistake in the files of a run that explains a misfit no sensor can have.
 
 Each mistake is undone in turn and the nine parameters are fitted again. With d degrees of freedom
 one explains the misfit better than the session as it stands by the log likelihood ratio
 ``d/2 ln(chi2_as_it_stands / chi2_undone)``, the noise's scale free, no chi-square below d; it is
-named where this exceeds the logarithm of the number of looks over the probability of a false alarm
-and where it leaves less than a hundredth of the misfit. A mistake in some poses of one run leaves
-them, once undone, as near to the others as these are to each other, by an F ratio; else it is
-another one, and the verdict says which poses are odd.
+named where this exceeds the logarithm of the number of trials over the probability of a false alarm
+and where it leaves less than a hundredth of the misfit. Once a mistake in some poses of a run is
+undone, these agree with the others as well as the others agree with each other, by an F ratio;
+otherwise the mistake is another one, and the verdict names the odd poses.
 
-These are found together, because one of several hides behind the next: without any one of three
-wrong poses the other two still spoil the fit. Every set of up to three is left out, and what any
-parameters leave of the rest at least says which set it is, by the same ratio.
+The odd poses are found together, because one can mask the next: if three poses are wrong and one
+is left out, the other two still spoil the fit. Every set of up to three is left out, and the least
+misfit of the rest under any parameters shows which set it is, by the same ratio.
 """
 
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ from calib.poses.pose_set import PoseSet
 
 LEFT_OVER = 0.01
 """Share of the misfit above its degrees of freedom that a named mistake leaves at most. A
-judgement: what a sensor's effects leave of an exchanged axis or a wrong range."""
+judgement: what a sensor's effects leave beside an exchanged axis or a wrong range."""
 
 MOST_ODD = 3  #: poses; derived: what a set of 18 can lose before a direction is missing
 MOST_SETS = 1000  #: sets of poses left out; a limit of time
@@ -76,7 +76,7 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
         return
     looks = max(1, len(blocks(poses)) * len(CHANGES.get(poses.triad, CHANGED_AXES)))
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / looks:
-        return  # without a copy of the poses for every look
+        return  # without a copy of the poses for each trial
     mistakes = [*block_mistakes(poses), *rate_mistakes(poses, base), *exchanged_rates(poses)]
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / len(mistakes):
         return
@@ -120,7 +120,7 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
 def _agree(
     poses: PoseSet, member: BoolArray, model: Model, whole: tuple[float, int]
 ) -> bool:
-    """Whether the poses ``member`` fit to the others as these do to each other.
+    """Whether the poses ``member`` agree with the others as well as these with each other.
 
     ``whole`` is the chi-square of all and its degrees of freedom. True where too few are left.
     """

@@ -1,7 +1,7 @@
-"""Readings of an accelerometer that a library has brought to one length.
+"""Readings of an accelerometer that a library has normalised to one length.
 
-What a filter of attitude wants is gravity's direction. Its unit vectors fit every model of bias,
-scale and misalignment without a residual, and say nothing of the sensor.
+An attitude filter needs only the direction of gravity. Such unit vectors fit every model of bias,
+scale and misalignment without a residual, and contain no information on the sensor.
 """
 
 from collections.abc import Sequence
@@ -14,15 +14,15 @@ from calib.poses.imu_log import ImuLog
 from calib.poses.samples.converter_steps import value_steps
 
 SAME_LENGTH = 0.1
-"""Scatter of the samples' length over that of their axes. Derived: of noise that is three times
-less on one axis than on the others it is 0.3, of one length the steps alone."""
+"""Scatter of the samples' length over that of their axes. Derived: if the noise of one axis is
+three times less than that of the others it is 0.3; at a constant length only the steps scatter."""
 
 FEWEST_STEPS = 4.0
-"""Scatter of the axes in steps, from which one is less than SAME_LENGTH of it. Derived."""
+"""Scatter of the axes in steps, from which a step is below SAME_LENGTH of it. Derived."""
 
 
 def require_raw(logs: Sequence[ImuLog], spec: TriadSpec) -> None:
-    """Refuse logs of poses at rest whose samples of the accelerometer have one length.
+    """Refuse logs of poses at rest whose accelerometer samples all have one length.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The axes of the gyroscope against those of the accelerometer, by the plate.
+"""Comparison of the axes of the gyroscope with those of the accelerometer, by the plate.
 
 On a turning plate both triads point along its axis, ``f/|f| = σ R n`` with n the direction of the
 gyro's rate, σ = ±1 the direction in which the run turns and R the rotation between the frames. R is
@@ -24,23 +24,23 @@ from calib.poses.pose_set import PoseSet
 
 FEWEST_POSES = 6  #: derived: three directions, each seen twice
 LEAST_SPREAD = 0.05
-"""Smallest singular value per pose, of 1/3 all round: a judgement; below it an axis is unseen."""
+"""Smallest singular value per pose, 1/3 if isotropic: a judgement; below it an axis is unseen."""
 
 MOST_RUNS = 8  #: a limit of time
 LARGEST_SCATTER = 0.2
-"""Scatter of the directions about what one rotation makes of them, rad: a sensor ten centimetres
+"""Scatter of the directions about those that one rotation predicts, rad: a sensor ten centimetres
 off the spindle at 45 rpm senses gravity turned by as much. Derived."""
 
 OTHER_POSE = 0.5
-"""From here on, rad, a single pose cannot belong to the frame of the others: the smallest exchange
-of axes of any pose turns it by 60° and more, noise by a thousandth. Derived: half of it."""
+"""Angle, rad, from which a pose cannot belong to the frame of the others: an exchange of axes turns
+any pose by 60° or more, noise by a thousandth. Derived: half of it."""
 
 OTHER_LENGTH = 0.03
-"""Relative difference of a length that an exchange of axes, once it is undone, does not leave.
-Derived: an effect of the sensor makes a per cent."""
+"""Relative difference of a length that remains only if no exchange of axes explains it. Derived: an
+effect of the sensor makes a per cent."""
 
 SAME_DIRECTION = 0.05
-"""rad: where the plate's axis lies once an exchange is undone. Derived: 13 mm off the spindle at 45
+"""Angle, rad, to the plate's axis once an exchange is undone. Derived: 13 mm off the spindle at 45
 rpm; by chance one of the exchanges of a pose comes as near in 6 of 100."""
 
 REPAIR = (
@@ -50,7 +50,7 @@ REPAIR = (
 
 
 def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, float]) -> None:
-    """Refuse turning poses in which the axes of both triads contradict each other.
+    """Refuse turning poses in which the axes of the two triads contradict each other.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
     if np.median(angle[used]) > LARGEST_SCATTER:
         length = np.linalg.norm(vector[used], axis=1) / poses.reference.magnitude[used]
         if np.max(np.abs(length - 1)) > OTHER_LENGTH:
-            return  # some poses bend the fit, and all directions with it
+            return  # some poses distort the fit, and all directions with it
         raise Contradiction(
             "gyroscope: on the turning plate both triads point along its axis, but no rotation "
             "joins their directions in these poses. Are the columns of both triads of the same "
@@ -106,7 +106,7 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
 def _of_one_pose(
     poses: PoseSet, vector: FloatArray, odd: IntArray, rotation: FloatArray, near: float
 ) -> str:
-    """Why the first of the poses ``odd`` differs: an exchange that undone mends it, or none."""
+    """Explanation for the first of the poses ``odd``: the exchange that resolves it, or none."""
     i, others = int(odd[0]), np.setdiff1d(np.arange(len(poses)), odd)
     counted = np.column_stack([poses.reading[others], np.ones(len(others))])
     affine = np.linalg.lstsq(counted, vector[others], rcond=None)[0]
@@ -139,13 +139,13 @@ def _of_one_pose(
 
 
 def _angle(vectors: FloatArray, other: FloatArray) -> FloatArray:
-    """Angles between vectors (k, 3) and another one (3,), rad, (k,)."""
+    """Angles between vectors (k, 3) and a vector (3,), rad, (k,)."""
     cosine = vectors @ other / np.linalg.norm(vectors, axis=1) / np.linalg.norm(other)
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
 def _in_words(order: FloatArray) -> str:
-    """What is exchanged; and what it is if mirrored axes also mirrored the plate's direction."""
+    """The exchange in words, also if mirrored axes mirrored the plate's direction."""
     words = permutation_words(order)
     if np.trace(order) < 0 and not np.array_equal(order, -np.eye(3)):
         words += f" (or {permutation_words(-order)}, and the plate turned the other way)"
@@ -166,8 +166,8 @@ def _relation(
 ) -> tuple[FloatArray, dict[str, float]] | None:
     """R (3, 3) and σ by run; None where the poses leave an axis open.
 
-    Where no run's sense is known, R and all σ are known up to one sign together: then the R nearer
-    to the identity is meant.
+    Where no run's sense is known, R and all σ are known up to one common sign: then the R nearer to
+    the identity is chosen.
     """
     sums = np.array([each.sum(axis=0) for each in products.values()])
     count = sum(map(len, products.values()))
@@ -187,7 +187,7 @@ def _relation(
 
 
 def _angles(products: FloatArray, rotation: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Angle between f and σ R n of every pose, rad, (n,)."""
+    """Angle between f and σ R n of each pose, rad, (n,)."""
     cosine = sigma * np.einsum("nij,ij->n", products, rotation)
     return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
 

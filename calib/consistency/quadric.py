@@ -1,4 +1,4 @@
-"""What any nine parameters leave of a set of poses at least, by linear least squares.
+"""Least misfit of a set of poses under any nine parameters, by linear least squares.
 
 Where ``|M y + c| = m``, the readings y lie on a quadric, ``yᵀA y + bᵀy + d = λ m²`` with A = MᵀM,
 linear in its coefficients once its size is fixed by ``trace A = 3``. To first order
@@ -28,9 +28,9 @@ def quadric(poses: PoseSet) -> tuple[FloatArray, FloatArray]:
 def left_over(
     columns: FloatArray, target: FloatArray, kept: BoolArray | None = None
 ) -> tuple[FloatArray, IntArray]:
-    """Chi-square (s,) that fits leave of the target, and degrees of freedom (s,), no unit.
+    """Chi-square (s,) of the target after fits, and degrees of freedom (s,), no unit.
 
-    Each of s fits has the rows that it has ``kept`` (s, m); one has all of them by default.
+    Each of s fits uses the rows that are ``kept`` (s, m); by default one fit uses all of them.
     """
     kept = np.ones((1, len(target)), dtype=bool) if kept is None else kept
     design = columns * kept[..., None]

@@ -1,10 +1,10 @@
 """Samples that occur twice: files under two names, copied blocks; and rows of a table of means.
 
-Noise does not repeat itself. With H bits of collision entropy in a row beside those before it
-(``2^-H`` is the chance that two such rows agree) a stretch of L rows agrees with another of N by
-chance with the probability ``N² 2^(-H L) / 2``; the length from which this is below
-``FALSE_ALARM`` is how short a copy can be seen. Rows that follow each other are correlated, so
-``CORRELATED`` times as many are asked for.
+Noise does not repeat itself. If a row has H bits of collision entropy given the rows before it
+(``2^-H`` is the chance that two such rows agree), a stretch of L rows agrees with another of N by
+chance with the probability ``N² 2^(-H L) / 2``; the length at which this falls below
+``FALSE_ALARM`` is the shortest copy that can be detected. Successive rows are correlated, so
+``CORRELATED`` times as many are required.
 """
 
 from collections.abc import Sequence
@@ -21,22 +21,22 @@ from calib.poses.pose_set import PoseSet
 Keys = NDArray[np.uint64]
 
 CORRELATED = 4.0
-"""Rows in which low-cost sensors' noise makes one independent row. A judgement: they are read at up
+"""Rows of a low-cost sensor's noise that make one independent row. A judgement: they are read at up
 to four times the rate at which their filter gives independent values."""
 
 LEAST_ENTROPY = 0.5
-"""Bits per row. A judgement: coarser logs repeat themselves by nature, and would set the length of
-a copy for all others."""
+"""Least entropy of a row, bits. A judgement: coarser logs repeat themselves by nature, and would
+determine the length of a copy for all others."""
 
 SHORTEST_COPY = 32
 """Rows. Derived: a shorter copy moves a mean by less than its sd in every log of three seconds."""
 
 WHOLE = 0.9
-"""Share of a log from which a copy is called one of the whole log. It chooses words only."""
+"""Share of a log from which a copy is called a copy of the whole log. It chooses words only."""
 
 STRETCH = 3
-"""Doublings of a row: of stretches of eight rows it is asked whether they come again within eight.
-Derived: two levels in turn, A B A B, always do, and noise of one bit a row does in one of 32."""
+"""Doublings of a row: stretches of eight rows are tested for a repetition within eight. Derived:
+two alternating levels, A B A B, always repeat, and noise of one bit a row does in one of 32."""
 
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
@@ -50,7 +50,7 @@ last digit of a ten-bit converter once in 25; rows that were put together twice 
 
 @dataclass(frozen=True)
 class Copy:
-    """Rows ``start : start + count`` of log ``first`` that stand in log ``second``, too."""
+    """Rows ``start : start + count`` of log ``first`` that also occur in log ``second``."""
 
     first: int
     second: int
@@ -69,10 +69,10 @@ def row_keys(log: ImuLog, triad: Triad) -> Keys:
 
 
 def _entropy(keys: Keys) -> float:
-    """Collision entropy of one row beside those before it, bits; no larger than rows can show.
+    """Collision entropy of one row given those before it, bits; no larger than rows can show.
 
-    Rows that take turns tell nothing, however many levels a row has by itself: what counts is the
-    share of rows that do not begin a stretch which comes again at once.
+    Alternating rows carry no information, however many levels a single row has: what counts is the
+    share of rows that do not begin a stretch which repeats at once.
     """
     length = 2**STRETCH
     if len(keys) < 2 * length:
@@ -92,8 +92,8 @@ def _collision_bits(keys: Keys) -> float:
 
 
 def _window_keys(keys: Keys, doublings: int) -> Keys:
-    """Keys of all stretches of ``2**doublings`` rows, by their first row."""
-    factor = FACTORS[:1]  # an array: its products wrap around in silence
+    """Keys of all stretches of ``2**doublings`` rows, by first row."""
+    factor = FACTORS[:1]  # an array: its products wrap around without a warning
     for i in range(doublings):
         half = 2**i
         keys = keys[:-half] * factor + keys[half:]
@@ -104,7 +104,7 @@ def _window_keys(keys: Keys, doublings: int) -> Keys:
 def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
     """The first stretch of readings of ``triad`` that occurs twice in ``logs``, or None.
 
-    Rows that repeat the one before count once: slow sensors are read several times.
+    Rows equal to their predecessor count once: slow sensors are read several times.
     """
     every = [row_keys(log, triad) if log.has(triad) else np.zeros(0, np.uint64) for log in logs]
     kept = [np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]]) if len(keys) else

@@ -1,6 +1,6 @@
-"""The ways in which three columns can be exchanged and mirrored: the 48 signed permutations.
+"""The 48 signed permutations: all ways to exchange and mirror three columns.
 
-``P[k, j] = ±1`` where axis k of what should have been logged stands in column j of the log.
+``P[k, j] = ±1`` if axis k of the intended log is in column j of the actual log.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ SIGNED_PERMUTATIONS: FloatArray = np.array([
     for order in permutations(range(3))
     for signs in product((1.0, -1.0), repeat=3)
 ])
-"""All of them, (48, 3, 3), the identity first."""
+"""All signed permutations, (48, 3, 3), the identity first."""
 
 IDENTITY = 0  #: its index in SIGNED_PERMUTATIONS
 CYCLES: Mapping[tuple[int, ...], str] = {
@@ -25,13 +25,13 @@ CYCLES: Mapping[tuple[int, ...], str] = {
 
 
 def nearest_signed(matrix: FloatArray) -> FloatArray:
-    """The signed permutation (3, 3), no unit, that an orthogonal matrix is nearest to."""
+    """The signed permutation (3, 3), no unit, nearest to an orthogonal matrix."""
     scores = np.einsum("pij,ij->p", SIGNED_PERMUTATIONS, matrix)
     return np.asarray(SIGNED_PERMUTATIONS[int(np.argmax(scores))])
 
 
 def permutation_words(matrix: FloatArray) -> str:
-    """What is exchanged and mirrored, as a clause: ``x and y are exchanged``.
+    """Description of the exchanged and mirrored axes, as a clause: ``x and y are exchanged``.
 
     >>> permutation_words(np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1.0]]))
     'x and y are exchanged, and z has the opposite sign'

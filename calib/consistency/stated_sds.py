@@ -1,7 +1,7 @@
-"""Sds of a table of means that are plainly larger than what the poses scatter.
+"""Sds of a table of means that are clearly larger than the scatter of the poses.
 
-What samples show of a pose may well be more than its mean scatters by, by chance or because the
-converter's steps and slow noise are in it at their largest: there is nothing to mend.
+The sd that the samples of a pose give may well exceed the scatter of its mean, by chance or because
+it contains the converter's steps and slow noise at their largest: nothing needs mending.
 """
 
 from collections.abc import Iterator
@@ -11,16 +11,16 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import tests_the_model
 
 ONE_SESSION_OF = 2000
-"""Sessions with right sds of which one is warned of. Derived: both triads together then take a
-fifth of the one in 200 that all warnings may take."""
+"""One in this many sessions with right sds causes a warning. Derived: both triads together then
+take a fifth of the one in 200 that all warnings may take."""
 
 PLAINLY = 1.5
-"""Ratio of stated sds to right ones. A judgement: sds that hold steps of a converter and slow noise
-at their largest are up to 1.3 times too large in sound sessions, and nobody need do anything."""
+"""Ratio of stated sds to right ones. A judgement: sds that contain a converter's steps and slow
+noise at their largest are up to 1.3 times too large in sound sessions, and need no action."""
 
 
 def sds_too_large(fit: Fit) -> Iterator[str]:
-    """Warn, once at most, where residuals are so small that the sds of the poses are not right."""
+    """Warn, once at most, where residuals are too small for the sds of the poses to be right."""
     if not tests_the_model(fit.poses) or fit.dof < 1 or fit.p_value <= 1 - 1 / ONE_SESSION_OF:
         return
     ratio = fit.chi2 / fit.dof
