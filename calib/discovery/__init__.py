@@ -1,5 +1,5 @@
 """A formula for an error that no listed effect has.
 
-    grammar    every formula of physics that is tried, as an effect with an expression
-    discover   which of them the poses show, judged on poses that took no part
+    grammar    every physical formula that is tried, as an effect with an expression
+    discover   the formula that the poses support, judged on left-out poses
 """

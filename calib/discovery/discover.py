@@ -1,12 +1,12 @@
-"""Which formula the poses show: screened beside the model in closed form, judged on poses left out.
+"""Search for the formula that the poses support: a closed-form screen, then left-out poses.
 
-Each formula has the log odds of its evidence against none, with a prior that halves and halves
-again with every term, so that a longer one pays; the numbers in the likeliest are made finer, and
-pay for that. These stand at one table with the listed effects and are refitted, and one is accepted
-where its odds against none, or a bias that wanders, are high as the refit has them (beside a strong
-signal a linear score is off by more than noise), where it predicts poses that took no part, fold by
-fold, better than the model without it, and where new attitudes are expected to err by less with it.
-A listed effect that predicts them as well is what it is: a formula is for what none describes.
+Each formula has log odds by its evidence against no formula, with a prior that falls by
+``PER_TERM`` with every term, so that a longer one must gain more; the numbers in the likeliest are
+refined, at a price. They are compared with the listed effects and refitted. A formula is accepted
+if its odds at the refit are high against none and against a wandering bias (beside a strong signal
+a linear score is off by more than noise), if it predicts left-out poses, fold by fold, better than
+the model without it, and if new attitudes are expected to have a smaller error with it. A listed
+effect that predicts them as well is preferred: a formula is for what no effect describes.
 """
 
 import math
@@ -34,11 +34,11 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.past import Past, with_pasts
 
 PER_TERM = float(np.log(4.0))
-"""Log odds that each further term of a formula costs. Derived: with every term about four times
-as many formulas can be built, and all of one length are as likely as all of the next."""
+"""Cost of each further term of a formula in log odds. Derived: with every term about four times as
+many formulas can be built, and all of one length are as likely as all of the next."""
 
 ACCEPTED = float(np.log(100.0))
-"""Log odds of a formula against none from which it is believed. Derived: 100 to 1, one false
+"""Log odds of a formula against none from which it is accepted. Derived: 100 to 1, one false
 formula in a hundred."""
 
 FOLDS = 5  #: parts of the poses, each of which is left out in turn; a judgement, as elsewhere
@@ -46,32 +46,32 @@ FOLDS_BETTER = 4
 """Number of folds that a formula must predict better. Derived: by chance 3 of 16 do."""
 
 LEAST_FALL = 0.05
-"""Fall of the chi-square of the poses left out, relative. A judgement: less is no formula that a
-user would want to keep."""
+"""Relative fall of the chi-square of the left-out poses. A judgement: no user would want to keep a
+formula that gains less."""
 
 REFITTED = 6  #: the likeliest formulas, of different classes, that are refitted; a limit of time
-TABLED = 200  #: the likeliest formulas, at one table with the listed effects; a limit of time
+TABLED = 200  #: the likeliest formulas, compared with the listed effects; a limit of time
 
-REFINED = 12  #: the likeliest families whose numbers are made finer; a limit of time
-SHARPENED = 3  #: times that the numbers are sought at a formula's own solution; a limit of time
+REFINED = 12  #: the likeliest families whose numbers are refined; a limit of time
+SHARPENED = 3  #: searches for the numbers at a formula's own solution; a limit of time
 HALVINGS = 10
-"""Times that the steps between their numbers are halved at most. Derived: four digits are
-written."""
+"""Largest number of halvings of the steps between their numbers. Derived: four digits are written.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Discovered:
-    """A formula that the poses show.
+    """A formula that the poses support.
 
     Attributes
     ----------
     formula : Formula
     alike : tuple of Formula
-        What looks the same in these poses, the likeliest first.
+        Formulas that are equivalent in these poses, the likeliest first.
     log_odds : float
         Against no formula, its prior included.
     left_out_before, left_out_after : float
-        Root mean square in sds of the rows of poses that took no part, without and with it.
+        Root mean square, in sds, of the rows of left-out poses, without and with it.
     fit : Fit
         With it.
     listed : str or None
@@ -150,7 +150,7 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A formula at its refit: its place in the table, those of what looks the same, its odds."""
+    """A formula at its refit: its index in the table, those of its equivalents, its odds."""
 
     formula: Formula
     place: int
@@ -162,7 +162,7 @@ class _Tried:
 def _tried(
     fit: Fit, table: Table, every: Sequence[Formula], odds: FloatArray
 ) -> list[_Tried]:
-    """The likeliest of each class that looks the same, and the shortest of it, at their refits."""
+    """The likeliest and the shortest of each class of equivalent formulas, at their refits."""
     best = float(odds[np.nanargmax(odds)])
     bar = max(0.0, best - CONSTANTS.negligible - CONSTANTS.behind_share * best)
     likely = [int(j) for j in np.argsort(-odds) if odds[j] > bar]
@@ -188,15 +188,15 @@ def _tried(
 
 
 def _log_noise(table: Table, chi2: float) -> float:
-    """Log density of a residual that noise alone has left, stated or larger."""
+    """Log density of a residual of noise alone, as stated or larger."""
     return float(np.logaddexp(*table.noise.nothing(chi2)))
 
 
 def _likeliest(screen: FormulaScreen, every: Sequence[Formula]) -> list[tuple[Formula, float]]:
-    """The likeliest formulas that are not ruled out, with the log of what each was before.
+    """The likeliest formulas that are not ruled out, each with its log prior.
 
-    Those of the likeliest families are there with finer numbers too: as many as these could be
-    share what one of the grid was before.
+    The likeliest families are present with refined numbers too: these share the prior of one
+    formula of the grid.
     """
     if not every:
         return []
@@ -217,7 +217,7 @@ def _likeliest(screen: FormulaScreen, every: Sequence[Formula]) -> list[tuple[Fo
 
 
 def _refined(screen: FormulaScreen, formula: Formula) -> tuple[Formula, float]:
-    """``formula`` with the likeliest numbers within a step of its own, and the log of their share.
+    """``formula`` with the likeliest numbers within a step of its own, and their log share.
 
     The steps are halved as long as that gains more than twice as many numbers cost.
     """
@@ -234,9 +234,9 @@ def _refined(screen: FormulaScreen, formula: Formula) -> tuple[Formula, float]:
 
 
 def _sharper(base: Fit, formula: Formula, joint: Fit) -> tuple[Formula, Fit, float]:
-    """``formula`` with the numbers that are likeliest at its own solution, that fit, and the price.
+    """``formula`` with the numbers that are likeliest at its own solution, its fit, and the price.
 
-    Beside a strong signal those from the rows of ``base`` are off by more than noise.
+    Beside a strong signal the numbers from the rows of ``base`` are off by more than noise.
     """
     price = 0.0
     for _ in range(SHARPENED):
@@ -249,7 +249,7 @@ def _sharper(base: Fit, formula: Formula, joint: Fit) -> tuple[Formula, Fit, flo
 
 
 def _with_pasts(base: Fit, pasts: Sequence[Past]) -> Fit:
-    """The fit to poses that have the columns that the past makes."""
+    """The fit to poses that include the columns computed from the past."""
     stated = base.poses.as_stated
     poses = with_pasts(stated, pasts)
     robust = bool((base.weight != 1).any())
@@ -259,7 +259,7 @@ def _with_pasts(base: Fit, pasts: Sequence[Past]) -> Fit:
 def _listed(
     fit: Fit, rivals: Iterable[Effect], with_formula: FloatArray
 ) -> tuple[str | None, FloatArray]:
-    """The best of listed ``rivals`` that predicts the folds (FOLDS,) as well as a formula does."""
+    """Best listed effect of ``rivals`` that predicts the folds (FOLDS,) as well as a formula."""
     best, least = None, np.full(FOLDS, np.nan)
     for effect in rivals:
         joint = refit(fit, [effect])
@@ -272,13 +272,13 @@ def _listed(
 
 
 def _holds(before: FloatArray, after: FloatArray) -> bool:
-    """Whether sums of squares (FOLDS,) of what was left out fall in nearly every fold, and much."""
+    """Whether left-out sums of squares (FOLDS,) fall in nearly every fold, and by much in total."""
     fall = 1 - float(after.sum()) / float(before.sum())
     return int((after < before).sum()) >= FOLDS_BETTER and fall > LEAST_FALL
 
 
 def _left_out(fit: Fit) -> FloatArray:
-    """Sum of the squares of the whitened rows of each fold when it takes no part, (FOLDS,)."""
+    """Sum of the squares of the whitened rows of each fold when it is left out, (FOLDS,)."""
     fold = np.random.default_rng(len(fit.poses)).permutation(len(fit.poses)) % FOLDS
     of_row = fold[fit.equations.row_pose]
     root = np.sqrt(fit.weight)

@@ -1,7 +1,6 @@
-"""Functions φ of what was logged, by families: a bend, a step, a bump, a wave, a lag, a play.
+"""Functions φ of logged columns, by families: a bend, a step, a bump, a wave, a lag, a play.
 
-    φ(x) with x a logged column, the time, a product or a quotient of two, or what the past makes of
-    one
+    φ(x) with x a logged column, the time, a product or quotient of two, or a function of one's past
 
 A family is an expression with numbers in it. Those tried first are a coarse grid over the range of
 the column; :meth:`Function.finer` gives the neighbours at a part of its steps.
@@ -18,7 +17,7 @@ from calib.diagnosis.hypotheses.columns import words_of
 from calib.poses.imu_log import FloatArray
 
 Breadth = Literal["every", "simple", "bias", "others"]
-"""What may follow a function: whatever errs, a bias or a gain, a bias alone, or all but these two.
+"""Factors that a function may multiply: any, a bias or a gain, a bias alone, or all but these two.
 """
 
 SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
@@ -30,8 +29,8 @@ WIDTHS = (0.1, 0.3)
 Numerical: any other between 0.06 and 0.5 is within a factor of 1.7 of one."""
 
 PLAYS = (0.01, 0.1, 0.25)
-"""Half widths of a play over the column's range; of the least is told which way the column last
-went. Numerical, as above."""
+"""Half widths of a play over the column's range; the least shows the direction in which the column
+last moved. Numerical, as above."""
 
 LAG_RATIO = 2.0
 """Ratio of one time constant to the next that is tried, from the time between poses to a quarter of
@@ -40,7 +39,7 @@ the session. Numerical: any other is 0.97 correlated with one of them."""
 MOST_WAVES = 24  #: half waves over a column's range; a limit of time
 POSES_PER_WAVE = 6
 """Poses for each half wave that is tried. Derived: a wave has a period, a phase and a size on each
-axis, as many as this in one half wave would fit any poses."""
+axis; with that many parameters in one half wave it would fit any poses."""
 
 PHASES = (0.0, 0.7854, 1.571, 2.356)
 """Phases of a wave, rad. Numerical: with either sign any other is within 22.5°."""
@@ -51,18 +50,18 @@ TURNS = {"deg": "pi / 180 * ", "degrees": "pi / 180 * ", "rad": "", "radians": "
 
 DIGITS = 4  #: significant digits of the numbers in an expression; it chooses words only
 FEWEST_VALUES = 4
-"""Number of values of a column from which a curve in it can be told from a line. Derived: of three
-every curve is a square."""
+"""Number of values of a column from which a curve in it can be told from a line. Derived: with
+three, every curve is a square."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """One function of what was logged.
+    """One function of logged columns.
 
     Attributes
     ----------
     text, words, name : str
-        Templates of the expression, of "what it follows" and of a name, with ``{0}`` for a number.
+        Templates of the expression, of its argument in words and of a name, with ``{0}`` for a number.
     length : int
         Number of terms that it is made of.
     column : str
@@ -90,7 +89,7 @@ class Function:
 
     @property
     def said(self) -> str:
-        """What it follows, in words."""
+        """The argument of the function, in words."""
         return self.words.format(*(_number(value).strip("()") for value in self.numbers))
 
     @property
@@ -100,11 +99,11 @@ class Function:
 
     @property
     def varied(self) -> int:
-        """How many of its numbers are varied."""
+        """Number of its numbers that are varied."""
         return sum(step != 0 for step in self.steps)
 
     def finer(self, share: float) -> Iterator["Function"]:
-        """The functions whose one number is off by ``share`` of its step, either way."""
+        """The functions with one number changed by ``share`` of its step, either way."""
         for k, step in enumerate(self.steps):
             for sign in (-1, 1):
                 if step == 0:
@@ -118,14 +117,14 @@ class Function:
 def functions(
     drivers: Mapping[str, FloatArray], time_constants: Sequence[float], count: int
 ) -> list[Function]:
-    """Every function that is tried first.
+    """Every function of the initial grid.
 
     Parameters
     ----------
     drivers : mapping of str to array, shape (n,)
         The logged columns that vary, and ``time_s``.
     time_constants : sequence of float
-        That are tried, s; none where the order of the poses is not known.
+        Tried values, s; none where the order of the poses is not known.
     count : int
         Number of poses.
     """
@@ -140,12 +139,12 @@ def functions(
 
 
 def _of_column(column: str, values: FloatArray, count: int) -> Iterator[Function]:
-    """Functions of a column, about numbers of its range."""
+    """Functions of a column, with numbers from its range."""
     low, span = float(values.min()), float(np.ptp(values))
     x, far = f"({column} - {{0}})", -span / 8
     yield Function(x, column, f"with_{column}", 1, column,
                    numbers=(float(np.median(values)),), steps=(0.0,))
-    if "" in _zeros(values):  # bias and gain hold what it is at its middle
+    if "" in _zeros(values):  # bias and gain contain its value at the middle of the range
         yield Function(column, f"{column} from its zero", f"with_{column}_from_zero", 1, column,
                        "others")
     angle = TURNS.get((words_of(column) or ("",))[-1])
@@ -215,7 +214,7 @@ def _of_column(column: str, values: FloatArray, count: int) -> Iterator[Function
 def _of_past(
     column: str, values: FloatArray, time_constants: Sequence[float]
 ) -> Iterator[Function]:
-    """Functions of what the past makes of a column."""
+    """Functions of a column's past."""
     span, places = float(np.ptp(values)), np.quantile(values, SHARES)
     several = len(np.unique(values)) >= FEWEST_VALUES
     for tau in time_constants:
@@ -254,7 +253,7 @@ def _of_past(
 def _of_two(
     one: str, values: FloatArray, other: str, others: FloatArray
 ) -> Iterator[Function]:
-    """Functions of two columns: product, quotient, and the one where the other is high or low."""
+    """Functions of two columns: product, quotient, and one where the other is high or low."""
     if np.abs(others).min() > 0 and np.sign(others).min() == np.sign(others).max():
         yield Function(f"{one} / {other}", f"{one} over {other}", f"with_{one}_over_{other}", 3,
                        one, "simple")
@@ -278,7 +277,7 @@ def _of_two(
 
 
 def _zeros(values: FloatArray) -> Iterable[str]:
-    """From where a column counts in a product: its middle, and its own zero if that is near."""
+    """Origins of a column in a product: its middle, and its own zero if that is near."""
     middle = _number(float(np.median(values)))
     return ("", middle) if 0 <= values.min() <= np.ptp(values) else (middle,)
 

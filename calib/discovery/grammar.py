@@ -1,9 +1,9 @@
-"""The grammar of formulas: what errs, times a function of what was logged.
+"""The grammar of formulas: a factor that errs, times a function of logged columns.
 
     error_k = c · F_k · φ(x),    F in 1, s, s_j, |s|, s², s³, s_i s_j, f_j, Ω, p, vibration
 
 with φ of :mod:`calib.discovery.functions`; and the response of an axis itself, φ(s_k), with a
-number in it. Each is an expression of :mod:`calib.effects.expression` with its unit by
+number in it. Each is an expression of :mod:`calib.effects.expression` whose unit follows by
 construction, ready to be an effect of a configuration.
 """
 
@@ -40,16 +40,16 @@ FACTORS: dict[Factor, tuple[str, str, int]] = {
     "memory": ("p", "the memory of the pose before", 2),
     "vibration": ("vibration", "an error in proportion to the vibration", 2),
 }
-"""What errs -> as a factor of an expression, in words, and its length in terms. Definition."""
+"""Factor of a formula -> its expression, its words, and its length in terms. Definition."""
 
 PERS: dict[Factor, tuple[Per, ...]] = {
     "bias": ("axis", "common"), "gain": ("axis", "common"), "cross": ("matrix",),
     "force": ("matrix",),
 }
-"""What errs -> how its parameters belong to the axes; one for each where it is not listed."""
+"""Factor -> how its parameters belong to the axes; one for each axis where it is not listed."""
 
 OF_BASE: tuple[Factor, ...] = ("bias", "gain", "cross")
-"""What the base has already where it follows nothing."""
+"""Factors that the base contains already as constants."""
 
 CONSTANT = Function("1", "", "", 0, "")
 
@@ -87,7 +87,7 @@ class Formula:
 
     @property
     def words(self) -> str:
-        """A sentence without its end: "the bias follows the square of tx_power_w"."""
+        """A sentence without its full stop: "the bias follows the square of tx_power_w"."""
         _, words, _ = FACTORS[self.factor]
         of = {"axis": " of each axis", "common": ", the same on all axes,"}.get(self.per, "")
         follows = f"follows {self.function.said}" if self.column else "is not zero"
@@ -101,7 +101,7 @@ class Formula:
 
     @property
     def length(self) -> int:
-        """Number of terms that it is made of."""
+        """Number of its terms."""
         return FACTORS[self.factor][2] + self.function.length + (self.per == "matrix")
 
     @cached_property
@@ -113,7 +113,7 @@ class Formula:
 
 
 def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
-    """Every formula that is tried first on these poses.
+    """Every formula of the initial grid for these poses.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
 
 
 def _named(columns: Iterable[str]) -> dict[str, str]:
-    """The logged columns by what stands for them in names of effects: letters, digits and ``_``."""
+    """The logged columns by their form in names of effects: letters, digits and ``_``."""
     named: dict[str, str] = {}
     for name in columns:
         key = re.sub(r"[^A-Za-z0-9]+", "_", name)
@@ -169,11 +169,11 @@ def _may_follow(factor: Factor, function: Function) -> bool:
 
 
 def known_factors(poses: PoseSet) -> Iterator[tuple[Factor, Per]]:
-    """What errs and how, as far as these poses have what it is made of."""
+    """Factors and their parameters' axes, as far as these poses contain the quantities needed."""
     at = poses.conditions(poses.reading)
     for factor, (text, _, _) in FACTORS.items():
         if factor == "force" and poses.triad == "accelerometer":
-            continue  # gravity is what it measures
+            continue  # gravity is its own measurand
         if factor == "rate" and not np.ptp(poses.spin_rad_s) > 0:
             continue
         if not text or np.isfinite(read_expression(text)(at)).all():
@@ -182,7 +182,7 @@ def known_factors(poses: PoseSet) -> Iterator[tuple[Factor, Per]]:
 
 
 def time_constants(poses: PoseSet) -> list[float]:
-    """The time constants that are tried in these poses, s; none where their times are not known."""
+    """Time constants that are tried in these poses, s; none where their times are not known."""
     steps = np.diff(np.unique(poses.time_s))
     if not len(steps) or not np.isfinite(steps).all():
         return []

@@ -2,8 +2,8 @@
 
     φ(s) = s within ±w and ±w beyond,    |s − s₀|,    sin(2π s / p + φ₀)
 
-Beside the scale the first is a dead band as well as a saturation, the second another gain in part
-of the range, the last what a converter errs by.
+In addition to the scale, the first is a dead band as well as a saturation, the second a different
+gain in part of the range, the last the error of a converter.
 """
 
 from collections.abc import Iterator
@@ -14,20 +14,20 @@ from calib.discovery.functions import PHASES, Function
 
 READING = "s"  #: an axis's own reading, in an expression
 BENDS = (-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75)
-"""Places where the gain of an axis changes, over its largest reading. Numerical: any other is
-within an eighth of one."""
+"""Readings at which the gain of an axis changes, over its largest. Numerical: any other is within
+an eighth of one."""
 LIMITS = (0.01, 0.03, 0.1, 0.25, 0.5, 0.75)
-"""Readings over the largest from which on an axis answers otherwise: a dead band, a limit.
-Numerical: any other is within a factor of two of one; poses hardly tell lesser ones."""
+"""Readings, over the largest, from which an axis responds differently: a dead band, a limit.
+Numerical: any other is within a factor of two of one; poses hardly show smaller ones."""
 READING_WAVES = (1, 2, 3, 4, 6, 8)
-"""Half waves between nothing and the largest reading: what a converter errs by. A judgement."""
+"""Half waves between zero and the largest reading: the error of a converter. A judgement."""
 
 
 def response_functions(largest: float, unit: str) -> Iterator[Function]:
     """Functions of an axis's own reading, of which ``largest`` is the largest, in ``unit``.
 
-    Within a limit it may answer otherwise than beyond: beside the scale that is a dead band as well
-    as a saturation.
+    Within a limit the response may differ from that beyond: in addition to the scale that is a dead
+    band as well as a saturation.
     """
     for share in LIMITS:
         yield Function("(abs(s + {0}) - abs(s - {0})) / 2",

@@ -1,9 +1,9 @@
-"""Thousands of formulas at one solution: the evidence of each alone, by arrays.
+"""A screen of thousands of formulas at one solution: the evidence of each alone, by arrays.
 
-A formula is what errs times a function of what was logged, and a function has one value per pose,
-or one of the reading per pose and axis. So the whitened columns of what errs are evaluated once,
-and those of each formula are these times its values, row by row; the projection and the evidence
-are those of the table of hypotheses.
+A formula is a factor times a function of logged columns, and a function has one value per pose, or
+one per pose and axis if it depends on the reading. So the whitened columns of the factors are
+evaluated once, and those of each formula are their products with its values, row by row; the
+projection and the evidence are those of the table of hypotheses.
 """
 
 from collections.abc import Sequence
@@ -26,13 +26,13 @@ from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from calib.poses.past import past_columns
 
-NUMBERS_AT_ONCE = 4_000_000  #: numbers of whitened columns that are held; a limit of memory
+NUMBERS_AT_ONCE = 4_000_000  #: elements of whitened columns held at a time; a limit of memory
 
 
 class FormulaScreen:
-    """What formulas are weighed on: the rows of ``fit`` with its model projected out.
+    """Basis on which formulas are weighed: the rows of ``fit`` with its model projected out.
 
-    The effects ``tested`` of the model are on trial: what they explain is to be explained.
+    The effects ``tested`` of the model are on trial: they are not projected out.
     """
 
     def __init__(self, fit: Fit, tested: Sequence[str] = ()) -> None:
@@ -60,12 +60,12 @@ class FormulaScreen:
         return density
 
     def nothing(self, chi2: float | None = None) -> float:
-        """Log density of the residual without a formula, or of one that is left with ``chi2``."""
+        """Log density of the residual without a formula, or of one with chi-square ``chi2``."""
         return float(np.logaddexp(*self.noise.nothing(self.projector.chi2 if chi2 is None
                                                       else chi2)))
 
     def _rows_of(self, factor: Factor, per: Per) -> FloatArray:
-        """Whitened columns (k, d) of what errs, nothing projected out."""
+        """Whitened columns (k, d) of a factor, nothing projected out."""
         if (factor, per) not in self._rows:
             value = read_expression(FACTORS[factor][0] or "1")
             effect = user_effect(factor, value, per, "1", self.fit.poses.triad)
@@ -74,7 +74,7 @@ class FormulaScreen:
         return self._rows[factor, per]
 
     def _values_of(self, function: Function) -> FloatArray:
-        """The values (n, 3) of a function in the poses; NaN where it has none."""
+        """Values (n, 3) of a function in the poses; NaN where it has none."""
         text = function.expression
         if text not in self._values:
             read = read_expression(text)
@@ -86,7 +86,7 @@ class FormulaScreen:
     def _weighed(self, rows: FloatArray, values: FloatArray) -> FloatArray:
         """Log densities (w,) under blocks of columns: ``rows`` (k, d) times ``values`` (w, n, 1).
 
-        Of a function of the reading ``values`` are (w, n, 3), one for each of three columns.
+        For a function of the reading, ``values`` are (w, n, 3), one for each of three columns.
         """
         d = self.projector.data_count
         full = np.zeros((len(values), len(rows), len(self.projector.residual)))
@@ -95,7 +95,7 @@ class FormulaScreen:
         together = np.maximum(np.sqrt((norm**2).sum(axis=1, keepdims=True)), NO_LENGTH)
         norm[norm <= NORM_FLOOR * np.maximum(norm.max(axis=1, keepdims=True), NO_LENGTH)] = np.inf
         used = np.maximum(np.isfinite(norm).sum(axis=1), 1)
-        signal = np.sqrt(d / used)  # all columns of a block together have one sd in every row
+        signal = np.sqrt(d / used)  # all columns of a block together have one sd in each row
         full *= (signal[:, None] / norm)[..., None]
         full -= (full @ self.projector.model) @ self.projector.model.T
         squared, turns = np.linalg.eigh(full @ full.swapaxes(1, 2))

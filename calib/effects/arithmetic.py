@@ -26,13 +26,13 @@ OPERATORS: dict[type[ast.operator], Callable[[FloatArray, FloatArray], FloatArra
 }
 
 LeafValue = Callable[[ast.expr], FloatArray]
-"""From what is no operation, a name or a call of the past, to its value."""
+"""Evaluates a leaf: a node that is not an operation, a name or a call of the past."""
 
 
 def value_of(node: ast.expr, leaf: LeafValue) -> FloatArray:
     """The value of an expression, shape (n, 3), (n, 1) or (), in the SI or logged units it is of.
 
-    ``leaf`` gives that of what is no operation.
+    ``leaf`` evaluates the nodes that are not operations.
     """
     match node:
         case ast.Constant(value=int() | float() as number):

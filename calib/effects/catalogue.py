@@ -1,7 +1,7 @@
 """The catalogue: importing this module registers the effects of every module in this folder.
 
-The registry ``EFFECTS`` is the one list of effects. A new effect is a decorated function in a
-module of this folder, a new one or one that is there; nothing else names it.
+The registry ``EFFECTS`` is the one list of effects. A new effect is a decorated function in a new
+or existing module of this folder; nothing else names it.
 """
 
 import pkgutil
@@ -16,7 +16,7 @@ from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
 from calib.errors import CalibrationError
 from calib.spelling import nearest_name
 
-for _module in pkgutil.iter_modules(effects.__path__):  # in the order of their names
+for _module in pkgutil.iter_modules(effects.__path__):  # in alphabetical order
     if _module.name != "catalogue":
         import_module(f"{effects.__name__}.{_module.name}")
 for _name in sorted(EFFECTS, key=lambda name: EFFECTS[name].columns.__module__):
@@ -35,20 +35,20 @@ FURTHER_STEPS = tuple(map(str, range(2, 10)))
 
 
 WARM_UP, SECOND_WARM_UP = "warm_up", "warm_up_2"
-"""A warm-up, and its second time constant, which is asked for where the first is in the model."""
+"""A warm-up, and its second time constant, which is a candidate once the first is in the model."""
 
 SECOND_TAU_S = (75.0, 3400.0, 212.0, 850.0, 1700.0, 425.0)
-"""Time constants from which it is sought, s, between and beyond those of the first. Numerical."""
+"""Start values of its time constant, s, between and beyond those of the first. Numerical."""
 
 
 def further_step(names: Collection[str]) -> str:
-    """The name that one more step of the bias has beside the effects ``names``."""
+    """Name of one more step of the bias beside the effects ``names``."""
     every = (STEP, *(f"{STEP}_{number}" for number in FURTHER_STEPS))
     return next((name for name in every if name not in names), every[-1])
 
 
 class UnknownEffect(CalibrationError):
-    """No effect has this name, the nearest or all are told; carries ``name``."""
+    """No effect has this name; the message lists the nearest or all; carries ``name``."""
 
     def __init__(self, name: str) -> None:
         right = nearest_name(name, EFFECTS) or f"; there are: {', '.join(EFFECTS)}"
@@ -59,7 +59,7 @@ class UnknownEffect(CalibrationError):
 def find_effect(name: str) -> Effect:
     """The effect called ``name``; ``column:NAME`` makes a bias that follows the logged column.
 
-    ``extra_noise:RUN``, ``pose_scatter:RUN`` and ``rate_scatter:RUN`` are those of one run.
+    ``extra_noise:RUN``, ``pose_scatter:RUN`` and ``rate_scatter:RUN`` act in one run.
 
     Raises
     ------

@@ -18,21 +18,21 @@ PER_ORDER_K = 10.0
 """Warmth by which each further order is divided, so that all have one unit. A definition."""
 
 CENTRE = Shape("centre_c", "°C", (REFERENCE_TEMPERATURE_C,), (1e-3, 1e3), is_fitted=False)
-"""The temperature that a curve is counted from, the mean of the poses. A definition: there a line
-and a square share least."""
+"""Reference temperature of a curve, the mean of the poses. A definition: there a line and a square
+overlap least."""
 
 NAMES = tuple(f"{axis}{order}" for axis in AXES for order in (1, 2, 3))
 """Names of the parameters: the axis, and the order of the polynomial."""
 
 CENTRED = f"({TEMPERATURE} - centre_c)"
-"""The warmth as an expression, K."""
+"""Temperature relative to the centre as an expression, K."""
 
 CURVE = (CENTRED, f"{CENTRED} ** 2 / {PER_ORDER_K}", f"{CENTRED} ** 3 / {PER_ORDER_K**2}")
 """The columns of a curve as expressions, K."""
 
 
 def _curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
-    """The warmth about ``centre_c``, its square and its cube, (n, 3), K."""
+    """Temperature relative to ``centre_c``, its square and its cube, (n, 3), K."""
     warmth = at.column(TEMPERATURE)[:, None] - centre_c
     return np.concatenate(
         [warmth, warmth**2 / PER_ORDER_K, warmth**3 / PER_ORDER_K**2], axis=1)
@@ -91,7 +91,7 @@ def temperature_scale_curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
 
 
 def _for_each_axis(orders: FloatArray, values: FloatArray) -> FloatArray:
-    """Columns (n, 3, 3 m) of axes that err by ``orders`` (n, m) times ``values`` (n, 3)."""
+    """Columns (n, 3, 3 m) of axes whose errors are ``orders`` (n, m) times ``values`` (n, 3)."""
     n, m = orders.shape
     columns = np.zeros((n, 3, 3, m))
     for k in range(3):

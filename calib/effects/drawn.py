@@ -100,7 +100,7 @@ def bias_wander(at: Conditions, tau_s: ShapeValue) -> FloatArray:
 
 
 def in_one_run(drawn: Effect, run: str) -> Effect:
-    """What is drawn anew with every pose, in those of one run only: ``NAME:RUN``."""
+    """Effect ``drawn`` limited to the poses of one run: ``NAME:RUN``."""
 
     def columns(at: Conditions) -> FloatArray:
         member = at.columns.get(RUN_COLUMN + run, np.zeros(len(at)))

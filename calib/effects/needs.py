@@ -1,4 +1,4 @@
-"""What an effect needs of the poses, and why some poses cannot evaluate it."""
+"""Conditions that an effect needs, and reasons why some poses cannot evaluate it."""
 
 from collections.abc import Mapping
 
@@ -10,7 +10,7 @@ from calib.poses.imu_log import FloatArray
 
 
 def unavailable(effect: Effect, at: Conditions) -> str | None:
-    """Why ``effect`` cannot be evaluated on these poses, or None when it can.
+    """Reason why ``effect`` cannot be evaluated on these poses, or None if it can.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def unavailable(effect: Effect, at: Conditions) -> str | None:
 
 
 def why_not_finite(effect: Effect, at: Conditions) -> str:
-    """Why the columns of ``effect`` are not finite in poses at ``at``, in words."""
+    """Reason why the columns of ``effect`` are not finite in poses at ``at``, in words."""
     return why_lacking(effect, at) or "its columns are not numbers in these poses"
 
 
@@ -43,7 +43,7 @@ LACKING: Mapping[Need, str] = {
 
 
 def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
-    """Which needs of ``effect``, and which logged columns, are not complete in ``at``.
+    """Needs of ``effect`` and logged columns that are not complete in ``at``.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
 
 
 def why_lacking(effect: Effect, at: Conditions) -> str | None:
-    """The first thing that ``effect`` needs and poses at ``at`` do not have, in words."""
+    """First need of ``effect`` that poses at ``at`` do not meet, in words."""
     needs, columns = lacking(effect, at)
     if needs:
         return LACKING[needs[0]]

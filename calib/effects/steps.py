@@ -1,4 +1,4 @@
-"""Steps: what happened once and stays."""
+"""Steps: changes that happen once and stay."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import AXES, FloatArray
 
 STEP_MARGIN = 2
-"""Poses that a step leaves on either side at least. Derived: one is a bad pose."""
+"""Least number of poses on either side of a step. Derived: a single one is a bad pose."""
 
 APART = 0.6
-"""Share of the times by which further steps begin apart. Numerical: two at one time are one."""
+"""Share of the times by which further starts are shifted. Numerical: two at one time are one."""
 
 
 def _times_between(at: Conditions) -> tuple[float, ...]:
-    """The middles between poses next to each other in time, but for the ends, the middle one first.
+    """Middles between poses adjacent in time, except at the ends, the middle one first.
 
-    What a fit can see of a step is judged at the first.
+    The visibility of a step in a fit is judged at the first.
     """
     times = np.unique(at.time_s)
     middles = 0.5 * (times[:-1] + times[1:])
@@ -29,7 +29,7 @@ def _times_between(at: Conditions) -> tuple[float, ...]:
 
 
 def times_from_elsewhere(number: int, at: Conditions) -> tuple[float, ...]:
-    """The times of a further step, from another one on than those of the steps before it."""
+    """Start times of a further step, shifted from those of the steps before it."""
     times = _times_between(at)
     first = int(len(times) * ((number - 1) * APART % 1.0))
     return (*times[first:], *times[:first])

@@ -11,7 +11,7 @@ from calib.poses.imu_log import Triad
 DEGREE, G = radians(1.0), STANDARD_GRAVITY_M_S2  #: rad, m/s²; definitions
 
 OVER_QUOTED = 300.0
-"""What no part has over the largest size that is quoted. A judgement: quoted parts differ by a
+"""Factor over the largest quoted size that no part exceeds. A judgement: quoted parts differ by a
 factor of thirty; ten times that again is another sensor, another unit or bad poses."""
 
 QUOTED: dict[str, tuple[float, Triad | None]] = {
@@ -62,7 +62,7 @@ class Size:
         return sqrt(self.low * self.high) * QUOTED[self.unit][0]
 
     def within(self, unit: str, factor: float) -> str:
-        """The range in another unit, of which the SI unit of the parameters has ``factor``.
+        """The range in another unit; ``factor`` is how many of it one SI unit of the parameters is.
 
         >>> between(0.5, 1.0, "mg/K").within("mm/s² per K", 1e3)
         '4.9 to 9.81 mm/s² per K'
@@ -74,7 +74,7 @@ class Size:
 
 @dataclass(frozen=True)
 class Typical:
-    """Typical sizes of an effect for one class of parts; ``note`` says what no number does."""
+    """Typical sizes of an effect for one class of parts; ``note`` adds what numbers cannot."""
 
     sizes: tuple[Size, ...]
     note: str = ""
@@ -89,14 +89,14 @@ class Typical:
 
 
 def largest_for(triad: Triad, classes: Iterable[Typical]) -> float:
-    """What no part has for ``triad`` by what is quoted for ``classes``, SI; infinite by nothing."""
+    """Bound of a parameter for ``triad`` by the sizes of ``classes``, SI; infinite without any."""
     sizes = [size.high * QUOTED[size.unit][0] for each in classes for size in each.sizes
              if size.triad in (None, triad)]
     return OVER_QUOTED * max(sizes, default=inf)
 
 
 def typical(*sizes: Size, note: str = "") -> Typical:
-    """What is quoted for one class of parts."""
+    """Quoted sizes for one class of parts."""
     return Typical(sizes, note)
 
 

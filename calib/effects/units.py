@@ -1,8 +1,8 @@
-"""Units of effects: as people read them (mm/s², °/s), and those that an expression has.
+"""Units of effects: for display (mm/s², °/s), and those of an expression.
 
 One rule for both triads: an accelerometer's error is in mm/s² and a gyroscope's in °/s, alone and
-in front of every "per"; only a gyroscope's bias under 0.01 °/s is in °/h. What an error is
-relative to is in g, °/s or its own unit, a part of the reading in % or ppm.
+in front of every "per"; only a gyroscope's bias under 0.01 °/s is in °/h. The quantity that an
+error is relative to is in g, °/s or its own unit, a fraction of the reading in % or ppm.
 
 A unit is a product of powers of its parts, by their symbols. Numbers take the unit of what they are
 added to or subtracted from; functions other than ``abs`` and ``sqrt`` have none.
@@ -27,10 +27,10 @@ NUMERATORS: Mapping[str, tuple[str, float]] = {
 """SI numerator -> unit, and how many of it one SI unit is; those of readings are the triads'."""
 
 FINER: Mapping[str, tuple[str, float]] = {"°/s": ("°/h", SECONDS_PER_HOUR), "%": ("ppm", 1e4)}
-"""The unit of small sizes, and how many of it the coarser unit is."""
+"""The unit of small sizes, and its number in the coarser unit."""
 
 FINER_BELOW = 0.01
-"""Size in the coarser unit below which the finer one has fewer zeros. It chooses words only."""
+"""Size in the coarser unit below which the finer one is used. It chooses words only."""
 
 DENOMINATORS: Mapping[str, tuple[str, float]] = {
     "(m/s²)": ("g", STANDARD_GRAVITY_M_S2),
@@ -41,11 +41,11 @@ DENOMINATORS: Mapping[str, tuple[str, float]] = {
 """SI denominator -> unit, and how many SI units one of it is."""
 
 BELOW = re.compile(r"/((?:\([^()]*\)|[^/()])+)")
-"""One denominator behind the numerator, a quotient in brackets."""
+"""One denominator after the numerator; a quotient is in brackets."""
 
 
 def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
-    """The unit in which sizes are read.
+    """Unit in which sizes are displayed.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def display_unit(unit: str, sizes: Iterable[float]) -> tuple[str, float]:
 
 
 def _split(unit: str) -> tuple[str | None, str]:
-    """The SI numerator of a unit, None where it has no known one, and what follows it."""
+    """SI numerator of a unit, None where it has no known one, and the rest of the unit."""
     for numerator in _numerators():
         for form in (f"({numerator})", numerator):
             rest = unit.removeprefix(form)
@@ -113,10 +113,10 @@ COLUMN_UNITS: Mapping[str, tuple[str, frozenset[str]]] = {
         ("hpa", "hPa"), ("kpa", "kPa"), ("mbar", "mbar"), ("rpm", "rpm"), ("hz", "Hz"),
         ("khz", "kHz"), ("ms", "ms"), ("lux", "lx"))},
 }
-"""Last word of a column's name -> the symbol, and of a single letter the words one of which must
-stand before it: a letter alone may be an axis. Definition."""
+"""Last word of a column's name -> the symbol, and for a single letter the words one of which must
+precede it: a letter alone may be an axis. Definition."""
 
-EXPONENTS = {1: "", 2: "²", 3: "³"}  #: powers as a person writes them; others have a caret
+EXPONENTS = {1: "", 2: "²", 3: "³"}  #: powers as they are usually written; others have a caret
 
 Dimension = Mapping[str, Fraction]
 """Symbol of a unit -> its power; empty for a plain number."""
@@ -172,7 +172,7 @@ def coefficient_unit(expression: Expression, triad: Triad) -> str:
 
 
 def _symbol(symbol: str, power: Fraction) -> str:
-    """A power of a unit; a quotient or several words stand in brackets."""
+    """A power of a unit; a quotient or several words are in brackets."""
     exponent = EXPONENTS.get(power, f"^{float(power):g}")  # type: ignore[call-overload]
     return f"({symbol}){exponent}" if re.search(r"[/ ]", symbol) and (
         exponent or "/" in symbol) else symbol + exponent
@@ -186,9 +186,9 @@ def _product(one: Dimension, other: Dimension, sign: int) -> Dimension:
 
 
 def _dimension(node: ast.expr, triad: Triad) -> Dimension | None:
-    """The unit of a node; None of a number, which takes that of what it is added to.
+    """Unit of a node; None for a number, which takes the unit of the other term.
 
-    A sum of unlike units has that of its first part: such a parameter has no better one.
+    A sum of different units has that of its first part: such a parameter has no better one.
     """
     match node:
         case ast.Constant() | ast.Name(id="pi"):

@@ -1,4 +1,4 @@
-"""User-defined effects: an expression in what was logged, or a Python function.
+"""User-defined effects: an expression in logged columns, or a Python function.
 
 Both give a value (n, 3) for the conditions of n rows, and for the shape parameter where there is
 one. A Python function has the signature ``f(at)`` or ``f(at, shape)``; it sees copies that it
@@ -23,7 +23,7 @@ Per = Literal["axis", "common", "matrix", "reference"]
 ValueOf = Callable[..., FloatArray]
 
 START_SHARES = (0.5, 0.05, 0.15, 0.25, 0.35, 0.65, 0.75, 0.85, 0.95)
-"""Where between its bounds, by their logarithm, a shape parameter is tried; the first one first.
+"""Shares between the bounds, on a logarithmic scale, at which a shape parameter is tried, in order.
 Numerical: every value between the bounds has a start within 0.08 of them; within 0.1, three of 16
 supply knees (``tests/calib/diagnosis/test_naming_rules.py``) end at a straight line."""
 

@@ -1,9 +1,8 @@
-"""A mounting in both rotation orders, and the readings that it levels: Promrit et al., figure 5.
+"""Comparison of the two rotation orders of a mounting, and levelled readings: Promrit, figure 5.
 
-The paper chooses the order by eq. (6), and says that one may also try both and take the one with
-the better result. Both orders level the mean reading exactly, so that what is left of it is the
-same; they differ in the angles, in how well these are determined, and in the heading that they
-leave to the yaw.
+The paper chooses the order by eq. (6), and notes that one may also try both and take the better
+one. Both orders level the mean reading exactly, so the remainder is the same; they differ in the
+angles, in how well these are determined, and in the heading that they leave to the yaw.
 """
 
 import math
@@ -71,7 +70,7 @@ class LevelledReadings:
 def try_orders(
     force: FloatArray, up: FloatArray, cov: FloatArray, gravity_m_s2: float
 ) -> tuple[OrderTrial, ...]:
-    """Roll, pitch and what is left, in each order.
+    """Roll, pitch and the remainder, in each order.
 
     Parameters
     ----------
@@ -98,7 +97,7 @@ def try_orders(
 
 
 def _locked(up: FloatArray, order: Order) -> bool:
-    """Whether the angle that is measured against the axis of the first turn has no meaning."""
+    """Whether the angle about the axis of the first rotation is undefined (gimbal lock)."""
     return math.hypot(up[1] if order == "xyz" else up[0], up[2]) == 0
 
 

@@ -2,14 +2,14 @@
 
 Roll and pitch leave one angle open, which gravity does not show. While a vehicle speeds up or
 brakes on a straight road, the horizontal specific force lies along its x-axis: its principal
-direction in the levelled frame is the x-axis up to the sign, which only the driver knows. With
+direction in the levelled frame is the x-axis up to the sign, which the user states. With
 ``R = R_order(φ, θ) R_z(ψ)``, a push a along x appears in the levelled frame as
 ``R_z(ψ) (a, 0) = (a cos ψ, -a sin ψ)``.
 
-A constant (the road's slope, what is left of a bias) drops out with the mean. Noise of the same
-size along and across does not turn the principal direction. Its sd is a jackknife's: by how much
-the direction moves when each stretch of the drive is left out, with l the push and t what is left
-across it.
+A constant (the road's slope, a residual bias) cancels with the mean. Noise of the same size along
+and across does not turn the principal direction. Its sd is that of a jackknife: the change of the
+direction when each stretch of the drive is left out, with l the component along the direction and t
+the one across it.
 """
 
 import math
@@ -28,7 +28,7 @@ from calib.poses.imu_log import FloatArray, ImuLog
 FirstPush = Literal["forward", "backward"]
 
 MEAN_S = 0.5
-"""Readings are averaged over this time: longer than engine and road shake, shorter than a push. A
+"""Averaging time of the readings, s: longer than engine and road vibration, shorter than a push. A
 judgement."""
 
 STRETCH_MEANS = 10
@@ -36,19 +36,20 @@ STRETCH_MEANS = 10
 lateral motion stays correlated. Derived: 2 s would cover 91 % where 95 % is stated."""
 
 SHORTEST_DRIVE_S = 20.0
-"""To stand, drive off and stand again. Derived: four stretches of the jackknife."""
+"""Time, s, to stand, drive off and stand again. Derived: four stretches of the jackknife."""
 
 WEAKEST_PUSH_M_S2 = 0.3
-"""m/s², rms along the strongest direction. A judgement: a floor that slopes by 1.7° gives it. Half
-and twice of it change none of the 7 cases of ``tests.calib.mounting.test_heading``."""
+"""Weakest push, m/s², rms along the strongest direction. A judgement: a floor sloping by 1.7° gives
+it. Half and twice change none of the 7 cases of ``tests.calib.mounting.test_heading``.
+"""
 
 LARGEST_ACROSS = 0.35
-"""Rms across relative to along. A judgement: a straight drive has its noise across, one through
-bends comes near to 1."""
+"""Largest rms across relative to along. A judgement: a straight drive has its noise across, a drive
+through bends comes near to 1."""
 
 MARKED_SHARE = 0.3
-"""The first push is the first that reaches this share of the strongest. A judgement: a road that
-slopes by two degrees (0.34 m/s²) stays below it beside a push of 1.2 m/s²."""
+"""Share of the strongest push that the first push reaches. A judgement: a road that slopes by two
+degrees (0.34 m/s²) stays below it beside a push of 1.2 m/s²."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +127,8 @@ def _centred(part: FloatArray) -> FloatArray:
 def _yaw(parts: Sequence[FloatArray], first_push: FirstPush) -> float:
     """ψ from the principal direction, its sign by the first marked push of the first drive."""
     moment = sum((_centred(part).T @ _centred(part) for part in parts), np.zeros((2, 2)))
-    direction = np.linalg.eigh(moment)[1][:, -1]  # eigenvalues ascend
-    push = parts[0] @ direction  # not centred: nothing but the road's slope while it stands
+    direction = np.linalg.eigh(moment)[1][:, -1]  # eigenvalues in ascending order
+    push = parts[0] @ direction  # not centred: only the road's slope at standstill
     first = push[np.abs(push) >= MARKED_SHARE * np.abs(push).max()][0]
     if (first > 0) != (first_push == "forward"):
         direction = -direction
@@ -141,10 +142,10 @@ def _rms(parts: Sequence[FloatArray]) -> float:
 def _jackknife_variance(
     parts: Sequence[FloatArray], forward: FloatArray, across: FloatArray
 ) -> float:
-    """Variance of the direction: each stretch left out in turn moves it by ``Σ l t / Σ l²``.
+    """Variance of the direction: leaving out a stretch moves it by ``Σ l t / Σ l²``.
 
-    The first sum is over the stretch, the second over the others. Student's factor is for the few
-    stretches that hold most of the push; it has one from three degrees of freedom on.
+    The first sum is over the stretch, the second over the others. Student's factor accounts for the
+    few stretches that contain most of the push; it is finite from three degrees of freedom on.
     """
     scores, weights = [], []
     for part in parts:

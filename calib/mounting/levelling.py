@@ -1,15 +1,15 @@
 """Roll and pitch of a still sensor (Promrit et al.), and the slope of the floor under it.
 
 ``In-Vehicle MEMS IMU Calibration Using Accelerometer`` writes R for the matrix that takes a vector
-given in the vehicle's axes to the sensor's axes, ``G = R (0, 0, 1)``; eq. (1)-(3) turn the axes,
-not the vector (its remark that they turn the vector counter-clockwise is a slip: with eq. (3),
-``R_z(90°) (1, 0, 0) = (0, -1, 0)``, as its own figure 2 computes). What a mounted sensor reads
-therefore goes back to the vehicle's axes with the transpose, ``Rᵀ``.
+from the vehicle's axes to the sensor's axes, ``G = R (0, 0, 1)``; eq. (1)-(3) turn the axes, not
+the vector (its remark that they turn the vector counter-clockwise is a slip: with eq. (3),
+``R_z(90°) (1, 0, 0) = (0, -1, 0)``, as its own figure 2 computes). The reading of a mounted sensor
+is therefore transformed to the vehicle's axes with the transpose, ``Rᵀ``.
 
 The paper's tan⁻¹ is the quadrant-aware arc tangent here, so that every mounting, also upside down,
 has its angles.
 
-A floor that rises leans the same way in the world, so it changes sign in the vehicle when the
+A slope of the floor keeps its direction in the world, so it changes sign in the vehicle when the
 vehicle is turned round; the mounting does not. Half the sum of the two readings is the mounting,
 half their difference the floor.
 """
@@ -108,7 +108,7 @@ def roll_pitch_jacobian(g: FloatArray, order: Order) -> FloatArray:
 
 STEEPEST_FLOOR_RAD = math.radians(15.0)  #: rad, 27 %; ramps of garages have up to 20 %; fact
 REVERSAL_SD_RAD = math.radians(3.0)
-"""How well a vehicle is turned round by eye; an error ε leaves ε/2 of the slope, sideways. A
+"""Error of turning a vehicle round by eye, rad; an error ε leaves ε/2 of the slope, sideways. A
 judgement."""
 
 
@@ -125,7 +125,7 @@ class Slope:
 
 @dataclass(frozen=True, eq=False)
 class HeadingForces:
-    """The calibrated mean reading at each heading, and what is up on a level floor.
+    """The calibrated mean reading at each heading, and the upward direction on a level floor.
 
     ``forces`` (h, 3) and ``noise`` (h, 3, 3), their covariance by noise alone; ``up`` (3,) the mean
     over the headings and its covariance ``cov`` (3, 3), the calibration's included.
@@ -139,7 +139,7 @@ class HeadingForces:
 
 
 def turned_short_covariance(upright: HeadingForces) -> FloatArray:
-    """Covariance (3, 3) of the mean of both headings by a turn that is not quite 180°."""
+    """Covariance (3, 3) of the mean of both headings due to a turn that is not exactly 180°."""
     forces, up = upright.forces, upright.up
     first, second = forces / np.linalg.norm(forces, axis=1, keepdims=True)
     # Half the angle between two unit vectors; exact also where they nearly agree.

@@ -1,17 +1,17 @@
-"""How a calibrated accelerometer is mounted: Promrit et al., with uncertainties.
+"""Mounting of a calibrated accelerometer in a vehicle: Promrit et al., with uncertainties.
 
-From a still log, corrected by the triad's calibration, roll and pitch by eq. (A)-(D) in the order
-of eq. (6) (:mod:`calib.mounting.levelling`). Beyond the paper: the sd of both angles; the floor's
-slope separated from the mounting by a second log at the reverse heading; the yaw from a drive
-(:mod:`calib.mounting.heading`).
+Roll and pitch follow from a still log, corrected by the triad's calibration, by eq. (A)-(D) in the
+order of eq. (6) (:mod:`calib.mounting.levelling`). Beyond the paper: the sd of both angles; the
+floor's slope separated from the mounting by a second log at the reverse heading; the yaw from a
+drive (:mod:`calib.mounting.heading`).
 
-What is measured is the mounting against the plumb line, in the orthogonal frame that the
+The result is the mounting relative to the plumb line, in the orthogonal frame that the
 accelerometer's calibration has chosen (its z is the sensitive axis z, its x-axis is the one that
 Angrisano et al. eq. (2) leaves free). One log alone cannot separate a slope of the floor from the
 mounting: that is why the paper finds 13.00° on a lamp of nominally 15°, and no reading of that log
 could explain it.
 
-The paper compensates by ``K a = R (I + S + M) a + b``, which turns first and scales afterwards.
+The paper compensates by ``K a = R (I + S + M) a + b``, which rotates first and scales afterwards.
 The sensor's errors arise along its own axes, so here the calibration is applied first and ``Rᵀ``
 afterwards; on its own lamps the two differ by 145 mm/s² for errors of one to two per cent.
 """
@@ -47,16 +47,16 @@ from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import FloatArray, ImuLog
 
 EXPLAINED_SD = 3.0
-"""A deviation up to this many sds is what the stated uncertainties explain. Derived: 1 in 370 of a
-normal variable."""
+"""Largest deviation, in sds, that the stated uncertainties explain. Derived: 1 in 370 of a normal
+variable."""
 
 LOCK_COSINE = 0.05
-"""Derived: within 3° of the lock of an order the other angle's sd grows twentyfold and more."""
+"""Cosine at the gimbal lock. Derived: within 3° the other angle's sd grows twentyfold and more."""
 
 SHORTEST_LOG_S = 20.0
-"""Noise of a low-cost sensor stays correlated over about half a second. In shorter logs the stated
-95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s; ``tests/bench/study_installation.py``).
-Derived."""
+"""Length of a log, s: noise of a low-cost sensor stays correlated over about half a second. In
+shorter logs the stated 95 % cover less than 93 % (92 % at 12 s, 83 % at 3 s;
+``tests/bench/study_installation.py``). Derived."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +100,9 @@ class Mounting:
         Calibrated mean reading in the sensor's axes, and turned into the vehicle's by ``Rᵀ``,
         m/s²; ``after`` is (0, 0, g) but for the floor's slope.
     magnitude_error_m_s2 : float
-        By how much the corrected magnitude exceeds gravity.
+        Excess of the corrected magnitude over gravity.
     notes : tuple of str
-        What the user should know of how far the sds can be trusted.
+        Notes for the user on the limits of the sds.
     samples : int
         Readings that were averaged.
     slope : Slope or None
@@ -136,7 +136,7 @@ class Mounting:
         return np.asarray(np.sqrt(np.diag(self.cov)))
 
     def turn(self, vectors: FloatArray) -> FloatArray:
-        """Vectors of the sensor's axes in those of the vehicle, ``Rᵀ v``.
+        """Transform vectors from the sensor's axes to those of the vehicle, ``Rᵀ v``.
 
         Parameters
         ----------

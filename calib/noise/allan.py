@@ -1,4 +1,4 @@
-"""The overlapping Allan deviation, and what the noise processes of IEEE Std 952 make of it.
+"""Overlapping Allan deviation, and its expectation under the noise processes of IEEE Std 952.
 
 The band of each point is that of chi-square with the equivalent degrees of freedom of Greenhall and
 Riley (NIST SP 1065, section 5.4.1), for the noise that dominates there.
@@ -26,11 +26,11 @@ from calib.poses.imu_log import FloatArray, IntArray
 
 PER_OCTAVE = 2  #: averaging times per factor of two; numerical
 LONGEST = 8
-"""Averages of at most a record's length over this. Derived: longer ones have fewer than ten degrees
-of freedom, and their scatter is not Gaussian."""
+"""Longest averages, as the record's length over this. Derived: longer ones have fewer than ten
+degrees of freedom, and their scatter is not Gaussian."""
 NOISE_TYPES = {"quantisation": 2, "noise_density": 0, "bias_instability": -1, "random_walk": -2,
                "rate_ramp": -2}
-"""The exponent of frequency of each process, as :func:`allantools.edf_greenhall` takes it.
+"""Exponent of the frequency for each process, as :func:`allantools.edf_greenhall` takes it.
 Definition."""
 
 

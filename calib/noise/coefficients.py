@@ -1,15 +1,14 @@
 """Noise density, bias instability, random walk and rate ramp from an Allan variance.
 
-Generalised least squares of the Allan variances on the columns of :mod:`calib.noise.allan`, no
-square below zero, weighted by the covariance of the estimates under the fitted noise, which is
-iterated. A coefficient whose square is not above zero by its own scatter is reported as an upper
-limit.
+Generalised least squares of the Allan variances on the columns of :mod:`calib.noise.allan`, with no
+square below zero, weighted by the covariance of the estimates under the fitted noise, iteratively.
+A coefficient whose square does not exceed zero by its own scatter is reported as an upper limit.
 
-The upper limit is a test turned round: L is the smallest coefficient beyond which the log would
-show so little in less than 5 % of all logs. Mean, scatter and skewness of what it would show are
-those of noise with the coefficient L; the other coefficients are fitted beside it. Where the log
-shows less than it would in a share LUCK of the logs, it counts as so much: a limit is not the lower
-for a lucky record (power-constrained limit of Cowan et al., arXiv:1105.3166).
+The upper limit inverts a test: L is the smallest coefficient beyond which less than 5 % of all logs
+would show as little as this log. The mean, scatter and skewness of the estimate are those of noise
+with the coefficient L; the other coefficients are fitted along with it. If the log shows less than
+a share LUCK of such logs would, it counts as showing that much, so that a lucky record does not
+lower the limit (power-constrained limit of Cowan et al., arXiv:1105.3166).
 """
 
 import math
@@ -35,19 +34,19 @@ from calib.poses.imu_log import BoolArray, FloatArray
 
 ITERATIONS = 6  #: steps of the weights; twice as many change no digit, two are too few; numerical
 OPTIONAL = ("quantisation", "rate_ramp")
-"""What few sensors show, and what takes from the random walk and the density beside it."""
+"""Coefficients that few sensors show, and that correlate with random walk and density."""
 
-OPTIONAL_SDS = 4.0  #: less and they are left out of the fit; derived: 1 in 30,000 of a normal one
-SEEN_SDS = 2.0  #: a square of fewer of its sds is not seen; derived: 1 in 44 of a normal variable
+OPTIONAL_SDS = 4.0  #: with fewer they are left out of the fit; derived: 1 in 30,000 of a normal one
+SEEN_SDS = 2.0  #: a square of fewer sds is not seen; derived: 1 in 44 of a normal variable
 RISK = 0.05  #: chance that a coefficient is beyond its upper limit; fact: results.json states it so
 LUCK = 0.16  #: share of logs where noise shows so little; derived: one sd below, as Cowan et al.
-SYMMETRIC = 1e-3  #: a skewness of less leaves the normal distribution as it is; numerical
+SYMMETRIC = 1e-3  #: a smaller skewness leaves the normal distribution as it is; numerical
 PRECISION = 1e-3  #: relative, of the square of an upper limit; numerical
 LARGEST_FACTOR = 1e6  #: square of a limit over the estimate and its sd, at most; numerical
 SMALLEST_SHARE = 1e-6
 """Share of a variance that is added, so that correlations of nearly 1 have an inverse; and of the
-white noise that the curve allows, so that noise of a ramp alone scatters. Ten times less or more
-changes no digit that is printed. Numerical."""
+white noise that the curve allows, so that the noise of a pure ramp has some scatter. Ten times less
+or more changes no printed digit. Numerical."""
 
 WHITE = NAMES.index("noise_density")
 
@@ -147,25 +146,25 @@ class _Record:
         return squares, sds
 
     def step(self, squares: FloatArray, kept: BoolArray) -> tuple[FloatArray, FloatArray]:
-        """The fit under the scatter that these ``squares`` make; sds of all five."""
+        """The fit weighted by the scatter under these ``squares``; sds of all five."""
         fitted = self.beside(np.zeros(len(squares)), self.whitening(squares), kept)
         return fitted, self.sds(squares, kept)
 
     def beside(self, fixed: FloatArray, whiten: FloatArray, free: BoolArray) -> FloatArray:
-        """Squares (5,): those ``fixed``, and the ``free`` ones fitted, none below zero."""
+        """Squares (5,): the ``fixed`` ones, and the ``free`` ones fitted, none below zero."""
         columns = whiten @ self.model.columns
         size = np.linalg.norm(columns, axis=0)
         left_over = whiten @ (self.variances - self.model.columns @ fixed)
         return np.asarray(fixed + nnls(columns / size * free, left_over)[0] / size)
 
     def sds(self, squares: FloatArray, kept: BoolArray) -> FloatArray:
-        """Sds (5,) of the squares; of one that is not kept the sd that it would have beside."""
+        """Sds (5,) of the squares; for one that is not kept, the sd it would have if added."""
         whiten = self.whitening(squares)
         return np.array([np.linalg.norm(self.weights(i, whiten, kept))
                          for i in range(len(squares))])
 
     def weights(self, i: int, whiten: FloatArray, beside: BoolArray) -> FloatArray:
-        """Weights (n,) on the whitened variances of the estimate of square i beside others."""
+        """Weights (n,) on the whitened variances in the estimate of square i beside the others."""
         columns = whiten @ self.model.columns
         size = np.linalg.norm(columns, axis=0)
         others = [j for j in np.flatnonzero(beside) if j != i]
@@ -183,8 +182,8 @@ class _Record:
     def excess(self, i: int, square: float, kept: BoolArray) -> float:
         """Number of sds by which the log shows more of coefficient i than RISK of all logs would.
 
-        The logs are those of noise with this ``square``. Which of the others are there is not asked
-        of the log: all that are ``kept`` stand beside it, or the risk would be a larger one.
+        The logs are of noise with this ``square``. The log does not choose the others: all
+        that are ``kept`` are fitted along with it, otherwise the risk would be larger.
         """
         fixed = np.zeros(len(kept))
         fixed[i] = square
@@ -223,7 +222,7 @@ def _coefficient(
 
 
 def _largest(i: int, square: float, sd: float, kept: BoolArray, record: _Record) -> float:
-    """The square from which on this log is one of those RISK that show so little."""
+    """Square beyond which this log is among the share RISK of logs that show so little."""
     low, high = 0.0, square + sd
     while record.excess(i, high, kept) > 0 and high < LARGEST_FACTOR * (square + sd):
         low, high = high, 2 * high

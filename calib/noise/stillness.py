@@ -1,4 +1,4 @@
-"""Whether a log is fit for an Allan deviation: evenly sampled, without gaps, and still."""
+"""Test whether a log is fit for an Allan deviation: evenly sampled, without gaps, and still."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from calib.poses.imu_log import AXES, FloatArray, ImuLog, Triad
 
 @dataclass(frozen=True)
 class StillnessThresholds:
-    """When a log is refused; half and double of each: ``tests.bench.stillness_thresholds``.
+    """Limits for refusing a log; half and double of each: ``tests.bench.stillness_thresholds``.
 
     Attributes
     ----------

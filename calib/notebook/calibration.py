@@ -1,4 +1,4 @@
-"""The calibration of one triad as an object to ask, extend and show."""
+"""The calibration of one triad as an object with methods to query, extend and show it."""
 
 import warnings
 from collections.abc import Mapping, Sequence
@@ -31,12 +31,12 @@ IN_SI: Mapping[str, Any] = {"spec": SI}  #: options of a table in m/s² or rad/s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
-    """The calibration of one triad; what changes it returns another one.
+    """The calibration of one triad; a change returns a new one.
 
     Parameters
     ----------
     poses : PoseSet
-        What it was fitted to.
+        The fitted poses.
     model : tuple of (str or Effect)
         The effects of the model.
     assessed : AssessedTriad
@@ -44,7 +44,7 @@ class Calibration:
     candidates : tuple of Effect
         Effects of one's own that the diagnosis considers beside the catalogue's.
     options : mapping of str to object
-        What else :func:`calib.assess.assess` was told, the data sheet of the readings among it.
+        Further arguments of :func:`calib.assess.assess`, the data sheet of the readings included.
     """
 
     poses: PoseSet
@@ -59,7 +59,7 @@ class Calibration:
         return self.poses.triad
 
     def diagnose(self) -> Diagnosis:
-        """What the model is missing: verdict, names, odds, advice, ranking."""
+        """The effects that the model lacks: verdict, names, odds, advice, ranking."""
         return self.assessed.diagnosis
 
     def add(self, *effects: str | Effect) -> "Calibration":
@@ -117,7 +117,7 @@ class Calibration:
     def plot(self, effect: str | Effect | None = None) -> "Figure":
         """Residual and leave-one-out residual of every pose with the noise band.
 
-        With an ``effect`` that is not in the model: what it would explain beside what is there.
+        With an ``effect`` that is not in the model: what it would explain in addition.
         """
         if effect is None:
             return display.figure(self.assessed)
@@ -174,12 +174,12 @@ def calibrated(
 
 
 def require_effects(model: Any) -> None:
-    """Refuse a model that is no list of effects and their names.
+    """Refuse a model that is not a list of effects and names.
 
     Raises
     ------
     CalibrationError
-        Naming what stands there.
+        Naming the entry.
     """
     if isinstance(model, str) or not isinstance(model, Sequence) or not model or not all(
             isinstance(one, (str, Effect)) for one in model):

@@ -1,4 +1,4 @@
-"""``calib.compare(a, b)``: the parameters of two calibrations of one sensor beside each other."""
+"""``calib.compare(a, b)``: the parameters of two calibrations of one sensor side by side."""
 
 from typing import TYPE_CHECKING
 

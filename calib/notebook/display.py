@@ -1,7 +1,7 @@
-"""What a notebook shows of a calibration: its tables as HTML, and its partial residuals.
+"""Display of a calibration in a notebook: its tables as HTML, and its partial residuals.
 
-Both are free of what the model's own parameters can take up, so that the points lie on the line of
-slope 1 where the effect is there, and scatter about zero where it is not (Cook and Weisberg's
+The partial residuals are orthogonal to the model's own parameters, so that the points lie on the
+line of slope 1 if the effect is present, and scatter about zero if it is not (Cook and Weisberg's
 added-variable plot).
 """
 
@@ -31,12 +31,12 @@ Parameter = tuple[str, str, float, float]  #: name, unit, value, sd (NaN where i
 
 
 def name_of(effect: str | Effect) -> str:
-    """The name of an effect, stated by it or as itself."""
+    """The name of an effect, given by its name or as an object."""
     return effect if isinstance(effect, str) else effect.name
 
 
 def parameters_of(assessed: AssessedTriad) -> list[Parameter]:
-    """Every parameter: misalignment, bias and scale as in Angrisano et al., and those added."""
+    """Every parameter: misalignment, bias and scale as in Angrisano et al., and the added ones."""
     calibration = assessed.calibration
     unit, base = SI_UNIT[calibration.triad], calibration.parameters
     in_si = calibration.spec.encoding == "si" and calibration.spec.si_per_unit == 1
@@ -159,7 +159,7 @@ def figure(assessed: AssessedTriad) -> "Figure":
 
 
 def partial_residuals(assessed: AssessedTriad, effect: Effect) -> tuple[FloatArray, FloatArray]:
-    """What an effect explains and what is there, in sds of each row.
+    """The part of the residual that an effect explains, and the residual, in sds of each row.
 
     Parameters
     ----------

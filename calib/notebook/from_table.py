@@ -56,7 +56,7 @@ class LotCalibration:
 
     @cached_property
     def pool(self) -> Pool:
-        """What the lot is missing, the evidence of all sensors added up."""
+        """The effects that the lot lacks, by the summed evidence of all sensors."""
         return pool_of_lot(lambda: [_named(self.poses)], _model(self.model))
 
     def to_pandas(self) -> "DataFrame":

@@ -30,21 +30,21 @@ from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_ru
 SI = TriadSpec(np.inf, 0, "si")
 POSE, RATE = "pose", "rate_rad_s"
 
-#: What people have in place of m/s²: how long one SI unit is in each; definition
+#: Units used in place of m/s²: the number of each in one SI unit; definition
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
                                     "mg": 1e3 / STANDARD_GRAVITY_M_S2}
 #: The same in place of rad/s; definition
 RATE_UNITS: Mapping[str, float] = {"°/s": math.degrees(1.0), "m°/s": 1e3 * math.degrees(1.0),
                                    "rpm": 1 / RPM}
 FAR, NEAR = 3.0, 1.3
-"""A bias and a gain error together change a typical reading by less than FAR; g and m/s² are 9.8
-apart, rpm and °/s six. Within NEAR of a unit the readings are in it. Derived."""
+"""Ratios of units: a bias and a gain error together change a typical reading by less than FAR; g
+and m/s² are 9.8 apart, rpm and °/s six. Within NEAR of a unit the readings are in it. Derived."""
 
 Columns = dict[str, FloatArray]
 
 
 def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
-    """The numeric columns of a table, and what each row's pose is called.
+    """The numeric columns of a table, and the label of each row's pose.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def parts_by(table: Any, column: str) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _renaming(names: Sequence[str], triad: Triad) -> str:
-    """How to rename three columns whose names differ in nothing but the axis; empty without."""
+    """Advice to rename three columns whose names differ only in the axis; empty without such."""
     for name in names:
         for i, letter in enumerate(name):
             axes = AXES if letter == "x" else [axis.upper() for axis in AXES]
@@ -148,7 +148,7 @@ def _numbers(name: str, values: Any) -> FloatArray:
 
 
 def _require_sds(columns: Columns) -> None:
-    """Refuse sds of some axes only, and sds and numbers of samples that are not positive."""
+    """Refuse sds of some axes only, and sds and sample counts that are not positive."""
     for triad in TRIADS:
         sds = [SD + name for name in triad_columns(triad)]
         there = [name for name in sds if name in columns]
@@ -233,7 +233,7 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
 def _require_si(
     columns: Columns, triad: Triad, magnitude: float, units: Mapping[str, float]
 ) -> None:
-    """Refuse readings whose typical length is the reference in another unit than SI's."""
+    """Refuse readings whose typical length is the reference in a unit other than SI's."""
     readings = np.column_stack([columns[name] for name in triad_columns(triad)])
     length = np.linalg.norm(readings, axis=1)
     length = length[np.isfinite(length)]
@@ -252,7 +252,7 @@ def _require_si(
 
 
 def pose_means(columns: Columns, labels: Sequence[str], rate_rad_s: float) -> list[PoseMean]:
-    """Every pose's mean: of its rows where several have its name, else as its row states it."""
+    """Mean of each pose: of its rows where several have its name, else as its row states it."""
     if len(set(labels)) < len(labels):
         return [_averaged(columns, label, np.array([one == label for one in labels]), rate_rad_s)
                 for label in dict.fromkeys(labels)]
@@ -276,7 +276,7 @@ def _averaged(columns: Columns, label: str, rows: Any, rate_rad_s: float) -> Pos
 
 
 def _require_stated(columns: Columns, triad: Triad, labels: Sequence[str]) -> None:
-    """Refuse means that are no numbers."""
+    """Refuse means that are not numbers."""
     names = triad_columns(triad)
     if any(name not in columns for name in names):
         return

@@ -1,4 +1,4 @@
-"""What poses determine before they are recorded.
+"""Expected results of planned poses, before they are recorded.
 
-    ideal_poses (what a perfect sensor would read) ─► prospect (sds, what stays unseen, what next)
+    ideal_poses (readings of a perfect sensor) ─► prospect (sds, blind effects, next pose)
 """

@@ -1,4 +1,4 @@
-"""What a perfect sensor would read in planned poses, with the sds that real readings would have."""
+"""Readings of a perfect sensor in planned poses, with the sds that real readings would have."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -32,21 +32,21 @@ class PlannedRun:
     sd : array, shape (3,)
         Of the mean of a pose, SI.
     reference_sd : float
-        What each pose's reference is uncertain by for itself, SI.
+        Uncertainty of each pose's reference that is independent of the others, SI.
     common : tuple of CommonError
         What the references have in common.
     force_m_s2 : float
         Gravity where the accelerometer is logged too, NaN where it is not.
     time_s : array, shape (n,)
-        When the poses are taken, s since the session began.
+        Times of the poses, s since the session began.
     vibration : array, shape (n, 3), or None
         Variance of the accelerometer within the poses, (m/s²)²; none by default.
     columns : mapping of name to array, shape (n,)
         The logged columns.
     tilt_rad : float
-        Of the axis about which the poses turn against gravity; ``up`` then points along that axis.
+        Angle between the axis about which the poses turn and gravity; ``up`` then points along that axis.
     attitude_sd_rad : float or None
-        How well it will be known that the case stood so; None where it will not.
+        Expected sd of the attitude of the case; None where it will not be known.
     """
 
     name: str
@@ -64,7 +64,7 @@ class PlannedRun:
     attitude_sd_rad: float | None = None
 
     def turned(self, up: FloatArray, time_s: FloatArray) -> "PlannedRun":
-        """Other poses at the same setting; vibration and columns go on as they were.
+        """Other poses at the same setting, with the same vibration and columns.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ def one_second_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArra
 
 
 def expected_widening(poses: int) -> float:
-    """Student's factor by which sds known from this many poses will be stated wider.
+    """Student's factor by which sds estimated from this many poses will be stated wider.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def expected_widening(poses: int) -> float:
 def ideal_poses(
     triad: Triad, runs: Sequence[PlannedRun], sensor: Start | None = None
 ) -> PoseSet:
-    """What a sensor would read in the planned poses, without any error.
+    """Readings of a sensor without errors in the planned poses.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""What poses determine before they are recorded: sds, conditioning, what stays unseen, what next.
+"""Expected results of poses before they are recorded: sds, conditioning, blind effects, next pose.
 
-Ideal readings of the planned poses are fitted by the very code that will fit the real ones, with
+Ideal readings of the planned poses are fitted by the same code that will fit the real ones, with
 the sds that real ones would have. The covariance does not depend on the readings' errors, so the
 sds of the parameters are those to be obtained; poses that would be refused are refused here.
 
@@ -35,13 +35,13 @@ from calib.poses.pose_set import PoseSet
 WEDGE = natural_directions(corners=False)
 
 WEAK_PRIOR = 1e-9
-"""Share of the information on a parameter; it makes plans comparable that are not determined yet.
-Numerical: as small as the singular values that count as none (``RANK_TOLERANCE``)."""
+"""Share of the information on a parameter, so that undetermined plans can be compared. Numerical:
+as small as the singular values that count as zero (``RANK_TOLERANCE``)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prospect:
-    """What a plan determines.
+    """Expected results of a plan.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Prospect:
     blind : tuple of str
         Effects that these poses cannot see.
     partly : dict of str to (int, int)
-        How many of an effect's parameters they see, of how many.
+        Number of an effect's parameters that they see, and of all its parameters.
     aliases : tuple of tuple of str
         Groups that look the same.
     absent : dict of str to str
@@ -137,7 +137,7 @@ def prospect_of(
 
 
 def alias_groups(signatures: Sequence[Signature]) -> tuple[tuple[str, ...], ...]:
-    """Effects that look the same in these poses, in groups of two or more."""
+    """Effects that cannot be told apart in these poses, in groups of two or more."""
     groups: list[list[Signature]] = []
     for signature in signatures:
         if signature.is_blind:
@@ -151,7 +151,7 @@ def alias_groups(signatures: Sequence[Signature]) -> tuple[tuple[str, ...], ...]
 
 
 def _about_zero(fitted: Fit) -> FloatArray:
-    """Whitened rows (d, p) of the parameters about the corrected vector's own zero."""
+    """Whitened rows (d, p) of the parameters about the zero of the corrected vector."""
     return rows_about_zero(fitted.equations, fitted.rows)
 
 
@@ -164,8 +164,8 @@ def _information(rows: FloatArray, poses: int) -> float:
 def d_efficiency(fitted: Fit) -> float:
     """Information per pose, compared with that of the 18 wedge poses at the first setting.
 
-    It is that of bias, scale and misalignment: effects that follow a logged column say nothing of
-    attitudes.
+    It is that of bias, scale and misalignment: effects that follow a logged column do not depend on
+    the attitudes.
     """
     ideal = Equations.of(_wedge_poses(fitted), fitted.model)
     eta = np.zeros(ideal.common_count)
@@ -211,9 +211,9 @@ class BestPose:
     up : array, shape (3,)
         Unit vector of the side that faces up.
     shrinks : float
-        By which factor the geometric mean of the sds of all parameters falls, 0 to 1.
+        Factor by which the geometric mean of the sds of all parameters falls, 0 to 1.
     minutes : float
-        What it takes.
+        Its duration.
     """
 
     run: str
@@ -226,7 +226,7 @@ def best_pose(
     triad: Triad, runs: Sequence[PlannedRun], model: Model,
     recorded: Sequence[int] | None = None, minutes: Sequence[float] | None = None,
 ) -> BestPose | None:
-    """The pose that adds most information per minute (D-optimal).
+    """The pose that adds the most information per minute (D-optimal).
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def best_pose(
         How many poses of each run are there, the first ones of it; the next one is then the best of
         the others. By default all are there, and the next is any natural direction.
     minutes : sequence of float, optional
-        For a pose of each run; by default alike.
+        For a pose of each run; by default equal.
 
     Returns
     -------
@@ -265,7 +265,7 @@ def best_pose(
     equations = Equations.of(ideal_poses(triad, planned), model)
     eta = np.zeros(equations.common_count)
     jacobian = equations.rows(np.zeros(model.size), eta, {}).jacobian
-    pose = np.append(equations.row_pose, np.full(len(eta), -1))  # the prior rows belong to none
+    pose = np.append(equations.row_pose, np.full(len(eta), -1))  # the prior rows belong to no pose
     unit, norm = unit_columns(jacobian[np.where(pose < 0, True, at_hand[pose])])
     cov = np.linalg.inv(unit.T @ unit + WEAK_PRIOR * np.eye(len(norm)))
     takes = np.ones(len(runs)) if minutes is None else np.asarray(minutes)
