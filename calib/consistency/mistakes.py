@@ -49,7 +49,7 @@ MOST_ODD = 3  #: poses; derived: what a set of 18 can lose before a direction is
 MOST_SETS = 1000  #: sets of poses left out; a limit of time
 
 OTHER_GAIN = 0.01
-"""Relative difference between the gains of a gyro in two runs, at most. Fact: 300 ppm/°C of data
+"""Largest relative difference between the gains of a gyro in two runs. Fact: 300 ppm/°C of data
 sheets over 30 °C."""
 
 
@@ -142,7 +142,7 @@ def _chi2(poses: PoseSet, model: Model) -> tuple[float, int] | None:
 
 
 def odd_poses(poses: PoseSet) -> BoolArray | None:
-    """The poses that contradict all others, (n,); None where no few of them do."""
+    """The poses that contradict all others, (n,); None where no small set of poses does."""
     columns, target = quadric(poses)
     n, unknowns = columns.shape
     kept = np.ones((1, n), dtype=bool)
@@ -165,7 +165,7 @@ def odd_poses(poses: PoseSet) -> BoolArray | None:
 
 
 def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:
-    """Refuse a run that nothing but another sensor, or another range, can have logged.
+    """Refuse a run that only another sensor, or another range, can have logged.
 
     Its poses agree with each other and those of the other runs with each other, each by gains of
     their own that differ by more than any sensor's within a session.

@@ -44,8 +44,8 @@ Numerical."""
 
 
 REPEATED = 0.2
-"""Share of the poses. Derived: poses of one attitude laid by hand within a degree read alike to the
-last digit of a ten-bit converter once in 25; rows that were put together twice are a half."""
+"""Share of the poses. Derived: poses of one attitude placed by hand within a degree are equal to
+the last digit of a ten-bit converter once in 25; of rows put together twice it is half."""
 
 
 @dataclass(frozen=True)

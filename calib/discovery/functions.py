@@ -61,7 +61,7 @@ class Function:
     Attributes
     ----------
     text, words, name : str
-        Templates of the expression, of its argument in words and of a name, with ``{0}`` for a number.
+        Templates of expression, argument in words, and name, with ``{0}`` for a number.
     length : int
         Number of terms that it is made of.
     column : str
