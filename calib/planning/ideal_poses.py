@@ -44,7 +44,7 @@ class PlannedRun:
     columns : mapping of name to array, shape (n,)
         The logged columns.
     tilt_rad : float
-        Angle between the axis about which the poses turn and gravity; ``up`` then points along that axis.
+        Angle of the axis of the turning poses to gravity; ``up`` then points along that axis.
     attitude_sd_rad : float or None
         Expected sd of the attitude of the case; None where it will not be known.
     """
