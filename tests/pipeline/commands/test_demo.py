@@ -11,6 +11,7 @@ from pipeline.commands.init import BENCH, LEANING, POSES
 from pipeline.config.template import CONFIG, SESSION, copy_session, session_folder
 from pipeline.errors import UnwritableOutput
 from tests.paths import ROOT
+from tests.pipeline.workbench.conftest import written_session
 
 DOCS = ROOT / "data" / "docs"
 
@@ -48,6 +49,9 @@ def test_a_new_session_has_the_pictures_of_the_guide(tmp_path: Path) -> None:
 def test_the_demo_runs_and_names_the_next_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """On a session without clips; the tutorial of the README is that of the program's own."""
+    small = written_session(tmp_path / "small").parent
+    monkeypatch.setattr("pipeline.config.template.session_folder", lambda: small)
     monkeypatch.chdir(tmp_path)
     assert main(["demo"]) == 0
     shown = capsys.readouterr().out

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.workbench.conftest import opened_workbench, written_session
+from tests.pipeline.workbench.conftest import opened_workbench
+from tests.sessions import accelerometer_alone
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="pages are opened by xdg-open on Linux")
 
@@ -18,7 +19,7 @@ def test_the_address_is_printed_and_opened_where_a_browser_is(tmp_path: Path) ->
     opener.parent.mkdir()
     opener.write_text(f'#!/bin/sh\necho "$1" > {tmp_path}/given\n')
     opener.chmod(0o755)
-    config = written_session(tmp_path / "session")
+    config = accelerometer_alone(tmp_path / "session")
     with opened_workbench(
         config, "--output", str(tmp_path / "out"), path=f"{opener.parent}{os.pathsep}/bin"
     ) as opened:

@@ -1,6 +1,5 @@
 """A session with something hidden, run once, and its page."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,18 +10,10 @@ from pipeline.config.load import load_config
 from pipeline.report.page import report_html
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
-from tests.pipeline.report.tab import Browser, started_browser
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
-
-
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """One browser for all tests; each opens a tab of its own."""
-    with started_browser(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,3 +38,16 @@ def hidden_session(tmp_path_factory: pytest.TempPathFactory) -> HiddenSession:
     path = folder / "report.html"
     path.write_text(html, encoding="utf-8")
     return HiddenSession(outcome, hidden.size.reshape(3, 3), html, path)
+
+
+@pytest.fixture(scope="session")
+def both_missing(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """A gyroscope that hides a g-sensitivity, an accelerometer that hides a temperature bias."""
+    design = rich_design().scaled(seconds=0.3)
+    hidden = (
+        draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3),
+        draw_effect("temperature_bias", "accelerometer", 12.0, design, 3),
+    )
+    written = write_session(
+        tmp_path_factory.mktemp("both"), simulate(design, 3, hidden), film=False)
+    return run_stages(load_config(written.config), RunContext())

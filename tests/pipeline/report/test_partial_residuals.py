@@ -30,17 +30,9 @@ from tests.world.write import write_session
 SHOWN = {"accelerometer": 1000.0, "gyroscope": np.degrees(1.0)}  #: of one SI unit
 
 
-@pytest.fixture(scope="module")
-def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
-    """A gyroscope that hides a g-sensitivity, an accelerometer that hides a temperature bias."""
-    design = rich_design().scaled(seconds=0.3)
-    hidden = (
-        draw_effect("g_sensitivity", "gyroscope", 25.0, design, 3),
-        draw_effect("temperature_bias", "accelerometer", 12.0, design, 3),
-    )
-    folder: Path = tmp_path_factory.mktemp("axes")
-    written = write_session(folder, simulate(design, 3, hidden), film=False)
-    return run_stages(load_config(written.config), RunContext())
+@pytest.fixture
+def outcome(both_missing: Outcome) -> Outcome:
+    return both_missing
 
 
 def fit_of(outcome: Outcome, triad: str) -> Fit:

@@ -12,19 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.pipeline.report.tab import Browser, started_browser
 from tests.sessions import pipeline
 from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
-
-
-@pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """One browser for all tests; each opens a tab of its own."""
-    with started_browser(tmp_path_factory.mktemp("browser")) as browser:
-        yield browser
 
 
 @dataclass(frozen=True)
