@@ -117,10 +117,10 @@ def require_still(log: ImuLog, triad: Triad, readings: FloatArray, step_s: float
                               f"which is no noise. Is the axis stuck, or its unit too coarse?")
         moved = _moved(means[:, axis], variances[:, axis])
         if moved is not None:
-            at = float(log.time_s[moved * length])
+            at = float(log.time_s[moved * length] - log.time_s[0])
             raise Undetermined(
-                f"{log.label}: the sensor was not still: the {triad} {name} moves at {at:.6g} s, "
-                f"beyond its own noise. Cut the log to its still part, or record it again on a "
+                f"{log.label}: the sensor was not still: the {triad} {name} moves after {at:.6g} "
+                f"s, beyond its own noise. Cut the log to its still part, or record it again on a "
                 f"firm support that nobody touches."
             )
 

@@ -14,7 +14,7 @@ import numpy as np
 from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import called_accelerometers, why_no_log
-from pipeline.guess.magnitudes import NEAR_RANGE
+from pipeline.guess.magnitudes import CODES, NEAR_RANGE
 from pipeline.guess.pool import FEWEST_MEANS, REST_S
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
@@ -60,8 +60,11 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
     triad = table.gyroscope
     if triad is None or not triad.is_unusual:
         return ""
+    measured = CODES / 2 * math.degrees(triad.si_per_unit)
+    right = f" If the clock is right, it is --gyroscope-range {measured:.3g}." if (
+        triad.encoding) else ""
     return (f"{table.path}: {triad.doubt}: its clock or its unit is another. State "
-            f"it by --rate-hz, --gyroscope-unit or --gyroscope-range.")
+            f"it by --rate-hz, --gyroscope-unit or --gyroscope-range.{right}")
 
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:

@@ -35,7 +35,8 @@ LONGEST_CHANNELS = 4
 more samples than columns, and 60 columns at most."""
 NOT_LINES_OF_NUMBERS = (
     (re.compile(r"#(?:[0-9A-Fa-f]{2}){3,}(?!\w)"
-                r"|(?:(?<![\w.])[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)"),
+                r"|(?:(?<![\w.])[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)"
+                r"|\b0x[0-9A-Fa-f]{2}[ ,;\t]+0x[0-9A-Fa-f]{2}\b"),
      "its lines are messages of a bus or a port, with their bytes in hexadecimal. The description "
      "of the device says what they mean. Decode them first, those of a CAN bus for example by "
      "`cantools decode`, and import the table that comes of it"),
@@ -190,7 +191,7 @@ def _number(text: LogText, cell: str) -> float:
 
 def _jump_between(columns: FloatArray, kinds: Sequence[int]) -> bool:
     """Whether a column of (t, k) steps far less within each of the ``kinds`` (t,) of its rows."""
-    between = np.abs(np.diff(columns, axis=0))
+    between = np.abs(np.diff(columns, axis=0))[np.diff(kinds) != 0]
     order = np.argsort(kinds, kind="stable")
     same = np.diff(np.asarray(kinds)[order]) == 0
     within = np.abs(np.diff(columns[order], axis=0))[same]

@@ -9,7 +9,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.raw_tables import RawTable
-from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS
+from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS, unwrapped_ticks
 
 REST_S = 0.5
 """Length of the blocks of which those at rest are poses, s. A judgement: shorter than a rest in a
@@ -80,7 +80,7 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
 
 def _begins(table: RawTable, clock: ClockGuess) -> BoolArray:
     """Which rows (t,) stand first in a table, after a gap or after a step back of its clock."""
-    ticks = clock.time_s if clock.column is None else table.columns[clock.column]
+    ticks = clock.time_s if clock.column is None else unwrapped_ticks(table.columns[clock.column])
     begins = np.ones(len(ticks), bool)
     step = np.diff(ticks)
     if step.size:

@@ -127,7 +127,9 @@ def guess_session(
         clockwise = bool(turns) and rate.turns_clockwise(force)
         groups.setdefault((kind, rpm, clockwise), []).append(table)
     sources = tuple(
-        _source(kind, rpm, clockwise, _paired(group, beside) if kind == "log" else group, clips)
+        _source("log", rpm, clockwise, _paired(group, beside), clips)
+        if kind == "log" or (kind == "files" and not _are_poses(group)) else
+        _source(kind, rpm, clockwise, group, clips)
         for (kind, rpm, clockwise), group in groups.items())
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
@@ -212,7 +214,12 @@ def _layout(tables: Sequence[TableGuess]) -> Layout:
     alone = [table for table in tables if table.accelerometer] or list(tables)
     if len(alone) < FEWEST_MEANS:
         return "log"
-    return "files" if sum(map(_is_pose, alone)) > len(alone) / 2 else "log"
+    return "files" if _are_poses(alone) else "log"
+
+
+def _are_poses(tables: Sequence[TableGuess]) -> bool:
+    """Whether most of the tables are one pose each."""
+    return sum(map(_is_pose, tables)) > len(tables) / 2
 
 
 def _is_pose(table: TableGuess) -> bool:

@@ -14,12 +14,13 @@ from itertools import islice, pairwise
 from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of
 from pipeline.logs.header_words import spelled_unit
-from pipeline.logs.sentences import FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_sentences
+from pipeline.logs.sentences import DAY, FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_sentences
 
 LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
                    rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:.])")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
+STAMPED = re.compile(rf"\s*\[?{DAY}")  #: a line that begins with a time
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
 """A word before a row that names no number of it: ``a/g: 1 2 3``."""
@@ -54,7 +55,8 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
     cycle = _cycle(shown)
     numbers = sum(len(SLOT.findall(line)) for line in shown)
     if sum(map(len, cycle)) >= FEWEST:
-        if sum(len(labels_of(line)) for line in shown) >= numbers - len(shown):
+        without = numbers - sum(len(labels_of(line)) for line in shown)
+        if without <= 0 or (without <= len(shown) and not any(map(STAMPED.match, shown))):
             return _table_rows(lines, cycle)
         # A name of a triad, or numbers with units behind them: "Acc[mg]: 12 -3 1001".
         samples = [sample.replace("#", " ") for sample in _samples(lines, cycle)]

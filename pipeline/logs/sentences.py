@@ -127,6 +127,8 @@ def _names_of_text(text: str, first: str) -> list[str]:
             words = f"{labels[-1][:-1]}{words}"
         labels.append(words if any(map(str.isalpha, words)) else "")
     labels[0] = labels[0] or first
+    if labels[0] == TIME:
+        units.pop(0, None)  # "14:05:00.020 Raw data" is no unit
     groups: list[list[str]] = []
     for is_named, run in groupby(labels, key=bool):
         several = list(run)

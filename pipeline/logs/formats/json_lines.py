@@ -96,6 +96,9 @@ def _rows(value: Any) -> Iterator[Any]:
         yield value
         return
     names = next((named for inner in lists if len(named := _names(inner)) == len(longest[0])), None)
+    if names is None and isinstance(longest[0], list) and not any(
+            is_number(str(cell)) for cell in longest[0]):
+        names, *longest = longest  # a table of a spreadsheet
     steps = {f"time_{match[1]}": step for key, step in _flat(value).items()
              if (match := INTERVAL.search(key)) and isinstance(step, int | float)}
     for i, row in enumerate(longest):

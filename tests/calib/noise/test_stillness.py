@@ -41,7 +41,7 @@ def test_a_movement_is_named_with_its_time(change: str) -> None:
     else:
         readings[3000:3020, 1] += 40.0 * np.sin(np.arange(20))
     require_still(log, "accelerometer", log.accelerometer, 0.02)
-    with pytest.raises(Undetermined, match=r"not still: the accelerometer y moves at 60 s"):
+    with pytest.raises(Undetermined, match=r"not still: the accelerometer y moves after 60 s"):
         require_still(log, "accelerometer", readings, 0.02)
 
 

@@ -210,6 +210,20 @@ def samples_beside_each_other(folder: Path, log: HandLog) -> Foreign:
     return Foreign([path])
 
 
+def bytes_of_a_bus(folder: Path, log: HandLog) -> Foreign:
+    """A logic analyser's."""
+    return Foreign([write_lines(folder / "spi.csv", ["Time [s],Packet ID,MOSI,MISO", *(
+        f"{t:.9f},{i},0x{i % 256:02X},0x{i * 7 % 256:02X}" for i, t in enumerate(log.time_s))])])
+
+
+def sensors_in_uneven_turns(folder: Path, log: HandLog) -> Foreign:
+    """Three rows of a gyroscope to one of an accelerometer."""
+    rows = [f"Motion,{name},{1000 * t:.3f},{v[0]:.6f},{v[1]:.6f},{v[2]:.6f}"
+            for i, (t, a, w) in enumerate(zip(log.time_s, log.acc, log.gyr, strict=True))
+            for name, v in (("Accel", a), ("Gyro", w)) if name == "Gyro" or i % 3 == 0]
+    return Foreign([write_lines(folder / "rs.csv", ["Module,Stream,t (ms),X,Y,Z", *rows])])
+
+
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
@@ -221,5 +235,7 @@ LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
     "samples_beside_each_other": (
         samples_beside_each_other, r"it has 300 columns .* Write a row for each sample"),
+    "bytes_of_a_bus": (bytes_of_a_bus, r"with their bytes in hexadecimal"),
+    "sensors_in_uneven_turns": (sensors_in_uneven_turns, r"column 2 names the sensor of each row"),
     "a_value_a_line": (a_value_a_line, r"each line holds one value, as .*MPU6050 "),
 }

@@ -105,8 +105,35 @@ def gains_of_their_own(folder: Path, log: HandLog) -> Foreign:
     return Foreign(files, per_m_s2, per_rad_s)
 
 
+def names_in_the_first_row(folder: Path, log: HandLog) -> Foreign:
+    """A spreadsheet's table in JSON: rows of quoted cells, the names in the first of them."""
+    path = folder / "sheet.json"
+    path.write_text(json.dumps({"range": "Log!A1:G", "values": [
+        ["t_s", "ax", "ay", "az", "gx", "gy", "gz"], *si_rows(log)]}), encoding="utf-8")
+    return Foreign([path])
+
+
+def stamped_sentences(folder: Path, log: HandLog) -> Foreign:
+    """nRF Connect: a time of the day that nothing names before numbers that all have names."""
+    rows = [f"14:{5 + int(t // 60):02d}:{t % 60:06.3f}  Raw data: Accelerometer: x={a[0]:.4f} g, "
+            f"y={a[1]:.4f} g, z={a[2]:.4f} g; Gyroscope: x={w[0]:.3f} °/s, y={w[1]:.3f} °/s, "
+            f"z={w[2]:.3f} °/s" for t, a, w in zip(log.time_s, log.acc / G, log.gyr / DEG,
+                                                   strict=True)]
+    return Foreign([write_lines(folder / "thingy.log", rows)], 1 / G, 1 / DEG)
+
+
+def seconds_and_nanoseconds(folder: Path, log: HandLog) -> Foreign:
+    """`ros2 topic echo --csv`: no header, the parts of a second begin again each second."""
+    zeros = ",0.0" * 9
+    rows = [f"{1714917900 + int(t)},{round(t % 1 * 1e9)},imu_link,0.0,0.0,0.0,1.0{zeros},"
+            f"{','.join(f'{v:.7g}' for v in w)}{zeros},{','.join(f'{v:.7g}' for v in a)}{zeros}"
+            for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
+    return Foreign([write_lines(folder / "imu_echo.csv", rows)])
+
+
 LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         movella_dot, registers, fortran, spreadsheet, taking_turns, tagged_lines,
-        vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own)
+        vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own,
+        names_in_the_first_row, stamped_sentences, seconds_and_nanoseconds)
 }

@@ -103,6 +103,21 @@ def test_a_large_bias_and_a_range_that_no_data_sheet_has_are_no_question(
     assert sheet.encoding == "offset-binary"
 
 
+def test_a_long_log_at_rest_and_files_of_poses_on_the_plate_are_one_session(here: Path) -> None:
+    evening = Evening()
+    rest, turn = (evening.write(here, name, rpm, seed) for name, rpm, seed in (
+        ("rest", 0.0, 1), ("turn", FULL_TURN, 2)))
+    tables = [np.loadtxt(path, delimiter=",", skiprows=1) for path in rest]
+    for i, table in enumerate(tables):
+        table[:, 0] += 8000 * i
+    np.savetxt("rest.csv", np.vstack(tables), "%d", ",", header=evening.header, comments="")
+    files = [str(path.relative_to(here)) for path in turn]
+    assert pipeline("import", "rest.csv", *files, "--output", "config.yaml") == 0
+    sections = config_of(here).triads["gyroscope"].sections
+    assert [bool(section.poses.log) for section in sections] == [True, False]
+    require_true_scales(here, evening, 4e-3)
+
+
 def test_a_phone_that_writes_an_archive_for_each_pose_has_its_sensors_joined(here: Path) -> None:
     """Both sensors have files of their own in each archive, whose times begin at 0."""
     evening = Evening(rpm=FULL_TURN)
