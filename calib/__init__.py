@@ -1,4 +1,4 @@
-"""Readings and poses in, a calibration with honest uncertainties out, and what it misses.
+"""From readings and poses to a calibration with honest uncertainties, and the effects it lacks.
 
 Conventions, everywhere in this package
 ---------------------------------------
@@ -24,18 +24,18 @@ The way of the data
                                             └─ planning
 
 ``poses``        a log's readings as pose means with their references (``pose_set``)
-``effects``      what a reading may err by: every effect is a set of columns; a model is their sum
+``effects``      errors of a reading: every effect is a set of columns; a model is their sum
 ``fit``          poses and a model to parameters with their uncertainty (``fit``)
-``diagnosis``    a fit and its residuals to a verdict: what does the model miss? (``diagnose``)
+``diagnosis``    a fit and its residuals to a verdict: what does the model lack? (``diagnose``)
 ``assess``       all of these for one triad: fit, comparison, verdict, prediction
-``lot``          many sensors of one design side by side, and what the lot is missing
+``lot``          many sensors of one design side by side, and the effects that the lot lacks
 ``notebook``     the same in five lines of Python (``calib.calibrate``)
 ``mounting``     how the sensor is mounted in a vehicle (``mounting_from_logs``)
 ``consistency``  whether parts of a session, or the maker's certificate, contradict each other
 ``noise``        Allan deviation of a long log at rest
-``planning``     what poses determine before they are recorded (``prospect_of``)
+``planning``     expected results of poses before they are recorded (``prospect_of``)
 ``earth``        gravity and the Earth's rate at a latitude
-``errors``       what can go wrong, by what the user can do about it
+``errors``       expected failures, by what the user can do about them
 ``rounding``     a value beside its sd, in digits
 ``numbers``      facts: of units, of the normal distribution, of floating point
 

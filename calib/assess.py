@@ -1,6 +1,6 @@
-"""Poses and a model in; the calibration, what it leaves, what it misses and what it will err by.
+"""From poses and a model to the calibration, its misfit, its diagnosis and its prediction.
 
-The one way from a set of poses to a result, of the command, of a notebook and of a fleet alike.
+The one way from a set of poses to a result, for the command, a notebook and a fleet.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,9 +32,9 @@ from calib.poses.pose_set import PoseSet
 
 @dataclass(frozen=True, eq=False)
 class AssessedTriad:
-    """A calibrated triad beside its measurements.
+    """A calibrated triad and its comparison with the measurements.
 
-    ``prediction`` is what it will err by on the next log, None where only rest was measured.
+    ``prediction`` is its expected error on the next log, None if all poses were at rest.
     """
 
     calibration: TriadCalibration
@@ -122,7 +122,7 @@ def calibrate(
     senses: Mapping[str, float] | None = None,
     seek_mistakes: bool = True,
 ) -> TriadCalibration:
-    """The calibration of :func:`assess` alone, with all that it refuses.
+    """The calibration of :func:`assess` alone, with all its refusals.
 
     ``seek_mistakes`` is False for a model that is tried and not kept: a misfit is then not traced
     to the files, and the axes are not compared.

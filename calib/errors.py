@@ -1,8 +1,8 @@
-"""What can go wrong in a calibration, by what the user can do about it.
+"""Expected failures of a calibration, by what the user can do about them.
 
 Every message is one paragraph: where, what was found, what was expected, what to do next. This
-package does not know how its user talks to it (commands, keys of a file): what to type is left to
-the caller, who finds in ``remedy`` what would help.
+package does not know its user interface (commands, keys of a file): the caller derives what to type
+from ``remedy``.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Remedy:
-    """What would help, for whoever knows how the user does it.
+    """Remedy of a failure, for the caller to translate into commands or keys.
 
     Attributes
     ----------

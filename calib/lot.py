@@ -1,13 +1,13 @@
-"""Many sensors of one design: every one calibrated, and what the lot is missing.
+"""Many sensors of one design: the calibration of each, and the effects that the lot lacks.
 
 The pose sets come in blocks, so that memory holds one block at a time. A block is a few stacks
-(:func:`calib.fit.least_squares.solver.fit_sets`); of each sensor the parameters of Angrisano et al.
-stay, with their sds. What is missing in the lot is asked in further passes over the same blocks
-(:mod:`calib.diagnosis.population.pool`).
+(:func:`calib.fit.least_squares.solver.fit_sets`); only the parameters of Angrisano et al. and their
+sds are kept for each sensor. The effects that the lot lacks are searched in further passes over the
+same blocks (:mod:`calib.diagnosis.population.pool`).
 
-A station (a plate, a camera) that is wrong by a share of its rate makes all gains wrong that were
-measured on it, and no session by itself can tell. Between stations it shows: their mean gains
-differ by more than the sensors' own spread explains.
+A station (a plate, a camera) whose rate is wrong by a factor makes all gains measured on it wrong,
+and no single session can show it. Between stations it shows: their mean gains differ by more than
+the sensors' own spread explains.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -37,7 +37,7 @@ FEWEST_OF_STATION = 2  #: sensors; derived: one has no spread to tell its statio
 
 @dataclass(frozen=True, eq=False)
 class SensorPoses:
-    """The poses of one sensor of a lot, and the ``station`` it was measured at; empty if one."""
+    """The poses of one sensor of a lot, and the ``station`` where it was measured; empty if one."""
 
     sensor: str
     poses: PoseSet
@@ -118,7 +118,7 @@ def calibrate_blocks(passes: Passes, model: Model, spec: TriadSpec) -> Iterator[
 def _determined(
     index: IntArray, fitted: Fit, spec: TriadSpec
 ) -> tuple[IntArray, Fit | None, dict[int, CalibrationError]]:
-    """The sets ``index`` whose parameters are determined, their fits, and why others are not."""
+    """The sets ``index`` with determined parameters, their fits, and reasons why others are not."""
     sets = fitted.equations.surroundings.sets
     value = triad_parameters(fitted.model, fitted.theta, fitted.cov, spec)
     largest = np.array([poses.reference.magnitude.max(initial=0.0) for poses in sets])
@@ -157,7 +157,7 @@ def _calibrated(
 
 
 def pool_of_lot(passes: Passes, model: Model) -> Pool:
-    """What ``model`` is missing in a lot, all its sensors together."""
+    """Effects that ``model`` lacks in a lot, by all its sensors together."""
     def blocks(trials: Sequence[Trial]) -> Iterator[LotEvidence]:
         wanted = {trial.name for trial in trials}
         for block in passes():
@@ -173,7 +173,7 @@ def pool_of_lot(passes: Passes, model: Model) -> Pool:
 def station_errors(
     station: Sequence[str], scale: FloatArray
 ) -> tuple[dict[str, tuple[float, float]], RandomEffects] | None:
-    """How far the gains of each station stand from the lot's, relative.
+    """Relative deviation of the gains of each station from the lot's.
 
     Parameters
     ----------

@@ -10,5 +10,5 @@ MEDIAN_OF_NORMAL = 0.6745
 Definition."""
 
 NO_LENGTH = 1e-300
-"""What is divided by in place of zero: below any square of a length, and no division overflows.
+"""Divisor used in place of zero: below any square of a length, and no division overflows.
 Numerical."""

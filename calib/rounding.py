@@ -1,4 +1,4 @@
-"""A value beside its standard deviation, to the digits that the latter leaves."""
+"""A value and its standard deviation, rounded to significant digits."""
 
 import math
 
@@ -34,7 +34,7 @@ def with_sd(value: float, sd: float | None) -> str:
 
 
 def in_digits(value: float, count: int) -> str:
-    """A size with ``count`` digits that count, and no power of ten below a million.
+    """A size with ``count`` significant digits, without a power of ten below a million.
 
     >>> in_digits(0.01234, 2), in_digits(128.0, 2), in_digits(3765.0, 3)
     ('0.012', '130', '3760')

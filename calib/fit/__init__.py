@@ -1,4 +1,4 @@
-"""Poses and a model to a calibration with its uncertainty.
+"""From poses and a model to a calibration with its uncertainty.
 
     model ─ rows ─ least_squares ─ Fit ─┬─ triad ─ TriadCalibration ─┐
       │                                 └────────────────────────────┴─ validation
@@ -10,9 +10,9 @@ Everything up to the fit is written once, for S sets of poses side by side; a se
 ``parameters``      alpha, b, k of the paper and the linear form that is fitted
 ``stacked``         records whose arrays have a leading axis of sets
 ``column_scaling``  columns of one length, before they are decomposed
-``small_systems``   many small systems of equations at once, of which some may be singular
+``small_systems``   stacks of small systems of equations, some of which may be singular
 ``rows``            the equations: magnitude, null and prior rows with their derivatives
 ``least_squares``   the estimate with its covariance, from the ellipsoid or as published
 ``triad``           the calibrated triad: its sds, its correction, its frame
-``validation``      errors where no pose was fitted: leave-one-out, excluded poses, next log
+``validation``      errors at poses that were not fitted: leave-one-out, excluded, next log
 """

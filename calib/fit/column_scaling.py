@@ -1,4 +1,4 @@
-"""Columns brought to one length before they are decomposed, and back.
+"""Scaling of columns to unit length before they are decomposed, and back.
 
 Parameters have units of their own (counts, radians, per kelvin squared), so that the columns of a
 Jacobian differ by many powers of ten. With ``J = U diag(n)``, n the lengths of the columns, the

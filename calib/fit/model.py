@@ -39,7 +39,7 @@ class Model:
 
     @classmethod
     def of(cls, names: Sequence[str], extra: Mapping[str, Effect] | None = None) -> "Model":
-        """The model of these effect names.
+        """The model of these effects, by name.
 
         Parameters
         ----------
@@ -74,13 +74,13 @@ class Model:
         return sum(len(effect.parameters) for effect in self.effects)
 
     def within(self, at: Conditions) -> "Model":
-        """The same model with the starts that shape parameters have in poses at ``at`` (n)."""
+        """The same model with the starts of shape parameters for poses at ``at`` (n)."""
         if all(effect.starts_in is None for effect in self.effects):
             return self
         return Model(tuple(effect.within(at) for effect in self.effects))
 
     def slices(self) -> dict[str, slice]:
-        """Where each effect's parameters stand in theta."""
+        """Slices of theta by effect name."""
         places, start = {}, 0
         for effect in self.effects:
             places[effect.name] = slice(start, start + len(effect.parameters))
@@ -92,7 +92,7 @@ class Model:
         return tuple(effect for effect in self.effects if effect.acts_on == place)
 
     def positions(self, effects: Sequence[Effect]) -> list[int]:
-        """Where the parameters of ``effects`` stand in theta, one after another.
+        """Indices in theta of the parameters of ``effects``, one effect after another.
 
         Parameters
         ----------

@@ -1,13 +1,13 @@
-"""How large the noise is, by what the poses state of it and by what is left in the rows.
+"""Size of the noise, from the stated sds and from the residual of the rows.
 
-What is left of n degrees of freedom has V times the stated variance. The sds say V = 1 as ν degrees
-of freedom know it, so that the density is Student's and with Q the sum of its squares
+The residual of n degrees of freedom has V times the stated variance. The sds say V = 1 with ν
+degrees of freedom, so that the density is Student's and with Q the sum of its squares
 
     E V = (ν - 2 + Q) / (ν - 2 + n),
 
 where the sds contain Student's factor (:mod:`calib.poses.averaging.mean_noise`); or V is larger,
-for whatever reason, and is what the rows show. Both are weighed, so that no level decides from
-which a misfit counts.
+for whatever reason, and is estimated from the rows. Both are weighed, so that no fixed level
+decides where a misfit begins.
 """
 
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ from calib.poses.imu_log import FloatArray, IntArray
 
 LEAST_EXTRA = 0.35  #: least extra scatter, stated sds; derived: 6 % more than stated
 LARGEST_OCTAVE = 14
-"""Octaves of stated sds, up to which extra scatter and effects are weighed: 16384 sds. Derived: no
+"""Octaves of stated sds up to which extra scatter and effects are weighed: 16384 sds. Derived: no
 signal is stronger."""
 
 ODDS_RARE = 0.04
-"""Odds of what happens once in some evenings: noise larger than stated, a step of the bias, a bad
-pose, a plate that scatters. Tuned on ``tests.bench.study_diagnosis``."""
+"""Odds of events that happen once in some evenings: noise larger than stated, a step of the bias, a
+bad pose, a plate that scatters. Tuned on ``tests.bench.study_diagnosis``."""
 
 FORMULA_ERROR = 0.03  #: share of its signal by which a formula may be off; tuned
 
@@ -33,7 +33,7 @@ EXTRA_RANGE = float(np.log(2.0**LARGEST_OCTAVE / LEAST_EXTRA))
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """What is known of the noise of one set of rows, or of S.
+    """Knowledge of the noise of one set of rows, or of S.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ class Noise:
     ) -> tuple[FloatArray, FloatArray]:
         """Log densities (B,) with the stated noise and with larger noise.
 
-        ``q`` (B,) is what a set of effects leaves of ``chi2``, ``log_det`` (B,) what its sizes
-        cost.
+        ``q`` (B,) is the rest of ``chi2`` after a set of effects, ``log_det`` (B,) the cost of its
+        sizes.
         """
         q = np.maximum(q, 0.0)
         rows = np.maximum(self.dof, 1)
@@ -70,7 +70,7 @@ class Noise:
         return np.asarray(stated), np.where((variance > 1.0) & self.is_known, larger, -np.inf)
 
     def nothing(self, chi2: float) -> tuple[float, float]:
-        """Log densities of a residual with nothing in the set: stated, and larger noise."""
+        """Log densities of a residual with no effect in the set: stated, and larger noise."""
         stated, larger = self.log_density(np.array([chi2]), 0.0, chi2)
         return float(stated[0]), float(larger[0])
 
@@ -79,7 +79,7 @@ class Noise:
     ) -> FloatArray:
         """Mean of V, no unit, (B,), where a set of effects leaves ``q`` (B,) of ``chi2``.
 
-        1 where the sds were read off the residual.
+        1 where the sds were estimated from the residual.
         """
         q = np.asarray(q)
         stated, larger = self.log_density(q, 0.0, q if chi2 is None else chi2)
@@ -93,10 +93,10 @@ class Noise:
 def _log_prior_of_larger(
     variance: FloatArray, rows: int | IntArray, tolerated: FloatArray
 ) -> FloatArray:
-    """Log prior (B,) of noise variances V > 1 (B,) with the width that ``rows`` leave them.
+    """Log prior (B,) of noise variances V > 1 (B,), with the width that ``rows`` leave them.
 
-    Uniform in the logarithm of the extra scatter n = √(V - 1): rare where nothing is in the model,
-    and as likely as none while n is what a formula may be off by, ``tolerated``.
+    Uniform in the logarithm of the extra scatter n = √(V - 1): rare where the model is empty, and
+    as likely as none while n is within the error of a formula, ``tolerated``.
     """
     extra = np.maximum(variance - 1.0, 1e-12)
     width = np.sqrt(4 * np.pi / rows) * variance / (2 * extra)

@@ -16,7 +16,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 
 BASE_SIZE = 9  #: parameters of Angrisano et al. eq. (3); definition
-COMPLEX_STEP = 1e-30  #: its square is nothing beside one, so that derivatives are exact; numerical
+COMPLEX_STEP = 1e-30  #: its square vanishes beside one, so that derivatives are exact; numerical
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ def _paper_vector(theta: np.ndarray, k0: float, b0: float) -> np.ndarray:
 
 
 def base_theta(model: Model, theta: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bias, scale and misalignment out of the parameters of any model.
+    """Bias, scale and misalignment from the parameters of any model.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def triad_parameters(
     """
     full, full_cov = base_theta(model, theta, cov)
     k0, b0 = spec.nominal_scale, spec.nominal_bias_counts
-    value = _paper_vector(full, k0, b0) + 0.0  # no -0 of what is not fitted
+    value = _paper_vector(full, k0, b0) + 0.0  # no -0 for what is not fitted
     jacobian = np.empty((*full.shape, BASE_SIZE))
     for j in range(BASE_SIZE):
         moved = full.astype(complex)
@@ -168,7 +168,7 @@ def triad_parameters(
 
 
 def theta_of(parameters: TriadParameters, spec: TriadSpec) -> FloatArray:
-    """The linear form that is ``parameters``.
+    """The linear form of ``parameters``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Many small systems of linear equations at once, of which some may be singular."""
+"""Stacks of small systems of linear equations, some of which may be singular."""
 
 from collections.abc import Callable
 
@@ -26,7 +26,7 @@ def solutions(matrices: FloatArray, right: FloatArray) -> FloatArray:
 def triangle_solutions(triangles: FloatArray, right: FloatArray) -> FloatArray:
     """Solutions x (S, k, c) of ``R x = b`` for triangles R (S, k, k) of unit columns.
 
-    Of any unit; the shortest ones where the columns are dependent.
+    In any unit; the shortest solutions where the columns are dependent.
     """
     diagonal = np.abs(np.einsum("sii->si", triangles))
     sound = diagonal.min(axis=1, initial=1.0) > RANK_TOLERANCE * diagonal.max(axis=1, initial=0.0)
@@ -42,7 +42,7 @@ def triangle_solutions(triangles: FloatArray, right: FloatArray) -> FloatArray:
 def _one_by_one(operation: Callable[..., FloatArray], *stacks: FloatArray) -> FloatArray:
     """``operation`` on the matrices of a stack, NaN where one cannot be decomposed.
 
-    LAPACK refuses a whole stack for one such matrix: the stack is halved until it is alone.
+    LAPACK refuses a whole stack because of one such matrix: the stack is halved until it is alone.
     """
     try:
         return np.asarray(operation(*stacks))
@@ -77,6 +77,6 @@ def times(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def combined(columns: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Errors (..., n, 3), SI, that columns (..., n, 3, k) make of parameters (..., k)."""
+    """Errors (..., n, 3), SI, from columns (..., n, 3, k) and parameters (..., k)."""
     *lead, n, axes, k = columns.shape
     return times(columns.reshape(*lead, n * axes, k), sizes).reshape(*lead, n, axes)

@@ -1,8 +1,8 @@
 """Records of many pose sets side by side: every array has a leading axis S.
 
-What is computed for one set is computed for S by the same lines: formulas are written for the last
-axes of an array, and leave whatever stands before them alone. A session is a stack of one; what a
-user gets of it has no leading axis (``stack.take(0)``).
+The same lines compute one set or S: formulas are written for the last axes of an array, and leave
+the axes before them alone. A session is a stack of one; its results have no leading axis for the
+user (``stack.take(0)``).
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ import numpy as np
 from calib.poses.imu_log import IntArray
 
 Index = int | IntArray | None
-"""Which sets: one without its axis, some of them, or one that becomes a stack of one (None)."""
+"""Selected sets: one without its axis, some of them, or one that becomes a stack of one (None)."""
 
 Record = TypeVar("Record", bound="Stacked")
 

@@ -1,4 +1,4 @@
-"""Which of the 26 natural directions the poses cover, and how to say so.
+"""The 26 natural directions: which of them the poses cover, and their names.
 
 A direction is the one in which the measured vector points in the sensor's own axes: for a still
 accelerometer the side that faces up, for a gyro on the plate the side that faces up when the plate
@@ -15,8 +15,9 @@ from calib.poses.imu_log import AXES, FloatArray, Triad
 from calib.poses.triad_kind import TRIAD_KINDS
 
 NEAR_COSINE = float(np.cos(np.radians(25.0)))
-"""A pose covers a direction up to 25° away. Derived: the neighbours are 35 to 45° apart, so that
-no pose covers two that are opposite, and every pose covers one."""
+"""Largest angle, 25°, to a direction that a pose covers. Derived: the neighbours are 35 to 45°
+apart, so that no pose covers two opposite ones, and every pose covers one.
+"""
 
 WEDGE_DIRECTIONS = 18  #: the 6 faces and 12 edges, the first of the natural ones; definition
 
@@ -56,15 +57,14 @@ def spread_directions(count: int) -> FloatArray:
 
 
 def two_across(directions: FloatArray) -> FloatArray:
-    """Two unit vectors across each unit vector of ``directions`` (n, 3), and each other, (n, 2, 3).
-    """
+    """Two unit vectors across each of ``directions`` (n, 3), and across each other, (n, 2, 3)."""
     first = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(directions, first)], axis=1)
 
 
 def nearest_faces(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The faces and edges of a cube nearest to ``directions`` (n, 3), and how far off they are.
+    """The faces and edges of a cube nearest to ``directions`` (n, 3), and the angles to them.
 
     Returns
     -------
@@ -80,7 +80,7 @@ def nearest_faces(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def direction_name(direction: FloatArray, triad: Triad = "accelerometer") -> str:
-    """In words: ``+x up``, ``edge +x -z up``, ``corner +x -y +z up``.
+    """Name of a direction: ``+x up``, ``edge +x -z up``, ``corner +x -y +z up``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What an effect may depend on: the conditions of every pose, or of every sample of a log."""
+"""Conditions that an effect may depend on, for every pose or every sample of a log."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -9,7 +9,7 @@ from calib.poses.imu_log import FloatArray, IntArray
 
 VECTORS = ("force", "previous", "vibration")
 RUN_COLUMN = "run:"
-"""Before the name of a run: the column that is 1 in its poses."""
+"""Prefix of the name of a run in the column that is 1 in its poses."""
 
 OTHER_TRIAD = ("other_x", "other_y", "other_z")
 """Columns with the nominal reading of the other triad, SI."""
@@ -96,16 +96,16 @@ class Conditions:
         )
 
     def with_vector(self, vector: FloatArray) -> "Conditions":
-        """The same where the vectors are ``vector`` (n, 3), SI."""
+        """The same conditions at the vectors ``vector`` (n, 3), SI."""
         return Conditions(vector, self.magnitude, self.force, self.spin_rad_s, self.time_s,
                           self.previous, self.vibration, self.columns)
 
     def with_columns(self, columns: Mapping[str, FloatArray]) -> "Conditions":
-        """The same with other logged columns, (n,) each by name."""
+        """The same conditions with other logged columns, (n,) each by name."""
         return replace(self, columns=columns)
 
     def with_previous(self, previous: FloatArray) -> "Conditions":
-        """The same after other poses before, ``previous`` (n, 3)."""
+        """The same conditions after other previous poses, ``previous`` (n, 3)."""
         return replace(self, previous=previous)
 
     def column(self, name: str) -> FloatArray:

@@ -1,4 +1,4 @@
-"""What the data sheet says of a triad: full scale, bits, encoding, and the start values they give.
+"""The data sheet of a triad: full scale, bits, encoding, and the start values that they give.
 
 Angrisano et al. eq. (12): a converter of n bits over [-y, +y] starts the calibration at
 ``b = (2^n - 1)/2`` counts and ``k = 2y/(2^n - 1)`` SI units per count.
@@ -21,7 +21,7 @@ Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement
 
 @dataclass(frozen=True)
 class TriadSpec:
-    """One triad as its data sheet describes it.
+    """One triad as described by its data sheet.
 
     Parameters
     ----------
@@ -106,4 +106,4 @@ class TriadSpec:
         return np.asarray((counts - self.nominal_bias_counts) * self.nominal_scale)
 
 
-Specs = Mapping[str, TriadSpec]  #: data sheets by triad; a triad without one is not looked at
+Specs = Mapping[str, TriadSpec]  #: data sheets by triad; a triad without one is ignored

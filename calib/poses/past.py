@@ -1,4 +1,4 @@
-"""Columns made of what others were until now: a lag, a play, a total.
+"""Columns computed from the past of others: a lag, a play, a total.
 
     lag     τ dy/dt = x - y, y in balance at the first row: a body of one heat capacity
     play    y rests until x has crossed a gap of ± its half width: backlash, dry friction
@@ -15,12 +15,12 @@ import numpy as np
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
-PAST = "past:"  #: before the name of such a column
+PAST = "past:"  #: prefix of the name of such a column
 
 
 @dataclass(frozen=True)
 class Past:
-    """A column that the past of others makes.
+    """A column computed from the past of others.
 
     Attributes
     ----------
@@ -40,19 +40,19 @@ class Past:
 def past_columns(
     columns: Mapping[str, FloatArray], time_s: FloatArray, pasts: Iterable[Past]
 ) -> dict[str, FloatArray]:
-    """The columns that ``pasts`` make of ``columns`` (n,), as far as these are there."""
+    """The columns that ``pasts`` compute from ``columns`` (n,), as far as these are available."""
     return {past.name: past.values(columns, time_s)
             for past in pasts if {*past.logged} <= columns.keys()}
 
 
 def with_pasts(poses: PoseSet, pasts: Iterable[Past]) -> PoseSet:
-    """``poses`` with the columns that the past makes of theirs; the same where there is none."""
+    """``poses`` with the columns computed from their past; unchanged if there are none."""
     more = past_columns(poses.columns, poses.time_s, pasts)
     return replace(poses, columns={**poses.columns, **more}) if more else poses
 
 
 def behind(values: FloatArray, time_s: FloatArray, tau_s: float) -> FloatArray:
-    """What follows ``values`` (n,) of the times (n,) with a time constant, s, (n,).
+    """Lag of ``values`` (n,) at the times (n,) with a time constant, s, (n,).
 
     NaN throughout where a time is not known.
     """
@@ -72,7 +72,7 @@ def behind(values: FloatArray, time_s: FloatArray, tau_s: float) -> FloatArray:
 
 
 def across_gap(values: FloatArray, time_s: FloatArray, half_width: float) -> FloatArray:
-    """What follows ``values`` (n,) of the times (n,), s, across a gap, (n,).
+    """Play: ``values`` (n,) at the times (n,), s, followed across a gap, (n,).
 
     It is in the middle of the gap at the first row. NaN throughout where a time is not known.
     """
@@ -100,7 +100,7 @@ def total(values: FloatArray, time_s: FloatArray) -> FloatArray:
 
 
 def _back(course: FloatArray | list[float], order: IntArray) -> FloatArray:
-    """A course in the order of time, row by row."""
+    """Reorder a course from the order of time to that of the rows."""
     result = np.empty(len(order))
     result[order] = course
     return result

@@ -23,7 +23,7 @@ from calib.poses.runs.ring import Ring, joined_rings, rings_of
 PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
 """Arrays of a :class:`PoseSet` with one row per pose."""
 WHERE_LOGGED = ("other_reading", "run_time_s", "up", "up_sd_rad")
-"""Further ones that a set may lack."""
+"""Further arrays that a set may lack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ class PoseSet:
 
     @property
     def noise_dof(self) -> float:
-        """Degrees of freedom behind ``sd``: how well the noise itself is known."""
+        """Degrees of freedom behind ``sd``: the uncertainty of the noise itself."""
         if self.sd_dof is not None:
             return self.sd_dof
         return NOISE_DOF_PER_POSE * len(self)
@@ -161,7 +161,7 @@ class PoseSet:
         return before
 
     def conditions(self, vector: FloatArray, sensed: FloatArray | None = None) -> Conditions:
-        """What effects are evaluated on.
+        """Conditions at which effects are evaluated.
 
         Parameters
         ----------
@@ -186,7 +186,7 @@ class PoseSet:
         )
 
     def accelerometer_conditions(self, force: FloatArray) -> Conditions:
-        """What effects on the accelerometer are evaluated on in poses of the gyro.
+        """Conditions of effects on the accelerometer in poses of the gyro.
 
         ``force`` (n, 3) are its nominal readings; the other triad is then the gyro.
         """
@@ -195,7 +195,7 @@ class PoseSet:
         return replace(at, columns={**at.columns, **other})
 
     def _unlogged(self, vector: FloatArray) -> dict[str, FloatArray]:
-        """The other triad's reading and which pose belongs to which run, each (n,)."""
+        """The other triad's reading and the run of each pose, each (n,)."""
         other = self.other_reading
         if other is None and self.triad == "gyroscope":
             other = self.force
@@ -277,7 +277,7 @@ def pose_set(
 
 
 def _notes(runs: Sequence[PoseRun], triad: Triad) -> tuple[str, ...]:
-    """Why the sds of the means may not hold, and which poses were not at rest."""
+    """Reasons why the sds of the means may not hold, and the poses that were not at rest."""
     logged = [run for run in runs if not run.is_stated]
     notes = [too_short(run.means, triad, run.name) for run in logged]
     if triad == "accelerometer":

@@ -1,4 +1,4 @@
-"""References: the magnitude that each pose should show, and how well it is known."""
+"""References: the magnitude that each pose should show, and its uncertainty."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,16 +8,15 @@ import numpy as np
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 PLAUSIBLE_RATIO = 3.0
-"""Ratio of a reading by the data sheet to the reference, or the other way round. Fact: ranges of
-one sensor differ by factors of two and four, units by ten and fifty-seven; gains lie within a
-third."""
+"""Ratio of a reading by the data sheet to the reference, or its inverse. Fact: ranges of one sensor
+differ by factors of two and four, units by ten and fifty-seven; gains lie within a third."""
 
 SAME_MAGNITUDE = 0.01
-"""Relative: magnitudes this close are one (both directions of a setting of the plate, clips of its
-poses). Derived: a gain's error is the same at both to 1 % of itself."""
+"""Relative difference of magnitudes that count as one (both directions of a setting of the plate,
+clips of its poses). Derived: a gain's error is the same at both to 1 % of itself."""
 
 RowIndex = IntArray | BoolArray | slice | Sequence[int]
-"""Which poses: their indices, a mask (n,), or a slice."""
+"""Selected poses: their indices, a mask (n,), or a slice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +107,7 @@ class Reference:
 
     @property
     def is_null(self) -> BoolArray:
-        """Which poses were taken with nothing to measure, shape (n,)."""
+        """Whether poses were taken with nothing to measure, shape (n,)."""
         return np.asarray(self.magnitude == 0.0)
 
     def take(self, rows: RowIndex) -> "Reference":

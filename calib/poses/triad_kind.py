@@ -1,8 +1,8 @@
-"""What a triad is: three axes that are calibrated against a known magnitude.
+"""Kinds of triads: three axes that are calibrated against a known magnitude.
 
-From the log to the report everything in which one triad differs from another by name, columns and
-unit alone is asked of this registry; a further triad is one more record. The first two belong to
-each other: accelerometer and gyroscope show each other's attitude, motion and frame.
+From the log to the report, everything in which one triad differs from another by name, columns and
+unit alone is read from this registry; a further triad is one more record. The first two belong
+together: accelerometer and gyroscope show each other's attitude, motion and frame.
 """
 
 import math
@@ -52,12 +52,12 @@ class TriadKind:
 
     @property
     def along(self) -> str:
-        """Where a direction of its vector points, in words."""
+        """Direction of its vector, in words."""
         return "along the field" if self.magnitude_key else "up"
 
     @property
     def prefix(self) -> str:
-        """The beginning of its columns: ``acc``, ``gyr``."""
+        """Prefix of its columns: ``acc``, ``gyr``."""
         return self.columns[0].rpartition("_")[0]
 
     @property
@@ -80,7 +80,7 @@ TRIAD_KINDS: dict[str, TriadKind] = {kind.name: kind for kind in (
 
 
 class PerKind(Mapping[str, T]):
-    """One value of every kind of triad, by its name; kinds may be added at any time."""
+    """One value per kind of triad, by its name; kinds may be added at any time."""
 
     def __init__(self, value: Callable[[TriadKind], T]) -> None:
         self._value = value

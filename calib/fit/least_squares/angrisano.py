@@ -38,7 +38,7 @@ from calib.poses.pose_set import PoseSet
 STOP_RULE = 0.0005  #: relative change of q; Angrisano et al.; fact
 ITERATIONS = 50  #: numerical limit
 NOISE_FREE = 1e-24
-"""Below this, per row, the misclosure is rounding, and the rule would divide by it."""
+"""Misclosure per row below which it is rounding, and the stop rule would divide by it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def jacobian(x: FloatArray, counts: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _System:
-    """H, l and P of eq. (11) at one X; of a pose at rest eq. (4) itself, where s is known."""
+    """H, l and P of eq. (11) at one X; for a pose at rest eq. (4) itself, where s is known."""
 
     design: FloatArray
     misclosure: FloatArray

@@ -1,4 +1,4 @@
-"""The sizes of effects that are drawn: how much noise there is that the poses do not show.
+"""Sizes of drawn effects: the noise beyond that which the samples of the poses show.
 
 With J what the fit is free along, r the residual and K the covariance of the rows by the stated
 sds and ``τ² Z Zᵀ`` of every drawn effect, the sizes maximise the restricted likelihood (Patterson
@@ -26,17 +26,17 @@ from calib.poses.pose_set import PoseSet
 ROUNDS = 8  #: numerical limit
 STEADY = 0.01  #: relative change of a size that ends the rounds; numerical
 LEAST = 1e-2
-"""Smallest size that is told from none, of that which alone makes one sd in a typical row.
+"""Smallest size that differs from zero, relative to that which alone makes one sd in a typical row.
 Numerical: the variance of a row changes by 1e-4."""
 
-LARGEST_LOG = float(np.log(1e5))  #: logarithm of the largest, so counted; numerical limit
-FIRST_SHARE = 0.2  #: part of the session at which a correlation time begins; numerical
+LARGEST_LOG = float(np.log(1e5))  #: logarithm of the largest, in the same unit; numerical limit
+FIRST_SHARE = 0.2  #: share of the session at which a correlation time starts; numerical
 DIFFERENCE = 0.05  #: step of a logarithm, for the curvature of the likelihood; numerical
 SIZES = 2.0 ** np.arange(8)
-"""Sizes over which an evidence is averaged, of that which makes one sd in a typical row.
+"""Sizes over which an evidence is averaged, relative to that which makes one sd in a typical row.
 Numerical."""
 
-START_SHARES = (1.0, 0.1)  #: parts of the misfit at which every size begins; numerical
+START_SHARES = (1.0, 0.1)  #: shares of the misfit at which every size starts; numerical
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +178,7 @@ def _spread(
 def _largest_of_one_sd(
     cost: Callable[[FloatArray], float], x: FloatArray, i: int, least: float
 ) -> float:
-    """The size, in units of its own, at which the likelihood has fallen as at one sd."""
+    """The size, in its own unit, at which the likelihood has fallen as at one sd."""
     for exponent in np.arange(np.log(LEAST), LARGEST_LOG, DIFFERENCE):
         trial = x.copy()
         trial[i] = max(exponent, x[i])
@@ -192,8 +192,8 @@ def log_evidences(
 ) -> FloatArray:
     """Log evidence (m,), no unit, of each of ``effects`` alone, averaged over its sizes.
 
-    What is drawn in time has the correlation times ``spans`` of the session, as likely as each
-    other: at its likeliest one a wander explains any noise, since the shortest is noise.
+    Effects drawn in time have the correlation times ``spans`` of the session, all equally likely:
+    at its likeliest one a wander explains any noise, since the shortest is noise.
     """
     length_s = _length_s(fit.poses)
     values = []
@@ -210,7 +210,7 @@ def log_evidences(
 def fit_with_drawn(
     poses: PoseSet, model: Model, fit_means: Callable[[PoseSet, Model], Fit]
 ) -> Fit:
-    """The fit of a model with drawn effects, their sizes the likeliest.
+    """Fit of a model with drawn effects, at their likeliest sizes.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def fit_with_drawn(
 
 
 def _first_shape(effect: Effect, poses: PoseSet) -> float:
-    """Where a correlation time begins: a fifth of the session."""
+    """Start of a correlation time: a fifth of the session."""
     return 1.0 if effect.shape is None else float(np.clip(
         FIRST_SHARE * _length_s(poses), *effect.shape.bounds))
 

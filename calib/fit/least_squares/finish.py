@@ -1,4 +1,4 @@
-"""The end of the fits of S sets: their covariances, and which of them are refused."""
+"""End of the fits of S sets: covariances and refusals."""
 
 
 import numpy as np
@@ -18,7 +18,8 @@ from calib.fit.small_systems import inverse_square
 from calib.poses.imu_log import FloatArray, Triad
 
 OUTLIER_SD = 4.0
-"""Rows beyond are no noise of the stated sd: of normal rows one in 16000 is. Derived."""
+"""Residual, sds, that noise of the stated sd does not reach: of normal rows one in 16000 does.
+Derived."""
 
 
 def finish(problem: Problem, solution: Solution) -> tuple[Fit, Refusals]:
@@ -65,8 +66,8 @@ def _covariance(
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Covariances (S, p + q, p + q) of theta and eta, and the sds (S,) of the shapes' logarithms.
 
-    Free shape parameters are further unknowns. At a bound the value is the bound's, and nothing
-    else depends on it; NaN is the sd of one that no row feels.
+    Free shape parameters are further unknowns. At a bound the value is fixed, and nothing else
+    depends on it; the sd is NaN if no row depends on the parameter.
     """
     no_sd = {name: np.full(len(solution.weight), np.nan)
              for name in problem.tried if name not in problem.free}
@@ -88,10 +89,10 @@ def _covariance(
 
 
 def _pull_of_outliers(rows: WhitenedRows, weight: FloatArray, cov: FloatArray) -> FloatArray:
-    """What rows that are no noise may still move the estimates by, as covariances like ``cov``.
+    """Covariances like ``cov`` of what outlying rows may still move the estimates by.
 
-    Huber's loss bounds the pull of a row at ``HUBER_SD``, whatever its residual: it is no noise of
-    the row any more, and of either sign.
+    Huber's loss bounds the influence of a row at ``HUBER_SD``, whatever its residual: such a
+    residual is not the row's noise, and may have either sign.
     """
     bounded = (weight < 1) & (np.abs(rows.residual) > OUTLIER_SD)
     if not bounded.any():

@@ -1,4 +1,4 @@
-"""The one minimiser: Gauss-Newton with the exact Jacobian over everything that is unknown.
+"""The one minimiser: Gauss-Newton with the exact Jacobian over all unknowns.
 
 ``theta`` runs along the combinations of parameters that the poses can see, ``eta``, the common
 errors, freely, and every shape parameter by its logarithm l within its bounds. A step eliminates
@@ -34,15 +34,15 @@ LONGEST_SHAPE_STEP = 1.0
 """Longest step of a logarithm: a factor of e. Numerical."""
 
 HUBER_SD = 1.5
-"""Rows count in full up to here; beyond, their pull stays what it is here. At 1.5 the estimate is
-3.6 % less efficient than least squares on pure noise. A judgement."""
+"""Residual up to which rows count in full; beyond, their influence stays constant. At 1.5 the
+estimate is 3.6 % less efficient than least squares on pure noise. A judgement."""
 
 ROBUST_ROUNDS = 30  #: numerical limit
 STEADY_WEIGHT = 1e-6  #: largest change of a weight when the loss has settled; numerical
 
 
 def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) -> Solution:
-    """The minimum of ``problem`` next to ``start``, of each of its S sets.
+    """The minimum of ``problem`` next to ``start``, for each of its S sets.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) ->
 
 
 def _highest_cost(cost: FloatArray) -> FloatArray:
-    """The largest sums of squares (S,) that are no rise from ``cost`` but rounding, no unit."""
+    """Sums of squares (S,) up to which an increase from ``cost`` is rounding, no unit."""
     return cost * (1 + 1e-10) + 1e-12
 
 
@@ -127,9 +127,9 @@ def _longest_that_falls(
 
 
 def _trial(problem: Problem, at: Estimate, step: FloatArray) -> tuple[Estimate, BoolArray]:
-    """The estimates one ``step`` on, and which cost no more (S,).
+    """The estimates one ``step`` on, and which of them cost no more (S,).
 
-    Where one costs more, that with its shapes, and everything else fitted to them: shapes can lie
+    Where one costs more, its shapes are kept and everything else is fitted to them: shapes can lie
     in a valley so curved that a straight step leaves it.
     """
     most = _highest_cost(at.cost(problem.weight))
@@ -229,9 +229,9 @@ def _shape_step(
 def _within_bounds(
     free: Mapping[str, Shape], values: Mapping[str, FloatArray], change: FloatArray
 ) -> FloatArray:
-    """What of a change (S, h) of the logarithms of the free shapes is allowed, no unit.
+    """The allowed part of a change (S, h) of the logarithms of the free shapes, no unit.
 
-    At most ``LONGEST_SHAPE_STEP``, within the bounds of each; ``values`` (S,) are where they stand.
+    At most ``LONGEST_SHAPE_STEP``, within the bounds of each; ``values`` (S,) are the current ones.
     """
     value = np.log(np.array([values[name] for name in free])).T
     low, high = np.log([shape.bounds for shape in free.values()]).T

@@ -1,9 +1,9 @@
-"""Whether the poses determine the model, judged before a number is given.
+"""Judgement whether the poses determine the model, before any number is reported.
 
-A residual says nothing about it: nine poses fit nine parameters exactly, and an unseen direction
-leaves the residual small while the parameters run away. What counts are the number of rows, the
-rank, and the condition number of the column-scaled Jacobian. What is judged for S sets at once ends
-in an error for each that is refused (:data:`Refusals`).
+The residual does not show it: nine poses fit nine parameters exactly, and an unseen direction
+leaves the residual small while the parameters diverge. The criteria are the number of rows, the
+rank, and the condition number of the column-scaled Jacobian. All S sets are judged at once; each
+refused set gets an error (:data:`Refusals`).
 """
 
 import numpy as np
@@ -22,19 +22,19 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 
 Refusals = dict[int, CalibrationError]
-"""Why sets of a stack are refused, by their place in it."""
+"""Errors of the refused sets of a stack, by index."""
 
 CONDITION_LIMIT = 25.0
-"""The 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from 25 on the worst
-combination of parameters is known twenty times worse than the best. A judgement."""
+"""Largest condition number: the 18 wedge poses give 1.4, ten usable free-hand poses up to 8; from
+25 on the worst combination of parameters is known twenty times worse than the best. A judgement."""
 
 FEWEST_SPARE_ROWS = 1  #: derived: without a degree of freedom nothing tests the fit
 GAINS = ("scale", "misalignment")
 
 VISIBLE_SHARE = 0.02
 """Share of its signal that a combination must keep when the rest of the model is projected out, and
-that a parameter which is seen by itself may have outside of what was fitted. A judgement: its sd is
-then fifty times that of the combination alone."""
+that a parameter which is seen by itself may have outside the fitted combinations. A judgement: its
+sd is then fifty times that of the combination alone."""
 
 ROUNDING = 1e-3
 """Share of an error vector below which its part along the reading is rounding, not a signal."""
@@ -44,11 +44,11 @@ NAMED_SHARE = 0.35
 least that much. It chooses words only."""
 
 LARGEST_REFERENCE_ERROR = 2.0
-"""No plate turns, and no site has gravity, half or twice what was stated. Fact."""
+"""Factor to the stated reference that no plate rate and no gravity is off by. Fact."""
 
 
 def scaled_condition(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How well the rows determine every combination of the parameters.
+    """Condition number of the parameters, and the combination that the rows determine least.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def scaled_condition(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def too_few(equations: Equations, parameters: IntArray) -> Refusals:
-    """The sets whose poses are too few to check a fit of ``parameters`` (S,), numbers, with."""
+    """The sets with too few poses to check a fit of ``parameters`` (S,), numbers."""
     at_rest = never_turning(equations)
     if at_rest is not None:
         return dict.fromkeys(range(len(parameters)), at_rest)
@@ -93,10 +93,10 @@ def _too_few(equations: Equations, parameters: int) -> Undetermined:
 
 
 def never_turning(equations: Equations) -> Undetermined | None:
-    """The refusal of a gain or a misalignment where nothing was measured but rest.
+    """Refusal of a gain or a misalignment where all poses were at rest.
 
-    At rest every true vector is next to nothing: scale and misalignment only multiply noise and the
-    bias, so that they run away with a residual as small as one likes and a fine condition number.
+    At rest every true vector is close to zero: scale and misalignment only multiply noise and the
+    bias, so they diverge with an arbitrarily small residual and a good condition number.
     """
     model, triad = equations.model, equations.poses.triad
     gains = [name for name in model.names if name in GAINS]
@@ -112,11 +112,11 @@ def never_turning(equations: Equations) -> Undetermined | None:
 
 
 def rows_about_zero(equations: Equations, rows: WhitenedRows) -> FloatArray:
-    """Whitened data rows (..., d, p) by the parameters about the corrected vector's own zero.
+    """Whitened data rows (..., d, p) of the parameters about the zero of the corrected vector.
 
-    Bias and scale look the same about a false origin that is far away; the same nine parameters
-    about the corrected vector's own zero do not, and determine each other one to one. Waves have no
-    zero, and are what they are.
+    About a distant false origin, bias and scale look the same; the same nine parameters about the
+    zero of the corrected vector do not, and the two forms determine each other uniquely. Waves have
+    no zero, and stay as they are.
     """
     terms, d = equations.terms, equations.data_count
     data = rows.jacobian[..., :d, : equations.model.size].copy()
@@ -134,8 +134,8 @@ def undetermined_sets(equations: Equations, at: Estimate, basis: FloatArray) -> 
 
     ``basis`` (S, p, v) are the combinations of parameters that are fitted, in their units: a rank
     loss, or a condition number above ``CONDITION_LIMIT``, is refused. Effects are judged about
-    their mean: what they are there is a bias or a gain, and where a logged column has its zero says
-    nothing of what the poses determine.
+    their mean: their mean is a bias or a gain, and the zero of a logged column says nothing about
+    what the poses determine.
     """
     limit = CONDITION_LIMIT if equations.terms.is_linear_form else CONDITION_LIMIT**2
     data, slices = rows_about_zero(equations, at.rows), equations.model.slices()
@@ -203,9 +203,9 @@ def _advice(equations: Equations) -> str:
 def varying_columns(
     equations: Equations, rows: WhitenedRows, shapes: Shapes, effect: Effect, columns: FloatArray
 ) -> FloatArray:
-    """Whitened columns of ``effect`` about their mean, in which the rest is a bias or a gain.
+    """Whitened columns of ``effect`` about their mean; the mean is a bias or a gain.
 
-    With that, what varies would look small.
+    With the mean, the varying part would look small.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def varying_columns(
 
 
 def misfitting_sizes(equations: Equations, rows: WhitenedRows) -> Refusals:
-    """The sets that ended in gains of nothing, which fit a reference that an effect took to zero.
+    """The sets that ended with vanishing gains, which fit a reference that an effect took to zero.
     """
     turning = equations.magnitude
     if not len(turning):

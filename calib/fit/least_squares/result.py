@@ -26,7 +26,7 @@ HUBER_VARIANCE = 0.7785
 Definition."""
 
 MISFIT_P_VALUE = 0.005
-"""The one level at which "the stated noise explains the rows" is given up: both triads of a session
+"""The one level at which "the stated noise explains the rows" is rejected: both triads of a session
 together raise a false alarm in one session of a hundred. Derived."""
 
 
@@ -34,7 +34,7 @@ together raise a false alarm in one session of a hundred. Derived."""
 class Fit(Stacked):
     """A fitted model: of the n poses of a session, or of S sets of them with a leading axis.
 
-    What says so is of one set alone (:meth:`one`).
+    Its properties that describe one fit are for one set alone (:meth:`one`).
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Fit(Stacked):
         return len(self.equations.surroundings.sets)
 
     def one(self, k: int) -> "Fit":
-        """The fit of set ``k``: what a session gets, without the leading axis."""
+        """The fit of set ``k`` as for one session, without the leading axis."""
         one = self.take(k)
         return replace(one, basis=one.basis[:, one.basis.any(axis=0)],
                        iterations=int(one.iterations))
@@ -101,17 +101,17 @@ class Fit(Stacked):
 
     @property
     def rows(self) -> WhitenedRows:
-        """What the rows are at the solution."""
+        """The rows at the solution."""
         return self.at.rows
 
     @property
     def chi2(self) -> Any:
-        """Sum of the squared whitened residuals; (S,) of S sets, as all that follow here."""
+        """Sum of the squared whitened residuals; (S,) for S sets, as in all properties below."""
         return _number(self.rows.chi2)
 
     @property
     def dof(self) -> Any:
-        """Data rows less parameters; the prior rows pay for the common errors."""
+        """Data rows less parameters; the prior rows account for the common errors."""
         free = sum(map(is_free, self.poses.reference.common_names))
         fitted = self.basis.any(axis=-2).sum(axis=-1) + len(self.log_shape_sd) + free
         return _number(self.equations.data_count - fitted)
@@ -133,10 +133,10 @@ class Fit(Stacked):
 
     @property
     def bounded_chi2(self) -> float:
-        """Chi-square in which a row counts as the loss bounds it; :attr:`chi2` of plain squares.
+        """Chi-square with each row limited by the robust loss; :attr:`chi2` for plain squares.
 
         ``Σ ψ²`` over its expected value for noise, so that one bad pose that the robust loss has
-        set aside does not widen the sds of all.
+        downweighted does not widen the sds of all.
         """
         if not self.is_robust:
             return float(self.chi2)
@@ -152,16 +152,16 @@ class Fit(Stacked):
 
     @property
     def sensed(self) -> FloatArray:
-        """What each sensitive axis sensed in every pose, all errors taken off, SI, shape (n, 3)."""
+        """Vectors of the sensitive axes in each pose, all errors removed, SI, shape (n, 3)."""
         return self.rows.axes.sensed(self.rows.vector)
 
     @cached_property
     def remembering(self) -> Equations:
-        """The equations with what the axes sensed by the solution in the poses before."""
+        """The equations with the sensed vectors of the poses before, as the solution gives them."""
         return self.equations.after(self.sensed)
 
     def columns_of(self, effect: Effect, shape: float | None = None) -> FloatArray:
-        """Columns of ``effect`` at the solution, where and on what it acts.
+        """Columns of ``effect`` at the solution, at the place where it acts.
 
         Parameters
         ----------
@@ -190,18 +190,19 @@ class Fit(Stacked):
 
     @property
     def determined(self) -> BoolArray:
-        """Whether the poses see a parameter by itself, not in combination only, shape (p,)."""
+        """Whether the poses see a parameter by itself, not only in combination, shape (p,)."""
         q, _ = np.linalg.qr(unit_columns(self.basis)[0])
         return np.asarray((q**2).sum(axis=1) > 1 - VISIBLE_SHARE)
 
     @property
     def directions(self) -> FloatArray:
-        """What theta and eta were fitted along, as columns, in their units, (p + q, v + q)."""
+        """Directions along which theta and eta were fitted, columns, in their units, (p + q, v +
+        q)."""
         return with_common(self.basis, len(self.eta))
 
     @property
     def shape_sd(self) -> Mapping[str, float]:
-        """Sds of the shape parameters; NaN of one that is held, at a bound, or felt by no row."""
+        """Sds of the shape parameters; NaN if held, at a bound, or without influence on any row."""
         at_bound = shapes_at_bound(self.model, self.shapes)
         return {
             name: np.nan if name in at_bound else sd * self.shapes[name]
@@ -210,7 +211,7 @@ class Fit(Stacked):
 
     @property
     def is_robust(self) -> bool:
-        """Whether the robust loss took weight off a row."""
+        """Whether the robust loss downweighted a row."""
         return bool((self.weight < 1).any())
 
     @property
@@ -220,12 +221,12 @@ class Fit(Stacked):
 
 
 def _number(value: Any) -> Any:
-    """A number of one set as Python has it; an array (S,) as it is."""
+    """A value of one set as a Python number; an array (S,) as it is."""
     return np.asarray(value) if np.ndim(value) else np.asarray(value).item()
 
 
 def shapes_at_bound(model: Model, shapes: Mapping[str, float]) -> set[str]:
-    """Effects of ``model`` whose shape parameter stands at the end of its range."""
+    """Effects of ``model`` whose shape parameter is at the end of its range."""
     return {
         effect.name for effect in model.effects
         if effect.shape is not None and effect.name in shapes

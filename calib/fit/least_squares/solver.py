@@ -2,8 +2,8 @@
 
 Two ways to the same minimum, one contract. ``default``, here, starts from the ellipsoid and takes
 Gauss-Newton steps with the exact Jacobian of the linear form; ``paper``
-(:mod:`calib.fit.least_squares.angrisano`) walks the equations of Angrisano et al. in (alpha, b, k).
-Both end in :func:`calib.fit.least_squares.finish.finish`, which judges whether the poses
+(:mod:`calib.fit.least_squares.angrisano`) iterates the equations of Angrisano et al. in (alpha, b,
+k). Both end in :func:`calib.fit.least_squares.finish.finish`, which judges whether the poses
 determine the model at all.
 
 Everything is computed for a stack of S sets: :func:`fit` is a stack of one, :func:`fit_sets` makes
@@ -11,10 +11,9 @@ stacks of many. A set that is refused leaves its stack; the others go on.
 
 A fit with more effects than one at hand (:func:`extend`) is the same problem from a warmer start.
 
-Shape parameters (the time constant of a warm-up) are unknowns beside all others, from the most
-promising of the effect's starts. What a pose remembers of the one before is evaluated at an
-estimate of what the axes sensed in it, first at the start, then at the solution, until it is
-steady.
+Shape parameters (the time constant of a warm-up) are unknowns like all others, started from the
+most promising of the effect's starts. The memory of the previous pose is evaluated at an estimate
+of the vector sensed in it, first at the start, then at the solution, until it is steady.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -51,7 +50,7 @@ __all__ = ["Fit", "extend", "fit", "fit_sets"]
 
 MEMORY_ROUNDS = 30  #: numerical limit
 MEMORY_SD = 1e-3
-"""A memory is steady once no row moves by more than this part of its sd. Numerical."""
+"""Largest move of a row, in sds, at which a memory is steady. Numerical."""
 
 WEIGHING_MEMORY_ROUNDS = 5  #: a limit of time; numerical
 
@@ -84,7 +83,7 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
 
 
 def _fit_as_stated(poses: PoseSet, model: Model, robust: bool) -> Fit:
-    """The fit with the sds and common errors that ``poses`` have, sizes of what is drawn or not."""
+    """The fit with the sds and common errors of ``poses``, drawn effects ignored."""
     return only_fit(_cold_fits(Equations.of_sets((poses,), model), robust))
 
 
@@ -134,7 +133,7 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
 
 
 def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
-    """Fit the model of ``base`` and more effects, everything anew, from where it stood.
+    """Fit the model of ``base`` with more effects, all parameters anew, from its solution.
 
     Meant for weighing sets of effects: it goes as far as ``WEIGHING``, and the weights of a robust
     fit stay as they are.
@@ -175,7 +174,7 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
 
 
 def memory_change(fit: Fit) -> float:
-    """Number of sds that a row moves if the poses before are taken from the solution."""
+    """Number of sds by which a row moves if the poses before are taken from the solution."""
     equations, terms = fit.equations, fit.equations.terms
     solved = fit.poses.conditions(fit.rows.vector, fit.sensed).previous
     at = equations.conditions(fit.rows.vector)
@@ -193,7 +192,7 @@ def _of_stack(shapes: Mapping[str, float]) -> dict[str, FloatArray]:
 
 
 def _remembering(latest: Fit) -> tuple[Equations, Estimate]:
-    """The rows after what the axes sensed by a fit in the poses before, and the fit there."""
+    """The rows after the vectors sensed in the poses before, by a fit, and the fit there."""
     equations = latest.remembering.take(None)
     at = Estimate.of(equations, latest.theta[None], latest.eta[None], _of_stack(latest.shapes))
     return equations, at
@@ -224,7 +223,7 @@ def _from_either_sign(
 ) -> Fits:
     """The better of the fits from ``theta`` (1, p) plus and minus ``offset``.
 
-    The only one, of any number of sets, where the offset is zero.
+    Only one fit, of any number of sets, where the offset is zero.
     """
     if not offset.any():
         return fits_from(theta)
@@ -239,7 +238,7 @@ def _chi2_of_one(fits: Fits) -> float:
 
 
 def _with_steady_memory(first: Fits, again: Callable[[Fit], Fits], rounds: int) -> Fits:
-    """``first`` fitted ``again``, each time after what the axes sensed in the poses before.
+    """``first`` fitted ``again``, each time with the vectors sensed in the poses before.
 
     A stack of one, or one without memory.
     """
@@ -256,4 +255,4 @@ def _with_steady_memory(first: Fits, again: Callable[[Fit], Fits], rounds: int) 
         if latest.fitted is None:
             return latest
         best = min(best, latest, key=_chi2_of_one)
-    return best  # an axis near zero whose sign noise flips: the better of both
+    return best  # the sign of an axis near zero flips with noise: the better of both

@@ -1,4 +1,4 @@
-"""Where to start parameters that a length shows from their square on only."""
+"""Starts of parameters on which a length depends only through their squares."""
 
 from collections.abc import Sequence
 
@@ -15,12 +15,13 @@ from calib.poses.imu_log import FloatArray
 def square_start(
     equations: Equations, theta: FloatArray, effects: Sequence[Effect]
 ) -> FloatArray:
-    """Where to start ``effects``, whose derivative vanishes at zero, else 0, SI, (S, p).
+    """Starts of ``effects`` whose derivative vanishes at zero, else 0, SI, (S, p).
 
     Either sign is right.
 
-    The length feels a transverse error ``F r`` by ``|F r|² / 2|s|``, which is linear in the matrix
-    ``r rᵀ``. That is fitted together with the model; its largest eigenvector is r, up to the sign.
+    A transverse error ``F r`` changes the length by ``|F r|² / 2|s|``, which is linear in the
+    matrix ``r rᵀ``. That is fitted together with the model; its largest eigenvector is r, up to the
+    sign.
     """
     start = np.zeros_like(theta)
     if not effects:

@@ -27,19 +27,18 @@ from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
-"""Precision of a fit that is weighed against others: chi-square is then exact to 1e-4.
-Numerical."""
+"""Precision of a fit that is compared with others: chi-square is then exact to 1e-4. Numerical."""
 
 SETS_AT_ONCE = 500
 """Sets in one stack, which then stays in a processor's cache. Tuned on ``python -m
 tests.bench.bench_lot``. A limit of memory."""
 
 STARTS_TOGETHER = 200
-"""Combinations of starts that are all tried; of more, one shape is tried after another. A limit of
-time."""
+"""Combinations of starts that are all tried; if there are more, one shape is tried after another. A
+limit of time."""
 
 AGAIN = 3
-"""Times that starts which do not move are tried again from where the last ended. Numerical."""
+"""Number of repeated trials, from where the last ended, of starts that do not move. Numerical."""
 
 TURNS = 2  #: rounds in which one shape is tried after another; numerical
 
@@ -49,7 +48,7 @@ A judgement."""
 
 
 def from_best_shapes(problem: Problem, start: Estimate) -> Solution:
-    """From the first of the shapes' starts; then from the most promising."""
+    """Fit from the first of the shapes' starts; then from the most promising."""
     if not problem.tried:
         return minimise(problem, start)
     held = minimise(problem.with_shapes_held(), start)
@@ -63,9 +62,9 @@ def from_best_shapes(problem: Problem, start: Estimate) -> Solution:
 
 
 def near_warm_start(problem: Problem, start: Estimate) -> Solution:
-    """Near a warm start, as far as ``WEIGHING``.
+    """Fit near a warm start, to the precision ``WEIGHING``.
 
-    Where the rows are not explained from there, the other starts of the shapes are tried.
+    If the rows are not explained from there, the other starts of the shapes are tried.
     """
     solution = minimise(problem, start, WEIGHING)
     if not problem.tried:
@@ -81,9 +80,9 @@ def near_warm_start(problem: Problem, start: Estimate) -> Solution:
 
 
 def most_promising(problem: Problem, at: Estimate, or_here: bool = False) -> Estimate:
-    """``at`` with the combination of the shapes' starts that leaves least to first order.
+    """``at`` with the combination of the shapes' starts of least cost to first order.
 
-    Where none has true vectors, or none leaves less than its own shapes ``or_here``, ``at`` itself.
+    ``at`` itself where none has true vectors, or none costs less than its own shapes ``or_here``.
     """
     best, sets = at, len(at.theta)
     least = _linear_cost(problem, at) if or_here else np.full(sets, np.inf)
@@ -111,7 +110,7 @@ def most_promising(problem: Problem, at: Estimate, or_here: bool = False) -> Est
 
 
 def _linear_cost(problem: Problem, at: Estimate) -> FloatArray:
-    """What the rows would leave at these shapes, all else fitted to first order, (S,)."""
+    """Cost of the rows at these shapes with all else fitted to first order, (S,)."""
     cost = np.full(len(at.theta), np.inf)
     solved = np.flatnonzero(at.rows.is_solved)
     root = np.sqrt(problem.weight[solved])
@@ -147,14 +146,14 @@ class _NoneLeft(Exception):
 
 
 class _Stack:
-    """Which sets of a stack go on (``index``), and why others have left it."""
+    """Sets of a stack that continue (``index``), and why others have left it."""
 
     def __init__(self, sets: int) -> None:
         self.index: IntArray = np.arange(sets)
         self.refusals: Refusals = {}
 
     def without(self, refused: Refusals, *parts: Any) -> Any:
-        """Records and arrays of the sets that go on, of ``parts`` of all, without ``refused``."""
+        """Records and arrays ``parts`` of the sets that continue, without ``refused``."""
         if refused:
             self.refusals |= {int(self.index[k]): error for k, error in refused.items()}
             on = np.array([k for k in range(len(self.index)) if k not in refused], dtype=int)
@@ -170,7 +169,7 @@ def fits_of_stack(
 ) -> Fits:
     """The fits of a stack that start ``at``, by what finds their ``minimum``.
 
-    ``weight`` (S, r) is of the rows; where the fits are ``exact``, they must have come to rest.
+    ``weight`` (S, r) is that of the rows; ``exact`` fits must have converged.
     """
     stack, fitted = _Stack(len(at.theta)), None
     with suppress(_NoneLeft):
@@ -189,7 +188,7 @@ def fits_of_stack(
 
 
 def _restless(problem: Problem, solution: Solution) -> Refusals:
-    """The sets whose iteration did not come to rest."""
+    """The sets whose iteration did not converge."""
     triad = problem.equations.poses.triad
     restless = np.flatnonzero(~solution.is_converged)
     if not restless.size:
@@ -214,7 +213,7 @@ def at_ellipsoids(equations: Equations, theta: FloatArray) -> Estimate:
 
 
 def require_determinable(poses: PoseSet, model: Model) -> None:
-    """Refuse poses that cannot determine ``model``, judged where the fit would start.
+    """Refuse poses that cannot determine ``model``, judged at the start of the fit.
 
     Raises
     ------
@@ -232,7 +231,7 @@ def require_determinable(poses: PoseSet, model: Model) -> None:
 
 
 def only_fit(fits: Fits) -> Fit:
-    """The fit of a stack of one; raises why it is refused."""
+    """The fit of a stack of one; raises the reason if it is refused."""
     if fits.fitted is None:
         raise fits.refusals[0]
     return fits.fitted.one(0)

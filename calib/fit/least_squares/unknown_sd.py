@@ -1,4 +1,4 @@
-"""Sds of pose means that were stated without any.
+"""Estimates of the sds of pose means that were stated without any.
 
 Where poses were repeated in the same attitude, the scatter of their residuals is noise alone,
 whatever the model misses (pure error; Draper and Smith, *Applied Regression Analysis*, 3rd ed.,
@@ -6,8 +6,8 @@ section 2.1): with r_gi the residuals of group g,
 
     σ² = Σ_g Σ_i (r_gi - r̄_g)² / Σ_g (n_g - 1).
 
-Without repeated poses the scatter about the model is all there is. It gives the parameters their
-sds, but it says nothing of the model: what the model misses counts as noise.
+Without repeated poses only the scatter about the model remains. It gives the parameters their sds,
+but does not test the model: its misfit counts as noise.
 """
 
 import math
@@ -25,18 +25,17 @@ from calib.poses.imu_log import SI_UNIT, FloatArray
 from calib.poses.pose_set import PoseSet
 
 SAME_ATTITUDE = math.radians(5.0)
-"""A sensor laid down again on the same face of a box lies within this. What the model misses
-differs little between such poses, and counts as noise. A judgement."""
+"""Angle within which a sensor returns to the same face of a box. The misfit of the model differs
+little between such poses, and counts as noise. A judgement."""
 
 LEAST_REPEATS = 5.0
 """Degrees of freedom that a test of the model needs. A judgement."""
 
 BY_RESIDUALS = 1.0
-"""Degrees of freedom stated for sds that say nothing of the model: its test then never fires.
-Derived."""
+"""Degrees of freedom of sds that do not test the model: the test then never rejects. Derived."""
 
 SMALLEST_SD = 1e-9
-"""Sd in typical readings at least: a converter of 24 bits, the finest, steps by 6e-8 of its range.
+"""Least sd in typical readings: a converter of 24 bits, the finest, steps by 6e-8 of its range.
 Derived."""
 
 START_SD = 1e-3
@@ -61,7 +60,7 @@ def tests_the_model(poses: PoseSet) -> bool:
 
 
 def noise_of(fitted: Fit, dof: int | None = None) -> Noise:
-    """Noise of a fit, of which ``dof`` rows tell; those that its own model leaves by default."""
+    """Noise of a fit with ``dof`` degrees of freedom; by default those of its own residual."""
     return Noise(fitted.dof if dof is None else dof, fitted.poses.noise_dof,
                  tests_the_model(fitted.poses))
 

@@ -1,4 +1,4 @@
-"""Which combinations of the parameters the poses of each set can see."""
+"""Combinations of the parameters that the poses of each set can see."""
 
 from collections.abc import Mapping
 
@@ -57,7 +57,7 @@ def visible_bases(
     slices = model.slices()
     for effect in (e for e in model.effects if e.acts_on != "reading"):
         where = slices[effect.name]
-        if effect.drawn:  # no row moves with the size of what is drawn
+        if effect.drawn:  # no row depends on the size of a drawn effect
             blocks[:, where], used[:, where] = 0.0, False
             continue
         columns = np.where(_is_rounding(equations, rows, effect)[:, None], 0.0,
@@ -86,14 +86,14 @@ def _blind(equations: Equations, effect: Effect) -> Undetermined:
 
 
 def _beside(known: FloatArray, columns: FloatArray) -> FloatArray:
-    """What bases (S, d, m) leave of columns (S, d, k)."""
+    """Part of columns (S, d, k) that is orthogonal to bases (S, d, m)."""
     return np.asarray(columns - known @ (known.swapaxes(1, 2) @ columns))
 
 
 def _perpendicular(combinations: FloatArray, norm: FloatArray, lost: IntArray) -> FloatArray:
-    """What is perpendicular to the last ``lost`` (S,) of the combinations (S, m, k), (S, k, k).
+    """Directions orthogonal to the last ``lost`` (S,) of the combinations (S, m, k), (S, k, k).
 
-    In the parameters' own unit: of x·y·z on three axes the sum is fitted, and parameters that are
+    In the parameters' own unit: for x·y·z on three axes the sum is fitted, and parameters that are
     seen by themselves are left alone. The last columns are zero where something is lost.
     """
     sets, k = norm.shape
@@ -106,7 +106,7 @@ def _perpendicular(combinations: FloatArray, norm: FloatArray, lost: IntArray) -
 
 
 def _is_rounding(equations: Equations, rows: WhitenedRows, effect: Effect) -> BoolArray:
-    """Which parameters of ``effect`` (S, k) only err across the readings: no length shows them."""
+    """Parameters of ``effect`` (S, k) that err only across the readings: no length shows them."""
     if effect.acts_on == "reference" or effect.in_square:
         return np.zeros((len(rows.residual), len(effect.parameters)), dtype=bool)
     columns = sensor_columns((effect,), equations.conditions(rows.vector), {}, rows.axes)

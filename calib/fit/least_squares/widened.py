@@ -1,4 +1,4 @@
-"""Poses whose sds and common errors contain what is drawn anew with each of them."""
+"""Poses whose sds and common errors contain the effects that are drawn per pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,10 +11,10 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 WANDERS = "wander of the bias "
-"""Begins the names of the common errors that a wandering bias is made of."""
+"""Prefix of the names of the common errors that make up a wandering bias."""
 
 MODES = 32
-"""The strongest of a course, a limit of size; what they lack is added to the sds."""
+"""Number of the strongest modes of a course, a limit of size; the rest is added to the sds."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Drawn:
 
 
 def widened(poses: PoseSet, drawn: Sequence[Drawn]) -> PoseSet:
-    """``poses`` (n) with what is drawn in their sds, as independent or as common errors."""
+    """``poses`` (n) with drawn effects in their sds, as independent or as common errors."""
     sd, reference = poses.sd**2, poses.reference
     of_reference, modes = reference.sd**2, []
     for each in drawn:
@@ -69,9 +69,9 @@ def _courses(apart_s: FloatArray, tau_s: float) -> tuple[FloatArray, FloatArray]
 
 
 def times_apart(poses: PoseSet) -> FloatArray:
-    """Times between every two poses, SI, (n, n); infinite in runs without a common clock.
+    """Times between each pair of poses, SI, (n, n); infinite in runs without a common clock.
 
-    Where not even the order within a run is known, it is infinite for all of them.
+    If not even the order within a run is known, all of them are infinite.
     """
     if np.isfinite(poses.time_s).all():
         return np.asarray(np.abs(poses.time_s[:, None] - poses.time_s))

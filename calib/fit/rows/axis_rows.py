@@ -1,16 +1,16 @@
-"""Rows of the poses that show directions, and what errors of the references leave in rows.
+"""Rows of the poses that show directions, and the effect of reference errors on rows.
 
-Where gravity goes round in an accelerometer, the mean and the waves have their parts of it; where a
-gyroscope turns, the waves have none of the rate.
+If gravity rotates in an accelerometer, the mean and the waves contain parts of it; if a gyroscope
+turns, its waves contain none of the rate.
 
     t·s - |s| t·(φ × n + dn)
 
 The direction n is the axis about which a gyroscope turns on a plate that leans, because gravity
-goes round about the same in the accelerometer (:mod:`calib.fit.triad.leaning`); or the
-vertical in a case that was laid down in a known attitude, such as a cube on a level plate. There
-each pose has three rows, its magnitude and these two. φ is what the frames are turned against each
-other beyond a first estimate, of which nothing is known before, and dn what the calibration of the
-accelerometer leaves open, which a case does not have.
+rotates about the same axis in the accelerometer (:mod:`calib.fit.triad.leaning`); or the vertical
+in a case placed in a known attitude, such as a cube on a level plate. There each pose has three
+rows, its magnitude and these two. φ is the rotation between the frames beyond a first estimate,
+without prior knowledge, and dn the uncertainty of n due to the calibration of the accelerometer,
+which is zero for a case.
 """
 
 from collections.abc import Sequence
@@ -100,7 +100,7 @@ class AxisRows(Stacked):
             place, rows_of = np.flatnonzero(np.isfinite(one.up).all(axis=1)), _of_attitudes
         else:
             return None
-        if place.size == 0:  # a run of stopped poses by itself
+        if place.size == 0:  # a run that contains only stopped poses
             return None
         parts = [rows_of(poses, start.take(k)) for k, poses in enumerate(sets)]
         across, sd, common = (np.array(values) for values in zip(*parts, strict=True))
@@ -112,7 +112,7 @@ class AxisRows(Stacked):
         return np.asarray(turning - times(self.common, eta))
 
     def directions(self, slope: FloatArray | None) -> FloatArray:
-        """What every row shows of an error of its pose's vector, (..., 2w, 3), per SI unit.
+        """Sensitivity of each row to an error of its pose's vector, (..., 2w, 3), per SI unit.
 
         Parameters
         ----------
@@ -146,7 +146,7 @@ def _of_ring(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray, Floa
 
 
 def _of_attitudes(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The same of a case that lay as it is known to have lain."""
+    """The same for a case in a known attitude."""
     assert poses.up is not None
     assert poses.up_sd_rad is not None
     place = np.flatnonzero(np.isfinite(poses.up).all(axis=1))
@@ -161,7 +161,7 @@ def _of_attitudes(poses: PoseSet, start: Start) -> tuple[FloatArray, FloatArray,
 def rotation_onto(directions: FloatArray, others: FloatArray) -> Rotation:
     """The rotation that brings ``others`` (w, 3) nearest to ``directions`` (w, 3), unit vectors.
 
-    Where all poses stand on one side, the frames are parallel in what these leave open.
+    Where the poses leave a rotation open, the frames are taken as parallel.
     """
     weight = np.r_[np.ones(len(directions)), np.full(3, LEAST_WEIGHT)]
     return Rotation.align_vectors(
@@ -175,7 +175,7 @@ def _rows(
     """Rows across the directions ``n`` (w, 3) in the frame of the triad.
 
     ``turn`` (w,) are the vectors' lengths along n, ``direction_sd`` (w, 1) or (w, 2) rad, and
-    ``moved`` (w, a, 3) by how much the common errors ``moved_by`` move n.
+    ``moved`` (w, a, 3) the shift of n by the common errors ``moved_by``.
     """
     across = two_across(n)  # (w, 2, 3)
     by_reading = np.einsum("wij,wj->wi", (across @ start.matrix) ** 2, poses.sd[place] ** 2)

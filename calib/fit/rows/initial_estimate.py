@@ -101,7 +101,7 @@ def starts_of(reading: FloatArray, magnitude: FloatArray) -> Start:
 
 
 def _of_one_magnitude(magnitude: FloatArray) -> BoolArray:
-    """Which poses (S, k) are of the magnitude that most poses of their set share."""
+    """Poses (S, k) of the magnitude that is most frequent in their set."""
     if (magnitude == magnitude[:, :1]).all():
         return np.ones(magnitude.shape, dtype=bool)
     near = np.abs(magnitude[:, :, None] / magnitude[:, None, :] - 1) < SAME_MAGNITUDE
@@ -112,7 +112,7 @@ def _of_one_magnitude(magnitude: FloatArray) -> BoolArray:
 def _ellipsoids(x: FloatArray, chosen: BoolArray) -> tuple[FloatArray, FloatArray]:
     """M (S, 3, 3) and c (S, 3) through the ``chosen`` readings (S, k, 3) over m.
 
-    NaN where the poses do not span an ellipsoid, but a paraboloid or worse.
+    NaN where the poses span no ellipsoid but a paraboloid or worse.
     """
     products = 2 * x[..., [0, 0, 1]] * x[..., [1, 2, 2]]
     design = np.concatenate([x**2, products, -2 * x], axis=2) * chosen[..., None]

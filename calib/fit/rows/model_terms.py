@@ -1,4 +1,4 @@
-"""What effects are evaluated on, and what a model decides of the rows by them."""
+"""Conditions at which effects are evaluated, and the terms of the rows that the model decides."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Surroundings:
     previous: FloatArray | None = None
 
     def take(self, index: Index) -> "Surroundings":
-        """The surroundings of some sets; those of one set are its own with and without an axis.
+        """The surroundings of some sets, or of one set with or without its leading axis.
 
         A set may be taken more than once.
         """
@@ -59,34 +59,34 @@ class Surroundings:
 
     @cached_property
     def at_start(self) -> Conditions:
-        """The conditions at the start, after what the axes :attr:`sensed` in the poses before."""
+        """The conditions at the start, after the vectors :attr:`sensed` in the poses before."""
         at = joined([poses.conditions(self.vector[rows], self.sensed[rows])
                      for poses, rows in zip(self.sets, self._rows, strict=True)])
         return at if self.previous is None else at.with_previous(self.previous)
 
     @cached_property
     def probes(self) -> Conditions:
-        """The poses of each set six times, for the differences by which slopes are computed."""
+        """The poses of each set six times, for the differences that give the slopes."""
         return probes_of(self.at_start, (len(self.sets),))
 
     def conditions(self, vector: FloatArray) -> Conditions:
-        """What effects are evaluated on at the corrected vectors (..., n, 3), SI.
+        """Conditions of the effects at the corrected vectors (..., n, 3), SI.
 
-        In a null pose that is what it should read, not what it reads: scaled by an effect, its
-        noise would look like a signal. The pose before stays as the start has it, so that rows
-        are independent and a sign that flips with noise cannot make the iteration jump.
+        In a null pose this is the expected vector, not the reading: scaled by an effect, its noise
+        would look like a signal. The pose before stays as at the start, so that rows are
+        independent and a sign that flips with noise cannot make the iteration jump.
         """
         flat = vector.reshape(-1, 3)
         return self.at_start.with_vector(np.where(self.is_null[:, None], self.expected, flat))
 
     @cached_property
     def is_null(self) -> BoolArray:
-        """Which poses were at rest, (S n,)."""
+        """Whether poses were at rest, (S n,)."""
         return np.concatenate([poses.reference.is_null for poses in self.sets])
 
     @cached_property
     def expected(self) -> FloatArray:
-        """What poses at rest should read, SI, (S n, 3)."""
+        """Expected readings of poses at rest, SI, (S n, 3)."""
         return np.concatenate([poses.expected for poses in self.sets])
 
 
@@ -107,7 +107,7 @@ class ModelTerms:
 
     @classmethod
     def of(cls, model: Model) -> "ModelTerms":
-        """The terms of a model of the reading and the reference alone."""
+        """The terms of a model that acts on the reading and the reference alone."""
         return cls(model, (), ())
 
     def extended(self, effects: Sequence[Effect], surroundings: Surroundings) -> "ModelTerms":
@@ -137,32 +137,32 @@ class ModelTerms:
 
     @cached_property
     def reading_index(self) -> list[int]:
-        """Places of the p' parameters of the reading in theta."""
+        """Indices of the p' parameters of the reading in theta."""
         return self.model.positions(self.on_reading)
 
     @cached_property
     def sensor_index(self) -> list[int]:
-        """Places of the parameters of the sensor in theta."""
+        """Indices of the parameters of the sensor in theta."""
         return self.model.positions(self.on_sensor)
 
     @cached_property
     def reference_index(self) -> list[int]:
-        """Places of the parameters of the reference in theta."""
+        """Indices of the parameters of the reference in theta."""
         return self.model.positions(self.on_reference)
 
     @cached_property
     def varying_index(self) -> list[int]:
-        """Places of the parameters of the effects that follow the vector."""
+        """Indices of the parameters of the effects that follow the vector."""
         return self.model.positions(self.varying)
 
     @cached_property
     def fixed_index(self) -> list[int]:
-        """Places of the parameters of the other effects on the sensor."""
+        """Indices of the parameters of the other effects on the sensor."""
         return self.model.positions(self.fixed)
 
     @cached_property
     def varying_on_axes(self) -> tuple[Effect, ...]:
-        """The effects that follow what the sensitive axes sense."""
+        """The effects that follow the vector sensed by the sensitive axes."""
         return tuple(effect for effect in self.varying if not effect.orthogonal)
 
     @cached_property
@@ -172,12 +172,12 @@ class ModelTerms:
 
     @cached_property
     def on_axes_index(self) -> list[int]:
-        """Places of the parameters of the effects on the sensitive axes."""
+        """Indices of the parameters of the effects on the sensitive axes."""
         return self.model.positions([e for e in self.on_sensor if not e.orthogonal])
 
     @cached_property
     def is_linear_form(self) -> bool:
-        """Whether the model is of the reading alone."""
+        """Whether the model acts on the reading alone."""
         return len(self.reading_index) == self.model.size
 
     @cached_property

@@ -1,7 +1,7 @@
-"""What is minimised, and where a minimiser ended.
+"""The minimisation problem and its solution.
 
 A calibration, its leave-one-out refits and the joint refits of a diagnosis are problems of one
-kind; they differ in where they start, in what is held, and in how far they go. All records have a
+kind; they differ in their start, in what is held, and in their precision. All records have a
 leading axis for S sets, which are minimised side by side.
 """
 
@@ -19,15 +19,14 @@ from calib.fit.stacked import Stacked
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 CONVERGED_SD = 1e-3
-"""Where no row moves by more than this part of its sd, an iteration that stopped has converged.
-Numerical."""
+"""Largest move of a row, in sds, at which an iteration that stopped has converged. Numerical."""
 
 
 @dataclass(frozen=True)
 class Precision:
-    """How far to go.
+    """Precision of a minimisation.
 
-    At most ``steps``, or until one has moved no row by more than ``step_sd`` sds. One that would
+    At most ``steps``, or until one has moved no row by more than ``step_sd`` sds. A step that would
     move none by more than ``idle_sd`` is not taken.
     """
 
@@ -43,7 +42,7 @@ relative residual, below 1e-9 in every parameter. Numerical."""
 
 @dataclass(frozen=True, eq=False)
 class Problem(Stacked):
-    """What is minimised, ``Σ_i w_i r_i(theta, eta, shapes)²``, over what.
+    """Objective ``Σ_i w_i r_i(theta, eta, shapes)²`` and its unknowns.
 
     Parameters
     ----------
@@ -57,7 +56,7 @@ class Problem(Stacked):
     robust : bool
         Whether Huber's loss takes more weight off rows far from the model.
     free : mapping of effect name to Shape
-        The h shape parameters that move; all others are held where the start has them.
+        The h shape parameters that move; all others are held at their start.
     tried : mapping of effect name to Shape
         Those and the ones of which only the starts are tried: a time between two poses.
     """
@@ -101,7 +100,7 @@ class Problem(Stacked):
 
     @cached_property
     def directions(self) -> FloatArray:
-        """What theta and eta move along, (S, p + q, v + q), in their units: ``basis``, each eta."""
+        """Directions of theta and eta, (S, p + q, v + q), in their units: ``basis``, each eta."""
         return with_common(self.basis, self.equations.common_count)
 
 
@@ -160,7 +159,7 @@ class Estimate(Stacked):
 
 @dataclass(frozen=True, eq=False)
 class Solution(Stacked):
-    """Where the minimiser ended in each of S sets.
+    """End point of the minimiser in each of S sets.
 
     ``weight`` (S, r) is that of every row, ``iterations`` (S,) how many steps it took,
     ``last_step_sd`` (S,) by how many sds the last one moved the row that it moved most.
@@ -178,5 +177,5 @@ class Solution(Stacked):
 
     @property
     def is_converged(self) -> BoolArray:
-        """Whether the iteration came to rest, (S,)."""
+        """Whether the iteration converged, (S,)."""
         return np.isfinite(self.cost) & (self.last_step_sd < CONVERGED_SD)

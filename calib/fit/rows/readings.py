@@ -4,8 +4,8 @@ From ``s + C(s; T) theta = M y + c``, C of :mod:`calib.fit.rows.sensitive_axes`:
 
     (I + C') ds = dv - C dtheta - (dC/dT) dT,    (dC/dT) dT = dT F theta - T F' T⁻¹ dT u
 
-the latter at fixed s. Rows show only a few directions of ds: the two sides stay apart, so that
-``I + C'`` is solved for those directions and not for every parameter.
+the latter at fixed s. Rows show only a few directions of ds: the two sides are kept separate, so
+that ``I + C'`` is solved for those directions and not for every parameter.
 """
 
 from collections.abc import Sequence

@@ -39,7 +39,7 @@ from calib.poses.pose_set import PoseSet
 
 @dataclass(frozen=True, eq=False)
 class Equations(Stacked):
-    """The rows of pose sets under one model: what does not change between iterations.
+    """The rows of pose sets under one model: the part that iterations do not change.
 
     Parameters
     ----------
@@ -91,8 +91,7 @@ class Equations(Stacked):
         return Equations(self.whitening, self.readings.extended(effects), self.axis, waves)
 
     def after(self, sensed: FloatArray) -> "Equations":
-        """The same rows where the axes ``sensed`` (..., n, 3) in the poses, SI: what they remember.
-        """
+        """The same rows after the ``sensed`` vectors (..., n, 3) of the poses before, SI."""
         later = replace(self.surroundings, sensed=sensed.reshape(-1, 3))
         waves = self.waves and self.waves.after(later)
         return Equations(self.whitening, self.readings.within(later), self.axis, waves)
@@ -104,12 +103,12 @@ class Equations(Stacked):
 
     @property
     def terms(self) -> ModelTerms:
-        """What the model decides."""
+        """Terms of the model."""
         return self.readings.terms
 
     @property
     def surroundings(self) -> Surroundings:
-        """What effects are evaluated on."""
+        """Conditions at which effects are evaluated."""
         return self.readings.surroundings
 
     @property
@@ -149,7 +148,7 @@ class Equations(Stacked):
 
     @property
     def is_null(self) -> BoolArray:
-        """Which poses have null rows, (n,)."""
+        """Whether poses have null rows, (n,)."""
         return self.whitening.order.is_null
 
     @property
@@ -180,7 +179,7 @@ class Equations(Stacked):
 
     @cached_property
     def row_common(self) -> FloatArray:
-        """Sds of the common errors over the gain that a data row rests on, no unit, (..., d, q)."""
+        """Sds of the common errors over the gain of each data row, no unit, (..., d, q)."""
         return self.whitening.common_of_rows(self.data_count, self.poses.triad)
 
     @property
@@ -200,11 +199,11 @@ class Equations(Stacked):
         return np.concatenate([self.whitening.row_sd, *more], axis=-1)
 
     def conditions(self, vector: FloatArray) -> Conditions:
-        """What effects are evaluated on at the corrected vectors (..., n, 3), SI."""
+        """Conditions of the effects at the corrected vectors (..., n, 3), SI."""
         return self.surroundings.conditions(vector)
 
     def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
-        """What every data row shows of an error of its pose's vector, (..., d, 3), per SI unit.
+        """Sensitivity of each data row to an error of its pose's vector, (..., d, 3), per SI unit.
 
         See :meth:`calib.fit.rows.whitened_rows.Whitening.directions`; a constant makes no wave.
         """
@@ -216,19 +215,19 @@ class Equations(Stacked):
         return np.concatenate(shown, axis=-2)
 
     def whitened(self, vectors: FloatArray, s: FloatArray) -> FloatArray:
-        """What errors (..., n, 3, k) of the corrected vectors s (..., n, 3) make of the data rows.
+        """Data rows that errors (..., n, 3, k) of the corrected vectors s (..., n, 3) cause.
 
         Shape (..., d, k), in sds of the rows; the errors and the vectors are in SI units.
         """
         return self._shown(self.directions(s), vectors)
 
     def _shown(self, directions: FloatArray, vectors: FloatArray) -> FloatArray:
-        """What data rows (..., d, 3) show of errors (..., n, 3, k) of the vectors, (..., d, k)."""
+        """Data rows (..., d, 3) times errors (..., n, 3, k) of the vectors, (..., d, k)."""
         of_rows = vectors[..., self.row_pose, :, :]
         return np.asarray(np.einsum("...di,...dik->...dk", directions, of_rows))
 
     def of_reference(self, errors: FloatArray) -> FloatArray:
-        """What errors (..., n, k) of the references leave in the rows, whitened, (..., d, k)."""
+        """Data rows that errors (..., n, k) of the references cause, whitened, (..., d, k)."""
         return whitened_references(self.whitening, self.waves, self.data_count,
                                    self.at_reading.magnitude, errors)
 

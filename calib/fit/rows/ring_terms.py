@@ -1,4 +1,4 @@
-"""What the rows of the waves of a leaning plate have of the rings of a set of poses.
+"""Terms of the wave rows of a leaning plate that depend on the rings of a set of poses.
 
 See :mod:`calib.fit.rows.wave_rows` for the rows.
 """
@@ -19,7 +19,7 @@ from calib.poses.samples.in_step import HARMONICS
 
 @dataclass(frozen=True, eq=False)
 class RingTerms(Stacked):
-    """What the d' rows of the w rings of each of S sets have beside their readings.
+    """Terms of the d' rows of the w rings of each of S sets, apart from their readings.
 
     Attributes
     ----------
@@ -55,8 +55,7 @@ class RingTerms(Stacked):
 def waves_round(values: FloatArray, axis: int) -> FloatArray:
     """Cosine and sine, once and twice per turn, of values round rings of w k points along an axis.
 
-    That axis becomes (w, 4), in their unit. A constant makes no wave, not by rounding
-    either.
+    That axis becomes (w, 4), in their unit. A constant has no wave, not even by rounding.
     """
     at = values.ndim + axis
     rings = values.reshape(*values.shape[:at], -1, ANGLES, *values.shape[at + 1 :])
@@ -93,11 +92,11 @@ def _of_accelerometer(poses: PoseSet, ring: Ring, start: Start) -> RingTerms:
 
 
 def _by_wow(wow: FloatArray, mean: FloatArray, waves: FloatArray) -> FloatArray:
-    """What wow (w, 4) makes of the force by the distance from the spindle, (w, 4, 3), m/s².
+    """Force that wow (w, 4) causes by the distance from the spindle, (w, 4, 3), m/s².
 
     ``mean`` (w, 3) and ``waves`` (w, 4, 3) are corrected.
     """
-    turned = np.cross(waves[:, 1], waves[:, 0])  # along the turning of the plate
+    turned = np.cross(waves[:, 1], waves[:, 0])  # along the direction of turning
     n = turned / np.linalg.norm(turned, axis=1, keepdims=True)
     force = mean - (mean * n).sum(axis=1, keepdims=True) * n
     ahead = np.cross(n, force)
@@ -109,7 +108,7 @@ def _by_wow(wow: FloatArray, mean: FloatArray, waves: FloatArray) -> FloatArray:
 
 
 def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) -> FloatArray:
-    """Along and across the way the plate leans where the wave begins, (w, 2, 3)."""
+    """Directions along and across the lean where the wave begins, (w, 2, 3)."""
     up = np.sign(poses.spin_rad_s[ring.place])[:, None] * (
         poses.reading[ring.place] @ matrix.T + offset)
     up /= np.linalg.norm(up, axis=1, keepdims=True)
@@ -120,7 +119,7 @@ def _across(poses: PoseSet, ring: Ring, matrix: FloatArray, offset: FloatArray) 
 
 
 def _of_the_room(ring: Ring, across: FloatArray) -> FloatArray:
-    """What vectors fixed in the room along t1 and t2 where the wave begins show, (w, 2, 4)."""
+    """Rows of vectors fixed in the room along t1 and t2 where the wave begins, (w, 2, 4)."""
     sine = waves_round(ring.force.reshape(-1, 3), -2)[:, 1]
     turned = np.sign(np.einsum("wi,wi->w", sine, across[:, 1]))  # +1: gravity goes t1 to t2
     quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -129,9 +128,9 @@ def _of_the_room(ring: Ring, across: FloatArray) -> FloatArray:
 
 
 def _room(poses: PoseSet, ring: Ring, shown: FloatArray) -> FloatArray:
-    """What an sd of the Earth's horizontal rate along and across the lean adds to each row, SI.
+    """Effect of an sd of the Earth's horizontal rate along and across the lean on each row, SI.
 
-    ``shown`` (2, w, 4) is what a unit of each adds.
+    ``shown`` (2, w, 4) is the effect of a unit of each.
     """
     names = poses.reference.common_names
     common = np.zeros((len(ring.place), 4, len(names)))
@@ -143,7 +142,7 @@ def _room(poses: PoseSet, ring: Ring, shown: FloatArray) -> FloatArray:
 
 
 def _gravity_and_tilt(poses: PoseSet, ring: Ring, size: FloatArray) -> FloatArray:
-    """What an sd of the errors of gravity and of the tilt adds to each row, SI, (rows, q)."""
+    """Effect of an sd of the errors of gravity and of the tilt on each row, SI, (rows, q)."""
     reference = poses.reference
     relative = reference.common[ring.place] / reference.magnitude[ring.place, None]
     for i, place in enumerate(ring.place):

@@ -27,14 +27,14 @@ Shapes = Mapping[str, FloatArray] | Mapping[str, float]
 """Shape parameters by effect: of each of S sets (S,), or numbers for one set."""
 
 FIXED_POINT_STEPS = 12
-"""Derived: an effect that changes the gain by a tenth has then converged to 1e-12. Numerical."""
+"""Derived: an effect that changes the gain by a tenth has converged to 1e-12 by then. Numerical."""
 
 NEWTON_STEPS = 30  #: numerical limit
 FIXED_POINT_TOLERANCE = 1e-14  #: relative; numerical: rounding
 SOLVED = 1e-9  #: relative; vectors that move by less are solved for any sd; numerical
-RUNAWAY = 1e3  #: relative; numerical: a step so long never comes back
+RUNAWAY = 1e3  #: relative; numerical: so long a step never returns
 IDENTITY = np.eye(3)  #: definition
-NO_GAIN = 1e-9  #: share of the data sheet's gain; numerical: an axis that gives nothing
+NO_GAIN = 1e-9  #: share of the data sheet's gain; numerical: an axis without a signal
 SLOPE_STEP = 1e-4
 """Relative step of the central difference dC/ds; exact for effects of second order in s.
 Numerical."""
@@ -61,7 +61,7 @@ class Axes(Stacked):
         return self.to_orthogonal.shape[:-2]
 
     def sensed(self, vector: FloatArray) -> FloatArray:
-        """What the sensitive axes sense, ``T⁻¹ s``.
+        """Vectors in the sensitive axes, ``T⁻¹ s``.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ ALIGNED = Axes(np.eye(3), np.eye(3))  #: sensitive axes that are the orthogonal 
 def axes_of(matrix: FloatArray) -> Axes:
     """The axes of linear forms with M = T K (..., 3, 3): its columns over its diagonal.
 
-    A gain of nothing has no axis; what a fit makes of it is refused at its end.
+    A vanishing gain has no axis; such a fit is refused at its end.
     """
     gain = np.einsum("...kk->...k", matrix)
     has_gain = (np.abs(gain) >= NO_GAIN).all(axis=-1)[..., None, None]
@@ -98,8 +98,8 @@ def evaluate_for(
 ) -> FloatArray:
     """Columns of an effect on the rows of all sets.
 
-    Effects are row by row by law, so that one call does. What marks poses of one set (a step, a bad
-    pose) has the rows of that set whatever its conditions: the others are copies of it.
+    Effects are row by row by law, so one call is enough. An effect that marks poses of one set (a
+    step, a bad pose) has the rows of that set whatever its conditions: the others are copies of it.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def solve_sensor(
 
 
 def too_large_effects() -> FitFailed:
-    """The error where :func:`solve_sensor` has no vectors."""
+    """The error raised where :func:`solve_sensor` finds no vectors."""
     return FitFailed(
         "the effects in the model are larger than the readings themselves, so that no true vector "
         "fits them. Remove the last effect added.",

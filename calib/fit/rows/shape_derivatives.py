@@ -6,7 +6,7 @@ With l the logarithm of a shape parameter, from ``s + C(s; l) theta = M y + c``:
     (I + C') d²s/dl dtheta  = -(dC/dl)
     (I + C') d²s/dl²        = -(d²C/dl²) theta
 
-where what the second derivatives have of C' beside is left out: it is as small as the effect.
+where the contribution of C' to the second derivatives is neglected: it is as small as the effect.
 """
 
 from collections.abc import Sequence
@@ -104,7 +104,7 @@ def _of_vectors(
 
 
 def _beside(effect: Effect, shapes: Shapes) -> tuple[Shapes, Shapes, Shapes]:
-    """A shape parameter a small step down, itself, and a small step up."""
+    """A shape parameter one small step down, unchanged, and one small step up."""
     value, factor = np.asarray(shapes[effect.name]), float(np.exp(DIFFERENCE_STEP))
     return ({effect.name: value / factor}, {effect.name: value}, {effect.name: value * factor})
 

@@ -1,10 +1,10 @@
-"""Rows of the waves that poses on a leaning plate show once and twice per turn.
+"""Rows of the waves of poses on a leaning plate, once and twice per turn.
 
-Effects are evaluated at the points of a pose's ring (:mod:`calib.poses.runs.ring`) by what
-evaluates them at poses; the harmonics of the corrected vectors s(θ) are the corrected waves, of
-cosine c and sine d. A constant error makes no wave: these rows follow no bias, no drift, no step.
+Effects are evaluated at the points of a pose's ring (:mod:`calib.poses.runs.ring`) in the same way
+as at poses; the harmonics of the corrected vectors s(θ) are the corrected waves, of cosine c and
+sine d. A constant error makes no wave: these rows depend on no bias, no drift, no step.
 
-Accelerometer, under gravity that goes round with g sin τ, once and then twice per turn:
+Accelerometer, under gravity that rotates with g sin τ, once and then twice per turn:
 
     |c| - g sin τ,   |d| - g sin τ,   c·d / (√2 g sin τ);      c₂,   d₂
 
@@ -20,8 +20,8 @@ Twice per turn nothing but an effect goes round: with these rows the sds of a qu
 a gyroscope's effects 0.98 times at best (``python -m tests.bench.study_tilt --sessions twice --tilt
 9 20``), so that a gyroscope has none.
 
-Gyroscope, across the axis n of the plate, where nothing turns in step but what is fixed in the
-room:
+Gyroscope, across the axis n of the plate, where only what is fixed in the room varies in step with
+the turning:
 
     t·(c - h_c),   t·(d - h_d),   t the two unit vectors across n
 
@@ -86,14 +86,14 @@ class WaveRows(Stacked):
                    tuple(map(int, twice)), RingTerms.of(surroundings.sets, start))
 
     def after(self, surroundings: Surroundings) -> "WaveRows":
-        """The same after other poses before, those of the poses in ``surroundings``."""
+        """The same rows after other previous poses, those of ``surroundings``."""
         previous = _previous(surroundings, np.array(self.places))
         return replace(self, points=self.points.within(
             replace(self.points.surroundings, previous=previous)))
 
     @property
     def of_gravity(self) -> bool:
-        """Whether gravity goes round in the readings, as in an accelerometer."""
+        """Whether gravity rotates in the readings, as in an accelerometer."""
         return bool(self.of_rings.across.shape[-3] == 0)
 
     @property
@@ -120,7 +120,7 @@ class WaveRows(Stacked):
 
     @property
     def once_count(self) -> int:
-        """Number of rows of what comes once per turn, the first ones."""
+        """Number of rows of the waves once per turn, the first ones."""
         return self.count - TWICE * len(self.twice)
 
     def rows(
@@ -155,7 +155,7 @@ class WaveRows(Stacked):
     def columns(
         self, rows: WhitenedRows, effect: Effect, shape: float | None = None
     ) -> FloatArray:
-        """What an effect that is not taken off leaves in the rows, whitened.
+        """Whitened rows of an effect that is not corrected.
 
         Parameters
         ----------
@@ -218,7 +218,7 @@ class WaveRows(Stacked):
 
 
 def _previous(surroundings: Surroundings, place: IntArray) -> FloatArray:
-    """What the axes sensed before the poses at ``place`` of every set, for their points."""
+    """Vectors sensed before the poses at ``place`` of each set, for their points."""
     sets = len(surroundings.sets)
     of_sets = surroundings.at_start.previous.reshape(sets, -1, 3)
     return of_sets[:, np.repeat(place, ANGLES)].reshape(-1, 3)

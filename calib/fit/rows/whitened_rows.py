@@ -54,7 +54,7 @@ class WhitenedRows(Stacked):
 
 @dataclass(frozen=True, eq=False)
 class RowOrder:
-    """Which poses have which rows, in every set of a stack.
+    """Assignment of rows to poses, in every set of a stack.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ class Whitening(Stacked):
         """The whitening of ``sets``; ``start`` are their ellipsoids where they are known already.
 
         Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
-        takes them to true units. |s| has the sd of s along its own direction.
+        converts them to true units. |s| has the sd of s along its own direction.
         """
         order = RowOrder(sets[0].reference.is_null)
         turning, null = order.magnitude, order.null
@@ -161,10 +161,10 @@ class Whitening(Stacked):
         return np.concatenate([self.magnitude_sd, self.null_sd.reshape(*lead, 3 * m)], axis=-1)
 
     def common_of_rows(self, count: int, triad: Triad) -> FloatArray:
-        """The common errors over the gain that each data row rests on, no unit, (..., count, q).
+        """The common errors over the gain of each data row, no unit, (..., count, q).
 
-        What has no reference, the rows of a gyroscope at rest, across its axis and of its waves,
-        rests on the gain by all references: its noise is that of the counts.
+        Rows without a reference, those of a gyroscope at rest, across its axis and of its waves,
+        depend on the gain by all references: their noise is that of the counts.
         """
         *lead, k, q = self.common_relative.shape
         rows = np.zeros((*lead, count, q))
@@ -174,7 +174,7 @@ class Whitening(Stacked):
         return rows
 
     def directions(self, s: FloatArray, slope: FloatArray | None = None) -> FloatArray:
-        """What every row shows of an error of its pose's vector, (..., d, 3), per SI unit.
+        """Sensitivity of each row to an error of its pose's vector, (..., d, 3), per SI unit.
 
         Parameters
         ----------
@@ -198,7 +198,7 @@ class Whitening(Stacked):
 def _of_known_size(sets: Sequence[PoseSet], turning: IntArray) -> tuple[FloatArray, FloatArray]:
     """Readings (S, k, 3) and the magnitudes (S, k) that they show, SI.
 
-    All round its ring a pose of an accelerometer on a leaning plate shows the whole of gravity.
+    Over its ring, a pose of an accelerometer on a leaning plate shows the whole of gravity.
     """
     reading = [poses.reading[turning] for poses in sets]
     size = [poses.reference.magnitude[turning] for poses in sets]

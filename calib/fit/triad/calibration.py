@@ -1,4 +1,4 @@
-"""A calibrated triad: its parameters, their sds, and what those are of.
+"""A calibrated triad: its parameters, their sds, and the budget of the sds.
 
 **Budget.** The estimate is linear in the whitened rows, ``theta = P r`` with ``P = (JᵀJ)⁻¹ Jᵀ``,
 and every row has unit variance; so the covariance is the sum of ``p pᵀ`` over the columns p of P.
@@ -24,7 +24,7 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 
 TOLD_WIDENING = 1.1
-"""Times the sds by the noise alone from which a reader is told: it chooses words only."""
+"""Ratio of the sds to those of the noise alone from which it is reported: it chooses words only."""
 
 NOISE = "noise"
 BETWEEN_RUNS = "rate, from run to run"
@@ -59,7 +59,7 @@ class TriadCalibration:
     between_runs: FloatArray
 
     def averaged(self, factor: float, held: FloatArray) -> "TriadCalibration":
-        """The same with sds averaged over what may be missing.
+        """The same calibration with sds averaged over effects that may be missing.
 
         Parameters
         ----------
@@ -79,12 +79,12 @@ class TriadCalibration:
 
     @property
     def is_widened(self) -> bool:
-        """Whether the sds exceed those by the noise so far that a reader is told."""
+        """Whether the sds exceed those of the noise by enough to be reported."""
         return self.widening > TOLD_WIDENING
 
     @property
     def noise_cov(self) -> FloatArray:
-        """Covariance (p, p) by what poses do not share: noise, widened by the misfit."""
+        """Covariance (p, p) of the errors that poses do not share: noise, widened by the misfit."""
         common = self.fit.common_shift
         return np.asarray(self.fit.cov - common @ common.T - self.between_runs)
 
@@ -114,7 +114,7 @@ class TriadCalibration:
 
     @property
     def correction(self) -> Correction:
-        """What corrects readings, without the fit it came from."""
+        """The correction of readings alone, without the fit it came from."""
         return Correction(self.spec, self.fit.model, self.fit.theta, self.fit.shapes)
 
     def covariance_of(self, quantity: Callable[[Correction], FloatArray]) -> FloatArray:
@@ -151,7 +151,7 @@ class TriadCalibration:
 
 
 def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
-    """Read the paper's parameters off ``fit``, with honest sds.
+    """Derive the paper's parameters from ``fit``, with honest sds.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
         for name, shift, stated in zip(
             reference.common_names, fit.common_shift.T, reference.common.T, strict=True
         )
-        if stated.any()  # not an error that was stated to be none
+        if stated.any()  # not an error that was stated as zero
     }
     if calibration.between_runs.any():
         parts[BETWEEN_RUNS] = calibration.between_runs
@@ -237,7 +237,7 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
 
 
 def parameter_sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
-    """Sds of the nine parameters where theta has another covariance.
+    """Sds of the nine parameters under another covariance of theta.
 
     Parameters
     ----------

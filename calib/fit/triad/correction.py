@@ -21,7 +21,7 @@ from calib.poses.imu_log import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """What is needed to correct the readings of one triad, and nothing else.
+    """The parameters needed to correct the readings of one triad, and nothing else.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Correction:
     def sensor_part(self, held: Container[str] | None = None) -> "Correction":
         """The correction without the effects of the bench; of the others only those in ``held``.
 
-        Bias, scale and misalignment are always there.
+        Bias, scale and misalignment are always kept.
         """
         effects = tuple(
             effect
@@ -99,7 +99,7 @@ class Correction:
 
 
 def linear_form(model: Model, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """M (3, 3) and c (3,), SI, of ``M y + c``: what bias, scale and misalignment make up."""
+    """M (3, 3) and c (3,), SI, of ``M y + c``, from bias, scale and misalignment."""
     probes = np.vstack([np.zeros(3), np.eye(3)])
     effects = model.acting_on("reading")
     s = probes

@@ -1,18 +1,18 @@
-"""Whether a calibration's parameters are determined, and the scatter of the rate between runs.
+"""Test whether a calibration's parameters are determined, and the rate's scatter between runs.
 
 A wrong parameter makes a corrected vector of magnitude m wrong by a share of m: a gain by its
 relative error, a misalignment by its angle, a bias by its size over m. ``LARGEST_SHARE`` is the one
 limit for all three. It is judged with the stated sds, before any widening by misfit.
 
-A setting of the plate has one rate, which is off by the same share in all poses of its run. What
-these shares scatter by does not average down within a run, and no widening of the poses' noise
-contains it. With Z the column of one relative error per run, M the projector that takes the model
-out and r the residual, all whitened, the variance is Henderson's third estimator
+A setting of the plate has one rate, whose relative error is the same in all poses of its run. The
+scatter of these errors does not average down within a run, and no widening of the poses' noise
+contains it. With Z the column of one relative error per run, M the projector that removes the model
+and r the residual, all whitened, the variance is Henderson's third estimator
 
     σ² = (rᵀ H r - k s²) / tr(Zᵀ M Z),   H the projector on M Z, k its rank,
 
-s² chi-square over its degrees of freedom within the runs, at least 1. Of k + 1 runs it is known
-with k degrees of freedom only: Student's quantile keeps 68 % of the errors within one sd.
+s² chi-square over its degrees of freedom within the runs, at least 1. With k + 1 runs it has only k
+degrees of freedom: Student's quantile keeps 68 % of the errors within one sd.
 """
 
 from collections.abc import Iterator
@@ -24,8 +24,8 @@ from calib.fit.parameters import TriadParameters
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 
 LARGEST_SHARE = 0.1
-"""The sds are those of a linear fit: at a relative sd r its curvature moves a parameter by r sds. A
-data sheet states most gains to 3 %: ten are no calibration. Derived."""
+"""Largest relative sd r of a parameter: in a linear fit the curvature moves it by r sds. A data
+sheet states most gains to 3 %: ten are no calibration. Derived."""
 
 
 def undetermined(parameters: TriadParameters, magnitude: float) -> tuple[str, ...]:
@@ -53,7 +53,7 @@ def undetermined(parameters: TriadParameters, magnitude: float) -> tuple[str, ..
 
 
 def is_undetermined(p: TriadParameters, magnitude: FloatArray) -> BoolArray:
-    """Which parameters the data do not determine, of one sensor or of many.
+    """Whether the data do not determine a parameter, for one sensor or many.
 
     Parameters
     ----------

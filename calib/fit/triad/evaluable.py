@@ -1,6 +1,6 @@
-"""A calibrated accelerometer in poses that lack what an effect of its model needs.
+"""Correction by a calibrated accelerometer in poses that lack conditions its model needs.
 
-A column that these poses do not have takes its mean over the poses of the calibration, so that the
+A column that these poses lack takes its mean over the poses of the calibration, so that the
 correction is that of a typical pose. An effect that needs more than columns is left out.
 """
 
@@ -27,7 +27,7 @@ def correct_other_poses(calibration: TriadCalibration) -> Callable[[Conditions],
 
 
 def with_typical_columns(calibration: TriadCalibration, poses: PoseSet) -> PoseSet:
-    """The poses with the columns that the calibration needs and that they lack, at their means."""
+    """The poses with the columns that the calibration needs and they lack, at their means."""
     return replace(poses, columns={**poses.columns, **_typical_columns(
         calibration, poses.accelerometer_conditions(poses.force))})
 

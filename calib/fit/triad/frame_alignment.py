@@ -6,12 +6,13 @@ the two directions must agree. Two transverse rows per pose,
 
     f/|f| = n + phi × n - (Ω²/g) (r - n (n·r)),     n the axis by the gyro, signed by its direction
 
-give the rotation vector phi and the lever r that is fixed in the case. What is put on the plate
-anew for every pose, not quite on the spindle, leaves a centripetal part of its own: its size is
-estimated from the scatter of the rows, and weights the fast runs down.
+give the rotation vector phi and the lever r that is fixed in the case. A sensor that is placed anew
+for every pose, not quite on the spindle, adds a centripetal part that differs from pose to pose:
+its size is estimated from the scatter of the rows, and reduces the weight of fast runs.
 
-This is another question than the fit's, and the fit does not feel the answer: in it, these rows
-would have the misalignments of the gyroscope rest on the accelerometer and on where each pose lay.
+This is a question separate from the fit, and the fit does not depend on the answer: with these rows
+in the fit, the misalignments of the gyroscope would depend on the accelerometer and on the
+placement of each pose.
 """
 
 from dataclasses import dataclass
@@ -31,7 +32,7 @@ FEWEST_POSES = 6  #: derived: twelve transverse rows for six unknowns
 ITERATIONS = 20  #: numerical limit; the example takes three
 STEADY_RAD = 1e-12  #: rotation that ends the iterations; numerical
 EFFECTIVE_SAMPLES = 100.0
-"""Independent samples that a pose of some ten seconds is worth at least. A judgement."""
+"""Least number of independent samples in a pose of some ten seconds. A judgement."""
 
 LEAST_SINGULAR = 1e-6
 """Relative singular value below which the lever is not seen and stays at zero. Numerical."""
@@ -107,7 +108,7 @@ def rotation_between_frames(fit: Fit, accelerometer: Fit | None = None) -> Frame
 def _placement_m(
     residual: FloatArray, design: FloatArray, noise: FloatArray, per_metre: FloatArray
 ) -> float:
-    """The scatter of the placement at which chi-square is what it should be, m.
+    """The scatter of the placement at which chi-square equals its expectation, m.
 
     The equation of Paule and Mandel (J. Res. NBS 87, 1982): chi-square falls with the variance.
     """
@@ -121,7 +122,7 @@ def _placement_m(
 
     if excess(0.0) <= 0:
         return 0.0
-    # Without noise and with nothing fitted, so much placement alone explains the rows.
+    # Without noise and with nothing fitted, this placement alone explains the rows.
     largest = float((residual**2 / per_metre[:, None] ** 2).sum()) / (residual.size - 6)
     return float(np.sqrt(brentq(excess, 0.0, largest)))
 
@@ -133,7 +134,7 @@ def _whitened(rows: FloatArray, sd: FloatArray) -> FloatArray:
 
 
 def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
-    """How far each parameter of bias, scale and misalignment moves ``vector`` (m, 3), (m, 3, p)."""
+    """Shift of ``vector`` (m, 3) per parameter of bias, scale and misalignment, (m, 3, p)."""
     at = Conditions.of_vectors(vector)
     return np.asarray(-stack_columns(fit.model.acting_on("reading"), at, {}))
 

@@ -1,8 +1,8 @@
-"""How a plate leans and about which axis it turns, by what the accelerometer shows on it.
+"""Tilt of a plate and its axis of rotation, from the accelerometer on it.
 
 On a plate that leans the wave of gravity spans the plane across the axis of rotation, wherever the
-sensor lies: unlike the mean force it knows nothing of the distance from the spindle. With cosine c
-and sine d of the wave the axis is ``c × d``; what the calibration of the accelerometer leaves open
+sensor lies: unlike the mean force it does not depend on the distance from the spindle. With cosine
+c and sine d of the wave the axis is ``c × d``; the uncertainty of the accelerometer's calibration
 moves it by
 
     dn = -(n·dc) c/|c|² - (n·dd) d/|d|²

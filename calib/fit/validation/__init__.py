@@ -1,4 +1,4 @@
-"""How far a fit is from measurements that took no part in it.
+"""Errors of a fit at measurements that were not used in it.
 
     leave_one_out: every pose by a fit without it
     predicted_pose: a pose that was excluded

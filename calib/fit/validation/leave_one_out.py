@@ -1,4 +1,4 @@
-"""The model beside the measurements: residual of every pose, and its leave-one-out error."""
+"""Comparison of the model with the measurements: residuals and leave-one-out errors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,16 +15,16 @@ from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 LINEAR_SD = 0.01
-"""Error of a linear step, in sds of a row, that leave-one-out errors are allowed. Numerical."""
+"""Error of a linear step, in sds of a row, that leave-one-out errors may have. Numerical."""
 
 LARGEST_LEVERAGE = 0.999
-"""A pose that the fit passes through exactly has no leave-one-out error to speak of.
-A judgement."""
+"""Leverage from which a pose has no useful leave-one-out error: the fit passes through it. A
+judgement."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseResidual:
-    """One pose beside the model, SI units.
+    """Comparison of one pose with the model, SI units.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class PoseResidual:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Model against measurements.
+    """Comparison of the model with the measurements.
 
     Attributes
     ----------
@@ -80,12 +80,11 @@ class Comparison:
     log_density: float
 
     def predicts_better_than(self, other: "Comparison") -> bool:
-        """Whether poses that took no part are nearer to this model than to the ``other``, and more
-        probable.
+        """Whether left-out poses are nearer to this model than to the ``other``, and more probable.
 
-        Nearer alone does not compare models: of 14 sound poses the one that holds a parameter up
-        has an error of a hundred sds, and whatever one adds to the model moves it. In the density
-        an error counts in sds of its prediction.
+        The distance alone does not compare models: of 14 sound poses the one that alone determines
+        a parameter has an error of a hundred sds, and anything added to the model moves it. The
+        density counts an error in sds of its prediction.
         """
         return self.loo_in_sd < other.loo_in_sd and self.log_density > other.log_density
 
@@ -97,8 +96,8 @@ class Comparison:
 def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
     """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``, (m, b, b).
 
-    ``q`` (r, k) is an orthonormal basis of what was fitted, ``pose`` (d,) numbers the data rows'
-    poses: the rows of a pose need not stand together, since its waves come after all means.
+    ``q`` (r, k) is an orthonormal basis of the fitted directions, ``pose`` (d,) numbers the data
+    rows' poses: the rows of a pose need not be adjacent, since its waves come after all means.
     """
     order = np.argsort(pose, kind="stable")
     _, first, count = np.unique(pose[order], return_index=True, return_counts=True)
@@ -148,7 +147,7 @@ def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
 
 
 def compare(fit: Fit) -> Comparison:
-    """Lay the fitted model beside every pose.
+    """Compare the fitted model with every pose.
 
     Returns
     -------
@@ -198,13 +197,14 @@ def _rms(values: FloatArray) -> float:
 
 
 def refitted_residual(fit: Fit) -> FloatArray:
-    """Whitened residual of every data row when its pose takes no part in the fit, (d,).
+    """Whitened residual of every data row when its pose is left out of the fit, (d,).
 
     Each refit starts from the closed form of :func:`left_out_residual`, which is exact for a linear
-    model and plain squares; where the step is too small for lengths to bend, that is the refit. A
-    pose without which the model is not determined keeps the closed form, too. The refits are a
-    stack, in which the rows of another pose have no weight in every set. Weights of a robust loss
-    are held: what a pose does to those of others is of second order, and its own is zero.
+    model and plain squares; where the step is too small for the nonlinearity of lengths, that is
+    the refit. A pose without which the model is not determined keeps the closed form, too. The
+    refits are a stack, in which the rows of another pose have zero weight in each set. Weights of a
+    robust loss are held: the influence of a pose on those of others is of second order, and its own
+    is zero.
     """
     equations, root = fit.equations, np.sqrt(fit.weight)
     problem = Problem.of(equations.take(None), fit.basis[None], weight=fit.weight[None])
@@ -226,9 +226,9 @@ def refitted_residual(fit: Fit) -> FloatArray:
 
 
 def _bent(equations: Equations, jacobian: FloatArray, step: FloatArray) -> IntArray:
-    """Which of the steps (n, k) are so long that lengths bend on the way.
+    """Steps (n, k) so long that the nonlinearity of lengths matters.
 
-    A length bends by |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
+    The bend of a length is |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
     """
     relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
     q = orthonormal_columns(jacobian)
@@ -241,7 +241,7 @@ def _bent(equations: Equations, jacobian: FloatArray, step: FloatArray) -> IntAr
 def _refitted(
     fit: Fit, problem: Problem, without: BoolArray, move: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Residuals (m, r) of m refits, and which of them there are, (m,).
+    """Residuals (m, r) of m refits, and which of them exist, (m,).
 
     Each is ``without`` its rows (m, d) and begins a ``move`` (m, p + q) from the fit.
     """

@@ -1,12 +1,12 @@
-"""What a fit errs by where no pose was: in every direction, at every magnitude and every time.
+"""Expected error of a fit away from its poses: in all directions, magnitudes and times.
 
     E² = s² <g cov gᵀ> + (s² - 1) <σ²>
 
-s² is the scatter of poses left out about their predictions, in the sds of these; <σ²> the mean
-variance of a magnitude: what the model misses at the poses, it misses elsewhere too. <g cov gᵀ> is
-the variance by the parameters, averaged over all directions and magnitudes under the conditions of
-every pose, without what the references have in common. Poses left out are where poses are: where
-some determine an effect that is applied to others, this grows.
+s² is the scatter of left-out poses about their predictions, in the sds of these; <σ²> the mean
+variance of a magnitude: a misfit at the poses is also a misfit elsewhere. <g cov gᵀ> is the
+variance by the parameters, averaged over all directions and magnitudes under the conditions of
+every pose, without the errors that the references have in common. Left-out poses lie where poses
+are: if few of them determine an effect that is applied to others, this term grows.
 """
 
 import numpy as np
@@ -20,13 +20,13 @@ from calib.poses.attitudes import spread_directions
 from calib.poses.pose_set import PoseSet
 
 ATTITUDES = 300
-"""Attitudes that stand for all, 12° apart. Numerical: what is averaged is smooth."""
+"""Number of attitudes that represent all, 12° apart. Numerical: the averaged function is smooth."""
 
 
 def new_attitudes(poses: PoseSet) -> PoseSet | None:
     """Poses in every direction, each at some magnitude and the conditions of one of ``poses``.
 
-    None where nothing but rest was measured.
+    None if all poses were at rest.
     """
     turning = poses.reference.magnitude[poses.reference.magnitude > 0]
     if turning.size == 0:
@@ -39,7 +39,7 @@ def new_attitudes(poses: PoseSet) -> PoseSet | None:
 
 
 def mean_square_error(fit: Fit) -> float:
-    """Mean square error to expect of a magnitude that ``fit`` corrects in new attitudes, SI."""
+    """Expected mean square error of a magnitude that ``fit`` corrects in new attitudes, SI."""
     scatter, elsewhere = compare(fit).scatter, new_attitudes(fit.poses)
     if elsewhere is None:
         return (scatter - 1) * float(np.mean(fit.equations.row_sd**2))
@@ -51,7 +51,7 @@ def mean_square_error(fit: Fit) -> float:
 
 
 def mean_square_apart(one: TriadCalibration, other: TriadCalibration) -> float:
-    """Mean square difference of the magnitudes that both correct in new attitudes, SI."""
+    """Mean square difference of the magnitudes that both fits correct in new attitudes, SI."""
     elsewhere = new_attitudes(one.fit.poses)
     if elsewhere is None:
         return 0.0

@@ -1,9 +1,9 @@
-"""What a fit says of a pose that took no part in it, and errs by where an effect is missing.
+"""Prediction of a pose that was not fitted, and its error where an effect is missing.
 
-With parameters t the magnitude of a true vector along n errs by ``n · C t + g · A t``: what the
-effect does to the reading there, and through the gradient g of the corrected magnitude what the
-parameters absorbed of it (A) where it was calibrated. The next log has gravity in any direction,
-whatever the rate; so the square is averaged over those.
+With parameters t the magnitude of a true vector along n errs by ``n · C t + g · A t``: the effect
+on the reading there, and, through the gradient g of the corrected magnitude, the part of it (A)
+that the parameters absorbed in the calibration. The next log has gravity in any direction, whatever
+the rate; so the square is averaged over those.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from calib.poses.pose_set import PoseSet
 
 @dataclass(frozen=True, eq=False)
 class PredictedPose:
-    """One pose beside a fit without it.
+    """Comparison of one pose with a fit without it.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class PredictedPose:
 
 
 def predict_pose(fit: Fit, poses: PoseSet, place: int) -> PredictedPose:
-    """The pose at ``place`` of ``poses`` by the parameters of ``fit``.
+    """Prediction of the pose at ``place`` of ``poses`` by the parameters of ``fit``.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def error_by_missing(
 def _at_once(
     calibration: TriadCalibration, true: FloatArray, force: FloatArray, effect: Effect
 ) -> FloatArray:
-    """What an effect does to the size of true vectors (d, 3) under forces (f, 3), (f, d, k)."""
+    """Change of the size of true vectors (d, 3) under forces (f, 3) by an effect, (f, d, k)."""
     poses = imagined(calibration.fit.poses, true)
     at = poses.conditions(true)
     size = typical_force(calibration.fit.poses)

@@ -1,9 +1,9 @@
-"""What a calibration will err by on the next log: the sd of a corrected magnitude, by direction.
+"""Expected error of a calibration on the next log: sd of a corrected magnitude, by direction.
 
     sd(n)² = g cov gᵀ,   g = n · ds/dtheta   at the true vector m n
 
 with cov that of the parameters, noise and common errors together, and m every magnitude that was
-measured. A small residual says nothing of directions in which no pose was taken; this does.
+measured. A small residual says nothing about directions without a pose; this does.
 """
 
 from collections.abc import Mapping
@@ -24,25 +24,25 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.reference import SAME_MAGNITUDE, Reference
 
 SPREAD_DIRECTIONS = 200
-"""Beside the 26 natural ones, 14° apart: the sd is a smooth function of second order in n.
-Numerical."""
+"""Number of directions beside the 26 natural ones, 14° apart: the sd is a smooth function of second
+order in n. Numerical."""
 
 FORCES_OF_A_MODEL = 12
 """Directions of gravity, 60° apart: a variance is of second order in it. Numerical."""
 
 LARGEST_TO_POSE = 1.5
-"""Where a calibration knows a direction this many times worse than one pose laid there would show,
-that pose would nearly halve its error there. 18 wedge poses stay at 0.8; without those of one face
-and the edges beside it 2. A judgement."""
+"""Ratio of the sd in a direction to that of one pose there from which such a pose would nearly
+halve it. 18 wedge poses stay at 0.8; without those of one face and the edges beside it 2. A
+judgement."""
 
 MOST_WANTED = 8
-"""Directions that an advice lists; where more are missing, as many again come with the next run.
-A judgement."""
+"""Number of directions that an advice lists; if more are missing, as many again come with the next
+run. A judgement."""
 
 LEAST_REDUNDANCY = 0.01
 """Share of a pose's own error that its residual shows. Derived: an error is noticed (in 8 of 10
 cases at 1 in 1000) from 4.1/√share of the pose's sds on (Baarda, *A Testing Procedure for Use in
-Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it stands in the parameters."""
+Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it enters the parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class Prediction:
 
     @property
     def sd_worst(self) -> float:
-        """The largest of all directions and magnitudes."""
+        """The largest over all directions and magnitudes."""
         return float(self.sd.max())
 
     @property
@@ -107,7 +107,7 @@ class Prediction:
 
     @property
     def by_poses(self) -> float:
-        """Root mean square over the sphere of what the poses determine."""
+        """Root mean square over the sphere of the part that the poses determine."""
         return _rms(self.variance)
 
     @property
@@ -122,22 +122,22 @@ class Prediction:
 
     @property
     def is_mostly_unseen(self) -> bool:
-        """Whether more of it comes from a typical size than from these measurements."""
+        """Whether more of it comes from typical sizes than from these measurements."""
         return bool(sum(each**2 for each in self.by_unseen.values()) > self.by_poses**2)
 
     @property
     def holds_everywhere(self) -> bool:
-        """Whether no direction is known much worse than one pose there would show."""
+        """Whether no direction is known much worse than one pose there would show it."""
         return self.times_a_pose <= LARGEST_TO_POSE
 
     @property
     def times_a_pose(self) -> float:
-        """How many times worse than one pose there would show the worst direction is known."""
+        """Ratio of the sd in the worst direction to that of one pose there."""
         return self.noise_worst / self.pose_sd
 
 
 def predict(calibration: TriadCalibration) -> Prediction | None:
-    """The error to expect in every direction; None where nothing but rest was measured.
+    """Expected error in every direction; None if all poses were at rest.
 
     Effects of the session are taken at its median time, those of logged columns at their medians.
     """
@@ -197,9 +197,9 @@ def _rms(variance: FloatArray) -> float:
 def _wanted(
     gradients: FloatArray, cov: FloatArray, pose_sd: float, directions: FloatArray
 ) -> tuple[FloatArray, ...]:
-    """Natural directions to lay poses in until none is known worse than one pose would show.
+    """Natural directions for further poses until none is known worse than one pose would show.
 
-    Each is the natural direction known worst beside those before it, and enters as one more pose:
+    Each is the natural direction known worst given those before it, and enters as one more pose:
     ``cov - cov g (σ² + gᵀ cov g)⁻¹ gᵀ cov``. ``gradients`` (k, n, p) at every magnitude.
     """
     natural = len(natural_directions())
@@ -216,7 +216,7 @@ def _wanted(
 
 
 def _unchecked(fit: Fit) -> tuple[str, ...]:
-    """The poses whose error would pass into the parameters unseen."""
+    """The poses whose errors would pass into the parameters unnoticed."""
     root = np.sqrt(fit.weight)[:, None]
     shares = redundancy(fit.rows.jacobian @ fit.directions * root, fit.equations.row_pose)
     return tuple(
@@ -248,7 +248,7 @@ def gradient_of(fit: Fit, poses: PoseSet) -> FloatArray:
     equations = Equations.of(replace(poses, reading=readings), fit.model)
     jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
     gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
-    gradient[:, equations.terms.reference_index] = 0.0  # the next log has another reference
+    gradient[:, equations.terms.reference_index] = 0.0  # the next log has a different reference
     return np.asarray(gradient)
 
 

@@ -1,10 +1,10 @@
-"""Waves that fit neither gravity nor the Earth's rate, and the sds of what rests on them.
+"""Waves that fit neither gravity nor the Earth's rate, and the sds of what depends on them.
 
-A cable that tugs, or a plate that nods, turns the sensor in step with the plate; a gyroscope feels
-that, and an accelerometer feels gravity turned. What gravity does to either by a known effect, and
-what stays in the room, make waves of few shapes over the poses of a run; the rest of the poses'
-waves is noise, or it is this. A motor's field stays in the room: it may be larger than the Earth's
-rate, and where a gyroscope feels it by a matrix, that along the lean makes the waves of a
+A cable that tugs, or a plate that nods, turns the sensor in step with the plate; a gyroscope senses
+that, and an accelerometer senses gravity turned. Gravity (through a known effect) and fields fixed
+in the room make waves of few shapes over the poses of a run; the rest of the poses' waves is noise,
+or this disturbance. A motor's field is fixed in the room: it may be larger than the Earth's rate,
+and if a gyroscope senses it through a matrix, its component along the lean makes the waves of a
 g-sensitivity and that across it the same a quarter of a turn later.
 """
 
@@ -27,10 +27,10 @@ from calib.poses.samples.in_step import NEIGHBOURS
 from calib.rounding import two_digits
 
 UNEXPLAINED_P_VALUE = 1e-4
-"""Derived: one sound run in ten thousand."""
+"""Probability of a misfit by chance: one sound run in ten thousand. Derived."""
 
 SAME_WAVES = 1e-8
-"""Share of the largest singular value from which a shape of waves is another one. Numerical."""
+"""Share of the largest singular value from which a shape of waves is a new one. Numerical."""
 
 
 def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
@@ -80,9 +80,9 @@ def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
 
 @dataclass(frozen=True)
 class _Misfit:
-    """Factors of the sds of waves once and twice per turn, NaN if left out, and what is said.
+    """Factors of the sds of waves once and twice per turn, NaN if left out, and a note.
 
-    ``of_room`` is the factor of the sd of a rate that stays in the room.
+    ``of_room`` is the factor of the sd of a rate that is fixed in the room.
     """
 
     factors: tuple[float, float]
@@ -97,7 +97,7 @@ AWAY = "Lay the sensor higher above the motor and record these poses again."
 
 
 def _of_the_room(poses: PoseSet, run: str) -> list[int]:
-    """The columns of the common errors that stay in the room, of one run of a gyroscope."""
+    """Columns of the common errors that are fixed in the room, for one run of a gyroscope."""
     names = poses.reference.common_names
     return [i for i, name in enumerate(names) if name in room_names(run)]
 
@@ -168,12 +168,12 @@ def _of_gyroscope(fit: Fit, waves: WaveRows, rows: IntArray) -> _Misfit | None:
 def _of_a_steady_rate(
     fit: Fit, waves: WaveRows, rows: IntArray, any_shape: FloatArray, room: list[int]
 ) -> _Misfit | None:
-    """A rate that stays in the room, columns ``room``, and is no Earth's; None where none is."""
+    """A rate fixed in the room, columns ``room``, other than the Earth's; None if there is none."""
     residual = _residual(fit, waves)[rows]
     others, beside = _basis(np.delete(any_shape, room, axis=1)), any_shape[:, room]
     beside = beside - others @ (others.T @ beside)
     shape, shown, turn = np.linalg.svd(beside, full_matrices=False)
-    is_shown = shown > 1.0  # known better than what it is beforehand
+    is_shown = shown > 1.0  # known better than beforehand
     size = (turn @ fit.eta[room])[is_shown] + (shape.T @ residual)[is_shown] / shown[is_shown]
     squares = float((size**2 / (1 + shown[is_shown] ** -2.0)).sum())
     if not room or _is_noise(squares, len(room), waves, rows):
@@ -187,14 +187,14 @@ def _of_a_steady_rate(
 
 
 def _is_noise(squares: float, dof: int, waves: WaveRows, rows: IntArray) -> bool:
-    """Whether rows of a run leave no more than noise, whose sds its waves show by themselves."""
+    """Whether the rows of a run are only noise, whose sds its waves show by themselves."""
     rings = len(np.unique(waves.row_pose[rows]))
     shown = 2 * len(NEIGHBOURS) * rings * 3 * (2 if waves.of_gravity else 1)
     return bool(fdtrc(dof, shown, squares / dof) >= UNEXPLAINED_P_VALUE)
 
 
 def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float, int]:
-    """What columns (r, k) leave of some wave rows beyond what they leave of the means alone."""
+    """Misfit of some wave rows to columns (r, k) beyond that of the means alone."""
     first, end = fit.equations.data_count - fit.equations.wave_count, fit.equations.data_count
     means = np.r_[:first, end : len(columns)]
     both = np.concatenate([means, first + rows])
@@ -204,7 +204,7 @@ def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float,
 
 
 def _left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:
-    """Sum of squares of rows (d,) beside columns (d, k), all in sds, and its degrees of freedom."""
+    """Sum of squares and degrees of freedom of rows (d,) after a fit of columns (d, k), in sds."""
     shape = _basis(columns)
     rest = residual - shape @ (shape.T @ residual)
     return float(rest @ rest), len(rest) - shape.shape[1]

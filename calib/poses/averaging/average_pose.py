@@ -1,12 +1,12 @@
-"""One pose to one mean with an honest sd.
+"""From one pose to one mean with an honest sd.
 
 The samples of a pose are autocorrelated, so the sd of their mean comes from batch means: the pose
-is cut into ``BATCHES`` equal stretches and the scatter of the stretch means is what counts. The
-means of twice as many tell what correlation the batches leave out
+is cut into ``BATCHES`` equal stretches, and the scatter of the stretch means gives the sd. Twice as
+many means show the correlation that the batches leave out
 (:mod:`calib.poses.averaging.correlation`).
 
-On the turning plate the mean is taken over whole turns, and what comes back once and twice per
-turn (plate tilt, wow) is taken out first: it averages to nothing but would look like noise.
+On the turning plate the mean is taken over whole turns, and the waves once and twice per turn
+(plate tilt, wow) are removed first: they average to zero but would look like noise.
 """
 
 import math
@@ -42,13 +42,13 @@ from calib.poses.samples.in_step import HARMONICS, plate_angle, rate_in_step, wa
 from calib.poses.triad_kind import TRIAD_KINDS
 
 LEAST_PER_TURN = 5
-"""Samples per turn. Derived: a mean and both harmonics are five unknowns."""
+"""Least number of samples per turn. Derived: a mean and both harmonics are five unknowns."""
 
 LONGEST_PAUSE = 0.25
-"""Share of a turn in which no sample was logged. Derived: the mean of a wave over three turns is
-then up to 0.08 of its amplitude."""
+"""Share of a turn without a sample. Derived: the mean of a wave over three turns is then up to 0.08
+of its amplitude."""
 
-WHOLE_TURN = 1e-9  #: turns by which a last one may fall short: rounding of the stamps
+WHOLE_TURN = 1e-9  #: turns by which the last one may be incomplete: rounding of the stamps
 
 
 def require_even_samples(log: ImuLog, rate_rad_s: float) -> None:
@@ -93,7 +93,7 @@ def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
 
 
 def _without_harmonics(values: FloatArray, time_s: FloatArray, rate_rad_s: float) -> FloatArray:
-    """``values`` less what comes back HARMONICS times per turn; the mean is not touched."""
+    """``values`` less their waves, HARMONICS times per turn; the mean is unchanged."""
     angle = rate_rad_s * (time_s - time_s[0])
     waves = np.column_stack([f(h * angle) for h in HARMONICS for f in (np.cos, np.sin)])
     design = np.column_stack([np.ones(len(angle)), waves])
@@ -211,7 +211,7 @@ def average_pose(
 
 
 def _mean_of(counts: FloatArray, rest: FloatArray, spec: TriadSpec) -> TriadMean:
-    """The mean of readings (n, 3); ``rest`` (n, 3) is what is left of them as noise, SI."""
+    """Mean of readings (n, 3); ``rest`` (n, 3) is their residual noise, SI."""
     values = spec.nominal(counts)
     return TriadMean(
         mean=values.mean(axis=0),
@@ -225,9 +225,9 @@ def _mean_of(counts: FloatArray, rest: FloatArray, spec: TriadSpec) -> TriadMean
 
 
 def _further_mean(log: ImuLog, triad: Triad, spec: TriadSpec, n: int) -> TriadMean:
-    """The mean of a further triad over the samples that it has; NaN where these are too few.
+    """The mean of a further triad over its available samples; NaN if these are too few.
 
-    That the sensor rests is for accelerometer and gyroscope to show.
+    Accelerometer and gyroscope show whether the sensor rests.
     """
     if not log.has(triad):
         return NOT_LOGGED

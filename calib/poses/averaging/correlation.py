@@ -1,16 +1,16 @@
-"""How far noise stays correlated within poses, and what of it the batches of a pose leave out.
+"""Correlation of the noise within poses, and the part of it that the batches of a pose leave out.
 
-Noise that stays correlated over a part of a pose gives batches a variance that falls short of six
-times that of the mean. It is taken as white noise and slow noise with one correlation time
-(Gauss-Markov) together, of unknown shares, beside a drift. The means y of the ``PARTS`` of each
-pose and axis, about their mean, have the covariance s² Σ(share, time, drift) with a size s of their
-own; with Jeffreys' prior of s their density is
+Noise that stays correlated over a part of a pose gives batches a variance below six times that of
+the mean. It is modelled as the sum of white noise and slow noise with one correlation time
+(Gauss-Markov), of unknown shares, in addition to a drift. The means y of the ``PARTS`` of each pose
+and axis, about their mean, have the covariance s² Σ(share, time, drift) with a size s of their own;
+with Jeffreys' prior of s their density is
 
     |Σ|^(-1/2) (yᵀ Σ⁻¹ y)^(-c/2)
 
-for c contrasts. A pose that something disturbed thus counts as one pose. White noise alone is as
-likely beforehand as all with slow noise together, of which every share and, on a logarithmic scale,
-every time is as likely as the next; no drift is as likely as one of any size.
+for c contrasts. A disturbed pose thus counts as one pose. A priori, white noise alone is as likely
+as all mixtures with slow noise together; of these every share and, on a logarithmic scale, every
+time is equally likely; no drift is as likely as a drift of any size.
 """
 
 from collections.abc import Sequence
@@ -25,20 +25,20 @@ from calib.poses.samples.batches import BATCHES, PARTS
 
 SHARES = np.linspace(0.0, 1.0, 7)  #: part of slow noise in what the batches state; numerical
 TIMES = np.geomspace(0.03, 0.35, 8)
-"""Correlation times over the length of a pose: from a third of a part, which is white noise to
-them, to a third of the pose. Tuned: what lasts longer is hardly told from a drift within the pose
+"""Correlation times over the length of a pose: from a third of a part, which is white noise to the
+parts, to a third of the pose. Tuned: longer ones can hardly be told from a drift within the pose
 and a wander between poses. With half or all of the pose as the longest time ``study_pose_means``
 covers short poses better, and a step of the bias that a real sensor has is left open."""
 
 DRIFTS = np.array([0.0, *4.0 ** np.arange(7)])
-"""Variances of a steady drift along the parts, in that of white noise. Numerical."""
+"""Variances of a steady drift along the parts, in units of that of white noise. Numerical."""
 
-ROUNDING = 1e-12  #: relative; smaller contrasts are of a reading that stands still; numerical
+ROUNDING = 1e-12  #: relative; smaller contrasts belong to a constant reading; numerical
 
 
 class Correlation(NamedTuple):
-    """Variance of a pose mean over what its batches state: the most likely ``factor``, and ``dof``,
-    the degrees of freedom by which it is known.
+    """Ratio of the variance of a pose mean to that by its batches: the most likely ``factor``, and
+    the degrees of freedom ``dof`` by which it is known.
     """
 
     factor: float
@@ -46,13 +46,13 @@ class Correlation(NamedTuple):
 
     @property
     def widening(self) -> float:
-        """The factor with Student's allowance for how well it is known."""
+        """The factor with Student's allowance for its uncertainty."""
         return self.factor * self.dof / max(self.dof - 2, 1.0)
 
 
 class _Mixtures(NamedTuple):
-    """The g mixtures: ``whitening`` (g, c, PARTS) makes c unit contrasts of the parts, ``log_det``
-    (g,) belongs to it; ``log_prior`` (g,) is what is believed of them beforehand.
+    """The g mixtures: ``whitening`` (g, c, PARTS) makes c unit contrasts of the parts, with
+    ``log_det`` (g,); ``log_prior`` (g,) is their prior.
     """
 
     whitening: FloatArray
@@ -78,13 +78,13 @@ def _mixtures() -> _Mixtures:
 
 
 def _half_first(sizes: FloatArray) -> FloatArray:
-    """Half of the probability for those of ``sizes`` (k,) that are zero, half for the others."""
+    """Prior of half for those of ``sizes`` (k,) that are zero, half for the others."""
     nothing = sizes == 0
     return np.asarray(0.5 / np.where(nothing, nothing.sum(), (~nothing).sum()))
 
 
 def _slow(time: float) -> FloatArray:
-    """Covariance (PARTS, PARTS) of parts' means by slow noise of which the batches state one.
+    """Covariance (PARTS, PARTS) of parts' means by slow noise, scaled to the batches' variance.
 
     ``time`` is its correlation time over the length of the pose.
     """
@@ -100,7 +100,7 @@ def _slow(time: float) -> FloatArray:
 
 
 def correlation_of(means: Sequence[PoseMean], triad: Triad) -> Correlation:
-    """How far the variance of pose means exceeds what their batches state.
+    """Ratio of the variance of pose means to that by their batches.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""How far readings drift within a pose because of temperature or time, by the other poses.
+"""Drift of readings within a pose due to temperature or time, estimated from the other poses.
 
-A bias that follows the temperature moves while a pose is taken, and the stronger it is the more it
-looks like a sensor that was moved. What tells them apart are the other poses: a bias moves along
-the sensor's own axes by the same amount per kelvin and per second, however the sensor lies, whereas
-a sensor that turns swaps gravity between its axes. The slopes are the least squares solution of
+A bias that follows the temperature changes during a pose, and the larger the change, the more it
+looks like a moved sensor. The other poses separate the two: a bias changes along the sensor's own
+axes by the same amount per kelvin and per second in every attitude, whereas a sensor that turns
+exchanges gravity between its axes. The slopes are the least squares solution of
 
     v_b - mean(v) = Σ_j (x_jb - mean(x_j)) c_j
 
@@ -23,9 +23,9 @@ from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.samples.batches import PARTS, batch_means
 
 FEWEST_OTHERS = 3
-"""Poses that show the slopes. Derived: with two unknowns on each axis, one pose that was moved
-alike cannot make up the answer. A count of poses: runs of 7 and more are the same at half and
-twice."""
+"""Number of poses that show the slopes. Derived: with two unknowns on each axis, one pose that was
+moved in the same way cannot determine the answer. A count of poses: runs of 7 and more are the same
+at half and twice."""
 
 
 def average_poses(
@@ -33,8 +33,8 @@ def average_poses(
 ) -> list[PoseMean]:
     """Average the poses of one run.
 
-    A pose that seems to have moved is judged once more beside the others: by how much they stray,
-    and at rest with what drifts in all of them taken off.
+    A pose that seems to have moved is compared with the others: with their strays, and at rest
+    after the drift common to all of them is removed.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def _usual_stray(
 def drift_within(
     log: ImuLog, others: Sequence[ImuLog], triad: Triad, spec: TriadSpec
 ) -> FloatArray:
-    """What the readings of a pose drift by about their mean, by the other poses, (t, 3), SI.
+    """Drift of the readings of a pose about their mean, by the other poses, (t, 3), SI.
 
-    Zero where fewer than ``FEWEST_OTHERS`` others show it.
+    Zero if fewer than ``FEWEST_OTHERS`` others show it.
     """
     t = len(log.time_s)
     alike = [other for other in others

@@ -1,7 +1,7 @@
-"""How well the mean of a pose is known: the one room for its sd.
+"""Uncertainty of the mean of a pose: the one place where its sd is computed.
 
-**Many poses of one sensor**: batch means of each pose, steadied by those of the run's other poses,
-times what correlation the batches leave out (:mod:`calib.poses.averaging.correlation`).
+**Many poses of one sensor**: batch means of each pose, combined with those of the run's other
+poses, times the correlation that the batches leave out (:mod:`calib.poses.averaging.correlation`).
 
 **One log alone** (an installed sensor): the variance of a mean is the spectral density at frequency
 zero over the length of the log. The periodogram estimates it at the lowest frequencies that the log
@@ -24,8 +24,8 @@ from calib.poses.samples.converter_steps import same_place
 BATCH_DOF = BATCHES - 1  #: degrees of freedom of one pose's batches; definition
 MEDIAN_OF_CHI2_5 = 4.3515  #: median of chi-square with BATCH_DOF; definition
 LEAST_BY_CHANCE = 0.042
-"""0.1 % quantile of chi-square with BATCH_DOF over BATCH_DOF, a fact: a pose calmer than that shows
-a converter's step or a frozen block, not how alike the poses are."""
+"""0.1 % quantile of chi-square with BATCH_DOF over BATCH_DOF, a fact: a calmer pose shows a
+converter's step or a frozen block, not the similarity of the poses."""
 NEWTON_STEPS = 20
 """Steps of the inverse of the trigamma function; it converges quadratically and from one side.
 Numerical."""
@@ -34,12 +34,12 @@ SIMILAR_LENGTH = 1.3
 correlation times over the length then differ by no more than neighbours of the grid do."""
 
 NOISE_DOF_PER_POSE = 2.0
-"""Degrees of freedom that a pose adds to what is known of the noise. A judgement: its batches have
-five on each axis, but poses are not alike, and with more an error of single poses gets a name."""
+"""Degrees of freedom that a pose adds to the estimate of the noise. A judgement: its batches have
+five on each axis, but poses differ, and with more an error of single poses gets a name."""
 
 LARGEST_FACTOR = 5.0
-"""Factor of noise that stays correlated over 0.3 of a pose: of longer the poses show too little.
-Derived."""
+"""Largest factor, that of noise correlated over 0.3 of a pose: poses show too little of longer
+correlation. Derived."""
 
 SHORTEST_S, LONG_ENOUGH_S = 2.0, 8.0
 """With noise correlated over half a second, as low-cost sensors have it, alone or below three times
@@ -47,15 +47,15 @@ as much white noise, 90 to 94 % at 1.5 s, 95 to 96 % at 3 s and 95 % at 8 s are 
 Tuned on ``tests/calib/poses/pose_mean_coverage.py``, 25 sessions each."""
 
 LOWEST_HARMONICS = 4
-"""Slow enough for noise that stays correlated over a tenth of the log, and with three axes enough
-degrees of freedom (24) that Student's factor is small. Derived."""
+"""Number of harmonics: slow enough for noise that stays correlated over a tenth of the log, and
+with three axes enough degrees of freedom (24) for a small Student's factor. Derived."""
 
 
 def variance_of_mean(values: FloatArray) -> FloatArray:
     """Variance of the mean of each of k columns of samples.
 
-    The axes of one triad share the colour of their noise: by how much it exceeds white noise is
-    taken from all of them together, and never as less than 1. Student's factor allows for the
+    The axes of one triad share the spectrum of their noise: its excess over white noise is
+    estimated from all of them together, and never as less than 1. Student's factor allows for the
     degrees of freedom of that estimate.
 
     Parameters
@@ -82,14 +82,14 @@ def variance_of_mean(values: FloatArray) -> FloatArray:
 
 
 def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
-    """Sd of each pose mean by its batches, (n, 3), steadied by those of the run's other poses.
+    """Sd of each pose mean by its batches, (n, 3), combined with those of the run's other poses.
 
     A pose's own estimate has 5 degrees of freedom, too few to weight by. The typical variance of
-    the run, scaled to the length of the pose, counts for as many more as the poses are alike
-    (:func:`shared_dof`): on a bench it decides, among poses held in a hand hardly. Being a median,
-    it does not follow the few poses that were disturbed. Student's factor allows for what is known
-    by few degrees of freedom. A pose calmer than the typical one counts as typical: its batches
-    show the fast noise only, and what is slower is in all poses alike.
+    the run, scaled to the length of the pose, counts for more of them the more similar the poses
+    are (:func:`shared_dof`): on a bench it dominates, among poses held in a hand it hardly counts.
+    As a median, it does not follow the few disturbed poses. Student's factor allows for few degrees
+    of freedom. A pose calmer than the typical one counts as typical: its batches show the fast
+    noise only, and slower noise is the same in all poses.
     """
     variance = np.array([mean.of(triad).variance for mean in means])
     duration = np.array([mean.duration_s for mean in means])[:, None]
@@ -104,9 +104,9 @@ def pooled_sd(means: Sequence[PoseMean], triad: Triad) -> FloatArray:
 def shared_dof(ratio: FloatArray) -> float:
     """Degrees of freedom that the typical variance of a run counts for in that of one pose.
 
-    The poses' true variances are taken as scattered about a typical one like its inverse by
-    chi-square. The logarithms of their estimates then scatter by trigamma(d/2) for the BATCH_DOF of
-    an estimate and trigamma(d0/2) for the d0 sought.
+    The poses' true variances are assumed to scatter about a typical one by an inverse chi-square.
+    The logarithms of their estimates then scatter by trigamma(d/2) for the BATCH_DOF of an estimate
+    and trigamma(d0/2) for the unknown d0.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def shared_dof(ratio: FloatArray) -> float:
 
 
 def by_length(runs: Sequence[Sequence[PoseMean]]) -> list[list[int]]:
-    """Which of ``runs`` have poses of one length; they share one correlation."""
+    """Groups of ``runs`` with poses of equal length, which share one correlation."""
     length = [float(np.median([mean.duration_s for mean in means])) for means in runs]
     groups: list[list[int]] = []
     for i in sorted(range(len(runs)), key=lambda i: length[i]):
@@ -155,7 +155,7 @@ def _together(runs: Sequence[Sequence[PoseMean]], group: Sequence[int]) -> list[
 def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
     """Degrees of freedom of the sds of all runs; None where there are none.
 
-    The variance of each group of poses is known by their number and by their correlation.
+    The variance of each group of poses has an uncertainty by their number and by their correlation.
     """
     scatter, total = 0.0, 0
     for group in by_length(runs):
@@ -167,9 +167,9 @@ def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
 
 
 def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
-    """Why the sds of these pose means may not hold, or None where they do.
+    """Reason why the sds of these pose means may not hold, or None where they do.
 
-    Means over a few correlation times follow the noise itself: how far it goes is not in the poses.
+    Means over a few correlation times follow the noise itself: the poses do not show its extent.
     """
     seconds = float(np.median([mean.duration_s for mean in means]))
     wanders = correlation_of(means, triad).factor > LARGEST_FACTOR
@@ -206,8 +206,8 @@ def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
 def pose_mean_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
     """Sd (n, 3), nominal m/s² or rad/s, of every pose mean of all runs, one after another.
 
-    Noise and converter steps; of a gyroscope the rate at which a pose at rest gave way, of an
-    accelerometer by how much it rocked short of gravity.
+    It combines noise and converter steps; for a gyroscope also the rate at which a pose at rest
+    crept, for an accelerometer the gravity lost by rocking.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is known of one pose once its samples are averaged, here or by whom a table is from."""
+"""Records of one pose after averaging, here or in the program that wrote a table."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -100,12 +100,12 @@ def triad_columns(triad: Triad, prefix: str = "") -> list[str]:
 
 
 def is_stated(name: str) -> bool:
-    """Whether a column says how well the means of a table are known."""
+    """Whether a column states the uncertainty of the means of a table."""
     return name == SAMPLES or any(name in triad_columns(triad, SD) for triad in TRIAD_KINDS)
 
 
 def is_read(name: str) -> bool:
-    """Whether a column is the time, a reading of every IMU, or how well one is known."""
+    """Whether a column is the time, a reading of every IMU, or the uncertainty of one."""
     return (name == TIME or any(name in triad_columns(triad) for triad in TRIADS)
             or is_stated(name))
 
@@ -115,7 +115,7 @@ def nominal_means(
 ) -> tuple[FloatArray, FloatArray]:
     """Means of a triad and their sds by the data sheet, SI, each (n, 3); NaN for no stated sds.
 
-    An sd contains what the digits of the means leave open.
+    An sd includes the rounding of the means to their printed digits.
     """
     printed = np.column_stack([columns[name] for name in triad_columns(triad)])
     stated = _stated_sds(columns, triad)
@@ -126,7 +126,7 @@ def nominal_means(
 
 
 def _stated_sds(columns: Mapping[str, FloatArray], triad: Triad) -> FloatArray:
-    """The sds as they stand in a table, (n, 3), those of samples where their number is stated."""
+    """The sds of a table, (n, 3), divided by √n where they are those of n samples."""
     rows = len(columns[triad_columns(triad)[0]])
     return np.column_stack([columns.get(name, np.full(rows, np.nan))
                             for name in triad_columns(triad, SD)])

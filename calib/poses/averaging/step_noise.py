@@ -1,4 +1,4 @@
-"""What a converter's steps do to the means of one run."""
+"""Effect of a converter's steps on the means of one run."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,11 @@ from calib.poses.samples.converter_steps import PRINTED_TOLERANCE, step_variance
 
 
 def variance_by_steps(means: Sequence[TriadMean]) -> FloatArray:
-    """Variance of the means of one run by the steps of the converter, shape (3,), SI squared."""
+    """Variance of the means of one run by the converter's steps, shape (3,), SI squared."""
     scatter = np.array([mean.scatter for mean in means])
     variance = np.array([mean.variance for mean in means])
     step, least = known_step(means), min(len(mean.envelope) for mean in means) or BATCHES
-    rounding = np.maximum(PRINTED_TOLERANCE * step**2, NO_LENGTH)  # one value shows no number
+    rounding = np.maximum(PRINTED_TOLERANCE * step**2, NO_LENGTH)  # a constant shows no step
     samples = (scatter.mean(axis=0) + rounding) / (variance.mean(axis=0) + rounding / least)
     logged = [mean.envelope[0, 0] if len(mean.envelope) else mean.mean for mean in means]
     above = np.array([mean.mean for mean in means]) - logged
@@ -24,7 +24,7 @@ def variance_by_steps(means: Sequence[TriadMean]) -> FloatArray:
 
 
 def known_step(means: Sequence[TriadMean]) -> FloatArray:
-    """The step of a converter, SI, shape (3,): the least a pose shows, else the least it can be."""
+    """The step of a converter, SI, shape (3,): the least that a pose shows, or that is possible."""
     step = np.min([mean.step for mean in means], axis=0)
     unit = np.min([mean.unit for mean in means], axis=0)
     return np.asarray(np.where(np.isfinite(step), step, unit))

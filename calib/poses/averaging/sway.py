@@ -1,10 +1,10 @@
-"""The gravity that a pose at rest lacks because it was shaken.
+"""Gravity that a pose at rest lost because it was shaken.
 
-A sensor that rocks by the angle φ about its mean attitude feels ``f cos φ`` along it on average:
-the length of its mean is short by ``g φ²/2``, which no scatter of batch means shows. Both triads
-bound φ from above: gravity sweeps over the accelerometer's axes and scatters its samples by
+A sensor that rocks by the angle φ about its mean attitude senses ``f cos φ`` along it on average:
+the length of its mean is short by ``g φ²/2``, which the scatter of batch means does not show. Both
+triads bound φ from above: gravity sweeps over the accelerometer's axes and scatters its samples by
 ``g² φ²``, all axes together, and the gyroscope turns by φ. Vibration along a line scatters the
-samples and turns nothing: it averages out.
+samples without rotation: it averages out.
 """
 
 from collections.abc import Sequence
@@ -58,11 +58,11 @@ def check_calm(label: str, scatter: FloatArray, sway: float, gravity: float, lim
 
 
 NOTICEABLE_M_S2 = LARGEST_STILL_SHIFT["accelerometer"]
-"""Gravity that is missing. Derived: as much as a still pose may stray."""
+"""Loss of gravity. Derived: as much as a still pose may stray."""
 
 
 def shortfall(means: Sequence[PoseMean]) -> FloatArray:
-    """Gravity that the mean of each pose at rest of a run may lack, m/s², (n,).
+    """Largest gravity that the mean of each pose at rest of a run may lack, m/s², (n,).
 
     The scatter of the median pose is the sensor's noise; only what exceeds it can be rocking.
     """
@@ -72,7 +72,7 @@ def shortfall(means: Sequence[PoseMean]) -> FloatArray:
 
 
 def shaken(means: Sequence[PoseMean], run: str) -> str | None:
-    """Words on poses of a run that scatter far more than the others, or None.
+    """Note on poses of a run that scatter far more than the others, or None.
 
     Rocking by as much would make them ``NOTICEABLE_M_S2`` short.
 
@@ -97,7 +97,7 @@ def shaken(means: Sequence[PoseMean], run: str) -> str | None:
 
 
 def _swept(means: Sequence[PoseMean]) -> tuple[FloatArray, float, FloatArray]:
-    """Scatter of all axes (n,), its median, and what rocking by the excess would take off, (n,)."""
+    """Scatter of all axes (n,), its median, and gravity lost if the excess were rocking, (n,)."""
     scatter = np.array([mean.accelerometer.scatter.sum() for mean in means])
     gravity = np.linalg.norm([mean.accelerometer.mean for mean in means], axis=1)
     usual = float(np.median(scatter))

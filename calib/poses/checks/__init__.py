@@ -1,1 +1,1 @@
-"""Whether readings are measurements, and a stretch of them a pose."""
+"""Tests whether readings are measurements, and whether a stretch of them is a pose."""

@@ -1,9 +1,9 @@
-"""Blocks of rows that a logger wrote again and again instead of measuring.
+"""Blocks of rows that a logger repeated instead of measuring.
 
 Noise alone repeats a reading on all axes of a triad now and then. Of independent samples that take
 the i-th reading with probability q_i, the share Σ q_i² repeats the one before, and a run of k
 repetitions begins at a given sample with a probability of at most (max q_i)^k ≤ (Σ q_i²)^(k/2). A
-run so long that none of its length is expected in the log is no noise.
+run so long that none of its length is expected in the log is not noise.
 """
 
 import math
@@ -16,26 +16,26 @@ from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog
 
 FALSE_ALARM = 1e-6
 """Expected number of such runs in a log by noise alone, and probability that any other check of a
-session's files speaks of a mistake where there is none. Derived: one in a million logs."""
+session's files reports a mistake where there is none. Derived: one in a million logs."""
 
 CERTAIN_SD = 5.0
-"""Sds of a difference that is certain. Derived: normal noise is beyond them with a probability of
-6e-7, as often as ``FALSE_ALARM`` allows."""
+"""Sds from which a difference is certain. Derived: normal noise is beyond them with a probability
+of 6e-7, as often as ``FALSE_ALARM`` allows."""
 
 SHORTEST_BLOCK = 10
-"""Rows. Fact: sensors read faster than they measure repeat each reading a few times, one of 100 Hz
-on a line of 1 kHz ten times."""
+"""Length of a block, rows. Fact: sensors that are read faster than they measure repeat each reading
+a few times, one of 100 Hz on a line of 1 kHz ten times."""
 
 TOO_MANY = 0.5
-"""Share of a pose's samples. A judgement: what stopped for longer than it ran does not run well."""
+"""Share of a pose's samples. A judgement: what stopped for longer than it ran is faulty."""
 
 BLOCKS_LISTED = 4  #: it chooses words only
 
 
 def frozen_samples(log: ImuLog, one_pose: bool = True) -> BoolArray:
-    """Samples that only repeat the one before, for longer than noise does, shape (t,).
+    """Samples that repeat the one before for longer than noise does, shape (t,).
 
-    In a log of one pose a triad that does so alone counts; between poses all axes must.
+    In a log of one pose a single triad that does so counts; between poses all axes must.
     """
     readings = [log.readings(triad) for triad in TRIADS if log.has(triad)]
     parts = readings if one_pose else [np.hstack(readings)]
@@ -43,7 +43,7 @@ def frozen_samples(log: ImuLog, one_pose: bool = True) -> BoolArray:
 
 
 def _frozen(readings: FloatArray) -> BoolArray:
-    """Find them in readings, shape (t, k)."""
+    """Find frozen samples in readings, shape (t, k)."""
     repeats = np.concatenate([[False], (np.diff(readings, axis=0) == 0).all(axis=1)])
     edges = np.flatnonzero(np.diff(np.concatenate([repeats, [False]]).astype(np.int8)))
     starts, stops = edges[::2] + 1, edges[1::2] + 1

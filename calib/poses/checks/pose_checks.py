@@ -1,9 +1,8 @@
-"""Whether a pose is one: in range, still, or turning steadily in one attitude.
+"""Tests of a pose: in range, still, or turning steadily in one attitude.
 
-``PARTS`` means of equal stretches show motion. What counts is by how much they stray from
-their median on average, times two: a jump in mid-pose by d, to and fro between two attitudes d
-apart, and a creep by 2 d from end to end all come out as d, as does whatever else pulls the mean
-of the pose by d/2.
+``PARTS`` means of equal stretches show motion. The statistic is their mean distance from their
+median, times two: a jump in mid-pose by d, alternation between two attitudes d apart, and a creep
+by 2 d from end to end all give d, as does any other change that moves the mean of the pose by d/2.
 """
 
 import math
@@ -17,7 +16,7 @@ from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from calib.poses.samples.batches import PARTS, batch_means
 
 FINER = 4
-"""Times as many stretches on the turning plate, where a pose has the samples for it: a wave that
+"""Factor in the number of stretches on the turning plate, if a pose has enough samples: a wave that
 bends the means of ``PARTS`` is straight over a quarter of their length. Derived."""
 
 RAIL_SHARE = 1e-3
@@ -34,32 +33,32 @@ LARGEST_STILL_SHIFT = {"accelerometer": 0.02, "gyroscope": 0.02}
 A judgement."""
 
 LARGEST_RATE_CHANGE = 0.005
-"""Share of the plate's rate, within a pose and from pose to pose. A judgement: 2.5 times the wow of
-belt drives (0.2 %), of which whole turns leave little. Half and double contradict none of 2
-ordinary sessions (``tests.bench.contradiction_limits``); what is refused is this change by
-definition."""
+"""Change of the plate's rate, as a share, within a pose and from pose to pose. A judgement: 2.5
+times the wow of belt drives (0.2 %), of which whole turns leave little. Half and double contradict
+none of 2 ordinary sessions (``tests.bench.contradiction_limits``); what is refused is this change
+by definition."""
 LARGEST_TURN = 0.005
-"""Share of the mean, 0.3°: what is laid on a plate by hand and loosened would turn by more. A
+"""Share of the mean, 0.3°: a sensor placed on a plate by hand and loosened would turn by more. A
 judgement."""
 
 MUST_MOVE, STANDS_STILL = 0.5, 0.05
-"""Share of the magnitude: what the other axes demand of one that is alive, and how little a dead
-one moves. Derived: an error of the data sheet by a third leaves the first, cross-axis sensitivities
-of a few per cent move a dead axis by less than the second."""
+"""Shares of the magnitude: the change that the other axes require of a working axis, and the
+largest one of a dead axis. Derived: an error of the data sheet by a third leaves the first,
+cross-axis sensitivities of a few per cent move a dead axis by less than the second."""
 
 
 WANDERS = 4.0
-"""Times the median stray of the run's poses. Derived: of 6000 poses of noise that stays correlated
-over a fiftieth of a pose to a hundred poses, one in 10⁴ strays by more
+"""Multiple of the median stray of the run's poses. Derived: of 6000 poses of noise that stays
+correlated over a fiftieth of a pose to a hundred poses, one in 10⁴ strays by more
 (``test_noise_of_any_correlation_strays_by_four_medians_once_in_ten_thousand``)."""
 
 MOST_WANDER = 5.0
-"""Times the shift that is accepted where the poses say nothing. Derived: of two directions 1.4°
+"""Multiple of the shift that is accepted if the poses show nothing. Derived: of two directions 1.4°
 apart, half of the pose each, the mean is short by 8e-5 of itself."""
 
 
 class SensorMoved(Undetermined):
-    """A pose whose readings stray by more than noise, by the scatter within it alone."""
+    """A pose whose readings stray by more than noise, judged by the scatter within it alone."""
 
 
 def _median(values: FloatArray) -> FloatArray:
@@ -70,7 +69,7 @@ def _median(values: FloatArray) -> FloatArray:
 
 
 def _stray(means: FloatArray) -> FloatArray:
-    """How far ``PARTS`` means (b, k) stray from their median, as the module says, (k,)."""
+    """Stray of ``PARTS`` means (b, k) from their median, as defined above, (k,)."""
     return np.asarray(2 * np.abs(means - _median(means)).mean(axis=0))
 
 
@@ -78,9 +77,9 @@ def _noise(means: FloatArray) -> float:
     """Sd of the difference between both halves of a pose by noise alone.
 
     It comes from the median second difference of the batch means (b, k), which neither a few jumps
-    nor a steady creep enter: measured by the motion itself, no motion would be large. The axes
-    share it, since a median of so few would often come out far too small. More batches, each of
-    less, show it where what is left of waves bends the batch means.
+    nor a steady creep affect: an estimate from the motion itself would hide any motion. The axes
+    share it, since a median of so few would often be far too small. More, shorter batches are used
+    where the remaining waves bend the batch means.
     """
     bends = means[2:] - 2 * means[1:-1] + means[:-2]
     of_batch = _median(np.abs(bends)) / MEDIAN_OF_NORMAL
@@ -89,7 +88,7 @@ def _noise(means: FloatArray) -> float:
 
 
 def check_range(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
-    """Refuse counts (t, 3) that the converter cannot give.
+    """Refuse counts (t, 3) outside the converter's range.
 
     Raises
     ------
@@ -110,7 +109,7 @@ def check_range(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> 
 
 
 def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
-    """Refuse counts (t, 3) that the converter cannot give, or that stand at its rails.
+    """Refuse counts (t, 3) outside the converter's range, or saturated at its ends.
 
     Raises
     ------
@@ -142,7 +141,7 @@ def is_still(values: FloatArray, step: FloatArray | float, largest_shift: float)
 
 
 def stray_of(values: FloatArray) -> FloatArray:
-    """How far the readings (t, 3) of a pose stray, as the module says, in their unit, (3,)."""
+    """Stray of the readings (t, 3) of a pose, as defined above, in their unit, (3,)."""
     return _stray(batch_means(values, PARTS))
 
 
@@ -152,8 +151,8 @@ def check_still(
 ) -> None:
     """Refuse a pose whose readings (t, 3), SI, stray by more than ``largest_shift`` and noise.
 
-    ``step`` (3,) is that of the converter: to and fro between two of its values is no motion.
-    ``usual`` (3,) is by how much the run's other poses stray, where that is known.
+    ``step`` (3,) is that of the converter: alternation between two of its values is no motion.
+    ``usual`` (3,) is the stray of the run's other poses, where that is known.
     """
     means = batch_means(values, PARTS)
     stray, limit = _stray(means), _accepted(_noise(means), step, largest_shift, usual)
@@ -181,7 +180,7 @@ def check_attitude(
 ) -> None:
     """Refuse a pose on the turning plate that changed its attitude; ``values`` (t, 3), SI.
 
-    What comes back with every turn must be off them; ``step`` and ``usual`` as in
+    Waves in step with the plate must be removed from them; ``step`` and ``usual`` as in
     :func:`check_still`.
     """
     finer = FINER if len(values) >= 2 * FINER * PARTS else 1
@@ -218,10 +217,10 @@ def check_steady(label: str, values: FloatArray) -> None:
 
 
 def check_axes_alive(run: str, triad: str, readings: FloatArray, magnitude: FloatArray) -> None:
-    """Refuse poses of a run in which an axis stays where it is while the others demand a change.
+    """Refuse poses of a run in which an axis stays constant although the others require a change.
 
-    Two axes leave ``√(m² - a² - b²)`` for the third. Its noise does not tell a dead axis from one
-    that is alive; that it does not follow does.
+    Two axes leave ``√(m² - a² - b²)`` for the third. Noise does not distinguish a dead axis from a
+    working one; its failure to follow does.
 
     Parameters
     ----------

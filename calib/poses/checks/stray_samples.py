@@ -1,4 +1,4 @@
-"""Samples of a pose that are no measurement: what a bus or a sensor that failed left in the log.
+"""Samples of a pose that are not measurements: left in the log by a failure of bus or sensor.
 
 A reading that fails gives zeros, −1, an end of the converter, or whatever the register last held.
 Such samples pull the mean, and since they also widen the scatter that a pose is judged by, more of
@@ -35,12 +35,12 @@ ONE_LEVEL = 0.74
 deviation shows no less."""
 
 OFTEN = 10.0
-"""Times as often as chance repeats a tuple of three axes that know nothing of each other. Derived:
-axes that move together, as noise of the supply makes them, repeat theirs some times as often."""
+"""Multiple of the chance rate at which a tuple of three independent axes repeats. Derived: axes
+that move together, as noise of the supply makes them, repeat theirs some times as often."""
 
 NEIGHBOURS, REACH = 3.0, 4
-"""Times as often as the values of its axis within so many levels. Derived: away from the middle
-smooth noise repeats an inner neighbour more; converters whose steps are not alike skip up to three
+"""Multiple of the frequency of the values of its axis within so many levels. Derived: away from the
+middle smooth noise repeats an inner neighbour more; converters with uneven steps skip up to three
 codes of four."""
 
 LEAST_REPEATS = 12
@@ -104,7 +104,7 @@ def without_strays(log: ImuLog) -> tuple[ImuLog, str | None]:
 
 
 def stray_samples(values: FloatArray) -> BoolArray:
-    """Which samples of one triad are stray and move its mean, shape (t,).
+    """Stray samples of one triad that move its mean, shape (t,).
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def stray_samples(values: FloatArray) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class _Levels:
-    """The values that occur on one axis, in sds of its noise from its median.
+    """The values that occur on one axis, relative to its median, in sds of its noise.
 
     Attributes
     ----------
@@ -156,13 +156,13 @@ class _Levels:
 
     @property
     def distance(self) -> FloatArray:
-        """How far each sample is from the median, (t,)."""
+        """Distance of each sample from the median, (t,)."""
         return np.asarray(np.abs(self.value)[self.place])
 
     def repeated(self, counted: BoolArray) -> BoolArray:
         """Levels away from the middle that occur more often than their neighbours explain, (l,).
 
-        Without those where the axis is cut off: their samples are a limit of what was measured.
+        Levels where the axis is cut off are excluded: their samples are limits of the measurement.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class _Levels:
 
     @property
     def limits(self) -> BoolArray:
-        """Levels where the axis is cut off: nothing lies beyond, and they have what would, (l,)."""
+        """Levels where the axis is cut off: nothing lies beyond, and they hold what would, (l,)."""
         from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
 
         times = np.bincount(self.place, minlength=len(self.value))
@@ -193,7 +193,7 @@ class _Levels:
 
 
 def _beside_a_limit(level: FloatArray, place: IntArray) -> float:
-    """Median distance of the other samples from an end where most stand; 0 where it is no limit.
+    """Median distance of the other samples from an end where most are; 0 where it is no limit.
 
     Noise that is cut off in its middle goes on without a gap where it is not cut off.
     """
@@ -207,7 +207,7 @@ def _beside_a_limit(level: FloatArray, place: IntArray) -> float:
 
 
 def cut_off(values: FloatArray) -> BoolArray:
-    """Samples of one axis, (t,), at a value that smooth noise piles up at only where it is a limit.
+    """Samples of one axis, (t,), at a value where noise accumulates because it is a limit.
 
     None where the noise is less than two steps of the converter.
     """
@@ -219,14 +219,14 @@ def cut_off(values: FloatArray) -> BoolArray:
 
 
 def _alone(some: BoolArray) -> bool:
-    """Whether ``some`` samples are scattered over the log as chance scatters them."""
+    """Whether ``some`` samples are scattered over the log as if by chance."""
     count = int(some.sum())
     runs = int(np.count_nonzero(np.diff(np.concatenate([[False], some]).astype(np.int8)) > 0))
     return runs >= count * (1 - count / len(some)) * 2 / 3
 
 
 def _again(values: FloatArray, axes: Sequence[_Levels]) -> BoolArray:
-    """Samples whose tuple, or whose value on one axis, noise does not repeat so often."""
+    """Samples whose tuple, or whose value on one axis, repeats more often than noise explains."""
     stray = np.zeros(len(values), dtype=bool)
     if axes and all(axis.step <= 1 for axis in axes):
         key = np.zeros(len(values), dtype=np.int64)
@@ -246,9 +246,9 @@ def _again(values: FloatArray, axes: Sequence[_Levels]) -> BoolArray:
 
 
 def _scattered(place: IntArray, numbers: IntArray) -> BoolArray:
-    """Samples in those of the places ``numbers`` that scatter over the log, shape (t,).
+    """Samples at the levels ``numbers`` that scatter over the log, shape (t,).
 
-    Many values that occur too often are how the converter is made: its steps are not alike.
+    Many values that occur too often are a property of the converter: its steps are uneven.
     """
     stray = np.zeros(len(place), dtype=bool)
     if len(numbers) > FEW_VALUES:
@@ -270,7 +270,7 @@ def _require_few(log: ImuLog, triad: Triad, values: FloatArray, stray: BoolArray
 
 
 def _described(values: FloatArray, stray: BoolArray) -> str:
-    """The tuples that occur most among the stray samples."""
+    """The most frequent tuples among the stray samples."""
     tuples, count = np.unique(values[stray], axis=0, return_counts=True)
     order = np.argsort(-count, kind="stable")[:TUPLES_SHOWN]
     shown = [f"({', '.join(f'{v:g}' for v in tuples[i])}) {count[i]} times" for i in order]

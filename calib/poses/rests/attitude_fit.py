@@ -1,12 +1,12 @@
-"""How well a calibration through given rests would predict: what thresholds are compared by.
+"""Predictive quality of a calibration by given rests, the criterion for thresholds.
 
     |M v_i + c| = m + e_i,    M upper triangular
 
 is fitted to the mean nominal readings v_i of n rests (Tedaldi, Pretto, Menegatti, ICRA 2014, choose
-the threshold of the smallest residual). The residual alone favours few rests: here the variance
-that is left, s² = Σ e² / (n - p) with Student's factor, goes through the design to the corrected
-magnitude in every direction of the sphere, and its root mean square there is the score. Rests that
-are few, badly spread or disturbed all make it larger.
+the threshold of the smallest residual). The residual alone favours few rests: here the residual
+variance, s² = Σ e² / (n - p) with Student's factor, is propagated to the corrected magnitude in
+every direction of the sphere, and its root mean square there is the score. Rests that are few,
+badly spread or disturbed all make it larger.
 """
 
 from collections.abc import Sequence
@@ -32,12 +32,13 @@ WORTHLESS = 0.03
 calibration that predicts worse has nothing to say about thresholds. Fact."""
 
 ALIKE = 0.1
-"""Scores this close are the same: the residual of 20 rests scatters by a sixth. Half of it loses
-1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing. Tuned."""
+"""Relative difference of equivalent scores: the residual of 20 rests scatters by a sixth. Half of
+it loses 1 % of the stops in ``tests.bench.study_static_intervals``, twice of it changes nothing.
+Tuned."""
 
 SPHERE_POINTS = 200  #: numerical: directions of the mean over the sphere
 
-_EYE = np.eye(9)  #: all nine, each by itself
+_EYE = np.eye(9)  #: all nine parameters, each by itself
 #: Columns are parameters, rows the elements xx xy xz yy yz zz of M and the three of c.
 MODELS: tuple[FloatArray, ...] = (
     _EYE,
@@ -49,7 +50,7 @@ compared by the first that the rests of any of them determine."""
 
 
 def best_threshold(rests: Sequence[FloatArray], magnitude: float) -> int | None:
-    """Which of several sets of rests predicts best; None where none calibrates.
+    """Index of the set of rests that predicts best; None where none calibrates.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ def prediction_error(
     if n < p + SPARE:
         return float("inf")
     theta = np.array([1.0, 0, 0, 1, 0, 1, 0, 0, 0])
-    with np.errstate(over="ignore", invalid="ignore"):  # what diverges is not finite in the end
+    with np.errstate(over="ignore", invalid="ignore"):  # a diverging iteration ends as not finite
         for _ in range(STEPS):
             length, columns = _magnitude(vectors, theta)
             if not np.isfinite(columns).all():

@@ -1,7 +1,7 @@
-"""The stretches of a log whose windows stay below one threshold of variance.
+"""Stretches of a log whose windows stay below one threshold of variance.
 
-A stretch becomes a rest when it is long enough once its ends are cut off. A rest that wanders, or
-on which the plate stood still, carries its fault and is no pose.
+A stretch becomes a rest if it is long enough after its ends are cut off. A rest that wanders, or
+during which the plate stood still, carries its fault and is not used as a pose.
 """
 
 import math
@@ -29,7 +29,7 @@ for stops (0.5 %) where none was. Tuned."""
 
 FEWEST_WINDOW = 8  #: samples; derived: the sd of a variance is a third of it
 QUIETEST_SHARE = 0.05
-"""A log that rests for less of its time, a minute of twenty, never rests. A judgement."""
+"""Share of rest in a log below which, a minute of twenty, it never rests. A judgement."""
 
 LARGEST_SWING: dict[Triad, float] = {"accelerometer": 1.0, "gyroscope": 0.09}
 """From peak to peak, m/s² and rad/s: what no stop does. 5 °/s is no turn of a plate either.
@@ -47,8 +47,8 @@ MARGIN_SHARE, MARGIN_S = 0.1, 0.25
 movement. Tuned."""
 
 SAME_ATTITUDE = math.radians(2.0)
-"""Consecutive rests closer than this are pieces of one, unless the sensor was moved between. It is
-also how far an attitude may wander within a rest: its mean then is short by θ²/24. Derived."""
+"""Angle below which consecutive rests are pieces of one, unless the sensor was moved between. It is
+also the largest wander of an attitude within a rest: its mean then is short by θ²/24. Derived."""
 
 MOST_BLOCKS = 8
 """Parts of a rest whose means are compared: enough of them to see a slow turn, few enough to
@@ -59,12 +59,12 @@ WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
 
 PLATE_STOOD = "the plate stood still"
 PLATE_STANDS = 1 / PLAUSIBLE_RATIO
-"""Part of the plate's rate. No data sheet is that wrong, so below it stood still. Derived."""
+"""Share of the plate's rate. No data sheet is so wrong: below it the plate stood still. Derived."""
 
 
 @dataclass(frozen=True)
 class Rest:
-    """Samples ``start`` to ``stop``; ``fault`` is why they are no pose after all."""
+    """Samples ``start`` to ``stop``; ``fault`` is the reason why they cannot be used as a pose."""
 
     start: int
     stop: int
@@ -131,17 +131,17 @@ class DecidingTriad:
 
     @property
     def ceiling(self) -> float:
-        """Variance that no window of a rest has."""
+        """Largest variance of a window within a rest."""
         return (LARGEST_SWING[self.triad] / SWING_PER_SD) ** 2
 
     @property
     def magnitude(self) -> float | None:
-        """What all poses should measure, SI; None of a gyroscope at rest."""
+        """Expected magnitude of all poses, SI; None for a gyroscope at rest."""
         return STANDARD_GRAVITY_M_S2 if self.triad == "accelerometer" else self.rate_rad_s or None
 
     @property
     def largest_wander(self) -> float:
-        """How far the mean may move within a rest, SI."""
+        """Largest movement of the mean within a rest, SI."""
         if self.magnitude is None:
             return LARGEST_SWING[self.triad]
         return self.magnitude * SAME_ATTITUDE
@@ -155,7 +155,7 @@ class DecidingTriad:
         return float(stray_of(self.values[rest.start : rest.stop]).max())
 
     def span(self, rest: Rest) -> str:
-        """When since the log began, in words."""
+        """Time of a rest since the log began, in words."""
         begun, ended = self.time_s[[rest.start, rest.stop - 1]] - self.time_s[0]
         return f"{begun:.1f}-{ended:.1f} s"
 
@@ -224,7 +224,7 @@ def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
 
 
 def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
-    """Why a quiet stretch is no pose: it turned slowly, or the plate stood still."""
+    """Reason why a quiet stretch is not a pose: it turned slowly, or the plate stood still."""
     samples = rest.stop - rest.start
     count = min(max(2, samples // triad.window), MOST_BLOCKS)
     means = triad.sums.means(rest.start + samples // count * np.arange(count + 1))
@@ -238,9 +238,9 @@ def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
 
 
 def longest_pieces(triad: DecidingTriad, rests: Sequence[Rest]) -> list[Rest]:
-    """One rest of each group that are pieces of the same: the others say nothing new.
+    """The longest rest of each group of pieces: the others add no information.
 
-    A gyroscope at rest reads the same in every attitude: there each piece serves alike.
+    A gyroscope at rest reads the same in every attitude: there all pieces are used.
     """
     if triad.magnitude is None:
         return list(rests)
@@ -262,9 +262,9 @@ def _moved_between(triad: DecidingTriad, one: Rest, other: Rest) -> bool:
 
 
 def steady_part(triad: DecidingTriad, rest: Rest, largest_shift: float) -> Rest:
-    """The longest part of a rest, half of it at least, that strays by no more than that.
+    """The longest part of a rest, at least half of it, whose stray is within ``largest_shift``.
 
-    A hand lets go late, and foam settles. All of the rest where it has no such part.
+    A hand lets go late, and foam settles. The whole rest if there is no such part.
     """
     step = (rest.stop - rest.start) // MOST_BLOCKS
     for cut in range(MOST_BLOCKS // 2 + 1):

@@ -4,8 +4,9 @@ The variance of a sliding window, summed over the axes, is compared with a thres
 suits every log: on a table a sensor shows its own noise, in a hand many times as much. So
 thresholds are searched (Tedaldi, Pretto, Menegatti, ICRA 2014), from the variance of the quietest
 twentieth of the log upwards by factors of THRESHOLD_STEP, and the one whose rests make the best
-calibration is taken (:mod:`calib.poses.rests.attitude_fit`). A rest that a threshold cuts in pieces
-counts once. Nothing that swings by metres per second squared is at rest, whatever the search says.
+calibration is taken (:mod:`calib.poses.rests.attitude_fit`). A rest that a threshold cuts into
+pieces counts once. A stretch that swings by metres per second squared is never at rest, whatever
+the search gives.
 """
 
 import math
@@ -127,10 +128,10 @@ def _thresholds(triad: DecidingTriad, search: StillSearch) -> list[float]:
 def _best(
     triad: DecidingTriad, poses: Sequence[Sequence[Rest]], thresholds: Sequence[float]
 ) -> int:
-    """Which threshold's rests make the best calibration.
+    """Index of the threshold whose rests make the best calibration.
 
-    Where none makes one, and at rest where a gyroscope has nothing to measure, the common noise of
-    the log decides: STILL_RATIO times the most common variance of the quieter half.
+    If none makes one, and at rest if a gyroscope has nothing to measure, the common noise of the
+    log decides: STILL_RATIO times the most common variance of the quieter half.
     """
     means = [np.array([triad.mean(rest) for rest in rests]).reshape(-1, 3) for rests in poses]
     best = None if triad.magnitude is None else best_threshold(means, triad.magnitude)
@@ -168,7 +169,7 @@ def quiet_level(variance: FloatArray) -> float:
 
 
 def _noisier(triad: DecidingTriad, rests: Sequence[Rest], threshold: float) -> Iterator[Rest]:
-    """Stops that a higher threshold would give, and nothing that is among ``rests``."""
+    """Stops that a higher threshold would give, apart from those among ``rests``."""
     if threshold >= triad.ceiling:
         return
     for stop in rests_below(triad, triad.ceiling):
@@ -201,7 +202,7 @@ def _no_pose(triad: DecidingTriad, rests: Sequence[Rest]) -> str:
 
 
 def list_stops(stops: Sequence[tuple[str, str]]) -> str:
-    """Stops as one phrase, those with the same reason together.
+    """List of stops as one phrase, those with the same reason together.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""What a user says of the search for rests in a log."""
+"""User settings of the search for rests in a log."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class StillSearch:
-    """What the user says of the search: both None for the search itself.
+    """User settings of the search: both None for the search itself.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Poses on a plate that leans and turns: those recorded, and those planned."""
+"""Poses on a plate that leans and turns, recorded or planned."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -28,7 +28,7 @@ from calib.poses.samples.in_step import FEWEST_TURNS
 ADVISED_TILT_RAD = float(np.radians(9.0))
 """Fact: 5 cm under one side of a record player that is 32 cm deep."""
 ADVISED_TILT = "5 cm under one side of the record player, which makes 9° of tilt"
-"""What a person does for that. Words only."""
+"""How to achieve it. Words only."""
 
 
 def up_round_axis(axis: FloatArray, tilt_rad: float) -> FloatArray:
@@ -49,7 +49,7 @@ def ideal_ring(
     axis: FloatArray, tilt_rad: float, gravity_m_s2: float, reading: FloatArray, sd: FloatArray,
     room_rad_s: float = EARTH_RATE_RAD_S / np.sqrt(2), of_gravity: bool = False,
 ) -> Ring:
-    """What poses that turn about ``axis`` would read all round one turn.
+    """Readings over one turn of poses that turn about ``axis``.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def ideal_ring(
 
 @dataclass(frozen=True)
 class Leaning:
-    """How plates lean and where the poses lay on them, by a fit.
+    """Tilt of plates and position of the poses on them, by a fit.
 
     Attributes
     ----------
@@ -106,8 +106,8 @@ def tilted_run(
 ) -> PoseRun:
     """Poses of the accelerometer on a plate that leans and turns.
 
-    The mean of a pose is gravity along the axis, g cos(tilt), and across it what the distance from
-    the spindle makes; the wave of its ring is g sin(tilt).
+    The mean of a pose is gravity along the axis, g cos(tilt), and across it the force due to the
+    distance from the spindle; the wave of its ring is g sin(tilt).
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class PoseRun:
 
 
 def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
-    """Refuse a run in which an axis gave the very same value all the time."""
+    """Refuse a run in which an axis is constant throughout."""
     spread = np.max([mean.of(triad).scatter for mean in means], axis=0)
     values = np.array([mean.of(triad).mean for mean in means])
     stuck = (spread == 0) & (np.ptp(values, axis=0) == 0)
@@ -67,9 +67,9 @@ def check_alive(means: Sequence[PoseMean], triad: Triad, run: str) -> None:
 
 
 FARTHEST_RAD = float(np.radians(12.0))
-"""Between a pose by the data sheet alone and its face or edge. Derived: gains and biases of a few
-per cent turn a vector by as many degrees, and the chip may sit askew by as many in its case; edges
-are 45° from faces."""
+"""Angle between a pose by the data sheet alone and its face or edge. Derived: gains and biases of a
+few per cent turn a vector by as many degrees, and the chip may sit askew by as many in its case;
+edges are 45° from faces."""
 
 
 def laid_down(run: PoseRun, sd_rad: float | None) -> PoseRun:
@@ -116,7 +116,7 @@ def laid_down(run: PoseRun, sd_rad: float | None) -> PoseRun:
 def known_attitudes(
     runs: Sequence[tuple[int, FloatArray | None, float]]
 ) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
-    """How the case lay in every pose of ``runs``, and how well that is known.
+    """Attitude of the case in every pose of ``runs``, and its uncertainty.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Averaged poses and what they are measured against, made into runs of a triad."""
+"""Averaged poses and their references, as runs of a triad."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,20 +23,20 @@ from calib.poses.runs.ring_errors import room_names
 from calib.poses.triad_kind import TRIAD_KINDS
 
 TURNING_RAD_S = 0.09
-"""5 °/s, of a pose beyond the typical one: the offset is the same in every pose, so that its noise
-and drift stay far below; the slowest plate turns at 100 °/s. Fact."""
+"""Rate, 5 °/s, of a pose beyond the typical one: the offset is the same in every pose, so that its
+noise and drift stay far below; the slowest plate turns at 100 °/s. Fact."""
 
 GRAVITY = "local gravity"
 TIME_BASE = "time base of the camera"
 RATE_OF = "rate "
-"""Followed by the setting: what the sd of one rate is called in the budget."""
+"""Prefix of the setting in the name of the sd of one rate in the budget."""
 
 
 def spin_sign(means: Sequence[PoseMean], direction: str | None) -> FloatArray:
     """+1 counter-clockwise seen from above, -1 clockwise, 0 unknown, (n,), no unit.
 
-    Rate and specific force are parallel on a level plate, so their product tells the direction
-    whatever the pose; the clip only where no accelerometer was logged.
+    Rate and specific force are parallel on a level plate, so their product gives the direction in
+    any attitude; the clip is used only where no accelerometer was logged.
     """
     gyro = np.array([mean.gyroscope.mean for mean in means])
     force = np.array([mean.accelerometer.mean for mean in means])
@@ -181,10 +181,10 @@ def turning_run(means: Sequence[PoseMean], rate: PlateRate, latitude_rad: float 
 
 
 def stopped_run(name: str, means: Sequence[PoseMean], latitude_rad: float | None) -> PoseRun:
-    """Poses of the gyro with the plate stopped: what remains is the Earth's rate.
+    """Poses of the gyro with the plate stopped, which measure the Earth's rate.
 
-    Its vertical part is known where the latitude and the accelerometer are; the horizontal part
-    points anywhere and goes into the sd.
+    Its vertical part is known where the latitude and the accelerometer are; the horizontal part has
+    an unknown direction and goes into the sd.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def _check_turning(
 
 
 def _check_stopped(name: str, means: Sequence[PoseMean], readings: FloatArray) -> None:
-    # A zero-rate offset is the same in every pose; a turning plate is not, since the pose turns it.
+    # A zero-rate offset is the same in every pose, a turning plate is not: the pose turns it.
     rest = np.linalg.norm(readings - np.median(readings, axis=0), axis=1)
     turning = np.flatnonzero(rest > TURNING_RAD_S)
     if turning.size == 0:

@@ -1,9 +1,9 @@
-"""What poses on a leaning plate read all round one turn, and what is known of that.
+"""Readings of poses on a leaning plate over one turn, and the known quantities.
 
-While the plate turns, gravity goes round in the sensor's axes and a pose sees a ring of attitudes.
-The ring is the mean and the waves once and twice per turn (:mod:`calib.poses.samples.in_step`),
-evaluated at so many ``ANGLES``: an effect stated for poses is stated for its points, and its waves
-are their harmonics.
+While the plate turns, gravity rotates in the sensor's axes and a pose passes through a ring of
+attitudes. The ring is the mean and the waves once and twice per turn
+(:mod:`calib.poses.samples.in_step`), evaluated at ``ANGLES`` angles: an effect defined for poses is
+defined for its points, and its waves are their harmonics.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,8 +19,8 @@ from calib.poses.reference import RowIndex
 from calib.poses.samples.in_step import HARMONICS, Waves
 
 ANGLES = 8
-"""Round one turn. Derived: an effect of third order in gravity makes waves up to three times per
-turn, and eight points tell the first from all up to the sixth."""
+"""Number of angles in one turn. Derived: an effect of third order in gravity makes waves up to
+three times per turn, and eight points separate the first from all up to the sixth."""
 
 LEAST_TILT_RAD = float(np.radians(1.5))
 """Derived: 18 poses of 20 s of an MPU-6050 then show an element of its g-sensitivity to 0.1 °/s per
@@ -32,8 +32,8 @@ OUT_OF_ROUND = 0.15
 few per cent; what does not is a case that rocks or a cable that tugs. A judgement."""
 
 DISTURBED = 4.0
-"""Times the typical noise of a run: a pose noisier than that was disturbed and has its own.
-Derived: by chance one axis in 2500 is (chi-square with eight degrees of freedom)."""
+"""Multiple of the typical noise of a run: a noisier pose was disturbed and keeps its own. Derived:
+by chance one axis in 2500 is (chi-square with eight degrees of freedom)."""
 
 DIRECTION_SD_RAD = 0.03
 """Sd of the tilt, and of each angle between the frames, by an accelerometer that is not calibrated
@@ -96,7 +96,7 @@ class Ring:
 
     @property
     def twice(self) -> IntArray:
-        """Which of the rings have rows of the waves twice per turn: indices, (v,)."""
+        """Indices of the rings that have rows of the waves twice per turn, (v,)."""
         return np.flatnonzero(np.isfinite(self.sd[:, 1]).all(axis=1))
 
     def take(self, rows: RowIndex, count: int) -> "Ring | None":
@@ -119,7 +119,7 @@ class Ring:
         return Ring(place, **rest)
 
     def whole(self, magnitude: FloatArray) -> FloatArray:
-        """Reference magnitudes (n,) of the set, all of gravity where that goes round, SI."""
+        """Reference magnitudes (n,) of the set, all of gravity where it rotates, SI."""
         of_all = magnitude.copy()
         goes_round = np.isfinite(self.gravity_m_s2)
         of_all[self.place[goes_round]] = self.gravity_m_s2[goes_round]
@@ -128,7 +128,7 @@ class Ring:
     def evaluated(
         self, at: Conditions, correct: Callable[[Conditions], FloatArray], run: Sequence[str]
     ) -> "Ring":
-        """The same with the nominal specific force corrected, and the tilt of each run by it.
+        """The same rings with the nominal specific force corrected, and the tilt of each run by it.
 
         Parameters
         ----------
@@ -147,7 +147,7 @@ class Ring:
         return replace(self, force=force, tilt_rad=tilt)
 
     def behind(self, count: int) -> "Ring":
-        """The same where ``count`` poses stand before those of the set."""
+        """The same rings with ``count`` poses before those of the set."""
         return replace(self, place=self.place + count)
 
 
@@ -169,7 +169,7 @@ def rings_of(parts: Sequence[tuple[Ring | None, int]]) -> Ring | None:
 
 
 def leans_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """How far the axis leans about which gravity goes round, and the mean force across it.
+    """Tilt of the axis about which gravity rotates, and the mean force across it.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def leans_of(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def tilt_of_run(means: Sequence[PoseMean]) -> float | None:
-    """How far the axis of the plate leans against gravity, by the nominal accelerometer.
+    """Tilt of the plate's axis against gravity, by the nominal accelerometer.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _tilt(mean: FloatArray, waves: Waves) -> float:
 
 
 def _is_round(waves: Waves) -> bool:
-    """Whether gravity goes round in a circle: equal cosine and sine, across one another."""
+    """Whether gravity rotates in a circle: equal cosine and sine, orthogonal to each other."""
     cosine, sine = waves.amplitude[0]
     square = (cosine @ cosine + sine @ sine) / 2
     return bool(abs(cosine @ cosine - sine @ sine) < 2 * OUT_OF_ROUND * square
@@ -222,7 +222,7 @@ def _is_round(waves: Waves) -> bool:
 
 
 def is_leaning(means: Sequence[PoseMean]) -> bool:
-    """Whether the plate of a run leans enough for its waves to say anything."""
+    """Whether the plate of a run leans enough for its waves to be useful."""
     tilt = tilt_of_run(means)
     return tilt is not None and tilt >= LEAST_TILT_RAD
 

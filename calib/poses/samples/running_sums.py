@@ -1,4 +1,4 @@
-"""Means of any stretches of a log and variances of its windows, from sums that are formed once.
+"""Means of stretches of a log and variances of its windows, from sums computed once.
 
 The sums are of the readings less their mean over the log, so that a variance loses no more than a
 few parts in 10⁸ of what the log as a whole scatters within such a stretch.
@@ -46,7 +46,7 @@ class RunningSums:
         return self.centre + np.diff(self.total[edges], axis=0) / np.diff(edges)[:, None]
 
     def window_variance(self, window: int) -> FloatArray:
-        """Variance of every run of ``window`` samples, axes summed, SI, (t - window + 1,)."""
+        """Variance of each window of ``window`` samples, axes summed, SI, (t - window + 1,)."""
         mean = (self.total[window:] - self.total[:-window]) / window
         square = (self.square[window:] - self.square[:-window]) / window
         return np.asarray(np.maximum(square - mean**2, 0.0).sum(axis=1))
