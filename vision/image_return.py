@@ -14,6 +14,7 @@ are few the frames as they are must return too: of their mean square difference 
 returns, less noise, at least a half is gone at each.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,7 +101,7 @@ class ImageReturn:
 
 
 def image_return(
-    small: NDArray[np.uint8], frame_s: float, block: int = BLOCK
+    small: NDArray[np.uint8], frame_s: float, blocks: Sequence[int] = (BLOCK, FINER_BLOCK)
 ) -> ImageReturn | None:
     """Find the time after which the picture is itself again.
 
@@ -110,20 +111,27 @@ def image_return(
         Frames of a hundred pixels or so, evenly spaced.
     frame_s : float
         From one to the next, s.
-    block : int
-        Pixels, each way.
+    blocks : sequence of int
+        Pixels, each way, of the blocks that are looked at one after the other.
 
     Returns
     -------
     ImageReturn or None
         None where nothing returns twice.
     """
-    f, h, w = small.shape
-    if f < 2 * FEWEST_RETURNS * LEAST_FRAMES or min(h, w) < block:
+    if len(small) < 2 * FEWEST_RETURNS * LEAST_FRAMES:
         return None
-    rows, columns = h // block, w // block
     varying = _varying(small)
-    blocks = _in_blocks(_without_slow(varying, round(SLOW_S / frame_s) // 2), block)
+    quick = _without_slow(varying, round(SLOW_S / frame_s) // 2)
+    return next((returned for block in blocks if min(small.shape[1:]) >= block
+                 and (returned := _return_in_blocks(varying, quick, frame_s, block))), None)
+
+
+def _return_in_blocks(
+    varying: NDArray[np.float32], quick: NDArray[np.float32], frame_s: float, block: int
+) -> ImageReturn | None:
+    f, rows, columns = len(quick), quick.shape[1] // block, quick.shape[2] // block
+    blocks = _in_blocks(quick, block)
     seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > THRESHOLDS.beyond_noise)
     if not seen.size:
         return None

@@ -61,7 +61,7 @@ def test_a_label_smaller_than_a_block_returns_in_finer_ones(contrast: int, seed:
     for _ in small.followed([frames]):
         pass
     small.choose()
-    assert image_return(shown, FRAME_S, BLOCK) is None
+    assert image_return(shown, FRAME_S, (BLOCK,)) is None
     if contrast:
         assert small.returns is not None
         assert 60 / small.returns.period_s == pytest.approx(33.05, rel=0.005)
@@ -211,7 +211,7 @@ def test_a_turn_of_a_part_of_a_frame_more_is_not_taken_for_three_turns(seed: int
     away = 2 * np.pi * np.arange(FRAMES)[:, None] / turn - rng.uniform(0, 2 * np.pi, 40)
     seen = 60 + 120 * np.exp(-((np.angle(np.exp(1j * away)) / 0.12) ** 2))
     seen += 2 * rng.standard_normal(seen.shape)
-    returned = image_return(np.rint(seen).astype(np.uint8)[:, :, None], FRAME_S, 1)
+    returned = image_return(np.rint(seen).astype(np.uint8)[:, :, None], FRAME_S, (1,))
     assert returned is not None
     assert returned.period_s / FRAME_S == pytest.approx(turn, rel=0.005)
 

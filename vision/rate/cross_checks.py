@@ -85,7 +85,7 @@ class PictureReturns:
         if np.isnan(self.frame_s):
             return None
         return image_return(np.ascontiguousarray(self.track.thumbnail[:MOST_FRAMES, :, None]),
-                            self.frame_s, 1)
+                            self.frame_s, (1,))
 
     def of_a_turn(self, turn_s: float) -> tuple[ImageReturn | None, ImageReturn | None]:
         """The return after a turn of the plate, as long as ``turn_s``, or after something else."""

@@ -103,7 +103,7 @@ class SmallClip:
 
     def choose(self) -> None:
         """Find the return of the picture, and the pixels that tell the angle best."""
-        from vision.image_return import BLOCK, FINER_BLOCK, image_return
+        from vision.image_return import image_return
         from vision.plate.periodic import informative
         from vision.tracking.registration import THRESHOLDS, registration
         from vision.tracking.what_changes import what_changes
@@ -122,8 +122,7 @@ class SmallClip:
         at = np.clip(np.searchsorted(time, even - frame_s / 2), 0, len(time) - 1)
         smaller = -(-max(whole[0].luma.shape) // SMALLER)
         tiny = np.stack([reduced(small.luma, smaller) for small in whole])
-        self.returns = (image_return(tiny[at], frame_s, BLOCK)
-                        or image_return(tiny[at], frame_s, FINER_BLOCK))
+        self.returns = image_return(tiny[at], frame_s)
         if self.returns is None:
             self.refusal = what_changes(
                 [small.luma for small in seen], time, self.factor * self.clip.reduction)
