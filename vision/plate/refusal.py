@@ -20,8 +20,8 @@ def why_nothing_moves(seen: Sequence[Luma]) -> str:
     light = np.array([float(frame.mean()) for frame in seen])
     if np.ptp(light) > LIGHT * light.mean():
         return (f"nothing in the frame turns about a fixed axis: the light changes (the mean of "
-                f"the frames goes from {light.min():.0f} to {light.max():.0f} of 255) now and "
-                f"then, and else nothing. {_to_change(seen[0])}")
+                f"the frames goes from {light.min():.0f} to {light.max():.0f} of 255), and "
+                f"else nothing. {_to_change(seen[0])}")
     return (f"nothing in the frame turns about a fixed axis: what changes from frame to frame is "
             f"no more than the noise of the camera. {_to_change(seen[0])}")
 

@@ -129,8 +129,8 @@ def what_changes(
         how = (f"shifts by {at_edge * factor * pixel:.0f} px",
                f"grows or shrinks by {2 * at_edge / SIDE:.1%}",
                f"turns by {np.degrees(2 * at_edge / SIDE):.0f}°")[which]
-        return OnlyShifts(f"the camera moves: all that it sees {how} or so per second, and nothing "
-                          f"in the frame is seen to turn about a fixed axis")
+        return OnlyShifts(f"the camera moves, or what fills its view: all that it sees {how} or so "
+                          f"per second, and nothing in the frame turns about a fixed axis")
     passing = max(motions, key=lambda motion: motion.passes)
     way = passing.way_px * len(time_s)
     if (passing.passes > THRESHOLDS.mostly and passing.straight > THRESHOLDS.straight
