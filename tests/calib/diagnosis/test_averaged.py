@@ -14,14 +14,14 @@ from tests.calib.made_poses import GRAVITY, MODEL
 
 @pytest.mark.parametrize("world", ["wander", "bad pose"])
 def test_a_disturbance_that_no_model_has_is_in_the_sds(world: str) -> None:
-    z = np.array([deviations(world, seed) for seed in range(50_000, 50_024)])
+    z = np.array([deviations(world, seed) for seed in range(50_000, 50_016)])
     alone, average = np.sqrt(np.mean(z**2, axis=(0, 2)))
     assert alone > 1.1 * average
     assert 0.75 < average < 1.2
 
 
 def test_sound_poses_keep_the_sds_of_their_noise() -> None:
-    z = np.array([deviations("clean", seed) for seed in range(16)])
+    z = np.array([deviations("clean", seed) for seed in range(12)])
     sds = z[:, 0] / z[:, 1]  # of the average over those by the noise alone
     assert 0.99 <= np.median(sds) < 1.1
 

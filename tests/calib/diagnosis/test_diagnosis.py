@@ -127,15 +127,15 @@ def test_the_papers_own_poses_never_name_another_effect(name: str) -> None:
 
 
 def test_the_sizes_two_sigma_interval_holds_the_truth() -> None:
-    """12 sessions of three effects, 60 parameters."""
+    """9 sessions of three effects, 45 parameters."""
     held = stated = 0
-    for seed in range(4):
+    for seed in range(3):
         for name in ("bias_drift", "g_sensitivity", "quadratic"):
             hidden = drawn(name, "gyroscope", 5.0, RICH, seed)
             assert hidden is not None
             found = run_trial(RICH, seed, "gyroscope", [hidden])
             held, stated = held + found.held, stated + found.stated
-    assert stated == 4 * (3 + 9 + 3)
+    assert stated == 3 * (3 + 9 + 3)
     assert held >= fewest_hits(stated, TWO_SIGMA)
 
 
@@ -144,10 +144,10 @@ def test_the_sizes_two_sigma_interval_holds_the_truth() -> None:
 
 @pytest.mark.parametrize("design", ["rich", "paper", "soak"])
 def test_clean_sessions_name_nothing(design: str) -> None:
-    """Real noise is correlated and so is this; 8 sessions, at most one doubt."""
-    said = [clean(design, seed).verdict for seed in range(8)]
+    """Real noise is correlated and so is this; 6 sessions, at most one doubt."""
+    said = [clean(design, seed).verdict for seed in range(6)]
     assert "effect" not in said
-    assert said.count("nothing_missing") >= 7
+    assert said.count("nothing_missing") >= 5
 
 
 def test_nothing_missing_says_how_well_the_noise_explains_the_residual() -> None:
