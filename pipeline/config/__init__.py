@@ -1,5 +1,5 @@
-"""YAML to a checked configuration, and edits of the file that keep its comments.
+"""From YAML to a checked configuration, and edits of the file that keep its comments.
 
     yaml_syntax ─ yaml_text ─ schema (types, file_patterns, units) ─ session ─ rules ─ load
-                     └─ edit                    messages: every mistake, with line and mend
+                     └─ edit                    messages: every mistake, with line and remedy
 """

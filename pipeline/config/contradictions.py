@@ -1,4 +1,4 @@
-"""What keys of a configuration state differently: gravity, rates, files of two runs, counts."""
+"""Contradictions between keys of a configuration: gravity, rates, files of two runs, counts."""
 
 import math
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ Problems = Iterator[tuple[PathTo, str]]
 
 
 def contradictions(config: Config) -> Problems:
-    """Where and how valid values contradict each other."""
+    """Places and descriptions of contradictions between valid values."""
     yield from _clip_counts(config)
     yield from _column_counts(config)
     yield from _gravity(config)
@@ -25,7 +25,7 @@ def contradictions(config: Config) -> Problems:
 
 
 def _clip_counts(config: Config) -> Problems:
-    """Runs whose poses and clips cannot be paired."""
+    """Runs whose numbers of poses and clips differ."""
     for path, run in config.placed_runs():
         rate = config.rate.get(run.rate)
         clips = len(rate.video) if isinstance(rate, VideoRateSection) else 1
@@ -37,7 +37,7 @@ def _clip_counts(config: Config) -> Problems:
 
 
 def _column_counts(config: Config) -> Problems:
-    """Lists of column names that cannot be paired with the files of a key."""
+    """Lists of column names that do not match the files of a key."""
     sections: list[tuple[PathTo, LogsSection]] = [
         ((*path, "poses"), run.poses) for path, run in config.placed_runs()]
     if config.installation:

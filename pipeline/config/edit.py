@@ -1,4 +1,4 @@
-"""Adds an effect to the model of a configuration, or removes it, as a person would.
+"""Edits of a configuration that add an effect to a model, or remove one.
 
 Only the characters of that one name change; comments, order and layout of the file stay.
 """
@@ -9,7 +9,7 @@ from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import PathTo, YamlSource
 
 Splice = tuple[int, int, str]
-"""From where to where a text is replaced, positions in characters, and by what."""
+"""Start and end of a replaced text, positions in characters, and its replacement."""
 
 
 def add_item(

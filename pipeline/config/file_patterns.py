@@ -14,7 +14,7 @@ NAMES_SHOWN = 6
 class NoSuchFile(FileNotFoundError):
     """Nothing has this name or matches this pattern; it may still be recorded.
 
-    Its text is made when it is read: to find what was meant, the folder is looked through.
+    Its text is made when it is read: the folder is then searched for the name that was meant.
     """
 
     def __init__(self, name: str, folder: Path) -> None:
@@ -70,8 +70,8 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
                                 f"'{name.rstrip('/')}/*.csv'. {_holds(literal)}")
     if not is_pattern(name):
         raise NoSuchFile(name, literal.parent)
-    # Path.glob refuses absolute patterns: start at the last folder without a sign in its name. The
-    # folder of the configuration is no pattern, whatever signs its name has.
+    # Path.glob refuses absolute patterns: start at the last folder without a pattern sign in its
+    # name. The folder of the configuration is not a pattern, whatever signs its name contains.
     parts = Path(name).parts
     fixed = tuple(takewhile(lambda part: not is_pattern(part), parts))
     start = folder.joinpath(*fixed)
@@ -110,7 +110,7 @@ def _names(folder: Path) -> list[str]:
 
 
 def _holds(folder: Path) -> str:
-    """One sentence on what is in ``folder``, or how far the path to it exists."""
+    """One sentence on the contents of ``folder``, or on how far the path to it exists."""
     if not folder.is_dir():
         there = next(parent for parent in folder.parents if parent.is_dir())
         where = "here" if there == Path() else f"in {there}"

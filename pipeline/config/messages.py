@@ -1,4 +1,4 @@
-"""What is wrong with the values of a configuration, where, and what was expected, in words."""
+"""Messages on the values of a configuration: what is wrong, where, and what was expected."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -16,14 +16,14 @@ from pipeline.errors import ConfigError, MissingFiles
 from pipeline.text.names import nearest_names
 
 SHOWN_ALIKE = 10
-"""Mistakes of one kind that are written out, of more the number; chosen: they fill half a terminal,
-and show how the names were meant."""
+"""Number of mistakes of one kind that are written out, of more the count; chosen: they fill half a
+terminal, and show how the names were meant."""
 
-#: Kinds of mistakes in keys themselves: pydantic's name of one that it does not know, and ours of
-#: one that stands twice.
+#: Kinds of mistakes in keys themselves: pydantic's name for an unknown key, and ours for a
+#: duplicate.
 UNKNOWN_KEY, DUPLICATE_KEY = "extra_forbidden", "duplicate_key"
 
-#: Sections whose keys are names of the user's: a mistake in one entry is alike one in the next.
+#: Sections whose keys are the user's names: a mistake in one entry is like one in the next.
 NAMED_BY_USER = ("rate", "effects")
 
 
@@ -53,8 +53,8 @@ class ConfigProblem:
 def config_error(source: YamlSource, problems: Iterable[ConfigProblem]) -> ConfigError:
     """The error for these problems, one paragraph each, in the order of the lines.
 
-    Of mistakes of one kind at like keys the first ``SHOWN_ALIKE`` are written out, the others are
-    counted. Where nothing but files is missing the error is :class:`MissingFiles`.
+    Of mistakes of one kind at similar keys the first ``SHOWN_ALIKE`` are written out, the others
+    are counted. If only files are missing, the error is :class:`MissingFiles`.
     """
     groups: dict[tuple[object, ...], list[tuple[int, ConfigProblem]]] = defaultdict(list)
     for problem in problems:
@@ -80,7 +80,7 @@ def config_error(source: YamlSource, problems: Iterable[ConfigProblem]) -> Confi
 
 
 def _place(path: PathTo) -> tuple[object, ...]:
-    """Keys of a mistake without positions in lists and without names of the user's."""
+    """Keys of a mistake without positions in lists and without the user's names."""
     is_named = path[:1] and path[0] in NAMED_BY_USER
     return tuple("*" if isinstance(key, int) or (is_named and i == 1) else key
                  for i, key in enumerate(path))
@@ -124,7 +124,7 @@ def problems_in(
     details = error.errors(include_url=False) if error else []
     unknown = [_path_in_file(source, detail) for detail in details if detail["type"] == UNKNOWN_KEY]
     meant = {path: _meant_by(source, path, context) for path in unknown}
-    # A key that stands there under a wrong name is not missing as well.
+    # A key that is present under a wrong name is not missing as well.
     misnamed = {(*path[:-1], key) for path, keys in meant.items() for key in keys}
 
     told: set[PathTo] = set()
@@ -149,7 +149,7 @@ def problems_in(
 def _path_in_file(source: YamlSource, detail: ErrorDetails) -> PathTo:
     """The error's place as keys of the file.
 
-    pydantic's own place also names members of unions and fields that the file writes shorter;
+    pydantic's own place also names members of unions and fields with a short form in the file;
     these are left out. A missing key stays, as the last one.
     """
     path: PathTo = ()
@@ -160,7 +160,7 @@ def _path_in_file(source: YamlSource, detail: ErrorDetails) -> PathTo:
 
 
 def _only_seems_short(detail: ErrorDetails) -> bool:
-    """Whether a list is long enough as written: pydantic counts only its faultless entries."""
+    """Whether a list is long enough as written: pydantic counts only its valid entries."""
     return (detail["type"] == "too_short" and isinstance(detail["input"], list)
             and len(detail["input"]) >= detail["ctx"]["min_length"])
 
@@ -171,7 +171,7 @@ def _keys_at(source: YamlSource, path: PathTo, context: ValidationContext) -> tu
 
 
 def _meant_by(source: YamlSource, path: PathTo, context: ValidationContext) -> list[str]:
-    """The right keys that an unknown one may stand for: another unit, or a slip of the finger."""
+    """The right keys that an unknown one may mean: another unit, or a typing error."""
     wrong, right = str(path[-1]), _keys_at(source, path, context)
     return same_quantity(wrong, right) or nearest_names(wrong, right)
 
@@ -179,7 +179,7 @@ def _meant_by(source: YamlSource, path: PathTo, context: ValidationContext) -> l
 def _unknown_key(
     source: YamlSource, path: PathTo, meant: list[str], context: ValidationContext
 ) -> str:
-    """What is wrong with an unknown key, and what it should be."""
+    """Message on an unknown key, and the key that is expected."""
     wrong, right = str(path[-1]), _keys_at(source, path, context)
     others = ", ".join(right)
     if not same_quantity(wrong, right):
@@ -196,7 +196,7 @@ def _unknown_key(
 
 
 def _wrong_value(detail: ErrorDetails) -> object:
-    """What was found and what was expected; :class:`ConfigProblem` says when it becomes text."""
+    """The found and the expected value; :class:`ConfigProblem` converts it to text."""
     kind, limits = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         key = detail["loc"][-1]

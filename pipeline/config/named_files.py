@@ -1,4 +1,4 @@
-"""The files that decide the results of a configuration."""
+"""The files on which the results of a configuration depend."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,7 +35,7 @@ def _in(value: object) -> Iterator[Path]:
 
 
 def _files(path: Path) -> Iterator[Path]:
-    """The files of a path: itself, all in a folder, or the archive that it is a name in."""
+    """The files of a path: itself, all in a folder, or the archive that contains it."""
     if path.is_dir():
         yield from (one for one in path.rglob("*") if one.is_file())
         return

@@ -27,7 +27,7 @@ SECONDS_PER_POSE = 10.0  #: batches of a second show the correlation of a mean's
 
 
 class RecordSection(Section):
-    """What ``pipeline record`` is to record, and from what."""
+    """Settings of ``pipeline record``: what to record, and from which device."""
 
     device: Annotated[str, AfterValidator(_device)]
     port: str | None = None  #: the only USB serial port by default
@@ -41,7 +41,7 @@ class RecordSection(Section):
 
 
 class TriadCertificateSection(Section):
-    """A factory certificate's values of one triad, to lay beside the estimate."""
+    """A factory certificate's values of one triad, for comparison with the estimate."""
 
     bias_counts: Three
     scale_counts_per_unit: Three

@@ -1,7 +1,7 @@
-"""Which keys of a configuration exclude or need each other.
+"""Rules on keys of a configuration that exclude or require each other.
 
-Each rule reads one mapping of the file as it was written and yields ``(key, what is wrong)``.
-Rules see every file, also one whose values are wrong, so that all mistakes are listed at once.
+Each rule reads one mapping of the file as it was written and yields ``(key, what is wrong)``. Rules
+see every file, even one with wrong values, so that all mistakes are listed at once.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -23,7 +23,7 @@ Problems = Iterator[tuple[str, str]]
 
 
 def _one_of(section: Values, *keys: str) -> Problems:
-    """Exactly one of ``keys``."""
+    """Require exactly one of ``keys``."""
     present = [key for key in keys if key in section]
     if len(present) > 1:
         yield present[1], f"'{present[0]}' is given as well; give one of the two"
@@ -53,7 +53,7 @@ def whole_file(section: Values) -> Problems:
 
 
 def triad_sheet(section: Values) -> Problems:
-    """A data sheet in counts, or the unit of logs in physical units."""
+    """Require a data sheet in counts, or the unit of logs in physical units."""
     scales = [key for key in section if key.startswith(("full_scale", "counts_per"))]
     converter = [key for key in section if key in ("bits", "encoding")]
     if "unit" in section:
@@ -75,13 +75,13 @@ def triad_sheet(section: Values) -> Problems:
 
 
 def site(section: Values) -> Problems:
-    """Gravity must be known."""
+    """Require gravity."""
     if not any(key.startswith(("gravity", "latitude")) for key in section):
         yield "gravity_m_s2", "is missing, and latitude_deg too: one of them must state gravity"
 
 
 def rate(section: Values) -> Problems:
-    """A rate is filmed or known, not both."""
+    """Require a rate that is filmed or known, not both."""
     stated = [key for key in section if key.startswith(("rate", "sd_"))]
     if "video" not in section and not stated:
         yield "video", "video is missing; or give rate_rad_s and sd_rad_s, measured elsewhere"
@@ -91,14 +91,14 @@ def rate(section: Values) -> Problems:
 
 
 def rates(section: Values) -> Problems:
-    """The reserved name."""
+    """Refuse the reserved name."""
     if STOPPED in section:
         yield STOPPED, (f"'{STOPPED}' is the rate of a plate that does not turn and needs no "
                         "entry; choose another name")
 
 
 def timebase(section: Values) -> Problems:
-    """A constant frame rate needs its value, time stamps take none; a known clock is complete."""
+    """Require the value of a constant frame rate, none for time stamps; a whole known clock."""
     if "camera" in section:
         for key in ("source", "fps", "ppm"):
             if key in section:
@@ -111,7 +111,7 @@ def timebase(section: Values) -> Problems:
 
 
 def poses(section: Values) -> Problems:
-    """Files, long logs or a table of means, and columns that fit them."""
+    """Require files, long logs or a table of means, and columns that fit them."""
     yield from _one_of(section, "log", "files", "means")
     if "log" in section and "find" not in section:
         yield "find", "is missing: write `find: still` to search the log for static intervals"
@@ -124,7 +124,7 @@ def poses(section: Values) -> Problems:
 
 
 def accelerometer(section: Values) -> Problems:
-    """Poses at rest, runs on a leaning plate, or both."""
+    """Require poses at rest, runs on a leaning plate, or both."""
     if "poses" not in section and "runs" not in section:
         yield "poses", ("is missing; name the logs of the poses at rest, or under `runs` those "
                         "taken on the turning plate, which must then lean")
@@ -133,13 +133,13 @@ def accelerometer(section: Values) -> Problems:
 
 
 def still(section: Values) -> Problems:
-    """What a search is to look for needs a search."""
+    """Require a search for settings of the search."""
     if "still" in section and "find" not in section:
         yield "still", "only with `find: still`, whose search it overrules"
 
 
 def picked_columns(section: Values) -> Problems:
-    """Lists of names, each of which makes a log, or mappings from our names to the file's."""
+    """Require lists of names, one per log, or mappings from our names to the file's."""
     rows = section.get("columns")
     if "time_unit" in section and "sample_rate_hz" in section:
         yield "time_unit", "only for logs with a column of times; delete time_unit or " \
@@ -163,7 +163,7 @@ def picked_columns(section: Values) -> Problems:
 
 
 def model(section: Values) -> Problems:
-    """No effect twice, nor one beside another that contains it."""
+    """Refuse an effect given twice, or together with one that contains it."""
     names = section.get("model")
     if isinstance(names, list):
         for i, name in enumerate(names):
@@ -177,12 +177,12 @@ def model(section: Values) -> Problems:
 
 
 def user_defined(section: Values) -> Problems:
-    """An expression or a function."""
+    """Require an expression or a function, not both."""
     yield from _one_of(section, "expression", "python")
 
 
 def record(section: Values) -> Problems:
-    """A line's pattern, where and only where lines are read by one."""
+    """Require a pattern where, and only where, lines are read by one."""
     if section.get("device") == "lines" and "pattern" not in section:
         yield "pattern", ("is missing; describe a line, as in "
                           "'{time_ms},{acc_x},{acc_y},{acc_z},{gyr_x},{gyr_y},{gyr_z}'")
@@ -190,7 +190,7 @@ def record(section: Values) -> Problems:
         yield "pattern", "only for `device: lines`; the other devices are known. Delete it"
 
 
-#: Where each rule applies; ``*`` is any key or list position.
+#: Paths at which each rule applies; ``*`` is any key or list position.
 RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
     ((), whole_file),
     (("sensor", "*"), triad_sheet),
@@ -211,7 +211,7 @@ RULES: tuple[tuple[PathTo, Callable[[Values], Problems]], ...] = (
 
 
 def broken_rules(values: Values) -> Iterator[tuple[PathTo, str]]:
-    """Where and how the values of a file break the rules."""
+    """Paths and messages of the rules that the values of a file break."""
     for pattern, rule in RULES:
         for path, section in _matches(values, pattern, ()):
             for key, problem in rule(section):

@@ -1,7 +1,7 @@
 """The sections of a configuration: every key, its type and its range.
 
-Units are in the keys, as users write them; whoever reads a value converts it once. Which keys
-exclude or need each other is in :mod:`pipeline.config.rules`. Paths are relative to the file.
+Units are in the keys, as users write them; the reader of a value converts it once. Keys that
+exclude or require each other are in :mod:`pipeline.config.rules`. Paths are relative to the file.
 """
 
 import re
@@ -60,9 +60,9 @@ class SiteSection(Section):
 # --- rates -------------------------------------------------------------------------------------
 
 class TimebaseSection(Section):
-    """Where a clip's time comes from: its own stamps, or a constant frame rate.
+    """Source of a clip's time: its own stamps, or a constant frame rate.
 
-    ``camera`` names one whose clock was measured; its stamps are corrected by that.
+    ``camera`` names a camera whose clock was measured; its stamps are corrected by that.
     """
 
     source: Literal["container", "constant"] = "container"
@@ -119,7 +119,7 @@ class KnownRateSection(Section):
 
 
 def _kind_of_rate(entry: object) -> str:
-    """Known where a rate and no video is stated; anything else is read as a video's entry."""
+    """Known if a rate and no video is stated; otherwise the entry is read as a video's."""
     stated = isinstance(entry, Mapping) and any(re.match(r"(rate|sd)(_|$)", key) for key in entry)
     return "<known>" if stated and "video" not in entry else "<video>"  # type: ignore[operator]
 
@@ -133,7 +133,7 @@ Rate = Annotated[
 
 
 class StillSection(Section):
-    """What the user overrules of the search for static intervals.
+    """The user's settings of the search for static intervals.
 
     ``seconds`` is the shortest stop, ``threshold`` the noise allowed in it as a multiple of that of
     the quietest rest.
@@ -186,7 +186,7 @@ class PosesSection(LogsSection):
         return self
 
 
-#: How well it is known that the case stood on a face or an edge in every pose, degrees.
+#: Sd of the attitude of a case on a face or an edge in every pose, degrees.
 AttitudeSd = Annotated[Positive, Field(le=5)]
 
 
@@ -206,7 +206,7 @@ class RunSection(Section):
 
 
 class TriadFitSection(Section):
-    """What to fit to the poses of a triad, all runs jointly, and how."""
+    """Settings of the fit of a triad's poses, all runs jointly."""
 
     model: Effects = BASE
     solver: Literal["default", "paper"] = "default"

@@ -1,4 +1,4 @@
-"""The section ``sensor``: presets, data sheets, and what these are in SI units."""
+"""The section ``sensor``: presets, data sheets, and their conversion to SI units."""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from pipeline.config.units import UNITS
 ForceUnit = Literal["m_s2", "g", "mg", "ug", "mm_s2"]
 RateUnit = Literal["rad_s", "deg_s", "mrad_s", "mdeg_s", "ddeg_s", "cdeg_s", "deg_h", "rpm"]
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement"]
-FULL_SCALE, COUNTS_PER = "full_scale_", "counts_per_"  #: what keys of a data sheet begin with
+FULL_SCALE, COUNTS_PER = "full_scale_", "counts_per_"  #: prefixes of the keys of a data sheet
 
 #: name -> what the user would otherwise write under ``sensor:``.
 PRESETS: Mapping[str, Mapping[str, Any]] = {
@@ -36,7 +36,7 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
 
 
 class TriadSheet(Section):
-    """Data sheet of a triad: what all kinds of triads have in it."""
+    """Data sheet of a triad: the part common to all kinds of triads."""
 
     bits: Annotated[int, Field(strict=True, ge=8, le=32)] | None = None
     encoding: Encoding | None = None
@@ -107,7 +107,7 @@ def triad_spec(sheet: TriadSheet) -> TriadSpec:
     """The data sheet in SI units, for the start values of Angrisano et al. eq. (12)."""
     if sheet.unit is not None:
         return TriadSpec(math.inf, 0, "si", UNITS[sheet.unit][1])
-    # One of the two is there: pipeline.config.rules.triad_sheet refuses a file without.
+    # One of the two is present: pipeline.config.rules.triad_sheet refuses a file without.
     if (per_unit := _stated(sheet, COUNTS_PER)) is not None:
         si_per_count = 1 / per_unit
         if sheet.bits is None or sheet.encoding is None:
@@ -122,7 +122,7 @@ def triad_spec(sheet: TriadSheet) -> TriadSpec:
 
 
 def _stated(sheet: TriadSheet, stem: str) -> float | None:
-    """The value of the key that begins so: in SI units, counts in counts per SI unit."""
+    """Value of the key with this prefix: in SI units, counts in counts per SI unit."""
     for key in type(sheet).model_fields:
         value: float | None = getattr(sheet, key) if key.startswith(stem) else None
         if value is not None:

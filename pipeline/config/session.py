@@ -75,7 +75,7 @@ class Config(Section):
 
 
 def session_model() -> type[Config]:
-    """The keys of a session's file, with those of every kind of triad that is known by now."""
+    """The keys of a session's file, with those of every kind of triad known so far."""
     return _session_model(tuple(kind for kind in TRIAD_KINDS.values() if kind.magnitude_key))
 
 

@@ -1,6 +1,6 @@
 """Files that come with the program: the commented template, the example session, the pictures.
 
-The session and the pictures stand in ``data``, in a checkout as in an installation.
+The session and the pictures are in ``data``, in a checkout as in an installation.
 """
 
 import shutil
@@ -87,7 +87,7 @@ CONFIG = "config.yaml"
 
 
 def shipped_file(folder: str, name: str) -> Path:
-    """A file of ``data``: in a checkout, or where the wheel has put it.
+    """A file of ``data``: in a checkout, or where the wheel installed it.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def copy_session(folder: Path) -> Path:
                                f"`pipeline run {folder / CONFIG}`.")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        # Whole or not at all: a copy that is cut off has another name, and goes with its block.
+        # Whole or not at all: an interrupted copy has another name, and is removed with its block.
         with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as part:
             whole = Path(part) / SESSION
             shutil.copytree(session_folder(), whole, ignore=shutil.ignore_patterns("*.run"))

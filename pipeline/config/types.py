@@ -1,4 +1,4 @@
-"""The kinds of values a configuration holds, and what each is checked against."""
+"""The types of values in a configuration, and their checks."""
 
 import re
 from collections.abc import Mapping
@@ -35,7 +35,7 @@ STOPPED = "stopped"  #: the run's rate that means: the plate did not turn
 
 @dataclass(frozen=True)
 class ValidationContext:
-    """What the values of one file are checked against.
+    """Data that the values of one file are checked against.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def refusal(problem: str) -> PydanticCustomError:
 def missing_file(fault: NoSuchFile, at: tuple[int, ...]) -> InitErrorDetails:
     """The error for a file that is not there, ``at`` a list item; as its input it has the fault.
 
-    pydantic writes the text of all else that an error holds, and this text takes a while.
+    pydantic writes the text of everything else in an error, and this text takes a while.
     """
     return InitErrorDetails(type=PydanticCustomError(MISSING_FILE, "there is no such file"),
                             loc=at, input=fault)
@@ -96,8 +96,8 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
 
 
 SHOWN = 60  #: characters of a wrong name that a message repeats
-#: No length, rate, count or share of a session is larger, and none that is not 0 is smaller than
-#: its inverse: what is squared later neither overflows nor vanishes.
+#: No length, rate, count or share of a session is larger, and none but 0 is smaller than its
+#: inverse: squares neither overflow nor vanish.
 LARGEST = 1e12
 
 

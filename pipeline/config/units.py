@@ -1,4 +1,4 @@
-"""The units that keys end in: a key in a wrong unit is answered with the converted value."""
+"""Units at the end of keys: the message for a wrong unit shows the converted value."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -61,7 +61,7 @@ def split_unit(key: str) -> tuple[str, str]:
 
 
 def same_quantity(wrong: str, right: Iterable[str]) -> list[str]:
-    """The keys of ``right`` that name what ``wrong`` names, in another unit or with one."""
+    """The keys of ``right`` for the same quantity as ``wrong``, in another unit or with one."""
     stem, unit = split_unit(wrong)
     return [
         key for key in right

@@ -1,4 +1,4 @@
-"""The message for text that cannot be parsed, and names as they stand in YAML."""
+"""The message for text that cannot be parsed, and names as YAML writes them."""
 
 import json
 import re
@@ -8,7 +8,7 @@ import yaml
 
 from pipeline.errors import ConfigError
 
-#: PyYAML's words for a mistake -> ours; the first that is found in the line or message counts.
+#: PyYAML's words for a mistake -> ours; the first found in the line or message counts.
 _HINTS = (
     (r"^\s*\t|'\\t'", "a tab is used where YAML allows spaces only. Replace it with spaces"),
     (r"scanning an alias", "text that begins with * must be quoted, as in '*.csv'"),
@@ -44,7 +44,7 @@ def syntax_error(path: Path, text: str, error: yaml.YAMLError) -> ConfigError:
                        f"{words}.")
 
 
-#: A digit in front is text where letters follow that make no number: 17rpm, not 1e3 or 0x1f.
+#: A leading digit is text if letters follow that form no number: 17rpm, not 1e3 or 0x1f.
 _PLAIN = re.compile(r"(?:[1-9][0-9]*[A-DF-Za-df-z]|[A-Za-z_])[A-Za-z0-9_./-]*")
 #: Plain words that YAML or a reader of it may take for something else.
 _NOT_PLAIN = {"y", "n", "yes", "no", "on", "off", "true", "false", "null"}

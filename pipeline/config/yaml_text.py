@@ -1,4 +1,4 @@
-"""YAML text in, plain values out, with the place in the text of every key and value.
+"""From YAML text to plain values, with the place in the text of every key and value.
 
 PyYAML composes the text to nodes, which know their places; the values are taken from the nodes
 here and not by PyYAML's own constructor, because a configuration needs
@@ -51,7 +51,7 @@ _WORDS: dict[str, bool | float | None] = {
 
 @dataclass(frozen=True)
 class Span:
-    """Where a value stands: ``text[start:end]``, without blanks or comments after it.
+    """Location of a value: ``text[start:end]``, without blanks or comments after it.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def path_text(path: PathTo) -> str:
 
 @dataclass(frozen=True, eq=False)
 class YamlSource:
-    """A YAML file's text, its values, and where each of them stands.
+    """A YAML file's text, its values, and the location of each.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class YamlSource:
     key_spans: dict[PathTo, Span]
 
     def span(self, path: PathTo) -> Span:
-        """Where the value at ``path`` stands; KeyError without a value."""
+        """Location of the value at ``path``; KeyError without a value."""
         return self.spans[path]
 
     def value(self, path: PathTo) -> Any:
@@ -271,7 +271,7 @@ class _NodeReader:
         return values
 
     def note_block(self, node: yaml.CollectionNode, path: PathTo, last: PathTo) -> None:
-        """Note a collection's span; without brackets it ends where its last item ends."""
+        """Record a collection's span; without brackets it ends where its last item ends."""
         span = _span(node)
         ends_with_item = node.value and not node.flow_style  # the mark is that of the next text
         self.spans[path] = replace(span, end=self.spans[last].end) if ends_with_item else span

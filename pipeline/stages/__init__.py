@@ -3,5 +3,5 @@
     plate_settings ─ rate (track_cache, live_clip) ──┐
     session_logs ─ poses ──────────┬─ triads (site, certificate, user_effects)
     context (cache, progress)      ├─ triad_poses                     run: all of them
-                                   └─ mounting      rehearsal: what needs no clip
+                                   └─ mounting      rehearsal: the part without clips
 """

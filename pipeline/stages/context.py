@@ -1,4 +1,4 @@
-"""The run context: where phase tracks are kept, who watches the progress, what is allowed."""
+"""The run context: folder of the phase tracks, receiver of the progress, permissions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ OnProgress = Callable[[str, int, int | None], None]
 
 
 def ignore_progress(_clip: str, _done: int, _stated: int | None) -> None:
-    """For runs that nobody watches."""
+    """Ignore the progress, for runs without an observer."""
 
 
 @dataclass(frozen=True)
 class RunContext:
-    """What stages share besides their inputs.
+    """Context that stages share besides their inputs.
 
     Parameters
     ----------

@@ -21,14 +21,14 @@ from pipeline.text.formatting import count
 from pipeline.text.names import nearest_name
 
 _PART_OF_FILE = re.compile(r"(?:row \d+|\d+\.\d-\d+\.\d s)$")
-"""How the labels of rows of a table and of stops of a long log end."""
+"""Endings of the labels of rows of a table and of stops of a long log."""
 
 PoseName = str | int
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """Places of the poses that are used and of those that are excluded, in the recorded order."""
+    """Indices of the used and of the excluded poses, in the recorded order."""
 
     kept: IntArray
     excluded: IntArray
@@ -36,7 +36,7 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class ExcludedMean:
-    """One excluded pose by itself: its place among the recorded ones, 0 for a stop of a long log.
+    """One excluded pose by itself: its index among the recorded ones, 0 for a stop of a long log.
 
     ``mean`` is None where it cannot be averaged.
     """
@@ -48,9 +48,9 @@ class ExcludedMean:
 
 @dataclass(frozen=True, eq=False)
 class ExcludedPose:
-    """One excluded pose beside the fit.
+    """Comparison of one excluded pose with the fit.
 
-    ``predicted`` is what the fit says of it, None where it is no pose of its run.
+    ``predicted`` is the prediction of the fit, None where the pose does not belong to its run.
     """
 
     label: str
@@ -76,7 +76,7 @@ def short_names(label: str) -> tuple[str, ...]:
 
 
 def choose(labels: Sequence[str], names: Sequence[PoseName]) -> Choice:
-    """Which of the poses ``labels`` are used when those in ``names`` are excluded.
+    """Used poses among ``labels`` when those in ``names`` are excluded.
 
     Parameters
     ----------
@@ -144,5 +144,5 @@ def chosen(
 
 
 def section_path(section: RunSection, config: Config) -> PathTo:
-    """Where a section with poses stands in its configuration."""
+    """Path of a section with poses in its configuration."""
     return next(path for path, run in config.placed_runs() if run == section)

@@ -1,4 +1,4 @@
-"""Recordings without some of their poses, no log of which is read again."""
+"""Recordings without some of their poses; no log is read again."""
 
 from collections.abc import Set
 from dataclasses import replace
@@ -15,10 +15,10 @@ from pipeline.stages.session_logs import Setting
 def recordings_without(
     recordings: Recordings, config: Config, more: Config
 ) -> Recordings:
-    """The recordings of ``config`` without the poses that ``more`` excludes beside its own.
+    """The recordings of ``config`` without the poses that ``more`` excludes in addition to its own.
 
-    No log is read again: a mean is that of its own samples. ``more`` names every pose by a text
-    that means it alone.
+    No log is read again: a mean depends on its own samples alone. ``more`` names every pose by an
+    unambiguous text.
 
     Raises
     ------

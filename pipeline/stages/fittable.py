@@ -1,4 +1,4 @@
-"""Everything that the models of a configuration name, against triads, solvers and the logs' heads.
+"""Checks of the names in a configuration's models against triads, solvers and the logs' heads.
 
 No log is read whole, and no Python file runs.
 """
@@ -28,7 +28,7 @@ Problems = Iterator[ConfigProblem]
 
 
 def require_fittable(config: Config) -> None:
-    """Refuse, before anything slow, what no fit of this configuration can have.
+    """Refuse, before anything slow, models that cannot be fitted in this configuration.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _listed(columns: tuple[str, ...] | None) -> str:
 
 
 def logged_columns(config: Config, triad: Triad | None) -> tuple[str, ...] | None:
-    """Columns that every log of the triad has beside time and readings; None before recording."""
+    """Columns besides time and readings in every log of the triad; None before recording."""
     poses = [run.poses for path, run in config.placed_runs() if triad in (None, path[0])]
     heads = [names for pose in poses if (names := _columns_of(pose)) is not None]
     if not heads:
@@ -131,19 +131,19 @@ def logged_columns(config: Config, triad: Triad | None) -> tuple[str, ...] | Non
 def _columns_of(poses: PosesSection) -> list[str] | None:
     """Further columns of a set of poses, by its first file or by all files of its long log.
 
-    Of a table of means those that are neither sds nor numbers of samples.
+    For a table of means without the sds and the numbers of samples.
     """
     names: list[str] = []
     for i, path in enumerate(poses.log or poses.files[:1] or poses.means[:1]):
         try:
             head = column_names(path, poses.columns_of(i))
-        except UnreadableInput:  # said where the log itself is read
+        except UnreadableInput:  # reported where the log itself is read
             return None
         names += [name for name in head if name not in READINGS and not is_stated(name)]
     return names if poses.log or poses.files or poses.means else None
 
 
-#: Triad -> what a configuration states of readings in SI units, and how people write it.
+#: Triad -> key and unit of readings in SI units, in a configuration and in text.
 SI_UNITS = {"accelerometer": ("m_s2", "m/s²"), "gyroscope": ("rad_s", "rad/s")}
 WRITE = "`sensor: {accelerometer: {unit: m_s2}, gyroscope: {unit: rad_s}}`"
 

@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 SLOWEST_RAD_S = 0.5  #: fact: 5 rpm, a third of the slowest record
 AGREES = 0.1
-"""Relative difference of a gyroscope's mean from the clip's rate, at most. A judgement: data sheets
+"""Largest relative difference of a gyroscope's mean from the clip's rate. A judgement: data sheets
 allow 3 % of scale, and a bias of 20 °/s is a tenth of 33 rpm."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredFlutter:
-    """Figures with the course that they are from.
+    """Flutter figures and the speed course that they come from.
 
     Attributes
     ----------
@@ -62,8 +62,8 @@ def flutter_of_clip(source: str, rate: "RateMeasurement") -> MeasuredFlutter:
 def flutter_of_gyroscope(log: ImuLog, rate: "RateMeasurement | None" = None) -> MeasuredFlutter:
     """Figures from the readings of a gyroscope that lies on the turning platter.
 
-    Its component along the mean is taken, so that noise across the axis and a tilted table do not
-    enter. The mean stands for the rate: a scale error of the gyroscope cancels, its bias does not.
+    Its component along the mean is taken, without noise across the axis and a tilted table. The
+    mean stands for the rate: a scale error of the gyroscope cancels, its bias does not.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The mounting stage: the logs of the mounted sensor to its mounting angles."""
+"""The mounting stage: from the logs of the mounted sensor to its mounting angles."""
 
 from pathlib import Path
 
@@ -27,8 +27,8 @@ def measure_mounting(
 ) -> Mounting | None:
     """Measure the mounting from the logs of the section ``installation``.
 
-    ``gravity`` is what the accelerometer was calibrated against, ``at_rest`` (3,)
-    is what the gyroscope reads at rest, see :func:`reading_at_rest`.
+    ``gravity`` is the reference of the accelerometer's calibration, ``at_rest`` (3,) the
+    gyroscope's reading at rest, see :func:`reading_at_rest`.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def measure_mounting(
 
 
 def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None:
-    """What the gyroscope reads in the accelerometer's poses, SI, (3,); None where not logged."""
+    """Mean gyroscope reading in the accelerometer's poses, SI, (3,); None where not logged."""
     if config.accelerometer is None or not config.accelerometer.at_rest:
         return None
     means = recordings.of(config.accelerometer.at_rest[0]).means

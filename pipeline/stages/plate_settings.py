@@ -62,13 +62,13 @@ def measure_rates(config: Config, context: RunContext) -> Mapping[str, SettingRa
 
 
 def clips_to_follow(rate: VideoRateSection) -> list[ClipToFollow]:
-    """The clips of a setting, each with what the configuration states of the plate in it."""
+    """The clips of a setting, each with the plate data that the configuration states."""
     plate = None if rate.plate is None else rim(rate.plate)
     return [ClipToFollow(clip, plate, rate.from_s or 0.0) for clip in rate.video]
 
 
 def _judged_together(rates: Mapping[str, SettingRate]) -> Mapping[str, SettingRate]:
-    """The rates with the verdicts on their clips that all clips of the session decide together."""
+    """The rates with those verdicts on their clips that need all clips of the session."""
     names = {id(clip): f"{name}[{i}]" if len(rate.clips) > 1 else name
              for name, rate in rates.items() for i, clip in enumerate(rate.clips)}
     decided = judge_together([

@@ -1,4 +1,4 @@
-"""A table of pose means, and what is known of a pose before it is calibrated."""
+"""A table of pose means, and properties of a pose before calibration."""
 
 import math
 from pathlib import Path
@@ -65,8 +65,8 @@ FEWEST_TURNS = 3.0  #: turns of the plate in a pose: over whole turns its tilt a
 def first_directions(count: int) -> FloatArray:
     """The first natural directions that are to face up, unit vectors, (count, 3).
 
-    Of a part of the edges those come first that lie in different planes: three of them show all
-    misalignments.
+    If only some of the edges are needed, those in different planes come first: three of them show
+    all misalignments.
     """
     natural = natural_directions()
     is_edge = (natural != 0).sum(axis=1) == 2
@@ -79,7 +79,7 @@ def first_directions(count: int) -> FloatArray:
 
 
 def pose_seconds(record: RecordSection | None, rate_rad_s: float | None) -> float:
-    """How long a pose is recorded, s: as ``record`` states, and for ``FEWEST_TURNS`` of the plate.
+    """Duration of a pose, s: as ``record`` states, and for ``FEWEST_TURNS`` of the plate.
 
     Parameters
     ----------
@@ -93,8 +93,7 @@ def pose_seconds(record: RecordSection | None, rate_rad_s: float | None) -> floa
 
 
 def less_rest(reading: FloatArray, rest: FloatArray | None) -> FloatArray:
-    """A gyroscope's reading (3,) without what it reads at rest (3,), rad/s; as it is without that.
-    """
+    """A gyroscope's reading (3,) less its reading at rest (3,), rad/s; unchanged without that."""
     return reading if rest is None else reading - rest
 
 

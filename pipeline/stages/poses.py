@@ -1,4 +1,4 @@
-"""Logs in, pose means out: every set of poses that the configuration names."""
+"""From logs to pose means: every set of poses that the configuration names."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,18 +36,18 @@ from pipeline.stages.session_logs import (
 )
 
 SMALLEST_SHARE_AT_REST = 0.25
-"""Poses of one attitude on a turning plate read alike too; no design repeats one so often."""
+"""Poses of one attitude on a turning plate also read the same; no design repeats one so often."""
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
     """The averaged poses of one setting.
 
-    ``starts_s`` are when the log of each mean begins, or one value where it is the same of all;
-    ``warnings`` say which found poses were left out; ``sense`` is how the plate turns by the
-    accelerometer alone, +1 ccw, -1 cw, 0 unknown. ``places`` (n,) are those of ``means`` among all
-    recorded poses, some of which the configuration excludes. ``clock`` compares the clock of
-    turning poses with that of their clip.
+    ``starts_s`` are the start times of the log of each mean, or one value common to all;
+    ``warnings`` list the found poses that were left out; ``sense`` is the direction of the plate by
+    the accelerometer alone, +1 ccw, -1 cw, 0 unknown. ``places`` (n,) are the indices of ``means``
+    among all recorded poses, some of which the configuration excludes. ``clock`` compares the clock
+    of turning poses with that of their clip.
     """
 
     means: tuple[PoseMean, ...]
@@ -71,13 +71,13 @@ class Recordings:
 
     @property
     def origin_s(self) -> float:
-        """When the session began: the earliest sample of all logs; 0 where no time is known."""
+        """Start of the session: the earliest sample of all logs; 0 where no time is known."""
         start_s = min(min(recording.starts_s) for recording in self.by_setting.values())
         return start_s if math.isfinite(start_s) else 0.0
 
     @property
     def clocks(self) -> Mapping[str, ClockRatio]:
-        """The clock of the logs against that of the clips, by the rate's name, where known."""
+        """Ratio of the logs' clock to that of the clips, by the rate's name, where known."""
         return {setting.rate: recording.clock for setting, recording in self.by_setting.items()
                 if recording.clock is not None}
 
@@ -133,7 +133,7 @@ def _tabled(
 def _averaged(
     setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], read: SettingLogs
 ) -> Recording:
-    """One file for every pose."""
+    """The poses of one file each."""
     choice, used = read.choice, read.logs
     assert choice is not None
     rate = rates.get(setting.rate)
@@ -159,7 +159,7 @@ def _averaged(
 
 
 def _excluded_mean(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
-    """The mean of an excluded pose; that it cannot be averaged may be why it is excluded."""
+    """The mean of an excluded pose; None if it cannot be averaged, perhaps the very reason."""
     try:
         return None if log is None else average_pose(log, specs, rate_rad_s)
     except CalibrationError:
@@ -167,7 +167,7 @@ def _excluded_mean(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseM
 
 
 def _known(time_s: float) -> float:
-    """A time that a recording can begin at; the end of all times where it is not known."""
+    """Start time of a recording; infinity where it is not known."""
     return time_s if math.isfinite(time_s) else math.inf
 
 
@@ -187,7 +187,7 @@ def _pooled(recordings: Sequence[Recording]) -> Recording:
 
 
 def still_search(section: StillSection) -> StillSearch:
-    """What the user overrules of the search for static intervals."""
+    """The user's settings of the search for static intervals."""
     return StillSearch(section.seconds, section.threshold)
 
 
@@ -195,7 +195,7 @@ def _searched(
     section: RunSection, config: Config, specs: Specs,
     rates: Mapping[str, SettingRate], logs: Sequence[ImuLog],
 ) -> Recording:
-    """The poses of long logs, which are searched for."""
+    """The poses of long logs, in which they are searched."""
     setting = Setting.of(section)
     rate = float(rates[setting.rate].plate.rate_rad_s.mean()) if setting.rate in rates else 0.0
     running = [without_frozen(log, turning=False, one_pose=False) for log in logs]
@@ -211,7 +211,7 @@ def _search_recording(
     log: ImuLog, frozen: str | None, intervals: StaticIntervals, out: set[str], specs: Specs,
     rate_rad_s: float,
 ) -> Recording:
-    """The poses of a long log; stops that turn out to be none are left out, with the reason."""
+    """The poses of a long log; stops that fail a check are left out, with the reason."""
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
     stray_notes: list[str] = []
@@ -244,7 +244,7 @@ def _skipped_notes(
     log: ImuLog, intervals: StaticIntervals, skipped: Sequence[tuple[str, str]], poses: int,
     rate_rad_s: float,
 ) -> Iterator[str]:
-    """Which stops are no poses, and what would make them some."""
+    """Notes on stops that are not poses, and on how to make them usable."""
     if not skipped:
         return
     yield (f"{log.label}: {poses} stops are poses; left out: {list_stops(skipped)}. Stops are "
@@ -256,10 +256,10 @@ def _skipped_notes(
 
 
 def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:
-    """How far the halves of a stop may differ, by triad, SI.
+    """Largest difference between the halves of a stop, by triad, SI.
 
-    A hand gives way by a degree, which the magnitude hardly feels and the sd of the mean has: there
-    a stop counts as moved where it gives way more than the others of the log do.
+    A hand gives way by a degree, to which the magnitude is insensitive and which the sd of the mean
+    includes: there a stop counts as moved if it gives way more than the others of the log do.
     """
     if intervals.triad == "gyroscope":
         return LARGEST_STILL_SHIFT
@@ -267,10 +267,10 @@ def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:
 
 
 def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMean]]:
-    """Poses at rest and poses that turned, of a log that holds both.
+    """Poses at rest and poses that turned, from a log that contains both.
 
-    At rest a gyroscope reads its bias in every attitude, on a turning plate something else in each.
-    Where too few poses read alike to be the ones at rest, none is taken out.
+    At rest a gyroscope reads its bias in every attitude, on a turning plate a different vector in
+    each. If too few poses agree to be the ones at rest, none is removed.
     """
     rate = np.array([mean.gyroscope.mean for mean in means])
     if not np.isfinite(rate).all():

@@ -88,13 +88,13 @@ class SettingRate:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know about the clips, a paragraph each."""
+        """Warnings about the clips, a paragraph each."""
         return tuple(warning for clip in self.clips for warning in clip.warnings)
 
 
 @dataclass(frozen=True)
 class ClipToFollow:
-    """A clip, the plate's ellipse where the user states it, and from when on it is learned, s."""
+    """A clip, the plate's ellipse where the user states it, and the start of learning, s."""
 
     path: Path
     plate: "PlateOverride | None" = None
@@ -219,7 +219,7 @@ def measure_setting(
 def camera_timebase(clock: CameraClock, clips: Sequence[Path]) -> "Timebase":
     """The time base of clips by a camera whose clock was measured.
 
-    Its quartz has aged from the day of the measurement to that of the clips.
+    Its quartz aged between the day of the measurement and that of the clips.
     """
     from vision.rate.timebase import Timebase
 

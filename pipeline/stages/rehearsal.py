@@ -1,9 +1,9 @@
-"""What ``pipeline check`` finds: everything that a run refuses and that no clip decides.
+"""Checks of ``pipeline check``: all refusals of a run that do not depend on a clip.
 
-The poses are averaged, the models fitted and the mounting measured as a run does it, without the
+The poses are averaged, the models fitted and the mounting measured as in a run, without the
 diagnosis and without a user's Python. Where the rate of a run comes from a clip, the gyroscope's
-own reading stands in for it: that tells whether its poses can evaluate and determine the model, and
-nothing of what a wrong rate would make of them.
+own reading stands in for it: this shows whether its poses can evaluate and determine the model, but
+not the effect of a wrong rate.
 """
 
 from collections.abc import Iterator, Mapping
@@ -37,13 +37,13 @@ from pipeline.stages.triad_poses import gyroscope_poses, model_on
 from pipeline.stages.triads import doubts_of, triad_input
 from pipeline.stages.user_effects import user_effects
 
-READ_SD = 0.01  #: relative, of a rate that the gyroscope reads; it weighs rows, no result has it
+READ_SD = 0.01  #: relative sd of a rate that the gyroscope reads; it weighs rows, no result has it
 UNLIMITED: Mapping[str, float] = {"accelerometer": np.inf, "gyroscope": np.inf}
 
 
 @dataclass(frozen=True, eq=False)
 class Rehearsal:
-    """What was read and what is doubtful of it.
+    """Input that was read, and doubts about it.
 
     ``poses`` are their numbers by setting; ``warnings`` those of a run, as far as no clip decides
     them.
@@ -54,7 +54,7 @@ class Rehearsal:
 
 
 def rehearse(config: Config) -> Rehearsal:
-    """Refuse what :func:`pipeline.stages.run.run_stages` would, as far as no clip decides it.
+    """Raise the refusals of :func:`pipeline.stages.run.run_stages` that do not depend on a clip.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _without_python(config: Config) -> Config:
 
 
 def _accelerometer(config: Config, recordings: Recordings) -> TriadCalibration | None:
-    """The calibration; None where the clip decides the rate by which the waves are found."""
+    """The calibration; None where the waves need the rate from the clip."""
     section = config.accelerometer
     if section is None or not all(
             Setting.of(run) in recordings.by_setting for run in section.sections):
@@ -107,7 +107,7 @@ def _gyroscope(
     recordings: Recordings,
     accelerometer: TriadCalibration | None,
 ) -> tuple[TriadCalibration | None, tuple[str, ...]]:
-    """The calibration where no clip is needed for it, and what is doubtful of the readings."""
+    """The calibration where it needs no clip, and doubts about the readings."""
     section = config.gyroscope
     if section is None:
         return None, ()
@@ -129,7 +129,7 @@ def _gyroscope(
 
 
 def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator[str]:
-    """Filmed settings at which the gyroscope reads another rate than the nominal one."""
+    """Filmed settings at which the gyroscope's rate differs from the nominal one."""
     for name, rate in config.rate.items():
         nominal = getattr(rate, "nominal_rpm", None)
         if nominal is None or name not in rates or isinstance(rate, KnownRateSection):
@@ -145,10 +145,10 @@ def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator
 def _felt(
     logs: SessionLogs, settings: list[Setting], specs: Specs
 ) -> tuple[dict[Setting, Recording], dict[str, PlateRate]] | None:
-    """Whole logs averaged, and what the gyroscope reads in them by its data sheet.
+    """Averages of whole logs, and the rates of the gyroscope in them by its data sheet.
 
-    None where poses stand in long logs, which are found by the plate's rate, or in a table; and
-    where the gyroscope reads no turning, which is said with the rate beside it.
+    None if poses are parts of long logs, which are found by the plate's rate, or are in a table;
+    and if the gyroscope shows no rotation, which is reported with the rate.
     """
     recordings, rates = {}, {}
     for setting in settings:

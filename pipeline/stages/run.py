@@ -1,4 +1,4 @@
-"""A run: five stages, from a configuration to everything that is measured. Start reading here.
+"""A run: five stages, from a configuration to all results. Start reading here.
 
     config.yaml ─┬─ rates ─────────┬──────────────────────────┐      vision: clip → rate ± sd
                  │                 ▼                          ▼
@@ -7,7 +7,7 @@
                  └──────────────────────────────────▼
                                               installation           calib: mounting angles
 
-Each stage is a plain function of the configuration and of what earlier stages made; it returns
+Each stage is a plain function of the configuration and of earlier results; it returns
 None where the configuration has no section for it. :func:`run_stages` calls them in this order.
 What is written and shown afterwards is in ``pipeline.results``, ``pipeline.report`` and
 ``pipeline.console``.
@@ -31,7 +31,7 @@ from pipeline.stages.triads import TriadResult, triad_result
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What a run has made: the result of each stage; ``triads`` has the accelerometer first."""
+    """Results of a run by stage; ``triads`` has the accelerometer first."""
 
     config: Config
     rates: Mapping[str, SettingRate]
@@ -45,7 +45,7 @@ class Outcome:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know, a paragraph each, in the order of the stages."""
+        """Warnings for the user, a paragraph each, in the order of the stages."""
         of_rates = tuple(w for rate in self.rates.values() for w in rate.warnings)
         of_triads = tuple(w for triad in self.triads for w in triad.warnings)
         of_mounting = self.installation.notes if self.installation else ()
@@ -54,15 +54,15 @@ class Outcome:
 
 StageResult = SettingRate | Recordings | TriadResult | Mounting
 OnResult = Callable[[StageResult], None]
-"""Receives what a stage has made before the next one begins."""
+"""Receives the result of a stage before the next one begins."""
 
 
 def ignore_result(_result: StageResult) -> None:
-    """For runs that nobody watches."""
+    """Ignore the results, for runs without an observer."""
 
 
 def check_session(config: Config) -> SessionLogs:
-    """Everything that :func:`run_stages` refuses before the first slow stage; it runs no Python.
+    """Raise all refusals of :func:`run_stages` that precede the first slow stage; runs no Python.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def has_same_readings(one: Config, other: Config) -> bool:
 
 
 def has_same_model(one: Config, other: Config, triad: Triad) -> bool:
-    """Whether two configurations with the same readings calibrate ``triad`` alike."""
+    """Whether two configurations with the same readings calibrate ``triad`` in the same way."""
     return (one.triads.get(triad), one.effects, one.covariates, one.site, one.certificate) == (
         other.triads.get(triad), other.effects, other.covariates, other.site, other.certificate)
 
@@ -104,9 +104,9 @@ def run_stages(
     context : RunContext
         The cache of phase tracks, the progress display, what is allowed.
     on_result : callable
-        Receives the result of every stage as soon as it is there: of each plate setting and triad.
+        Receives the result of every stage at once: of each plate setting and triad.
     before : Outcome, optional
-        Of the same session with another model: what does not depend on that is not made again.
+        Of the same session with another model: results independent of the model are reused.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The logs of a session, without what is no measurement.
+"""The logs of a session, without samples that are not measurements.
 
 Each log is labelled by its path from the configuration.
 """
@@ -52,7 +52,7 @@ def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, 
             counts = spec.signed(log.readings(triad))
             check_range(log.label, triad, counts, spec)
             low, high = spec.count_range
-            # At an end on all axes at once a reading failed; on one axis it is saturated.
+            # If all axes are at an end at once, a reading failed; if one axis is, it is saturated.
             failed = ((counts <= low) | (counts >= high)).all(axis=1)
             check_counts(log.label, triad, counts[~failed], spec)
     running, frozen = without_frozen(log, turning)
@@ -66,12 +66,12 @@ CELSIUS = (-80.0, 150.0)
 NOTES_SHOWN = 3  #: notes of one run's poses; it chooses words only
 
 OTHER_UNIT = 100.0
-"""Nobody logs one sensor at rates that differ so much: the next unit of time is 1000 away."""
+"""Ratio of sample rates that no sensor is logged at: the next unit of time is 1000 away."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Which poses, at which plate rate, without which; what a recording is found by."""
+    """Poses, plate rate and exclusions, the key by which a recording is found."""
 
     poses: PosesSection
     rate: str
@@ -87,9 +87,9 @@ class Setting:
 class SettingLogs:
     """The logs of one setting, one for each pose or the long ones that hold all of them.
 
-    Of files of one pose frozen blocks and stray samples are taken out; ``notes`` say where. A table
-    of means has no logs. ``choice`` says which files of one pose the configuration excludes;
-    ``excluded`` are these with their labels, None where a log cannot be read.
+    Frozen blocks and stray samples are removed from files of one pose; ``notes`` say where. A table
+    of means has no logs. ``choice`` separates the files of one pose that the configuration
+    excludes; ``excluded`` are these with their labels, None where a log cannot be read.
     """
 
     logs: tuple[ImuLog, ...] = ()
@@ -146,7 +146,7 @@ def _read_one(
 
 
 def _shown_name(path: Path, folder: Path) -> str:
-    """With slashes; bytes that are no text are written out, since a label stands in files."""
+    """Path with slashes; undecodable bytes are escaped, since a label is written to files."""
     relative = os.path.relpath(path, folder)
     return os.fsencode(relative).decode(errors="backslashreplace").replace(os.sep, "/")
 
@@ -189,7 +189,7 @@ def read_session(config: Config) -> SessionLogs:
         _require_one_unit_of_time(every)
         _require_celsius(every)
         for setting, one in session.items():
-            if not setting.poses.log:  # of long logs the poses are looked at
+            if not setting.poses.log:  # in long logs the poses are checked instead
                 require_running(one.logs, every)
     for triad, spec in specs.items():
         settings = settings_of(config, triad)
@@ -229,7 +229,7 @@ def _read(setting: Setting, folder: Path, choice: Choice | None, specs: Specs) -
 
 
 def _few(run: str, notes: Iterable[str]) -> tuple[str, ...]:
-    """Keep those of the first poses; one line says that there are more."""
+    """The notes of the first poses; one line states that there are more."""
     notes = tuple(notes)
     more = len(notes) - NOTES_SHOWN
     if more < 2:
@@ -239,7 +239,7 @@ def _few(run: str, notes: Iterable[str]) -> tuple[str, ...]:
 
 
 def _note(log: ImuLog) -> str | None:
-    """What its reader changed, with its name."""
+    """The changes its reader made, with its name."""
     return " ".join(f"{log.label}: {note}." for note in log.notes) or None
 
 

@@ -1,4 +1,4 @@
-"""Gravity and latitude of the site, and how well gravity is known."""
+"""Gravity and latitude of the site, and the uncertainty of gravity."""
 
 import math
 from dataclasses import dataclass

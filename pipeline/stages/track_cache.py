@@ -1,8 +1,8 @@
 """The cache of phase tracks: tracking a clip is the slow part of a run, and clips do not change.
 
 A track's key is the SHA-256 of the clip's bytes, of the settings it was tracked with and of
-``TRACK_FORMAT``. A file that is damaged, foreign or was edited is never used, which a digest at its
-beginning shows; the clip is tracked anew.
+``TRACK_FORMAT``. A damaged, foreign or edited file is never used, which a digest at its beginning
+ensures; the clip is tracked anew.
 """
 
 import hashlib
@@ -25,13 +25,13 @@ from vision.phase_track import PhaseTrack, PlateLayout
 #: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
 TRACK_FORMAT = 22
 
-DIGEST_BYTES = hashlib.sha256().digest_size  #: before the arrays: what was edited is damaged
+DIGEST_BYTES = hashlib.sha256().digest_size  #: before the arrays: a file that was edited is damaged
 
 Follow = Callable[[], PhaseTrack]
 
 
 def track_key(clip: Path, plate: PlateOverride | None, from_s: float = 0.0) -> str:
-    """The name under which the track of ``clip``, learned from ``from_s`` on, is kept.
+    """Name under which the track of ``clip``, learned from ``from_s`` on, is stored.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def track_key(clip: Path, plate: PlateOverride | None, from_s: float = 0.0) -> s
 
 
 def kept_track(cache: Path, key: str, follow: Follow) -> PhaseTrack:
-    """The track under ``key``; where there is none, ``follow`` makes it and it is stored."""
+    """The track under ``key``; if there is none, it is computed by ``follow`` and stored."""
     path = cache / f"{key}.npz"
     kept = _load(path)
     if kept is not None:

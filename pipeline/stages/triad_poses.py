@@ -1,4 +1,4 @@
-"""What a triad is calibrated from: its poses, and the model as they can evaluate it."""
+"""Input of a triad's calibration: its poses, and the model as far as they can evaluate it."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -40,12 +40,12 @@ from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.site import Gravity, latitude_of
 
 Recorded = Sequence[tuple[Sequence[PoseMean], IntArray]]
-"""The poses of every run, and their places among those that were recorded there."""
+"""The poses of every run, and their indices among those recorded there."""
 
 
 @dataclass(frozen=True, eq=False)
 class TriadPoses:
-    """The recordings of a triad by run, and how poses of these runs become one set."""
+    """The recordings of a triad by run, and the function that joins poses of these runs."""
 
     recorded: tuple[tuple[str, Recording], ...]
     poses_of: Callable[[Recorded], PoseSet]
@@ -61,7 +61,7 @@ class TriadPoses:
         return any(mean.stated for _, one in self.recorded for mean in one.means)
 
     def excluded(self, fit: Fit) -> tuple[ExcludedPose, ...]:
-        """The poses that the configuration excludes, with what a fit without them says of each."""
+        """The excluded poses, each with the prediction of a fit without them."""
         return tuple(ExcludedPose(one.label, name, self._predicted(fit, run, one))
                      for run, (name, recording) in enumerate(self.recorded)
                      for one in recording.excluded)
@@ -75,13 +75,13 @@ class TriadPoses:
         place = sum(len(one) for one, _ in recorded[: run + 1]) - 1
         try:
             return predict_pose(fit, self.poses_of(recorded), place)
-        except CalibrationError:  # that it is no pose of this run may be why it is excluded
+        except CalibrationError:  # that it belongs to no run may be why it is excluded
             return None
 
 
 TILT_ROUNDS = 2
-"""Derived: the first leaves the square of what the nominal accelerometer errs by, a few 1e-4 of a
-radian, and the second its fourth power."""
+"""Rounds of the tilt's fit. Derived: the first leaves the square of the nominal accelerometer's
+error, a few 1e-4 of a radian, and the second its fourth power."""
 
 
 def accelerometer_poses(config: Config, recordings: Recordings, gravity: Gravity) -> TriadPoses:
@@ -101,7 +101,7 @@ def accelerometer_poses(config: Config, recordings: Recordings, gravity: Gravity
             break
         try:
             leaning = leaning_of(fitted(poses.used, Model.of(BASE)))
-        except CalibrationError:  # is said where the model of the configuration is fitted
+        except CalibrationError:  # reported where the model of the configuration is fitted
             break
         poses = _accelerometer_poses(config, recordings, gravity, leaning)
     return poses
@@ -160,7 +160,7 @@ def run_on_plate(
 
 
 def attitude_sd_rad(section: RunSection) -> float | None:
-    """How well it is known that the case stood on a face or an edge; None where it is not."""
+    """Sd of the attitude of a case on a face or an edge; None where the attitude is unknown."""
     sd = section.attitude_sd_deg
     return None if sd is None else math.radians(sd)
 
@@ -229,14 +229,14 @@ def gyroscope_poses(
 
 
 def senses_of(config: Config, recordings: Recordings) -> dict[str, float]:
-    """How the plate turns in each run by the accelerometer, see :class:`Recording`."""
+    """Direction of the plate in each run by the accelerometer, see :class:`Recording`."""
     return {run.rate: recordings.of(run).sense for run in config.runs_of("gyroscope")}
 
 
 def model_on(
     names: Sequence[str], defined: Mapping[str, Effect], poses: PoseSet
 ) -> tuple[Model, dict[str, Effect], list[str]]:
-    """The model of a section as these poses can evaluate it.
+    """The model of a section as far as these poses can evaluate it.
 
     Parameters
     ----------

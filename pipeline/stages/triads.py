@@ -1,4 +1,4 @@
-"""The calibration stage: averaged poses to a calibrated, compared and diagnosed triad."""
+"""The calibration stage: from averaged poses to a calibrated, compared and diagnosed triad."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -48,17 +48,17 @@ from pipeline.stages.triad_poses import (
 )
 from pipeline.stages.user_effects import user_effects
 
-FRAME = "frame_rotation"  #: what rows of direction make a parameter
+FRAME = "frame_rotation"  #: the effect for which direction rows make a parameter
 
 
 @dataclass(frozen=True, eq=False)
 class TriadResult(AssessedTriad):
-    """An assessed triad with what else a session knows of it.
+    """An assessed triad with further results of the session.
 
-    ``made_from`` is what it was calibrated from, ``unseen`` the sds by what these poses cannot see,
-    if the sensor is typical of its class; ``frame`` the rotation of a gyroscope against the
-    accelerometer, None for others and where the poses do not show it; ``warnings`` where two stages
-    contradict each other; ``excluded`` the poses that the configuration leaves out.
+    ``made_from`` is its input, ``unseen`` the sds due to effects that these poses cannot see, if
+    the sensor is typical of its class; ``frame`` the rotation of a gyroscope against the
+    accelerometer, None for others and where the poses do not show it; ``warnings`` list
+    contradictions between two stages; ``excluded`` the poses that the configuration leaves out.
     """
 
     made_from: "TriadInput"
@@ -81,7 +81,7 @@ class TriadResult(AssessedTriad):
 
     @property
     def triad(self) -> Triad:
-        """Which one."""
+        """The name of the triad."""
         return self.calibration.triad
 
     @property
@@ -93,11 +93,11 @@ class TriadResult(AssessedTriad):
 
 @dataclass(frozen=True, eq=False)
 class TriadInput:
-    """What a triad is calibrated from.
+    """Input of a triad's calibration.
 
     ``recorded`` are all its poses and ``poses`` those that the configuration uses; ``defined`` the
-    user's effects; ``covariates``, ``part`` and ``senses`` as :func:`calib.assess.assess` takes
-    them; ``notes`` what is not known of the specific force in its poses.
+    user's effects; ``covariates``, ``part`` and ``senses`` as in :func:`calib.assess.assess`;
+    ``notes`` the unknowns of the specific force in its poses.
     """
 
     section: TriadFitSection
@@ -114,20 +114,20 @@ class TriadInput:
 
     @cached_property
     def with_pasts(self) -> PoseSet:
-        """The poses with what the user's effects read of the past of their columns."""
+        """The poses with the past columns that the user's effects read."""
         return with_pasts(
             self.poses, [past for each in self.defined.values() for past in each.pasts])
 
     @property
     def options(self) -> Mapping[str, Any]:
-        """What :func:`calib.assess.assess` is told beside poses, model and candidates."""
+        """Arguments of :func:`calib.assess.assess` besides poses, model and candidates."""
         return {"spec": self.spec, "solver": self.section.solver, "loss": self.section.loss,
                 "covariates": self.covariates, "senses": self.senses, "part": self.part}
 
     def calibrated(self, seek_mistakes: bool = True) -> TriadCalibration:
-        """The calibration alone, without what it leaves and misses.
+        """The calibration alone, without comparison and diagnosis.
 
-        ``seek_mistakes`` as :func:`calib.assess.calibrate` has it.
+        ``seek_mistakes`` as in :func:`calib.assess.calibrate`.
 
         Raises
         ------
@@ -140,7 +140,7 @@ class TriadInput:
 
 
 def part_of(config: Config) -> str:
-    """The class of parts that the sensor is taken for, by its name: factory-calibrated or not."""
+    """Name of the class of parts of the sensor: factory-calibrated or not."""
     return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
 
 
@@ -195,7 +195,7 @@ def triad_input(
     recordings: Recordings,
     accelerometer: TriadCalibration | None = None,
 ) -> TriadInput:
-    """What a triad is calibrated from; the configuration has its section.
+    """Input of a triad's calibration; the configuration has its section.
 
     The parameters are those of :func:`triad_result`.
 
@@ -233,7 +233,7 @@ def triad_input(
 def _check_force(
     poses: PoseSet, accelerometer: TriadCalibration, gravity_m_s2: float
 ) -> tuple[bool, tuple[str, ...]]:
-    """Whether the calibrated force in a gyroscope's poses is good enough to compare axes by.
+    """Whether the calibrated force in a gyroscope's poses is good enough for comparing axes.
 
     Returns
     -------
@@ -281,7 +281,7 @@ def _calibrated(triad: TriadInput) -> TriadResult:
 
 
 def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:
-    """What is doubtful of a calibration by its own poses and its data sheet."""
+    """Doubts about a calibration from its own poses and its data sheet."""
     poses = calibration.fit.poses
     return (*poses.notes, *turning_while_still(poses),
             *gain_off_the_sheet(calibration.parameters, calibration.spec, poses.triad))

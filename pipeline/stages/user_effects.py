@@ -121,7 +121,7 @@ def require_function(folder: Path, python: str) -> Path:
 
 
 def python_sha256(folder: Path, python: str) -> str:
-    """What tells one version of a user's file from another: the hash of its bytes."""
+    """Hash of the bytes of a user's file, which identifies its version."""
     return hashlib.sha256((folder / python.partition(":")[0]).read_bytes()).hexdigest()
 
 
@@ -134,13 +134,13 @@ def _python_function(folder: Path, section: EffectSection, allow_python: bool) -
 
 
 def why_not_run(python: str, path: Path) -> str:
-    """Why the code in ``path`` is not run, and what allows it."""
+    """Reason why the code in ``path`` is not run, and how to allow it."""
     return (f"'{python}' is Python code, which runs only when you allow it: add --allow-python to "
             f"the command if you trust {path}")
 
 
 class SourceOnly(SourceFileLoader):
-    """Reads no bytecode and writes none: what runs is the file whose hash the results store."""
+    """Reads and writes no bytecode: what runs is the file whose hash the results store."""
 
     def path_stats(self, path: str) -> Mapping[str, Any]:
         """Raises OSError: without times of the file there is no bytecode of it."""
