@@ -1,7 +1,8 @@
-"""How well the computer's clock is known: by NTP, and by what the system says.
+"""Uncertainty of the computer's clock: by NTP, or by the operating system.
 
-Only the rate matters: a way to the server that is longer than the way back shifts all answers
-alike. An answer that took longer than the quickest one may be late by half of the difference.
+Only the rate matters: a way to the server that is longer than the way back shifts all answers by
+the same amount. An answer that took longer than the quickest one may be late by half of the
+difference.
 """
 
 import ctypes
@@ -16,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 KEPT_PPM = 10.0
-"""Sd of a clock that the system keeps by a time server. A judgement: it is corrected by some
+"""Sd of a clock that the system disciplines by a time server. A judgement: it is corrected by some
 milliseconds now and then, 10 ppm of the five minutes of a film."""
 
 UNKEPT_PPM = 50.0
-"""Sd of a clock that nobody keeps. Fact: quartzes of computers are good to 20 to 100 ppm."""
+"""Sd of an undisciplined clock. Fact: quartzes of computers are good to 20 to 100 ppm."""
 
 UNSYNCHRONISED = 0x40  #: STA_UNSYNC of <sys/timex.h>
 TIMEX_BYTES = 1024  #: more than the structure has on any system
@@ -48,9 +49,9 @@ class ComputerClock:
 
 
 def computer_clock(server: str, measured: "ServerRate | None") -> ComputerClock:
-    """What is known of the computer's clock: by the server's answers, or by the system."""
+    """Rate of the computer's clock: by the server's answers, or by the system."""
     if measured is not None:
-        # The server's seconds per second of ours, less one: where they are many, ours are long.
+        # The server's seconds per second of ours, less one: if they are many, ours are long.
         return ComputerClock(
             False, -1e6 * measured.rate, 1e6 * measured.sd,
             f"{measured.answers} answers of the time server {server}")
@@ -64,13 +65,13 @@ def computer_clock(server: str, measured: "ServerRate | None") -> ComputerClock:
 
 
 def kept_by_system() -> bool | None:
-    """Whether the system keeps its clock by a time server; None where it does not say."""
+    """Whether the system disciplines its clock by a time server; None where it does not say."""
     if sys.platform == "win32":
         return None
     try:
         library = ctypes.CDLL(ctypes.util.find_library("c"), use_errno=True)
         timex = ctypes.create_string_buffer(TIMEX_BYTES)
-        state = library.ntp_adjtime(timex)  # modes = 0: only asks
+        state = library.ntp_adjtime(timex)  # modes = 0: read only
     except (OSError, AttributeError, TypeError):
         return None
     if state < 0:
@@ -82,14 +83,14 @@ def kept_by_system() -> bool | None:
 
 
 PORT = 123  #: fact: of the protocol
-EVERY_S = 16.0  #: between two questions. A judgement: servers turn away who asks more often
+EVERY_S = 16.0  #: between two requests. A judgement: servers reject clients that ask more often
 TIMEOUT_S = 2.0  #: for an answer, which takes 0.3 s round the Earth; chosen
 FEWEST_ANSWERS = 6
-"""Number of answers that determine a rate and its sd. Derived: two for the line, four for what is
-left."""
+"""Number of answers that determine a rate and its sd. Derived: two for the line, four for the
+residual."""
 
 LEAST_SD_S = 2e-4
-"""Sd of an answer at least. Fact: time stamps of network cards without help of the hardware."""
+"""Least sd of an answer. Fact: time stamps of network cards without hardware support."""
 
 NTP_TO_UNIX_S = 2_208_988_800  #: definition: from 1900 to 1970
 FRACTION = 2**32  #: definition: parts of a second
@@ -98,7 +99,7 @@ QUESTION = b"\x23" + 47 * b"\0"  #: version 4, client
 
 @dataclass(frozen=True)
 class ServerAnswer:
-    """What a server answered, seconds.
+    """Answer of a server, seconds.
 
     Attributes
     ----------
@@ -125,7 +126,7 @@ class ServerRate:
 
 
 def ask(address: tuple[str, int]) -> ServerAnswer | None:
-    """One answer of the server at ``address``; None where there is none that can be used."""
+    """One answer of the server at ``address``; None without a usable one."""
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
             line.settimeout(TIMEOUT_S)
@@ -147,9 +148,9 @@ def ask(address: tuple[str, int]) -> ServerAnswer | None:
 
 
 def server_rate(answers: list[ServerAnswer]) -> ServerRate | None:
-    """The rate from answers in the order of time; None where they are too few.
+    """The rate from answers in the order of time; None if there are too few.
 
-    Each counts by the least scatter and by what it took longer than the quickest.
+    The variance of each combines the least scatter and its delay beyond the quickest.
     """
     if len(answers) < FEWEST_ANSWERS:
         return None
@@ -167,7 +168,7 @@ def server_rate(answers: list[ServerAnswer]) -> ServerRate | None:
 
 
 class ServerWatch:
-    """Asks a server again and again, in a thread of its own, from ``start`` to ``stop``."""
+    """Polls a server, in a thread of its own, from ``start`` to ``stop``."""
 
     def __init__(self, server: str, port: int = PORT, every_s: float = EVERY_S) -> None:
         self._server, self._port, self._every_s = server, port, every_s
@@ -176,11 +177,11 @@ class ServerWatch:
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def start(self) -> None:
-        """Begin to ask."""
+        """Begin to poll."""
         self._thread.start()
 
     def stop(self) -> list[ServerAnswer]:
-        """End, and give all answers."""
+        """Stop, and return all answers."""
         self._stop.set()
         self._thread.join(2 * TIMEOUT_S)
         return list(self._answers)

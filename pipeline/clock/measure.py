@@ -25,7 +25,7 @@ from vision.rate.steady_part import ClipPart
 from vision.rate.timebase import Timebase
 
 OPENS_S = 30.0  #: for a browser to open the page; chosen
-LOOK_S = 0.5  #: between two looks whether the page reports; chosen
+LOOK_S = 0.5  #: between two checks whether the page reports; chosen
 SETTLED_S = 3.0
 """Time of the film after which a camera has set its exposure. A judgement."""
 
@@ -34,14 +34,14 @@ EXPOSURE_S = 1e-3
 constant; automatic exposure may still creep by some per cent of 1/30 s."""
 
 TEMPERATURE_PPM = 3.0
-"""Sd by the camera's temperature. Fact: AT-cut crystals move by up to 3 ppm between 15 and 45 °C; a
-camera is some 10 K warmer after a quarter of an hour."""
+"""Sd due to the camera's temperature. Fact: AT-cut crystals move by up to 3 ppm between 15 and 45
+°C; a camera is some 10 K warmer after a quarter of an hour."""
 
 Progress = Callable[[str, int, int | None], None]
 
 
 def last_screen() -> Path:
-    """Where the latest drawing of the hand is described."""
+    """Path of the description of the latest drawing of the hand."""
     return user_folder() / "screen.json"
 
 
@@ -93,14 +93,14 @@ def show_hand(server: str | None, seconds: float, tell: Callable[[str], None],
 
 
 def keep_screen(hand: DrawnHand) -> Path:
-    """Describe the drawing for films that are measured later; its file."""
+    """Store the description of the drawing for films that are measured later; returns its path."""
     path = last_screen()
     write_whole(path, json.dumps(asdict(hand), indent=1, ensure_ascii=False) + "\n")
     return path
 
 
 def read_screen(path: Path) -> DrawnHand:
-    """The drawing that ``path`` describes.
+    """The drawing described in ``path``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The page with the turning hand, and how its clock is judged."""
+"""The page with the turning hand, and the test of its clock."""
 
 import json
 import time
@@ -18,7 +18,7 @@ from pipeline.served.serve import script, template
 
 HAND_RPM = 17.0
 """Rate of the hand. A judgement: as fast as the slowest plates; 30 frames per second show it at 106
-angles of every turn, at others in the next."""
+angles of every turn, at different ones in the next."""
 
 LONGEST_GAP_S = 0.5
 """Between two refreshes of a page that is in front. Fact: browsers draw hidden pages once a second
@@ -31,7 +31,7 @@ LATE = 4.0
 
 @dataclass(frozen=True)
 class Report:
-    """What the page said once a second.
+    """One report of the page, sent every second.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Report:
 
 @dataclass(frozen=True)
 class DrawnHand:
-    """The hand as it was drawn, by true time.
+    """The drawn hand, by true time.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class ScreenPage:
 
 
 def drawn_hand(reports: Sequence[Report], computer: ComputerClock, day: str) -> DrawnHand:
-    """The hand by true time, from what the page reported and what is known of the computer.
+    """The hand by true time, from the reports of the page and the computer's clock.
 
     Raises
     ------
@@ -146,8 +146,7 @@ def drawn_hand(reports: Sequence[Report], computer: ComputerClock, day: str) -> 
 def _clock_ratio(page_s: np.ndarray, computer_s: np.ndarray) -> tuple[float, float]:
     """Seconds of the page per second of the computer, less one, and its sd.
 
-    Reports come late by what the browser and the system do; those that come far later than the
-    others are left out.
+    Reports are delayed by the browser and the system; those far later than the others are left out.
     """
     x = computer_s - computer_s.mean()
     late = (computer_s - computer_s[0]) - (page_s - page_s[0])

@@ -49,14 +49,14 @@ class Answer:
 
 @dataclass(frozen=True)
 class Headline:
-    """The whole session in one or two sentences."""
+    """Summary of the session in one or two sentences."""
 
     standing: Standing
     text: str
 
 
 def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
-    """The answers on a session, the worst first; ``folder`` is where its results are."""
+    """The answers on a session, the worst first; ``folder`` is that of its results."""
     config = outcome.config.source.path
     answers = [triad_answer(outcome, result, folder) for result in outcome.triads]
     rates = rates_answer([rate_verdict(rate, config) for rate in outcome.rates.values()])
@@ -80,7 +80,7 @@ def next_line(outcome: Outcome, folder: Path) -> str:
 
 
 def headline(answers: Sequence[Answer]) -> Headline:
-    """What all answers together come to; it states everything that one of them calls incomplete."""
+    """Summary of all answers; it states everything that one of them calls incomplete."""
     triads = [answer for answer in answers if answer.subject != RATES]
     standings = {answer.standing for answer in answers} or {"open"}
     worst = next(standing for standing in WORST_FIRST if standing in standings)
@@ -130,7 +130,7 @@ def _rates_good(lacking: Sequence[RateVerdict]) -> str:
 
 
 def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
-    """What the rate models lack, a sentence for each term."""
+    """Terms that the rate models lack, a sentence for each."""
     settings: dict[str, list[str]] = {}
     for verdict in lacking:
         settings.setdefault(verdict.lacks, []).append(verdict.setting)
@@ -186,7 +186,7 @@ def _is_it_good(result: TriadResult) -> str:
 
 
 def _by_gravity(outcome: Outcome, result: TriadResult) -> str:
-    """What would make the scale more certain, as a sentence, where no latitude is stated."""
+    """How to make the scale more certain, as a sentence, where no latitude is stated."""
     site, reference = outcome.config.site, result.calibration.fit.poses.reference
     if (result.prediction is None or GRAVITY not in reference.common_names
             or (site is not None and site.latitude_deg is not None)):
@@ -200,7 +200,7 @@ def _by_gravity(outcome: Outcome, result: TriadResult) -> str:
 
 
 def _mostly_unseen(result: TriadResult) -> str:
-    """A sentence where the calibration rests on what no pose has measured, else empty."""
+    """A sentence if the calibration depends on effects that no pose has measured, else empty."""
     prediction = result.prediction
     if prediction is None or not prediction.is_mostly_unseen:
         return ""
@@ -210,7 +210,7 @@ def _mostly_unseen(result: TriadResult) -> str:
 
 
 def _prediction(result: TriadResult) -> str:
-    """What the next log will err by, as a sentence."""
+    """Expected error on the next log, as a sentence."""
     if result.prediction is None:
         return "Only rest was measured: nothing is known of the gains."
     text = prediction_text(result)
@@ -238,7 +238,7 @@ def _aside(result: TriadResult) -> str:
 
 
 def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]:
-    """The commands that the next step takes."""
+    """The commands of the next step."""
     step = result.diagnosis.explanation.step
     if step == "apply":
         return (f"{command('apply', folder)} {LOG}", command("export", folder, "--to", "arduino"))

@@ -26,5 +26,5 @@ def clock_parts(clock: CameraClock, film: FilmedScreen) -> Iterator[str]:
 
 
 def next_step(clock: CameraClock) -> str:
-    """How a session uses it."""
+    """Instruction to use it in a session."""
     return f"next: write `timebase: {{camera: {clock.name}}}` beside `video:` of its clips"

@@ -1,4 +1,4 @@
-"""Several calibrations of one sensor as one table, and a sentence on what differs."""
+"""Comparison of several calibrations of one sensor: a table, and a sentence on the differences."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -54,7 +54,7 @@ def conclusions(compared: ComparedTriad, names: Sequence[str]) -> Iterator[str]:
 
 
 def ageing_text(ageing: Ageing, triad: Triad) -> str:
-    """What moved between the sessions, and when the error to expect will pass the limit."""
+    """Changes between the sessions, and the time when the expected error will pass the limit."""
     unit, factor = DISPLAY[triad]
     moved, noise, now, limit = (f"{two_digits(value * factor)} {unit}" for value in (
         ageing.moved, ageing.noise, ageing.now, ageing.limit))
@@ -87,7 +87,7 @@ def _days(days: float) -> str:
 
 
 def _row(title: str, cells: Sequence[str], apart: Sequence[float] = ()) -> list[str]:
-    """A row of the table: behind each cell but the first how far it is from the first."""
+    """A row of the table: after each cell but the first, its distance from the first."""
     row = [f"  {title}", cells[0]]
     for cell, sds in zip(cells[1:], apart[1:] or [math.nan] * len(cells[1:]), strict=True):
         row += [cell, sds_text(sds, "+") if math.isfinite(sds) else ""]

@@ -1,5 +1,4 @@
-"""A formula that was discovered, as text: the sentence, its picture, and the lines that define it.
-"""
+"""Text on a discovered formula: the sentence, its picture, and the lines that define it."""
 
 from collections.abc import Iterator
 
@@ -65,7 +64,7 @@ def _size(found: Discovered) -> str:
 
 
 def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
-    """The error of the axis that it moves most, along the column that it follows."""
+    """The error of the axis that it changes most, along the column that it follows."""
     poses, fit = found.fit.poses, found.fit
     theta = fit.theta[fit.model.slices()[found.formula.name]]
     errors = fit.columns_of(found.formula.effect) @ theta

@@ -10,15 +10,15 @@ from pipeline.results.json_values import Json, number, numbers
 from pipeline.stages.flutter import MeasuredFlutter
 
 STRONGEST = 3  #: waves that are listed
-APART = 3  #: bins of the spectrum between two waves that are listed as two: of the taper's width
+APART = 3  #: bins of the spectrum between two waves listed separately: of the taper's width
 PPM = 1e6  #: definition
 SHOWN = 1.4
-"""Times the noise, from which a figure is more than that. Derived: as much again as the noise,
+"""Ratio of a figure to its noise from which it is significant. Derived: as much again as the noise,
 added in squares."""
 
 
 def flutter_lines(flutter: MeasuredFlutter) -> Iterator[str]:
-    """The figures, what they hold, and the strongest waves."""
+    """The figures, their noise, and the strongest waves."""
     figures = flutter.figures
     by = "gyroscope" if flutter.by_gyroscope else "clip"
     band = f"{figures.lowest_hz:.2g} to {figures.highest_hz:.3g} Hz"
@@ -42,7 +42,7 @@ def flutter_lines(flutter: MeasuredFlutter) -> Iterator[str]:
 
 
 def two_sigma(value: float, noise: float) -> str:
-    """A two-sigma figure beside what the noise alone would give."""
+    """A two-sigma figure and that of the noise alone."""
     if not noise:
         return f"± {percent(value)} (two sigma)"
     if value < SHOWN * noise:

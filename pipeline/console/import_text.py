@@ -1,4 +1,4 @@
-"""What `pipeline import` shows: columns with the reasons, the first rows, what is not sure."""
+"""Output of `pipeline import`: columns with the reasons, the first rows, and doubts."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -27,7 +27,7 @@ LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the pos
 
 
 def guess_lines(guess: SessionGuess) -> Iterator[str]:
-    """The first table of each set of poses, and what is not sure."""
+    """The first table of each set of poses, and doubts."""
     for source in guess.sources:
         shown = source.tables[:1] if source.layout == "files" else source.tables[:TABLES_SHOWN]
         for table in shown:
@@ -82,7 +82,7 @@ def _cell(value: float) -> str:
 
 
 def _names(columns: Sequence[str]) -> str:
-    """Three names beside each other, or the first and the last of long ones."""
+    """Three names, or the first and the last of long ones."""
     whole = ", ".join(columns)
     if len(whole) <= LONGEST_NAMES:
         return whole
@@ -90,7 +90,7 @@ def _names(columns: Sequence[str]) -> str:
 
 
 def guess_json(guess: SessionGuess, checked: CheckedConfig) -> dict[str, Any]:
-    """The same for programs."""
+    """The same output for programs."""
     return {
         "tables": [
             {

@@ -1,4 +1,4 @@
-"""What a change of the model or of the poses did, on the terminal."""
+"""Effect of a change of the model or of the poses, for the terminal."""
 
 import math
 from collections.abc import Iterator

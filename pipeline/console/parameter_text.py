@@ -1,4 +1,4 @@
-"""Parameters as the terminal shows them: fitted, beside a certificate, and of the mounting."""
+"""Parameters for the terminal: fitted, with a certificate, and of the mounting."""
 
 import math
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from pipeline.text.tables import table_lines
 
 @dataclass(frozen=True)
 class ShownEffect:
-    """An added effect in the units in which people state it.
+    """An added effect in its usual units.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class ShownEffect:
 
 
 def shown_effects(calibration: TriadCalibration) -> Iterator[ShownEffect]:
-    """The effects that were added to bias, scale and misalignment."""
+    """The effects added to bias, scale and misalignment."""
     model = {effect.name: effect for effect in calibration.fit.model.effects}
     for name, (values, sds) in calibration.effect_values().items():
         effect = model[name]
@@ -106,7 +106,7 @@ def effect_rows(shown: ShownEffect) -> list[list[str]]:
 
 
 def prediction_text(result: TriadResult) -> str:
-    """What the calibration will err by on the next log, in one clause."""
+    """Expected error of the calibration on the next log, in one clause."""
     prediction = result.prediction
     assert prediction is not None
     unit, factor = DISPLAY[result.triad]

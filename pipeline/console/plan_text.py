@@ -1,4 +1,4 @@
-"""What ``pipeline plan`` prints: what the poses of a session determine, for people and programs."""
+"""Output of ``pipeline plan``: expected results of a session's poses, for people and programs."""
 
 from collections.abc import Iterator, Sequence
 from math import degrees
@@ -27,7 +27,7 @@ MEANING = ("condition: the 18 wedge poses have 1.4, the limit is 25; D-efficienc
 
 
 def plan_lines(plan: TriadPlan, effects: Sequence[Effect], full_scale: float) -> Iterator[str]:
-    """What ``pipeline plan`` prints of one triad.
+    """Output of ``pipeline plan`` for one triad.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
 def _determined(
     prospect: Prospect, effects: Sequence[Effect], full_scale: float
 ) -> Iterator[str]:
-    """What these poses cannot determine or separate, and the poses to record for it."""
+    """Effects that these poses cannot determine or separate, and the poses to record for them."""
     if prospect.blind:
         yield f"  cannot determine: {', '.join(prospect.blind)}"
     if "g_sensitivity" in prospect.blind:
@@ -127,7 +127,7 @@ def _determined(
 
 
 def plan_json(plan: TriadPlan) -> dict[str, Any]:
-    """The same for programs, in SI units; sds are null where the noise is unknown."""
+    """The same output for programs, in SI units; sds are null where the noise is unknown."""
     best = plan.next_pose
     return {
         "settings": [{

@@ -37,11 +37,11 @@ def rate_line(rate: SettingRate) -> str:
 
 @dataclass(frozen=True)
 class RateVerdict:
-    """What the rate model of one plate setting lacks, in its clip with the largest residual.
+    """Terms that the rate model of one plate setting lacks, in its clip with the largest residual.
 
     ``lacks`` is the missing term, empty where the clip determines none; ``command`` adds it.
-    ``in_the_rate`` where the rate is fitted together with the term whatever the model states;
-    ``together`` is why all clips of the session decide it, to be told once.
+    ``in_the_rate`` is whether the rate is fitted with the term in any model; ``together`` is the
+    reason why all clips of the session decide it, reported once.
     """
 
     setting: str
@@ -63,7 +63,7 @@ def rate_verdict(rate: SettingRate, config: Path) -> RateVerdict:
     diagnosis = clip.diagnosis
     lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
     in_the_rate = diagnosis.name in ALWAYS
-    # Of terms that the clip cannot separate, one that changes no rate may be added.
+    # Among terms that the clip cannot separate, one that changes no rate may be added.
     addable = lacks or (diagnosis.name if diagnosis.verdict == "ambiguous" and in_the_rate else "")
     return RateVerdict(
         rate.name, diagnosis.verdict == COMPLETE,
@@ -78,7 +78,7 @@ def worst_clip(rate: SettingRate) -> int:
 
 
 def verdict_lines(rates: Iterable[SettingRate]) -> Iterator[str]:
-    """What the rate models lack, and why the clips together decide so; nothing where none does."""
+    """Terms that the rate models lack, and why all clips decide so; nothing without any."""
     lacking = [verdict for rate in rates
                if not (verdict := rate_verdict(rate, Path("CONFIG"))).complete]
     for verdict in lacking:
@@ -87,7 +87,7 @@ def verdict_lines(rates: Iterable[SettingRate]) -> Iterator[str]:
 
 
 def reasons_of(verdicts: Iterable[RateVerdict]) -> tuple[str, ...]:
-    """Why the clips of the session decide together what they do, each reason once."""
+    """Reasons of decisions that all clips of the session make, each once."""
     return tuple(dict.fromkeys(verdict.together for verdict in verdicts if verdict.together))
 
 

@@ -22,7 +22,7 @@ from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, relative
 from pipeline.text.tables import table_lines
 
 FEW_POSES = 3.0
-"""Leave-one-out error by noise alone, over that noise, from which it is told: chooses words."""
+"""Leave-one-out error by noise alone, over that noise, from which it is reported: chooses words."""
 
 RANKED = 6  #: candidates that `pipeline diagnose` shows
 
@@ -64,7 +64,7 @@ def triad_figures(result: TriadResult) -> str:
 
 
 def loo_by_noise(result: TriadResult) -> str:
-    """What noise alone makes of a leave-one-out error, where that is much more than a residual."""
+    """Leave-one-out error by noise alone, where that is much larger than a residual."""
     noise = float(np.sqrt(np.mean(result.calibration.fit.equations.row_sd**2)))
     if result.comparison.loo_noise < FEW_POSES * noise:
         return ""
@@ -79,7 +79,7 @@ def verdict_line(result: TriadResult) -> str:
 
 
 def misfit_lines(result: TriadResult) -> Iterator[str]:
-    """Where the model fails: the largest residuals, and the covariate that they follow."""
+    """Misfit of the model: the largest residuals, and the covariate that they follow."""
     unit, factor = DISPLAY[result.triad]
     fit = result.calibration.fit
     worst = ", ".join(
@@ -108,9 +108,9 @@ def excluded_words(result: TriadResult) -> Iterator[str]:
 
 
 def leading_covariate(result: TriadResult) -> str | None:
-    """The covariate that the misfit follows; None where the verdict names no cause of that kind.
+    """The covariate that the misfit follows; None if the verdict names no such cause.
 
-    A misfit of another cause can follow a covariate too: that is a by-product of the cause.
+    A misfit of another cause can follow a covariate too, as a by-product of that cause.
     """
     diagnosis = result.diagnosis
     if diagnosis.verdict is Code.UNKNOWN:
@@ -119,7 +119,7 @@ def leading_covariate(result: TriadResult) -> str | None:
         return None
     try:
         effect = find_effect(diagnosis.name)
-    except UnknownEffect:  # a user's own effect: its expression says what it follows
+    except UnknownEffect:  # a user-defined effect: its expression names its columns
         return None
     if "time" in effect.needs and not effect.logged:
         return "time_s"
@@ -160,7 +160,7 @@ def ranking_lines(result: TriadResult) -> list[str]:
 
 
 def unseen_text(result: TriadResult) -> str:
-    """What the effects that these poses cannot see do to the parameters, if they are typical."""
+    """Influence on the parameters of effects that these poses cannot see, if they are typical."""
     sds, parameters = together(result.unseen), result.calibration.parameters
     moved = np.any(np.nan_to_num(sds) > LEAST_SHARE * np.nan_to_num(parameters.sd), axis=1).tolist()
     logged = logged_unit(result.triad, result.calibration.spec)
@@ -178,9 +178,9 @@ def unseen_text(result: TriadResult) -> str:
 
 
 def limit_rows(result: TriadResult) -> list[tuple[str, str]]:
-    """Effects that were looked for and not named, with their upper limits at 95 %.
+    """Effects that were tested and not named, with their upper limits at 95 %.
 
-    One that these poses limit only to a size that no part has is left out.
+    An effect is left out if these poses limit it only to a size that no part has.
     """
     rows = []
     for limit in result.diagnosis.limits:
@@ -192,7 +192,7 @@ def limit_rows(result: TriadResult) -> list[tuple[str, str]]:
 
 
 def aside_text(columns: Sequence[str]) -> str:
-    """Which logged columns the diagnosis does not use, and how to change that."""
+    """Logged columns that the diagnosis does not use, and how to change that."""
     return (
         f"logged columns that the diagnosis does not use, because their names state an attitude, a "
         f"position, a velocity or a clock: {', '.join(columns)}; `covariates: [{columns[0]}]` in "

@@ -1,11 +1,10 @@
-"""Standard output and error as the commands see them.
+"""Standard output and error of the commands.
 
-Names, headers and units come out of files, so that what is printed may hold anything: control
-characters are shown, never sent. The commands' own colours are no part of a text: they are stated
-beside it (``write_between``). A reader
-that goes away (``| head``) never stops a command, and a character that the terminal's encoding
-lacks is replaced. On a terminal, lines longer than it is wide are cut between words; what programs
-read is never cut.
+Names, headers and units come from files, so the printed text may contain anything: control
+characters are shown, never sent. The commands' own colours are not part of a text: they are given
+separately (``write_between``). A reader that goes away (``| head``) never stops a command, and a
+character that the terminal's encoding lacks is replaced. On a terminal, lines longer than its width
+are cut between words; output for programs is never cut.
 """
 
 import io
@@ -24,7 +23,7 @@ from pipeline.text.tables import terminal_columns
 
 #: What is hidden or acts, but new line and tab.
 ACTING = re.compile(rf"[\n\t]|({HIDDEN.pattern})")
-#: A line to be copied whole: a command, behind the word that announces it.
+#: A line to be copied whole: a command, after the word that announces it.
 COMMAND = re.compile(r"\s*(?:.*: )?pipeline ")
 #: The title of a line, and the blanks before its text: further lines begin under the text.
 TITLE = re.compile(r"(?:\S+ )*\S+ {2,}")
@@ -67,8 +66,8 @@ def cut_between_words(line: str, columns: int) -> str:
 class ShownStream:
     """A text stream whose control characters are shown and whose reader may go away.
 
-    ``raw`` is the stream behind it, which answers for everything but writing; ``fault`` is the
-    error that ended writing, where it was not the reader who left.
+    ``raw`` is the stream behind it, which handles everything but writing; ``fault`` is the error
+    that ended writing, unless the reader left.
     """
 
     def __init__(self, raw: TextIO) -> None:
@@ -105,7 +104,7 @@ class ShownStream:
                 self._give_up(error)
 
     def write_bytes(self, data: bytes) -> None:
-        """Write UTF-8 text as bytes, no line cut; shown as text where somebody watches."""
+        """Write UTF-8 text as bytes, no line cut; as text on a terminal."""
         raw = getattr(self.raw, "buffer", None)
         if raw is None or self.raw.isatty():
             self._send(visible(data.decode(errors="replace")))
@@ -118,7 +117,7 @@ class ShownStream:
                 self._give_up(error)
 
     def flush(self) -> None:
-        """Send what is waiting."""
+        """Flush the buffer."""
         if not self._gone:
             try:
                 self.raw.flush()
@@ -129,7 +128,7 @@ class ShownStream:
         self._gone = True
         if not isinstance(error, BrokenPipeError):
             self.fault = error
-        try:  # what is left in the buffer goes nowhere, also at the interpreter's end
+        try:  # the rest of the buffer is discarded, also at the interpreter's end
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.raw.fileno())
             os.close(nowhere)
@@ -159,7 +158,7 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> None:
 
 @contextmanager
 def terminated_as_interrupted() -> Iterator[None]:
-    """SIGTERM ends a command as Ctrl-C does: files are finished, the cursor comes back."""
+    """SIGTERM ends a command as Ctrl-C does: files are finished, the cursor is restored."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -1,5 +1,5 @@
-"""What sensors send: bytes in, samples out, without a serial port in sight.
+"""Parsers of sensor streams: bytes in, samples out, without a serial port.
 
-Every parser takes bytes in pieces of any size, keeps a bounded part of them, finds its way back
-after damage, counts what was damaged, and never raises, whatever the bytes are.
+Every parser takes bytes in pieces of any size, buffers a bounded part of them, recovers after
+damage, counts damaged parts, and never raises, whatever the bytes are.
 """

@@ -1,4 +1,4 @@
-"""Lines of text out of a byte stream: by any pattern, and those of the project's own sketch.
+"""Parser of lines of text in a byte stream: by any pattern, and those of the project's own sketch.
 
 Names in braces stand for numbers, everything else for itself; a blank stands for any blanks, or
 none, but between two numbers for one blank at least. ``{skip}`` is anything up to the next comma,
@@ -24,7 +24,7 @@ LONGEST_LINE = 1000  #: bytes; longer than the header of any logger met, and no 
 
 
 class LineReader:
-    """Splits a stream into lines; what stands before the first line end is half a line.
+    """Splits a stream into lines; text before the first line end is an incomplete line.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class LineReader:
         return lines
 
     def _line(self, piece: bytes) -> str | None:
-        if self._discard:  # the end of a line whose beginning is not there
+        if self._discard:  # the end of a line whose beginning is missing
             self._discard = False
             return None
         text = piece.decode("latin-1").rstrip("\r\0")
@@ -69,7 +69,7 @@ ANYTHING = r"([^,;\s]{0,60})"
 
 @dataclass(frozen=True)
 class LinePattern:
-    """A pattern of a line, and what it means; ``head`` is the text before its first number."""
+    """A pattern of a line, and its meaning; ``head`` is the text before its first number."""
 
     text: str
     names: tuple[str, ...]
@@ -89,7 +89,7 @@ class LinePattern:
 
     @classmethod
     def stated(cls, text: str) -> "LinePattern":
-        """Read a pattern that has to describe a whole sample.
+        """Read a pattern that must describe a whole sample.
 
         Raises
         ------
@@ -140,12 +140,12 @@ class LinePatternParser:
 
     @property
     def bad(self) -> int:
-        """Lines so far that do not fit the pattern."""
+        """Number of lines so far that do not fit the pattern."""
         return self._lines.bad + self._damaged
 
     @property
     def advice(self) -> str:
-        """What to do where no line fits."""
+        """Advice where no line fits."""
         if self._read or not self._last:
             return ""
         return (f"lines come, but none fits `pattern`; the last is '{self._last[:80]}', the "
@@ -205,7 +205,7 @@ def sketch_line(n: int, micros: int, words: tuple[int, ...]) -> str:
 
 
 def is_sketch_line(line: str) -> bool:
-    """Whether the line is, or once was, one of the sketch's samples."""
+    """Whether the line is one of the sketch's samples, intact or damaged."""
     return line.startswith("S,")
 
 

@@ -1,7 +1,7 @@
-"""MPU-6050 on an Arduino: whatever its sketch prints as text.
+"""Parser for an MPU-6050 on an Arduino: the text that its sketch prints.
 
-The project's own sketch is preferred: once one of its lines has come with a right checksum, nothing
-else on the line counts.
+The project's own sketch has priority: after one of its lines with a right checksum, all other lines
+are ignored.
 """
 
 import math
@@ -28,10 +28,10 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SKIP
 
 READINGS = (*ACCELEROMETER, *GYROSCOPE)
 
-WORD = (-(2**15), 2**15 - 1)  #: what a 16-bit converter can give
+WORD = (-(2**15), 2**15 - 1)  #: range of a 16-bit converter
 BARE_LINES = 4
-"""Rows of six numbers between blanks count as samples from this many in a row on: sketches print
-one or two rows of six offsets before their first sample."""
+"""Number of successive rows of six numbers between blanks from which they count as samples:
+sketches print one or two rows of six offsets before their first sample."""
 
 
 class Mpu6050TextParser:
@@ -98,7 +98,7 @@ class Mpu6050TextParser:
     def _dialect_line(
         self, dialect: SketchDialect, i: int, values: Mapping[str, float]
     ) -> Sample | None:
-        """A line of a dialect's block; the sample of the block before where a new one begins."""
+        """A line of a dialect's block; gives the sample of the block before at a new one."""
         if dialect is not self._dialect:
             self._dialect, self._block, self._seen, self._whole = dialect, {}, set(), set()
         self.unit, self.advice = dialect.unit, ""
@@ -154,7 +154,7 @@ class Mpu6050TextParser:
                   if name != SKIP and (number := _number(cell)) is not None}
         if len(cells) != len(table.names) or any(
                 name in READINGS and name not in values for name in table.names):
-            self._damaged += header_table(line) is None  # the header again is no damage
+            self._damaged += header_table(line) is None  # a repeated header is no damage
             return None
         return sample_of(values)
 

@@ -1,9 +1,9 @@
 """One reading as a device sent it, and the time of samples.
 
-A host hears of samples in bursts: a reading is never heard before it was made, and often much
+A host receives samples in bursts: a reading is never received before it was made, and often much
 later. The device makes them evenly, so sample k was made at ``t0 + k step``, and the arrivals lie
-on or above that line. The line is found from the earliest arrival of each of many stretches, by
-the median of all their slopes (Theil and Sen): a third of the stretches may be late altogether.
+on or above that line. The line is found from the earliest arrival of each of many stretches, by the
+median of all their slopes (Theil and Sen): a third of the stretches may be late altogether.
 """
 
 import math
@@ -22,7 +22,7 @@ NOT_SENT: Triple = (math.nan, math.nan, math.nan)
 CLOCK_MODULUS = 1 << 32  #: fact: the clocks of Arduinos and the fine time of an Xsens have 32 bits
 
 COUNTS = "counts"  #: unit of readings straight from the converter
-AS_LABELLED = "unit not stated"  #: unit of readings whose line states none
+AS_LABELLED = "unit not stated"  #: unit of readings in lines without one
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class DeviceClock:
-    """How a device stamps its samples.
+    """Time stamps of a device.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ class DeviceClock:
 
 
 MICROS = DeviceClock("board microseconds", 1e-6, CLOCK_MODULUS)
-#: Column of times, or of a counter -> the clock it is, and how many of its ticks the number 1 is;
-#: of several columns the first counts.
+#: Column of times, or of a counter -> its clock, and the ticks in one unit of the number; of
+#: several columns the first counts.
 CLOCKS: Mapping[str, tuple[DeviceClock, float]] = {
     "time_us": (MICROS, 1.0),
     "time_ms": (DeviceClock("board milliseconds", 1e-3, CLOCK_MODULUS), 1.0),
@@ -76,7 +76,7 @@ CLOCKS: Mapping[str, tuple[DeviceClock, float]] = {
 
 
 def clock_among(names: Container[str]) -> str | None:
-    """The column of :data:`CLOCKS` that stamps samples with these columns; None without one."""
+    """The column of :data:`CLOCKS` among these columns; None without one."""
     return next((clock for clock in CLOCKS if clock in names), None)
 
 
@@ -93,7 +93,7 @@ def sample_of(values: Mapping[str, float]) -> Sample:
 
 
 class Parser(Protocol):
-    """Bytes in, samples out."""
+    """Converts bytes to samples."""
 
     @property
     def clock(self) -> DeviceClock | None:
@@ -112,7 +112,7 @@ class Parser(Protocol):
 
     @property
     def advice(self) -> str:
-        """What to do where the stream is understood but of no use; empty otherwise."""
+        """Advice where the stream is understood but unusable; empty otherwise."""
         ...
 
     def feed(self, data: bytes) -> list[Sample]:
@@ -133,9 +133,9 @@ EARLIEST_SHARE = 0.1  #: share of the stretches' earliest arrivals that lie belo
 class Unwrap:
     """Device ticks without the jumps back to 0; the first is 0.
 
-    A step back by more than half the modulus is a wrap; any other is a device that started anew,
-    after which the count goes on from the last value. A clock coarser than the samples gives one
-    value twice: the second is one tick later, and the next step so much shorter.
+    A step back by more than half the modulus is a wrap; any other is a restart of the device, after
+    which the count continues from the last value. A clock coarser than the samples gives one value
+    twice: the second is one tick later, and the next step is shorter by one.
     """
 
     def __init__(self, clock: DeviceClock) -> None:
@@ -168,7 +168,7 @@ def straight_line(arrival_s: FloatArray, index: FloatArray | None = None) -> tup
     Parameters
     ----------
     arrival_s : array, shape (t,)
-        When the host heard of each sample; bursts, delays and steps back are expected.
+        Times of arrival at the host; bursts, delays and steps back are expected.
     index : array, shape (t,), optional
         Number of each sample; by default 0 ... t - 1.
 

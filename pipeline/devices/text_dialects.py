@@ -1,4 +1,4 @@
-"""What sketches and tutorials print for an MPU-6050: patterns of their lines, and of their headers.
+"""Output of sketches and tutorials for an MPU-6050: patterns of their lines, and of their headers.
 
 Numbers of at most twelve digits, lines of bounded length: no pattern here can run away.
 """
@@ -29,7 +29,7 @@ SI, G_AND_DEG = "m/s², rad/s", "g, deg/s"
 
 @dataclass(frozen=True)
 class SketchDialect:
-    """What a sketch prints for a sample, one line or a few, and the unit of its readings."""
+    """Output of a sketch for a sample, one line or a few, and the unit of its readings."""
 
     unit: str
     lines: tuple[LinePattern, ...]
@@ -58,7 +58,7 @@ DIALECTS = (
     _dialect(G_AND_DEG, f"ACCELERO {_A_XYZ}", f"GYRO {_G_XYZ}", f"TEMPERATURE: {_T}"),
     _dialect(AS_LABELLED, f"X Y Z= {_A}"),  # of a tutorial
 )
-#: Beginnings of lines of sketches that print no raw readings -> what to do about it.
+#: Beginnings of lines of sketches that print no raw readings -> advice.
 UNUSABLE = {
     ("quat\t", "euler\t", "ypr\t", "areal\t", "aworld\t", "ggWorld\t"): (
         "the sketch prints orientation from the chip's motion processor, not raw readings; upload "
@@ -72,7 +72,7 @@ UNUSABLE = {
 
 
 def advice_on(line: str) -> str:
-    """What to do about a sketch that prints such a line; empty where nothing is wrong."""
+    """Advice on a sketch that prints such a line; empty where nothing is wrong."""
     return next((advice for starts, advice in UNUSABLE.items() if line.startswith(starts)), "")
 
 
@@ -86,7 +86,7 @@ class HeaderTable:
     unit: str
 
 
-#: What clocks of boards are called, by the seconds that their number 1 is.
+#: Names of boards' clocks, by the seconds that their number 1 is.
 _CLOCK_NAMES = {SECONDS_PER["us"]: "time_us", SECONDS_PER["ms"]: "time_ms", 1.0: TIME}
 
 

@@ -14,7 +14,7 @@ LONGEST_DATA = 2048  #: a longer length is taken for damage: no message of these
 
 #: Facts of the protocol: message identifiers. An answer has that of its request and one more.
 GO_TO_CONFIG, GO_TO_MEASUREMENT, RESET = 0x30, 0x10, 0x40
-WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42  # what a reset and a fault are reported by
+WAKE_UP, WAKE_UP_ACK, ERROR = 0x3E, 0x3F, 0x42  # reports of a reset and of a fault
 REQUEST_CONFIGURATION, SET_PERIOD = 0x0C, 0x04  # answered with 118 bytes; in ticks of 1/115200 s
 SET_OUTPUT_MODE, SET_OUTPUT_SETTINGS, SET_SKIP_FACTOR = 0xD0, 0xD2, 0xD4  # of the legacy series
 SET_OUTPUT_CONFIGURATION = 0xC0  # of the newer series
@@ -44,7 +44,7 @@ def frame(mid: int, data: bytes = b"") -> bytes:
 
 
 class XbusReader:
-    """Finds messages in a stream, incrementally.
+    """Finds messages in a stream incrementally.
 
     After damage every following byte is tried as a start, so that no whole message is lost.
 

@@ -1,7 +1,7 @@
-"""What the poses of a configuration can determine, before and after they are recorded.
+"""Results that the poses of a configuration can determine, before and after recording.
 
-Noise comes from the poses that are recorded, where there are any; else it is the typical noise of
-the sensor's preset; else no sds are stated.
+The noise is that of the recorded poses, if there are any; else the typical noise of the sensor's
+preset; else no sds are stated.
 """
 
 import math
@@ -151,7 +151,7 @@ def _triad_plan(
     except CalibrationError as error:
         complete = str(error)
     beside_all = best_pose(triad, runs, model)
-    assert beside_all is not None  # any direction may be laid again
+    assert beside_all is not None  # any direction may be repeated
     at_hand_of_run = [len(setting.means) for _, setting in planned]
     minutes = [(setting.seconds + PAUSE_S) / 60 for _, setting in planned]
     return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,
@@ -162,8 +162,7 @@ def _triad_plan(
 
 
 def _with_axes(poses: PoseSet, accelerometer: TriadPlan | None) -> PoseSet:
-    """Poses of the gyroscope with the axes that the accelerometer's plan shows on a leaning plate.
-    """
+    """Poses of the gyroscope with the axes from the accelerometer's plan on a leaning plate."""
     outlook = accelerometer and accelerometer.complete
     if poses.ring is None or not isinstance(outlook, Prospect):
         return poses
@@ -178,10 +177,10 @@ def _with_axes(poses: PoseSet, accelerometer: TriadPlan | None) -> PoseSet:
 def _runs(
     config: Config, triad: Triad, setting: PlannedSetting, noise_sd: FloatArray, real: Fit | None
 ) -> Iterator[PlannedRun]:
-    """The setting's poses as a plan: those recorded, in their true directions, and the missing."""
+    """The setting's poses as a plan: recorded ones, in their true directions, and missing ones."""
     recorded = [_recorded_up(triad, setting, real)] if setting.means else []
     up: FloatArray = np.concatenate([*recorded, setting.missing])
-    if setting.means:  # on the turning plate noise may differ from that at rest
+    if setting.means:  # noise on the turning plate may differ from that at rest
         noise_sd = one_second_sd([setting.means], triad)
     gravity = gravity_of(config.site) if config.site else None
     force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
@@ -220,7 +219,8 @@ def _runs(
 def _course(
     means: tuple[PoseMean, ...], n: int
 ) -> tuple[FloatArray | None, dict[str, FloatArray]]:
-    """Vibration (n, 3) and logged columns of n poses: those recorded, then the same once more."""
+    """Vibration (n, 3) and logged columns of n poses: the recorded ones, then repetitions of them.
+    """
     if not means:
         return None, {}
     names = set.intersection(*(set(mean.columns) for mean in means))
@@ -230,7 +230,7 @@ def _course(
 
 
 def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> FloatArray:
-    """Sides (n, 3) that face up in recorded poses, corrected where the poses determine how."""
+    """Sides (n, 3) that face up in recorded poses, corrected if the poses determine the model."""
     force = np.array([mean.accelerometer.mean for mean in setting.means])
     if triad == "accelerometer" and real is not None:
         force = real.rows.vector
@@ -240,7 +240,7 @@ def _recorded_up(triad: Triad, setting: PlannedSetting, real: Fit | None) -> Flo
 
 
 def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]) -> PoseSet:
-    """The recorded poses as the calibration will see them; filmed rates at their nominal value."""
+    """The recorded poses as in the calibration; filmed rates at their nominal value."""
     latitude = latitude_of(config.site)
     runs: list[PoseRun] = []
     for setting in (setting for setting in settings if setting.means):
@@ -258,7 +258,7 @@ def _recorded_poses(config: Config, triad: Triad, settings: list[PlannedSetting]
 
 
 def _saturating(triad: Triad, settings: list[PlannedSetting], spec: TriadSpec) -> Iterator[str]:
-    """Settings at which the sensor would stand at the end of its range."""
+    """Settings at which the sensor would saturate."""
     if triad == "accelerometer":
         if spec.full_scale < STANDARD_GRAVITY_M_S2:
             yield (f"gravity exceeds the accelerometer's ±{spec.full_scale:.3g} m/s². Choose a "

@@ -1,4 +1,4 @@
-"""The poses of one plate setting: what is recorded, what is still missing, at which rate."""
+"""The poses of one plate setting: recorded and missing ones, and the rate."""
 
 import math
 from collections.abc import Iterator
@@ -33,15 +33,15 @@ from pipeline.stages.session_logs import Setting, long_logs, read_logs
 from pipeline.stages.triad_poses import attitude_sd_rad
 
 USUAL_RATE_RAD_S = 100 / 3 * RPM  #: the speed that every record player has
-PAUSE_S = 20.0  #: between two planned poses: as long as a hand takes to lay the sensor; chosen
+PAUSE_S = 20.0  #: between two planned poses: as long as it takes to place the sensor; chosen
 
 
 @dataclass(frozen=True, eq=False)
 class PlannedSetting:
-    """Poses of one setting: what is recorded, what is still to come.
+    """Poses of one setting, recorded and missing.
 
-    ``rate_rad_s`` is 0 at rest, ``tilt_rad`` on a plate that is to be level; ``unusable`` says of
-    recorded poses why they are none.
+    ``rate_rad_s`` is 0 at rest, ``tilt_rad`` on a plate that should be level; ``unusable`` gives
+    reasons for recorded poses that cannot be used.
     """
 
     name: str
@@ -57,7 +57,7 @@ class PlannedSetting:
 
 
 def planned_setting(config: Config, section: RunSection) -> PlannedSetting:
-    """Read what is recorded of one setting; each file once as long as it stays what it is."""
+    """Read the recorded poses of one setting; each file once while it does not change."""
     poses, name = section.poses, Setting.of(section).rate
     rate, stated = 0.0, config.rate.get(name)
     relative, sd = 0.0, 0.0
@@ -105,7 +105,7 @@ def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[Im
         yield from _logs_of(part, config.source.path.parent, config.sensor, rate_rad_s, written)
 
 
-@lru_cache(maxsize=100)  # the outlook after each recorded pose needs all that were recorded before
+@lru_cache(maxsize=100)  # the outlook after each recorded pose needs all earlier ones
 def _logs_of(poses: PosesSection, folder: Path, sensor: SensorSection, rate_rad_s: float,
              _written_ns: tuple[int, ...]) -> list[ImuLog]:
     stops = [stop for log in long_logs(poses, folder) for stop in find_still(
@@ -119,7 +119,7 @@ def _mean(log: ImuLog, sensor: SensorSection, rate_rad_s: float) -> PoseMean:
 
 
 def _missing(config: Config, means: list[PoseMean]) -> FloatArray:
-    """Directions that ``record`` asks for and no recorded pose covers, (n, 3).
+    """Directions that ``record`` requires and no recorded pose covers, (n, 3).
 
     Without a ``record`` section nothing is missing once something is recorded.
     """

@@ -1,4 +1,4 @@
-"""What the poses recorded so far determine, which one is worth most, and planned poses refused."""
+"""Results of the poses recorded so far, the most valuable next pose, and refusals of plans."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from pipeline.plan.outlook import TriadPlan, plan_of
 from pipeline.text.formatting import DISPLAY, relative
 
 LITTLE = 0.02  #: share by which a further pose reduces the sds where the poses suffice; a judgement
-KNOWN = 1.0  #: relative sd of a scale factor; definition: beyond it nothing is known of it
+KNOWN = 1.0  #: relative sd of a scale factor; definition: beyond it the factor is unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class SoFar:
 
     @property
     def advice(self) -> str:
-        """The pose that is worth most; empty where none is missing."""
+        """The most valuable pose; empty where none is missing."""
         if self.next is None:
             return ""
         falls = ("; the poses do not determine all of it yet" if np.isnan(self.scale_sd) else
@@ -66,10 +66,10 @@ class SoFar:
 
 
 def outlook_so_far(path: Path) -> list[SoFar]:
-    """What the poses on disk of a configuration determine, triad by triad."""
+    """Results that the poses on disk of a configuration determine, triad by triad."""
     try:
         return [_so_far(plan) for plan in plan_of(load_config(path, files_may_be_missing=True))]
-    except (PipelineError, CalibrationError):  # what is wrong is said where it is asked for
+    except (PipelineError, CalibrationError):  # errors are reported where it is run
         return []
 
 
@@ -99,7 +99,7 @@ class Outlook:
         self._lines, self._news = list[str](), list[str]()
 
     def after(self, said: str) -> list[SoFar]:
-        """What the poses determine after the pose of which ``said`` tells."""
+        """The results after the pose that ``said`` reports."""
         if said != self._said:
             self._said, self._triads = said, outlook_so_far(self._path)
             lines = [each.line for each in self._triads if each.line]
@@ -107,13 +107,13 @@ class Outlook:
         return self._triads
 
     def lines_after(self, said: str) -> list[str]:
-        """``said``, and a line for each triad of which the poses now determine something else."""
+        """``said``, and a line for each triad whose results have changed."""
         self.after(said)
         return [said, *self._news]
 
 
 def require_planned(config: Config) -> None:
-    """Refuse a recording that would end, complete, in poses that do not determine the model.
+    """Refuse a recording whose complete poses would not determine the model.
 
     Without a section ``record`` nothing is planned. Runs no Python: effects that are written in it
     are left out of the model that is judged.
@@ -144,7 +144,7 @@ def require_sufficient(path: Path, plans: Sequence[TriadPlan], *, reasons: bool 
     if refused:
         first, *others = refused
         why = f"({' and '.join(refused)})"
-        if reasons:  # of one triad: those of the other are much the same, and `plan` prints all
+        if reasons:  # of one triad: those of the other are similar, and `plan` prints all
             why = " ".join([refused[first], *(
                 f"The poses of the {triad} will not either." for triad in others)])
         raise Undetermined(

@@ -31,7 +31,7 @@ class NumberedFiles:
         return sorted(paths, key=lambda path: natural_key(path.name))
 
     def next_number(self) -> int:
-        """The lowest number that no file has."""
+        """The lowest unused number."""
         number = 1
         while self.path(number).exists():
             number += 1
@@ -47,7 +47,7 @@ class RecordingBlock:
     rate : str
         Name of the plate setting, ``stopped`` at rest.
     poses : NumberedFiles
-        Where they are written.
+        Files to which they are written.
     rate_rad_s : float or None
         The plate's approximate rate, either way round; 0 at rest, None where the configuration
         states none.
@@ -102,7 +102,7 @@ def recording_blocks(config: Config) -> tuple[RecordingBlock, ...]:
 
 
 def _numbered(config: Config, path: PathTo) -> NumberedFiles | None:
-    """Where new poses of this section go; None where it names files that are there."""
+    """Files for new poses of this section; None if it names existing files."""
     value = config.source.value(path)
     if isinstance(value, dict):
         value = value.get("files", value)
@@ -119,7 +119,7 @@ def _numbered(config: Config, path: PathTo) -> NumberedFiles | None:
 
 
 def _clips(config: Config, path: PathTo) -> NumberedFiles | Path:
-    """Where clips go: numbered like the poses where the name has a star."""
+    """Files for clips: numbered like the poses where the name has a star."""
     value = config.source.value(path)
     text = value[0] if isinstance(value, list) and len(value) == 1 else value
     folder, _, name = str(text).rpartition("/")

@@ -18,12 +18,12 @@ from pipeline.record.store import RawFile, Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.xsens_setup import XsensError, XsensStream, start_mtdata, start_mtdata2
 
-LISTEN_S = 4.0  #: for first readings at one speed; an Arduino takes two seconds to start
+LISTEN_S = 4.0  #: wait for first readings at one speed; an Arduino takes two seconds to start
 FIRST_SAMPLES = 3  #: samples by which a stream is recognised
 DEFAULT_RATE_HZ = 100.0  #: every sensor of the table can send it; `record.sample_rate_hz` overrules
-SILENT_S = 3.0  #: without a reading, after which the user is told
+SILENT_S = 3.0  #: without a reading, after which the user is notified
 DEAD_S = 20.0  #: after which the line counts as lost
-SHOWN_BYTES = 48  #: bytes of a stream nobody understands, in a message
+SHOWN_BYTES = 48  #: bytes of an unrecognised stream, in a message
 
 #: parser's unit -> the units that sensor.accelerometer and sensor.gyroscope then need.
 SHEET_UNITS = {COUNTS: (None, None), SI: ("m_s2", "rad_s"), G_AND_DEG: ("g", "deg_s")}
@@ -32,7 +32,7 @@ OpenPort = Callable[[int], Port]
 
 
 class Tell(Protocol):
-    """Says a line to the user."""
+    """Shows a line to the user."""
 
     def __call__(self, text: str) -> None: ...
 
@@ -134,13 +134,13 @@ class Connection:
         self._raw.keep(data, self._store.session_s(heard_monotonic_s))
 
     def _take(self) -> tuple[bytes, float]:
-        """What has come, kept, and when on the session's clock."""
+        """The bytes that have come, stored, and their time on the session's clock."""
         data, heard_monotonic_s = self._port.read()
         self._keep(data, heard_monotonic_s)
         return data, self._store.session_s(heard_monotonic_s)
 
     def rows(self) -> list[TimedSample]:
-        """The rows that have come; empty after a short while without any.
+        """Rows that have come; empty after a short while without any.
 
         Raises
         ------
@@ -161,13 +161,13 @@ class Connection:
         return self._store.now_s() - self._last_row_s
 
     def close(self) -> None:
-        """Give the port back and close the files."""
+        """Release the port and close the files."""
         self._port.close()
         self._raw.close()
 
 
 def check_units(config: Config, parser: Parser) -> None:
-    """Refuse a device whose readings are not what the data sheet of the configuration describes.
+    """Refuse a device whose readings contradict the data sheet of the configuration.
 
     Raises
     ------

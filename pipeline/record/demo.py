@@ -1,7 +1,7 @@
-"""A rehearsal without hardware: a simulated MPU-6050 in a hand that lays what is asked for next.
+"""A rehearsal without hardware: a simulated MPU-6050 in a hand that takes each requested pose.
 
-The sensor sends the lines of this project's sketch, several times as fast as in life; its own clock
-counts the seconds. Gains, biases and noise are those of an ordinary part.
+The sensor sends the lines of this project's sketch, several times faster than real time; its own
+clock counts the seconds. Gains, biases and noise are those of an ordinary part.
 """
 
 import time
@@ -22,10 +22,10 @@ from pipeline.errors import ConfigError
 from pipeline.files import write_whole
 from pipeline.record.session import RecordingDisplay, RecordingView, Session
 
-RATE_HZ, SPEED = 100.0, 6.0  #: samples a second by the sensor's clock, and times as fast as in life
-READ_S = 0.02  #: how long a read waits
+RATE_HZ, SPEED = 100.0, 6.0  #: samples a second by the sensor's clock, and speed over real time
+READ_S = 0.02  #: duration of a read
 MOVE_S = 1.5  #: a hand's motion from one pose to the next
-HAND_M_S2, HAND_RAD_S = 3.0, 1.0  #: sd of what the hand adds
+HAND_M_S2, HAND_RAD_S = 3.0, 1.0  #: sd of the hand's motion
 GAIN = (np.array([1.01, 0.985, 1.02]), np.array([0.99, 1.015, 1.0]))  #: over that of the data sheet
 BIAS = (np.array([0.3, -0.2, 0.4]), np.array([0.03, -0.02, 0.01]))  #: m/s², rad/s
 NOISE = (0.03, 0.001)  #: sd of a sample, m/s² and rad/s
@@ -34,7 +34,7 @@ NAME = "config.yaml"
 
 
 class DemoSensor:
-    """The sensor in the hand: :meth:`lay` says what comes next, :meth:`lines` what it sends."""
+    """The sensor in the hand: :meth:`lay` sets its next pose, :meth:`lines` gives its lines."""
 
     def __init__(self, specs: Specs, seed: int = 0) -> None:
         self._specs = specs
@@ -85,34 +85,34 @@ class DemoPort:
         self._begun, self._sent = time.monotonic(), 0
 
     def read(self) -> tuple[bytes, float]:
-        """What the sensor has sent since the last read."""
+        """Lines that the sensor has sent since the last read."""
         time.sleep(READ_S)
         now = time.monotonic()
         due = int((now - self._begun) * RATE_HZ * self._speed)
-        # A pause of this process is left out: nobody waits for what nobody read.
+        # A pause of this process is left out: nobody waits for unread lines.
         count = min(due - self._sent, round(RATE_HZ))
         self._sent = due
         return "".join(self._sensor.lines(count)).encode(), now
 
     def write(self, data: bytes) -> None:
-        """The sensor listens to nothing."""
+        """Ignore the data: the sensor has no settings."""
 
     def set_baud(self, baud: int) -> None:
-        """Any speed is right."""
+        """Accept any speed."""
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Nothing to release."""
 
 
 class ObeyedDisplay:
-    """A display that hands what it is to ask for next to the sensor as well."""
+    """A display that also passes the next requested pose to the sensor."""
 
     def __init__(self, display: RecordingDisplay, sensor: DemoSensor) -> None:
         self._display, self._sensor = display, sensor
         self.say, self.recorded = display.say, display.recorded
 
     def show(self, view: RecordingView) -> None:
-        """Show the view, and lay the pose that it asks for."""
+        """Show the view, and take the requested pose."""
         missing = [i for i in range(len(view.wanted)) if i not in view.covered]
         if missing:
             self._sensor.lay(view.wanted[missing[0]], view.block.rate_rad_s or 0.0)

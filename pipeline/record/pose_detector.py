@@ -1,11 +1,11 @@
-"""What the sensor does right now, and whether it makes a pose: the judgement behind the display.
+"""Present state of the sensor, and whether it makes a pose: the logic behind the display.
 
-Samples are looked at in hops of a quarter of a second. A window of four hops is still while the
-variance of each triad stays near the quietest level met in this block
-(:mod:`calib.poses.rests.static_intervals`), and under ceilings that a hand cannot keep to. On the
-turning plate its tilt moves the readings slowly: there a straight line is taken out of every hop
-first, and the rate must be steady besides. The pose itself is judged once more as a whole by the
-same rules as in the calibration.
+Samples are processed in hops of a quarter of a second. A window of four hops is still while the
+variance of each triad stays near the quietest level of this block
+(:mod:`calib.poses.rests.static_intervals`), and under ceilings that a hand cannot keep. On the
+turning plate its tilt changes the readings slowly: there a straight line is removed from every hop
+first, and the rate must be steady too. The whole pose is then tested by the same rules as in the
+calibration.
 """
 
 from collections import deque
@@ -52,7 +52,7 @@ SAME_SPEED = 0.4
 
 
 class PoseDetector:
-    """Leads through the poses of one block on one connection.
+    """Guides through the poses of one block on one connection.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class PoseDetector:
         return next((i for i in range(len(self.task.wanted)) if i not in self.covered), None)
 
     def feed(self, rows: Sequence[TimedSample]) -> list[Refused | Complete]:
-        """What the rows lead to; :attr:`status` is brought up to date."""
+        """Process rows into refused or complete poses; :attr:`status` is updated."""
         events: list[Refused | Complete] = []
         for row in rows:
             self._pending.append(row)
@@ -96,15 +96,15 @@ class PoseDetector:
         return events
 
     def accept(self, direction: int) -> None:
-        """The pose is written."""
+        """Mark a pose as written."""
         self.covered.add(direction)
 
     def reject(self) -> None:
-        """The pose failed as a whole; it may be tried again without moving the sensor."""
+        """Reject the whole pose; it may be tried again without moving the sensor."""
         self._wait_for_move = False
 
     def begin_again(self) -> None:
-        """Forget the rows of a pose that is not whole: those that follow are not continuous."""
+        """Forget the rows of an incomplete pose: those that follow are not continuous."""
         self._rows, self._pending = [], []
 
     def _look(self, hop: list[TimedSample]) -> Refused | Complete | None:
@@ -133,12 +133,12 @@ class PoseDetector:
             show("taking", "keep still")
             if len(self._rows) < self._needed:
                 return None
-            # Whatever becomes of this pose, the next one begins after a movement, or a rejection.
+            # Whatever the result of this pose, the next one begins after a movement or a rejection.
             rows, self._rows = self._rows[: self._needed], []
             self._wait_for_move, self._taken_at = True, mean
             return Complete(rows, self._aim)
         if self._wait_for_move:
-            # A careful hand moves below the threshold: another direction counts as moved too.
+            # A careful hand moves below the threshold: a new direction counts as a movement too.
             if not still or self._turned_away(mean, self._taken_at, NEAR_DEG):
                 self._wait_for_move = False
             else:
@@ -154,7 +154,7 @@ class PoseDetector:
         return None
 
     def _begin(self, mean: FloatArray, direction: FloatArray | None) -> tuple[Phase, str]:
-        """Whether a pose may begin here, and what to say."""
+        """Whether a pose may begin here, and the message to show."""
         wrong = self._implausible(mean)
         if wrong:
             return "wrong", wrong
@@ -188,7 +188,7 @@ class PoseDetector:
     def _stillness(self) -> tuple[bool, bool]:
         """Whether the window is still, and whether it clearly is not."""
         still, moved = True, False
-        # The quiet level of a turning plate is not that of one at rest.
+        # The quiet level of a turning plate differs from that of one at rest.
         learns = not self.task.turns or self._sensed_rate(self._means[-1]) >= self._least_rate()
         for i, triad in enumerate(TRIADS):
             hops = [hop[:, 3 * i : 3 * i + 3] for hop in self._window]
@@ -208,7 +208,7 @@ class PoseDetector:
     def _direction(self, mean: FloatArray) -> FloatArray | None:
         """The unit vector of the side that faces up; None where no reading shows it.
 
-        On the turning plate that of its axis, which stays where gravity goes round.
+        On the turning plate it is that of the axis about which gravity rotates.
         """
         force, rate = mean[:3], mean[3:]
         if self.task.turns and self._sensed_rate(mean) >= self._least_rate():
@@ -235,16 +235,16 @@ class PoseDetector:
         return ""
 
     def _sensed_rate(self, mean: FloatArray) -> float:
-        """The plate's rate as the gyroscope feels it, rad/s; NaN without a gyroscope."""
+        """The plate's rate as the gyroscope reads it, rad/s; NaN without a gyroscope."""
         return float(np.linalg.norm(less_rest(mean[3:], self.task.rest_rad_s)))
 
     def _least_rate(self) -> float:
-        """The rate from which on the plate counts as turning."""
+        """The least rate at which the plate counts as turning."""
         stated = self.task.rate_rad_s
         return stated / PLAUSIBLE_RATIO if stated else TURNING_RAD_S
 
     def _unsteady(self, mean: FloatArray) -> str:
-        """Why the plate is not in the state that the block asks for; empty where it is."""
+        """Reason why the plate is not in the state that the block requires; empty if it is."""
         task, rest, sensed = self.task, self.task.rest_rad_s, self._sensed_rate(mean)
         if not np.isfinite(sensed):
             return ""

@@ -1,4 +1,4 @@
-"""The poses of a session that are on disk, and what is said of a block and of a pose."""
+"""The recorded poses of a session, and the messages on a block and on a pose."""
 
 from dataclasses import dataclass
 from math import isnan
@@ -24,7 +24,7 @@ LOST_SHARE = 0.02  #: share of a pose's samples from which the loss is reported
 
 
 def introduction(block: RecordingBlock, missing: int, recorded: int) -> str:
-    """What a block asks for, in a line."""
+    """Instruction for a block, in a line."""
     so_far = f", {recorded} are recorded" if recorded else ""
     where = f"on the plate turning at '{block.rate}'" if block.turns else "with the plate stopped"
     where += f", with {ADVISED_TILT}" if block.leans else ""
@@ -33,7 +33,7 @@ def introduction(block: RecordingBlock, missing: int, recorded: int) -> str:
 
 
 def loss_of(rows: list[TimedSample], stream: Stream) -> str:
-    """What to say of samples lost within a pose; empty where it is nothing."""
+    """Message on samples lost within a pose; empty if there are none to speak of."""
     first, last = rows[0].ticks, rows[-1].ticks
     clock, rate_hz = stream.parser.clock, stream.rate_hz
     if first is None or last is None or clock is None or rate_hz is None:
@@ -47,8 +47,8 @@ def loss_of(rows: list[TimedSample], stream: Stream) -> str:
 class RecordedPoses:
     """The poses of a block.
 
-    ``covered`` are indices of wanted directions, ``means`` the averaged poses, ``end_s`` the
-    latest time in them, ``unusable`` says of each file that is no pose why.
+    ``covered`` are indices of wanted directions, ``means`` the averaged poses, ``end_s`` the latest
+    time in them, ``unusable`` gives a reason for each file that is not a pose.
     """
 
     covered: tuple[int, ...]
@@ -81,9 +81,9 @@ def read_recorded_poses(
 def pose_rate(
     block: RecordingBlock, log: ImuLog, gyroscope: TriadSpec | None, rest: FloatArray | None
 ) -> float:
-    """The plate's approximate rate in a pose, rad/s: as stated, else as the gyroscope reads it.
+    """The plate's approximate rate in a pose, rad/s: as stated, else by the gyroscope.
 
-    0 where neither is there.
+    0 without either.
     """
     if block.rate_rad_s is not None:
         return block.rate_rad_s

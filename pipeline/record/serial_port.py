@@ -1,4 +1,4 @@
-"""The serial line: the only place that knows pyserial."""
+"""The serial line: the only module that uses pyserial."""
 
 import errno
 import os
@@ -15,19 +15,19 @@ from serial.tools import list_ports
 
 from pipeline.errors import DeviceError
 
-READ_S = 0.05  #: longest wait for a byte; bytes that are there are taken at once
+READ_S = 0.05  #: longest wait for a byte; available bytes are taken at once
 MOST_AT_ONCE = 65536  #: bytes, 0.7 s at 921 600 baud; chosen
 
 
 class PortLost(DeviceError):
-    """The device is gone from its port: unplugged, or switched off."""
+    """The device has vanished from its port: unplugged, or switched off."""
 
 
 class Port(Protocol):
-    """A device's line, as the recording uses it."""
+    """A device's line, for the recording."""
 
     def read(self) -> tuple[bytes, float]:
-        """What has come, and when on ``time.monotonic``; empty after a short while without any.
+        """Received bytes and their time, ``time.monotonic``; empty after a short while without any.
 
         Raises
         ------
@@ -45,15 +45,15 @@ class Port(Protocol):
         ...
 
     def close(self) -> None:
-        """Give the port back."""
+        """Release the port."""
         ...
 
 
 class SerialPort:
     """A serial port; see :class:`Port`.
 
-    Opening it resets most Arduinos, which then greet and start anew; what the driver had kept from
-    before is dropped.
+    Opening it resets most Arduinos, which then greet and start anew; data buffered by the driver
+    before that are dropped.
 
     Raises
     ------
@@ -81,7 +81,7 @@ class SerialPort:
                               "ports.") from error
 
     def _listen(self) -> None:
-        """Take bytes as they come, stamped when they were there."""
+        """Take bytes as they come, stamped with their time of arrival."""
         while self._open.is_set():
             try:
                 first: bytes = self._serial.read(1)
@@ -93,7 +93,7 @@ class SerialPort:
                 return
 
     def read(self) -> tuple[bytes, float]:
-        """What has come, and when; empty after ``READ_S`` without any."""
+        """Received bytes, and their time; empty after ``READ_S`` without any."""
         try:
             heard = self._heard.get(timeout=READ_S)
         except queue.Empty:
@@ -123,19 +123,19 @@ class SerialPort:
             raise PortLost(f"{self.port}: does not take {baud} baud ({error}).") from error
 
     def close(self) -> None:
-        """Give the port back."""
+        """Release the port."""
         self._open.clear()
         self._thread.join()
         self._serial.close()
 
 
 def _exclusive() -> bool | None:
-    """Ask for sole use where the system can grant it (POSIX; Windows grants it anyway)."""
+    """Request exclusive use where the system can grant it (POSIX; Windows grants it anyway)."""
     return True if os.name == "posix" else None
 
 
 def _why_not(port: str, error: serial.SerialException) -> str:
-    """Why a port does not open, and what to do, in one paragraph."""
+    """Reason why a port does not open, and what to do, in one paragraph."""
     text = str(error)
     number = getattr(error, "errno", None)
     if number == errno.ENOENT or "FileNotFound" in text or "No such file" in text:
@@ -151,7 +151,7 @@ def _why_not(port: str, error: serial.SerialException) -> str:
 
 
 def permission_advice(port: str) -> str:
-    """What to do where a port exists and may not be opened."""
+    """Advice where a port exists and may not be opened."""
     if sys.platform.startswith("linux"):
         group = _group_of(port) or "dialout"
         return (f"Ports belong to the group '{group}': type `sudo usermod -aG {group} $USER`, log "
@@ -170,7 +170,7 @@ def _group_of(port: str) -> str | None:
 
 @dataclass(frozen=True)
 class SerialPortInfo:
-    """One serial port: its name, what it says of itself, what is probably behind it, access."""
+    """One serial port: its name, its own description, the probable device behind it, access."""
 
     name: str
     description: str
@@ -187,7 +187,7 @@ VENDORS = {
 
 
 def find_ports() -> list[SerialPortInfo]:
-    """The serial ports there are, those on USB first."""
+    """The available serial ports, those on USB first."""
     ports = sorted(list_ports.comports(), key=lambda port: (port.vid is None, port.device))
     return [
         SerialPortInfo(
@@ -201,7 +201,7 @@ def find_ports() -> list[SerialPortInfo]:
 
 
 def only_port() -> str:
-    """The port to use where the configuration names none.
+    """The default port if the configuration names none.
 
     Raises
     ------

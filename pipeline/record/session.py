@@ -37,12 +37,12 @@ from pipeline.record.stream import Stream, TimedSample
 from pipeline.record.task import Complete, Refused, Status, Task
 from pipeline.stages.pose_means import first_directions
 
-RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device is gone
+RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device has vanished
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingView:
-    """What a display shows; ``wanted`` (n, 3) are the unit vectors of the block's directions."""
+    """Contents of a display; ``wanted`` (n, 3) are the unit vectors of the block's directions."""
 
     block: RecordingBlock
     wanted: FloatArray
@@ -53,18 +53,18 @@ class RecordingView:
 
 
 class RecordingDisplay(Protocol):
-    """Where a recording is shown."""
+    """Output of a recording."""
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Show a line that stays."""
         ...
 
     def show(self, view: RecordingView) -> None:
-        """The present state; called several times a second."""
+        """Show the present state; called several times a second."""
         ...
 
     def recorded(self, text: str) -> None:
-        """A pose is recorded: a line that stays, and a signal."""
+        """Show a recorded pose: a line that stays, and a signal."""
         ...
 
 
@@ -80,7 +80,7 @@ class Filming(Protocol):
         ...
 
     def close(self) -> None:
-        """Give the camera back."""
+        """Release the camera."""
         ...
 
 
@@ -90,7 +90,7 @@ OpenCamera = Callable[[Callable[[], float]], Filming]
 
 @dataclass(frozen=True)
 class BlockProgress:
-    """How many poses of a block are recorded, of how many wanted."""
+    """Number of recorded poses of a block, and of wanted ones."""
 
     rate: str
     recorded: int
@@ -98,7 +98,7 @@ class BlockProgress:
 
 
 def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
-    """Unit vectors (n, 3) that a block is to cover, in the order in which they are suggested."""
+    """Unit vectors (n, 3) that a block should cover, in the suggested order."""
     assert config.record is not None
     directions = first_directions(config.record.poses)
     if config.record.order == "random":
@@ -109,7 +109,7 @@ def wanted_directions(config: Config, seed: int, block: int) -> FloatArray:
 
 
 class Session:
-    """The recording that a configuration asks for.
+    """The recording described by a configuration.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class Session:
         self._filming = open_camera(self._store.now_s) if open_camera else None
 
     def run(self) -> tuple[BlockProgress, ...]:
-        """Record every block to its end; what is on disk already is not asked for again.
+        """Record every block to its end; poses that are on disk are not requested again.
 
         Raises
         ------
@@ -175,7 +175,7 @@ class Session:
     def _record(
         self, block: RecordingBlock, wanted: FloatArray, covered: set[int], rest: FloatArray | None
     ) -> None:
-        """Record what is missing of one block, over as many connections as it takes."""
+        """Record the missing poses of one block, over as many connections as it takes."""
         self._display.say(introduction(block, len(wanted) - len(covered), len(covered)))
         task = Task(wanted, self._specs, block.seconds, block.rate_rad_s, rest)
         while True:
@@ -219,7 +219,7 @@ class Session:
                 if rate_hz is None:
                     continue
                 detector = PoseDetector(task, rate_hz, tuple(covered))
-            if connection.stream.restarts > restarts:  # its clock no longer tells the gap
+            if connection.stream.restarts > restarts:  # its clock no longer shows the gap
                 restarts = connection.stream.restarts
                 rows = []
                 self._stop_filming(keep=False)
@@ -287,6 +287,6 @@ class Session:
 
 
 def clip_of(block: RecordingBlock) -> Path:
-    """The clip of the pose that is taken next."""
-    assert isinstance(block.clips, NumberedFiles)  # require_clip_names has seen to it
+    """The clip of the next pose."""
+    assert isinstance(block.clips, NumberedFiles)  # ensured by require_clip_names
     return block.clips.path(block.poses.next_number())

@@ -45,7 +45,7 @@ class PoseCamera:
         self._camera.start(clip)
 
     def stop(self, keep: bool) -> str:
-        """End the clip; what to say of it."""
+        """End the clip; returns a remark on it."""
         try:
             clip = self._camera.stop(keep)
         except CameraFailed as error:
@@ -55,7 +55,7 @@ class PoseCamera:
         return f"; filmed {clip.path.name}, {clip.frames} frames in {clip.seconds:.1f} s"
 
     def close(self) -> None:
-        """Give the camera back."""
+        """Release the camera."""
         self._camera.close()
 
 

@@ -1,4 +1,4 @@
-"""The folder of a session is its state: whatever is taken is on disk before it counts.
+"""The folder of a session is its state: data count once they are on disk.
 
     config.record/state.json            when the session began, the order of the poses
     config.record/raw/001.bin           every byte of the first connection, and of the next
@@ -6,8 +6,8 @@
     config.record/times/...             for each pose, device clock and arrival of every sample
     accelerometer/pose_01.csv ...       the poses, where the configuration names them
 
-A pose appears whole or not at all. Nothing else says that a pose was taken, so a file that is
-deleted is asked for again.
+A pose appears whole or not at all. Nothing else records that a pose was taken, so a deleted file is
+requested again.
 """
 
 import json
@@ -33,7 +33,7 @@ FORMAT = 1  #: version of state.json; raised when its keys change
 
 @dataclass(frozen=True)
 class State:
-    """What does not change through a session: its beginning, and the seed of a random order."""
+    """Constants of a session: its beginning, and the seed of a random order."""
 
     began_unix_s: float
     seed: int
@@ -82,7 +82,7 @@ class Store:
         return monotonic_s + self._offset_s
 
     def not_before(self, time_s: float) -> None:
-        """Let the clock go on after ``time_s``, where the computer's clock was set back."""
+        """Continue the clock after ``time_s``, where the computer's clock was set back."""
         self._offset_s += max(0.0, time_s - self.now_s())
 
     def new_connection(self) -> "RawFile":
@@ -107,7 +107,7 @@ class Store:
         return path
 
     def clear_halves(self, blocks: Sequence[RecordingBlock]) -> None:
-        """Remove what a writer left that was killed: half poses and half clips."""
+        """Remove what a killed writer left: half poses and half clips."""
         for block in blocks:
             places = block.poses
             for path in places.folder.glob(f".{places.before}*{places.after}.*"):
@@ -138,11 +138,11 @@ def _number(value: float) -> str:
 
 
 class RawFile:
-    """Every byte of one connection, on disk as soon as it has come, and when it came."""
+    """Every byte of one connection, on disk at once, and its time of arrival."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        # Unbuffered: what is written survives the end of this process, whatever ends it.
+        # Unbuffered: written data survive the end of this process, however it ends.
         self._bytes: BinaryIO = path.open("xb", buffering=0)
         arrivals = path.with_suffix(".arrivals.csv")
         self._arrivals: BinaryIO = arrivals.open("xb", buffering=0)

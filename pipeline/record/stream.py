@@ -1,4 +1,4 @@
-"""A device's stream as rows with times: the device's clock, the host's, both kept."""
+"""A device's stream as rows with times by two clocks: the device's and the host's."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ RATE_AFTER_SAMPLES = 20  #: where the device's clock shows it
 
 @dataclass(frozen=True, slots=True)
 class TimedSample:
-    """One sample and when it was made and heard.
+    """One sample and the times at which it was made and received.
 
     ``index`` counts samples of this connection, ``ticks`` the device's clock since its first
     sample (None without one), ``heard_s`` is the session's clock.
@@ -29,7 +29,7 @@ class TimedSample:
 
 
 class Stream:
-    """Bytes and their arrival in, rows out; one for each connection.
+    """Converts received bytes to rows; one for each connection.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Stream:
 
     @property
     def restarts(self) -> int:
-        """How often the device's clock started anew."""
+        """Number of restarts of the device's clock."""
         return self._unwrap.restarts if self._unwrap else 0
 
     def feed(self, data: bytes, heard_s: float) -> list[TimedSample]:
@@ -81,7 +81,7 @@ class Stream:
         return rows
 
     def _count(self, row: TimedSample) -> int:
-        """What the straight line runs through: the counter where there is one, else the index."""
+        """Abscissa of the straight line: the counter where there is one, else the index."""
         return row.index if row.ticks is None else row.ticks
 
     @property
@@ -107,7 +107,7 @@ class Stream:
         return self._last.ticks * clock.tick_s
 
     def clock_name(self) -> str:
-        """Where the times come from, in words."""
+        """Source of the times, in words."""
         clock = self.parser.clock
         if clock is None or self._first is None or self._first.ticks is None:
             return "straight line through the host's arrival times"
@@ -117,10 +117,10 @@ class Stream:
         return f"{clock.name}{rate}"
 
     def times(self, rows: list[TimedSample]) -> FloatArray:
-        """When the rows were made, in seconds of the session's clock, strictly increasing, (t,).
+        """Times of the rows, in seconds of the session's clock, strictly increasing, (t,).
 
-        With a device clock the first sample was made when it was heard, and the rest follow by the
-        device; without, all lie on the straight line through the arrivals so far.
+        With a device clock the first sample was made when it was received, and the rest follow by
+        the device; without, all lie on the straight line through the arrivals so far.
         """
         if not rows or self._first is None:
             return np.zeros(0)

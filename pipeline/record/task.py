@@ -1,4 +1,4 @@
-"""What a block asks for, and what the pose detector makes of the readings."""
+"""Requirements of a block, and results of the pose detector."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -12,7 +12,7 @@ Phase = Literal["moving", "unsteady", "taking", "repeats", "between", "wrong", "
 
 @dataclass(frozen=True, eq=False)
 class Status:
-    """What to show.
+    """State to show.
 
     ``reading`` (6,) is the mean of the last hop in nominal SI units, ``direction`` names the side
     that faces up, ``progress`` runs from 0 to 1 while a pose is taken.
@@ -27,14 +27,14 @@ class Status:
 
 @dataclass(frozen=True)
 class Refused:
-    """A pose that was begun and not completed; ``message`` says why."""
+    """A pose that was begun and not completed; ``message`` gives the reason."""
 
     message: str
 
 
 @dataclass(frozen=True)
 class Complete:
-    """The rows of a whole pose, and which of the wanted directions it covers."""
+    """The rows of a whole pose, and the index of the wanted direction that it covers."""
 
     rows: list[TimedSample]
     direction: int
@@ -42,7 +42,7 @@ class Complete:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a block asks for.
+    """Requirements of a block.
 
     Parameters
     ----------
@@ -66,5 +66,5 @@ class Task:
 
     @property
     def turns(self) -> bool:
-        """Whether the plate is to turn."""
+        """Whether the plate should turn."""
         return self.rate_rad_s != 0.0

@@ -1,4 +1,4 @@
-"""Sets an Xsens MTi up to send raw readings: the conversation before the stream.
+"""Setup of an Xsens MTi to send raw readings: the conversation before the stream.
 
 Every request is answered by a message whose identifier is one higher, or by an error. A device that
 streams may overlook GoToConfig; a reset, answered with WakeUpAck, then brings it to configuration.
@@ -61,7 +61,7 @@ class XsensError(DeviceError):
 
 
 class XsensStream(NamedTuple):
-    """A device that streams: samples per second, and the bytes in which its stream begins."""
+    """A streaming device: samples per second, and the first bytes of its stream."""
 
     rate_hz: float
     first_bytes: bytes
@@ -159,8 +159,8 @@ def start_mtdata(port: Port, rate_hz: float, keep: Callable[[bytes, float], None
 def start_mtdata2(port: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
     """Start raw output on a newer MTi.
 
-    Counter and time stamp are asked for as well; firmware that does not combine them with raw
-    readings refuses, and the readings are asked for alone.
+    Counter and time stamp are requested too; firmware that does not combine them with raw readings
+    refuses, and the readings are requested alone.
     """
     talk = Conversation(port, keep)
     talk.go_to_config()

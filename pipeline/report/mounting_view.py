@@ -17,13 +17,13 @@ from pipeline.text.formatting import with_minus_signs, with_sd
 
 ROOM = 0.08  #: share of the range of the forces, above and below; layout
 DIGITS = 4  #: digits of a force that the page shows
-NAME_PX = 14  #: from the name of one line to the next, which may lie upon it; layout
+NAME_PX = 14  #: from the name of one line to the next, which may overlap it; layout
 NOT_DETERMINED = "locked"
 
 
 def mounting_view(mounting: Mounting | None) -> Json | None:
-    """Everything the page shows of the mounting, a row for each order of the rotations; None if it
-    was not measured.
+    """Contents of the page on the mounting, a row for each order of the rotations; None if it was
+    not measured.
     """
     if mounting is None:
         return None
@@ -45,7 +45,7 @@ def mounting_view(mounting: Mounting | None) -> Json | None:
 
 
 def _row(trial: OrderTrial, used: str) -> tuple[str, ...]:
-    """The order, roll, pitch, side of eq. (6) and what is left of the levelled mean in mm/s²."""
+    """The order, roll, pitch, side of eq. (6) and the remainder of the levelled mean in mm/s²."""
     roll, pitch = (
         f"{with_sd(math.degrees(angle), math.degrees(sd))}°" if math.isfinite(sd)
         else NOT_DETERMINED

@@ -1,4 +1,4 @@
-"""Everything a run leaves in its folder; report.html is one file that needs no network."""
+"""Files that a run leaves in its folder; report.html is one file that needs no network."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -55,7 +55,7 @@ def report_html(
     config = outcome.config.source.path
     clocks = outcome.recordings.clocks
     rates = [rate_view(rate, config, clocks.get(name)) for name, rate in outcome.rates.items()]
-    # In the order of the headline, which speaks of the triads first.
+    # In the order of the headline, which lists the triads first.
     answers = sorted(answers_of(outcome, where), key=lambda answer: answer.subject == RATES)
     views: dict[str, dict[str, Any]] = {
         result.triad: _triad_view(outcome, result, history, drawings)
@@ -83,7 +83,7 @@ def report_html(
 
 
 def head_lines(outcome: Outcome, when: datetime | None) -> tuple[tuple[str, str], ...]:
-    """What identifies the page in a drawer: names and values."""
+    """Identification of the page: names and values."""
     lines = [("sensor", outcome.config.sensor.name)]
     if when is not None:
         lines.append(("calibrated", f"{when:%Y-%m-%d %H:%M}"))
@@ -105,7 +105,7 @@ def css_text(text: str) -> str:
 
 
 def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """An answer with its figure: what the missing effect does, or the residuals."""
+    """An answer with its figure: the influence of the missing effect, or the residuals."""
     view = views.get(answer.subject)
     figure = view and answer.standing != "good" and (view["lead"] or view["residual"])
     return {"of": answer, "figure": figure or None, "effect": view and view["lead_effect"],
@@ -115,8 +115,8 @@ def _answer_view(answer: Answer, views: dict[str, dict[str, Any]]) -> dict[str, 
 def _triad_view(
     outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine], drawings: Sequence[str]
 ) -> dict[str, Any]:
-    """What the page shows of one triad."""
-    # Python code among them has run before in this run, or there would be no outcome.
+    """Contents of the page on one triad."""
+    # Python code among them has run earlier in this run, or there would be no outcome.
     defined = user_effects(outcome.config, result.triad, allow_python=True)
     section = getattr(outcome.config, result.triad)
     refits = Refits(result, defined, section.loss == "huber")
@@ -155,7 +155,7 @@ def _triad_view(
 
 
 def outputs_of(outcome: Outcome, folder: Path) -> dict[str, str]:
-    """Results, history and report by their names in ``folder``, where the history so far stands.
+    """Results, history and report by their names in ``folder``, which contains the history so far.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The templates of the pages, the terms that they explain, and what their scripts work on.
+"""The templates of the pages, the terms that they explain, and the data of their scripts.
 
 Every term is a link to its entry at the end of the page; the page's script shows the entry beside
 the term for mouse, keyboard and touch.
@@ -34,7 +34,7 @@ from pipeline.results.json_values import Json
 
 @dataclass(frozen=True)
 class Term:
-    """One entry: its key in links, its name, the words that link to it, and what it means."""
+    """One entry: its key in links, its name, the words that link to it, and its meaning."""
 
     key: str
     name: str
@@ -80,7 +80,7 @@ _ANY = re.compile("|".join(f"(?P<t{i}>{term.pattern})" for i, term in enumerate(
 def with_terms(text: str) -> str:
     """``text`` as HTML, escaped, with a link to the glossary at the first place of every term.
 
-    What stands between backticks is set as code.
+    Text between backticks is set as code.
 
     >>> with_terms("1 < 2 ppm")
     '1 &lt; 2 <a class="term" href="#term-ppm">ppm</a>'
@@ -98,7 +98,7 @@ def with_terms(text: str) -> str:
 
 
 class KeptTemplates(FileSystemBytecodeCache):
-    """Compiled templates; a file that is not whole is made anew."""
+    """Compiled templates; an incomplete file is compiled again."""
 
     def load_bytecode(self, bucket: Bucket) -> None:
         """Fill ``bucket`` if its template was compiled before and has not changed."""
@@ -110,7 +110,7 @@ class KeptTemplates(FileSystemBytecodeCache):
 
 @cache
 def page_templates() -> Environment:
-    """The environment that the pages and their parts are rendered in."""
+    """The environment in which the pages and their parts are rendered."""
     folder = Path(cache_from_source(__file__)).parent
     keeps = not sys.dont_write_bytecode and os.access(folder, os.W_OK)
     environment = Environment(
@@ -123,11 +123,11 @@ def page_templates() -> Environment:
 
 
 DIGITS = 7  #: digits that a number of 32 bits has
-SHORTEST = 8  #: numbers; a shorter list is no shorter when packed
+SHORTEST = 8  #: numbers; a shorter list gains nothing from packing
 
 
 def script_json(payload: Json) -> str:
-    """JSON that can stand inside a script element: no text in it ends the element."""
+    """JSON that can be part of a script element: no text in it ends the element."""
     text = json.dumps(_packed(payload), separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c")
 

@@ -1,4 +1,4 @@
-"""results.json and the history: written and read.
+"""Reading and writing of results.json and the history.
 
     rate, triad, mounting, certificate ─ write ─ results.json ─ read
                                            └─ history

@@ -1,13 +1,13 @@
-"""When to calibrate again: what moved between the sessions of a sensor, and how fast it goes on.
+"""When to calibrate again: changes between the sessions of a sensor, and their rate.
 
-From one session to the next the parameters differ by their noise and by what the sensor moved. Both
-err the corrected magnitude m, over all directions by
+From one session to the next the parameters differ by their noise and by changes of the sensor. Both
+cause an error of the corrected magnitude m, over all directions of
 
     D² = |δb|²/3 + m² (2 Σ δs_i² + (Σ δs_i)² + |δα|²) / 15
 
 with δb the change of the biases (SI), δs of the scales (relative), δα of the misalignments (rad).
-What D² has beyond the noise grows like a random walk, in proportion to time: q = Σ (D² - N²) / Σ t
-over consecutive sessions. The error to expect then passes a limit L at (L² - now²) / q.
+D² beyond the noise grows like a random walk, in proportion to time: q = Σ (D² - N²) / Σ t over
+consecutive sessions. The expected error then passes a limit L at (L² - now²) / q.
 """
 
 import math
@@ -38,7 +38,7 @@ ONE_SD, CERTAIN = 0.1587, 0.05  #: tail probabilities of a range of one sd and o
 
 @dataclass(frozen=True)
 class Ageing:
-    """What a triad does between its sessions, in their order in time.
+    """Changes of a triad between its sessions, in their order in time.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Ageing:
 
 
 def recorded_at(stored: Stored) -> float:
-    """When a session was recorded, s since 1970: by its logs, else its first run; else NaN."""
+    """Time of recording of a session, s since 1970: by its logs, else its first run; else NaN."""
     start = stored.contents.session_start_s
     if start is not None and start > EPOCH_S:
         return start
@@ -79,7 +79,7 @@ def recorded_at(stored: Stored) -> float:
 def ageing_of(
     compared: ComparedTriad, times_s: Sequence[float], limit: float | None = None
 ) -> Ageing | None:
-    """How fast one triad moves.
+    """Rate of change of one triad.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ _NAMES = [f"{name} {axis}" for name in ("bias", "scale", "misalignment") for axi
 
 
 def _change(before: TriadParameters, after: TriadParameters) -> FloatArray:
-    """Change (9,) from a session to the next: biases in SI, scales relative, misalignments."""
+    """Change (9,) from one session to the next: biases in SI, scales relative, misalignments."""
     scale = after.scale_counts_per_unit
     return np.concatenate([(after.bias_counts - before.bias_counts) / scale,
                            np.log(scale / before.scale_counts_per_unit),
@@ -144,7 +144,7 @@ def _change(before: TriadParameters, after: TriadParameters) -> FloatArray:
 
 
 def _sd(triad: StoredTriad) -> FloatArray:
-    """Sds (9,) of the same of one session, by what sessions do not share."""
+    """Sds (9,) of the parameters of one session, by errors that sessions do not share."""
     noise, scale = triad.section.sd_parts["noise"], triad.parameters.scale_counts_per_unit
     bias, gain, angle = (np.array(part, float) for part in (
         noise.bias_counts, noise.scale_counts_per_unit, noise.misalignment_rad))
@@ -165,13 +165,13 @@ def _squared(change: FloatArray, size: float) -> float:
 
 
 def _expected(variance: FloatArray, size: float) -> float:
-    """Mean of D² where the parameters differ by noise of these variances (9,) alone."""
+    """Mean of D² if the parameters differ by noise of these variances (9,) alone."""
     bias, scale, angle = variance.reshape(3, 3).sum(axis=1)
     return float(bias / 3 + size**2 / 15 * (3 * scale + angle))
 
 
 def _variance(whole: float, noise: float, freedom: float, tail: float) -> float:
-    """What sessions moved by beyond the noise, were ``whole`` as small as in ``tail`` of cases."""
+    """Change of sessions beyond the noise if ``whole`` is as small as in ``tail`` of cases."""
     return max(whole * freedom / float(chdtri(freedom, 1 - tail)) - noise, 0.0)
 
 

@@ -2,8 +2,8 @@
 
     error of A on the poses of B = rms of |A(reading of B)| - reference of B
 
-What a calibration errs by on the poses of another session is what it will err by in use; its own
-residual is smaller, because it was fitted to it.
+The error of a calibration on the poses of another session is its error in use; its own residual is
+smaller, because it was fitted to it.
 """
 
 import math
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 CHANCE = 0.01
-"""A choice: probability that a change is stated of a sensor that has not changed."""
+"""Probability that a change is reported for a sensor that has not changed. A choice."""
 UNKNOWN = (None, None)  #: value and sd of a parameter that a calibration does not have
 
 
@@ -70,14 +70,14 @@ class ComparedTriad:
 
     @cached_property
     def error_on_poses(self) -> FloatArray:
-        """What calibration a errs by on the poses of b in row b, column a, rms, SI, (S, S).
+        """Error of calibration a on the poses of b in row b, column a, rms, SI, (S, S).
 
-        NaN where one of its effects needs what the results of b do not hold.
+        NaN where one of its effects needs conditions that the results of b lack.
         """
         return np.array([[_error_on(one, by) for by in self.stored] for one in self.stored])
 
     def farthest(self, k: int) -> ComparedParameter | None:
-        """The parameter of calibration k that is the most sds from that of the first."""
+        """The parameter of calibration k that differs most from that of the first, in sds."""
         known = [one for one in self.parameters if np.isfinite(one.apart_sd[k])]
         return max(known, key=lambda one: abs(float(one.apart_sd[k])), default=None)
 
@@ -90,7 +90,7 @@ class ComparedTriad:
         return float(-ndtri((1 - (1 - CHANCE) ** (1 / max(count, 1))) / 2))
 
     def is_same_sheet(self, k: int) -> bool:
-        """Whether a count of calibration k is a count of the first."""
+        """Whether counts of calibration k and of the first are comparable."""
         return _is_same_sheet(self.stored[0], self.stored[k])
 
     def is_same_poses(self, k: int) -> bool:
@@ -154,7 +154,7 @@ def _compared(
 def _sd_seen_by_one(
     first: StoredTriad | None, other: StoredTriad | None, key: str, axis: int
 ) -> float:
-    """What an sd lacks of the effects that one of two calibrations can see and the other cannot."""
+    """Part missing from an sd by effects that only one of two calibrations can see."""
     parts = [{} if one is None else one.section.sd_parts_if_typical for one in (first, other)]
     alone = [getattr(part[name], key)[axis] for part, rest in (parts, parts[::-1])
              for name in part if name not in rest]
@@ -167,7 +167,7 @@ def comparison_json(
 ) -> Json:
     """The comparison for programs, SI; lists are in the order of ``results``.
 
-    ``ageing`` is how fast each triad moves, where that is known.
+    ``ageing`` is the rate of change of each triad, where that is known.
     """
     return {
         "results": [str(stored.path) for stored in results],
@@ -205,13 +205,13 @@ def _error_on(recorded: StoredTriad | None, by: StoredTriad | None) -> float:
 
 
 def _is_same_sheet(one: StoredTriad | None, other: StoredTriad | None) -> bool:
-    """Whether a count of the one is a count of the other."""
+    """Whether counts of the two are comparable."""
     return one is not None and other is not None and one.correction.spec == other.correction.spec
 
 
 @dataclass(frozen=True, eq=False)
 class StoredPoses:
-    """The n poses of one triad in which its vector has a length: gravity, or the plate's rate.
+    """The n poses of one triad with a known length of its vector: gravity, or the plate's rate.
 
     ``at`` are their conditions with the nominal readings, ``reference`` (n,) the lengths and
     ``sd`` (n,) those of their errors, SI.
@@ -241,7 +241,7 @@ class StoredPoses:
     def errors(self, correction: Correction) -> FloatArray | None:
         """Corrected length less the reference, SI, (n,), by the part of the sensor alone.
 
-        None where there is no such pose, and where an effect needs what these results do not hold.
+        None without such poses, or if an effect needs conditions that these results lack.
         """
         if not self.label:
             return None

@@ -1,4 +1,4 @@
-"""Whether a stored calibration is good enough to be used by other programs."""
+"""Test whether a stored calibration is good enough to be used by other programs."""
 
 import math
 from collections.abc import Iterator
@@ -51,7 +51,7 @@ def require_fit(stored: Stored, anyway: bool) -> tuple[str, ...]:
 def _faults(triad: StoredTriad) -> Iterator[str]:
     section = triad.section
     reference = max((abs(pose.reference) for pose in section.poses), default=0.0)
-    # The sds by the noise alone: what a run accepts is accepted here.
+    # The sds by the noise alone: accepted here as in a run.
     nine = replace(triad.parameters, cov=triad.parameters.cov / section.sd_widened_by**2)
     lost = undetermined(nine, reference or np.nan)
     if lost:
@@ -85,7 +85,7 @@ def _notes(triad: StoredTriad) -> Iterator[str]:
 
 
 def parts_of_error(section: TriadSection) -> tuple[float, dict[str, float]]:
-    """What the error of a corrected magnitude is made of, root mean squares, SI.
+    """Parts of the error of a corrected magnitude, root mean squares, SI.
 
     Returns
     -------

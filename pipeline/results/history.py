@@ -1,4 +1,4 @@
-"""The history of a session: one line for every run, so that the error is compared by model."""
+"""The history of a session: one line for each run, for comparing the errors of models."""
 
 import json
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ def _read_line(path: Path, number: int, line: str) -> HistoryLine:
 def with_step(
     earlier: Sequence[HistoryLine], results: ResultsFile, when: datetime
 ) -> tuple[HistoryLine, ...]:
-    """The history ``earlier`` with one run more, that of ``results``."""
+    """The history ``earlier`` with one more run, that of ``results``."""
     steps = {str(triad): HistoryTriad.of(section, verdict=section.diagnosis.verdict)
              for triad, section in results.triads.items()}
     triads = {triad: steps.pop(triad, None) for triad in TRIADS}
@@ -90,6 +90,6 @@ def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]
 
 
 def run_history_lines(steps: Sequence[HistoryLine]) -> list[str]:
-    """The same, aligned for a terminal."""
+    """The same table, aligned for a terminal."""
     tables = history_rows(steps)
     return [line for triad, rows in tables.items() for line in (triad, *table_lines(rows))]

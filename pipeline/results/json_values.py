@@ -1,4 +1,4 @@
-"""Numbers as JSON has them, finite or null, and the units of the nine parameters."""
+"""Numbers in JSON, finite or null, and the units of the nine parameters."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from pipeline.config.units import UNIT_WORDS, UNITS
 
 
 def logged_unit(triad: Triad, spec: TriadSpec | None) -> str:
-    """What the numbers of a log are: counts, or the physical unit that its sheet ``spec`` states.
+    """Unit of the numbers in a log: counts, or the physical unit that its sheet ``spec`` states.
 
     >>> logged_unit("gyroscope", TriadSpec(math.inf, 0, "si", math.pi / 180))
     '°/s'
@@ -26,7 +26,7 @@ def logged_unit(triad: Triad, spec: TriadSpec | None) -> str:
 
 
 def unit_of(key: str, triad: str, spec: TriadSpec | None = None) -> str:
-    """The unit of the parameters that stand under ``key``, by the unit of the log.
+    """Unit of the parameters under ``key``, by the unit of the log.
 
     >>> unit_of("scale_counts_per_unit", "accelerometer")
     'counts/(m/s²)'
@@ -41,17 +41,17 @@ Json = dict[str, Any]
 
 
 def number(value: float) -> float | None:
-    """A JSON number, null for what is not finite."""
+    """A JSON number, null if not finite."""
     return float(value) if math.isfinite(value) else None
 
 
 def numbers(values: Sequence[float] | FloatArray) -> list[float | None]:
-    """A JSON array of an array of any shape, row by row; null for what is not finite."""
+    """A JSON array of an array of any shape, row by row; null for values that are not finite."""
     return [number(value) for value in np.asarray(values, float).ravel()]
 
 
 def json_value(value: Any) -> Any:
-    """A value as JSON has it: arrays as lists, what is not finite as null; objects as they are."""
+    """A value for JSON: arrays as lists, null if not finite; objects as they are."""
     match value:
         case np.ndarray():
             return json_value(value.tolist())

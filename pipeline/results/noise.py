@@ -1,4 +1,4 @@
-"""noise.json written and read back, as every JSON file of ours."""
+"""Reading and writing of noise.json, and reading of all our JSON files."""
 
 import json
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""A plate setting as it stands under ``rate`` in results.json, and the angles of a clip as CSV."""
+"""A plate setting under ``rate`` in results.json, and the angles of a clip as CSV."""
 
 import math
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def rate_section(rate: SettingRate) -> RateResult:
-    """One plate setting; what only a clip determines is null for a stated rate."""
+    """One plate setting; null for quantities of a clip if the rate is stated."""
     filmed = bool(rate.clips)
     # One clip per pose: the setting's diagnosis is that of the clip its model fits worst.
     worst = max(rate.clips, key=lambda clip: clip.fit.rms_rad, default=None)
@@ -52,10 +52,10 @@ def rate_section(rate: SettingRate) -> RateResult:
 
 
 def refusal_json(refused: "RateRefused") -> Json:
-    """Every refused clip as the same object; null is what could not be seen in it.
+    """Every refused clip as the same object; null for quantities that it does not show.
 
-    ``repeats`` is the time after which the picture is itself again; ``history`` the rate against
-    time, and ``angles`` every angle, of a plate that was followed.
+    ``repeats`` is the period after which the picture repeats; ``history`` the rate against time,
+    and ``angles`` all angles, of a plate that was tracked.
     """
     history, returns = refused.history, refused.returns
     return {
@@ -115,7 +115,7 @@ def _clip(source: str, clip: "RateMeasurement") -> ClipRate:
 
 
 def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> DiagnosisResult:
-    ranking = [  # a revolution left out is no test: those beside it determine it
+    ranking = [  # leaving a revolution out tests nothing: its neighbours determine it
         CandidateResult.of(one, rms_after=one.rms_after_rad, loo_after=None)
         for one in diagnosis.ranking]
     whole = " ".join(filter(None, (diagnosis.explanation, diagnosis.together)))
@@ -128,9 +128,9 @@ ANGLES_HEAD = "frame,time_s,angle_rad,residual_rad,used"
 def angles_csv(history: "RateHistory", rate: "RateMeasurement | None" = None) -> str:
     """A row for each frame that shows the plate.
 
-    Columns are the number of the frame, its time stamp, the angle, which goes on from turn to turn,
-    its residual from the stated model, and whether the rate uses it. Where no constant rate was
-    found, ``rate`` is None, and the residual is empty.
+    Columns are the number of the frame, its time stamp, the angle accumulated from turn to turn,
+    its residual from the stated model, and whether the rate uses it. If no constant rate was found,
+    ``rate`` is None, and the residual is empty.
     """
     angle = history.angle
     if rate is None:

@@ -1,4 +1,4 @@
-"""results.json read back: what other commands need of an earlier run."""
+"""Reading of results.json for commands that need an earlier run."""
 
 import math
 from dataclasses import dataclass
@@ -21,13 +21,13 @@ from pipeline.results.schema import FORMAT
 from pipeline.results.schema.file import ResultsFile, results_file
 from pipeline.results.schema.triad import TriadSection
 
-SAME = 1e-6  #: relative difference of what is stored twice: no worse in files of other programs
+SAME = 1e-6  #: relative difference of values stored twice: no worse in files of other programs
 NONE = 1e-12  #: size of a parameter that is 0 in one of the two places, in its unit
 
 
 @dataclass(frozen=True, eq=False)
 class StoredTriad:
-    """One calibrated triad as results.json has it.
+    """One calibrated triad from results.json.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class StoredTriad:
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """A results.json: where it is, everything in it, and its triads."""
+    """A results.json: its path, its contents, and its triads."""
 
     path: Path
     contents: ResultsFile
@@ -75,7 +75,7 @@ class Stored:
 
     @property
     def folder(self) -> Path:
-        """Where it is."""
+        """Its folder."""
         return self.path.parent
 
     @property
@@ -102,8 +102,8 @@ class Stored:
 def load_results(path: Path, allow_python: bool = False) -> Stored:
     """Read ``results.json``; ``path`` is the file or its folder.
 
-    ``allow_python`` lets the Python files of user-defined effects run; without it these effects
-    are there by name and cannot be evaluated.
+    ``allow_python`` lets the Python files of user-defined effects run; without it these effects are
+    present by name and cannot be evaluated.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def _triad(
 
 
 def _require_agreement(triad: StoredTriad) -> None:
-    """Refuse parameters that are not those of the correction: one of the two was edited.
+    """Refuse parameters that differ from those of the correction: one of the two was edited.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""User-defined effects as a results.json carries them."""
+"""User-defined effects stored in a results.json."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,10 +23,10 @@ from pipeline.stages.user_effects import (
 def stored_effects(
     stored: Mapping[str, UserEffect], triad: Triad, folder: Path, allow_python: bool
 ) -> dict[str, Effect]:
-    """The user-defined effects that a results.json carries for ``triad``, by name.
+    """The user-defined effects stored in a results.json for ``triad``, by name.
 
-    ``folder`` is that of the results. Without ``allow_python`` a Python effect is there by its
-    name, parameters and unit; to evaluate it is refused.
+    ``folder`` is that of the results. Without ``allow_python`` a Python effect is present by its
+    name, parameters and unit; its evaluation is refused.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A calibrated triad as it stands in results.json."""
+"""A calibrated triad for results.json."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -89,7 +89,7 @@ def _sds(sds: Iterable[FloatArray]) -> ParameterSds:
 
 
 def _effects(result: TriadResult) -> dict[str, EffectResult]:
-    """The added effects; a shape parameter stands last, with its unit after the others'."""
+    """The added effects; a shape parameter is last, with its unit after the others'."""
     added = {effect.name: effect for effect in result.calibration.fit.model.effects}
     parts = {}
     for name, (values, sd) in result.calibration.effect_values().items():
@@ -101,7 +101,7 @@ def _effects(result: TriadResult) -> dict[str, EffectResult]:
 
 
 def _poses(result: TriadResult) -> list[PoseResult]:
-    """Every pose: what was read, what the calibration makes of it, and what is left."""
+    """Every pose: its reading, the corrected vector, and the residual."""
     poses, corrected = result.calibration.fit.poses, result.calibration.fit.rows.vector
     return [
         PoseResult.of(
@@ -120,14 +120,14 @@ def _poses(result: TriadResult) -> list[PoseResult]:
 
 
 def _excluded(pose: ExcludedPose) -> ExcludedResult:
-    """A pose that the configuration leaves out, with what the fit makes of it."""
+    """A pose that the configuration excludes, with the prediction of the fit."""
     if pose.predicted is None:
         return ExcludedResult(label=pose.label, run=pose.run, residual=None, sd=None)
     return ExcludedResult.of(pose.predicted.residual, label=pose.label, run=pose.run)
 
 
 def _prediction(prediction: Prediction) -> PredictionResult:
-    """What a corrected magnitude will err by, 1 sd, over all directions, and by what."""
+    """Expected error of a corrected magnitude, 1 sd, over all directions, and its parts."""
     parts = PredictionParts.of(
         poses=prediction.by_poses, unseen=prediction.by_unseen, open=prediction.by_open)
     return PredictionResult.of(prediction, parts=parts)
@@ -157,7 +157,7 @@ def _blind(name: str) -> CandidateResult:
 def _correction(
     result: TriadResult, user_effects: Mapping[str, EffectSection], folder: Path
 ) -> CorrectionResult:
-    """What :mod:`pipeline.results.read` needs to correct other logs: data sheet, model, parameters.
+    """Data for :mod:`pipeline.results.read` to correct other logs: data sheet, model, parameters.
 
     User-defined effects are kept as they were defined; Python code by its file's name and hash.
     """
@@ -172,7 +172,7 @@ def _correction(
 
 
 def _definition(section: EffectSection, folder: Path) -> UserEffect:
-    """A user-defined effect as it stands in the configuration."""
+    """A user-defined effect as defined in the configuration."""
     more: Json = {"shapes": dict(section.shapes)} if section.shapes else {}
     if section.python is not None:
         more["python_sha256"] = python_sha256(folder, section.python)

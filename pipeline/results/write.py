@@ -1,7 +1,7 @@
 """results.json: the results of a run, for programs.
 
-SI units, arrays in the order x, y, z, null for what was not determined. The same input gives the
-same file, byte for byte: it holds no time of day and no absolute path.
+SI units, arrays in the order x, y, z, null for undetermined values. The same input gives the same
+file, byte for byte: it contains no time of day and no absolute path.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ def config_sha256(outcome: Outcome) -> str:
 
 
 def results_of(outcome: Outcome) -> ResultsFile:
-    """The results of a run, as results.json has them."""
+    """The results of a run for results.json."""
     config = outcome.config
     triads = {
         result.triad: triad_section(result, config.effects, config.source.path.parent)
@@ -54,7 +54,7 @@ def results_of(outcome: Outcome) -> ResultsFile:
 
 
 def installation_section(mounting: Mounting) -> InstallationResult:
-    """The section ``installation`` of results.json; null for what was not measured."""
+    """The section ``installation`` of results.json; null for quantities that were not measured."""
     yaw, slope = mounting.yaw, mounting.slope
     return InstallationResult.of(
         mounting,

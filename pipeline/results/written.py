@@ -36,7 +36,7 @@ def write_output(
     force : bool
         Replace a file that no command wrote.
     inputs : sequence of Path
-        What the command has read: never replaced, also not with ``force``.
+        Files that the command has read: never replaced, not even with ``force``.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def write_output(
     try:
         listed = _read_list(folder) | {os.path.relpath(path, folder): _hash(data)}
         write_whole(folder / LIST_NAME, json.dumps(listed, indent=1, ensure_ascii=False) + "\n")
-    except (UnwritableOutput, MemoryError):  # the file stands: the next command asks for --force
+    except (UnwritableOutput, MemoryError):  # the file exists: the next command asks for --force
         return
 
 

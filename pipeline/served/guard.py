@@ -1,9 +1,9 @@
-"""Who may ask: this computer's own browser with the token, and nobody else.
+"""Access control: only this computer's own browser with the token may send requests.
 
-The server listens on 127.0.0.1 alone. A page of another origin that makes the browser ask is
-refused by the Host (a name that points here), by the Origin and by the cookie, which the browser
-does not send along (``SameSite=Strict``). What the page may load is said by a content security
-policy without inline script.
+The server listens on 127.0.0.1 alone. A request caused by a page of another origin is refused by
+the Host (a name that points here), by the Origin and by the cookie, which the browser does not send
+along (``SameSite=Strict``). A content security policy without inline script limits what the page
+may load.
 """
 
 import secrets
@@ -17,7 +17,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 LOOPBACK = "127.0.0.1"
 COOKIE = "pipeline-workbench"
 LARGEST_QUESTION = 1_000_000
-"""Bytes of a question's body: a state is some kilobytes. Chosen."""
+"""Largest body of a request, bytes: a state is some kilobytes. Chosen."""
 LARGEST_RESULTS = 1 << 26  #: bytes of a results.json: 10,000 poses are 8 MB. Chosen
 LARGEST_FILE = 1 << 30  #: bytes of a log or a clip that is dropped. Chosen
 POLICY = (
@@ -79,7 +79,7 @@ class Guard:
             await self.app(scope, _bounded(receive, largest(request.url.path)), guarded)
 
     def _refusal(self, request: Request) -> str | None:
-        """Why a request is refused, None where it is not."""
+        """Reason why a request is refused, None where it is not."""
         headers: Headers = request.headers
         host, origin = headers.get("host", ""), headers.get("origin")
         if len(headers.getlist("host")) != 1 or host not in self.hosts:
@@ -99,7 +99,7 @@ class Guard:
 
 
 def cookie_of(request: Request, name: str) -> str | None:
-    """The value of a cookie; None where it is not there."""
+    """The value of a cookie; None if there is none."""
     try:
         cookies = SimpleCookie(request.headers.get("cookie", ""))
     except CookieError:
@@ -108,23 +108,23 @@ def cookie_of(request: Request, name: str) -> str | None:
 
 
 def largest(path: str) -> int:
-    """Bytes that the body of a question to ``path`` may have."""
+    """Largest body, bytes, of a request to ``path``."""
     if path.startswith("/bring/"):
         return LARGEST_FILE
     return LARGEST_RESULTS if path.endswith("/held-out") else LARGEST_QUESTION
 
 
 def int_of(text: str) -> int:
-    """A length as a number; one that is none is larger than any."""
+    """A length as a number; invalid ones count as larger than any."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < 19 else 1 << 62
 
 
 class TooLarge(Exception):
-    """A body that did not say how long it is was longer than any question."""
+    """A body without a stated length exceeded the largest length of a request."""
 
 
 def _bounded(receive: Receive, limit: int) -> Receive:
-    """``receive`` that ends with :class:`TooLarge` beyond ``limit`` bytes."""
+    """``receive`` that raises :class:`TooLarge` beyond ``limit`` bytes."""
     seen = 0
 
     async def bounded() -> Message:

@@ -30,7 +30,7 @@ T = TypeVar("T")
 
 
 def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
-    """The guarded application; what is refused is answered with a sentence."""
+    """The guarded application; refusals are answered with a sentence."""
     handlers: Any = {
         TooLarge: lambda *_: Response("too large for this server", 413),
         **dict.fromkeys(REFUSED, lambda _, error: JSONResponse({"error": str(error)}, 422)),
@@ -39,12 +39,12 @@ def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
 
 
 def script(text: str) -> Callable[[Request], Response]:
-    """What answers with a script."""
+    """A handler that returns a script."""
     return lambda _: Response(text, media_type="text/javascript")
 
 
 def scripts(folder: str, *names: str) -> list[BaseRoute]:
-    """What answers with the scripts of these names in a folder of this package."""
+    """Routes for the scripts of these names in a folder of this package."""
     return [Route(f"/{name}.js", script(template(f"{folder}/{name}.js"))) for name in names]
 
 
@@ -54,7 +54,7 @@ def template(path: str) -> str:
 
 
 def answering(path: str, answer: Callable[[Json], Json]) -> Route:
-    """What answers a question in JSON, computed beside the loop that serves the others.
+    """Route that answers requests in JSON, computed beside the loop that serves the others.
 
     Raises
     ------
@@ -94,15 +94,15 @@ async def beside(work: Callable[[], T]) -> T:
 
 
 PREFERRED_PORT = 8818  #: tried first, so that a reloaded page finds a new server. Chosen
-LOOK_S = 0.01  #: between looks at whether a server in a thread listens. Chosen
+LOOK_S = 0.01  #: between checks whether a server in a thread listens. Chosen
 END_S = 2.0  #: for a server in a thread to end. Chosen
 TOKEN_BYTES = 32  #: 256 random bits. Chosen
 
 
 class _Server(uvicorn.Server):
-    """Says its address once it listens for questions and signals; ends at the first signal.
+    """Reports its address once it listens for requests and signals; ends at the first signal.
 
-    A signal that comes before is Python's, which may lose one while it imports.
+    An earlier signal goes to Python, which may lose one while it imports.
     """
 
     def __init__(self, config: uvicorn.Config, listens: Callable[[], None]) -> None:
@@ -123,7 +123,7 @@ class _Server(uvicorn.Server):
 def serve(
     routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int = PREFERRED_PORT
 ) -> None:
-    """Serve until a signal ends it, which is raised again then.
+    """Serve until a signal ends the server; the signal is raised again then.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def serve(
 def serving(
     routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int = PREFERRED_PORT
 ) -> Iterator[None]:
-    """A server in a thread of its own, which ends with the block; as :func:`serve`."""
+    """A server in its own thread, which ends with the block; as :func:`serve`."""
     with _listening(routes, opened, port) as (server, listener):
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()
@@ -164,7 +164,7 @@ def serving(
 def _listening(
     routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int
 ) -> Iterator[tuple[_Server, socket.socket]]:
-    """A server with its socket, whose address is told."""
+    """A server with its socket, whose address is reported."""
     with listening_socket(port) as listener:
         chosen = int(listener.getsockname()[1])
         token = secrets.token_urlsafe(TOKEN_BYTES)

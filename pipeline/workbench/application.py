@@ -1,4 +1,4 @@
-"""What the workbench answers: page, scripts, refits, columns, news of the files, writing."""
+"""Answers of the workbench: page, scripts, refits, columns, changes of the files, writing."""
 
 import asyncio
 import json
@@ -39,7 +39,7 @@ from pipeline.workbench.own_effect import tried_expression, with_own_effect
 from pipeline.workbench.session_files import SessionFiles, Stamp, session_clips
 from pipeline.workbench.state import changed_lines, read_state
 
-LOOK_S = 0.25  #: between two looks at the files: a run shows within a second. Chosen
+LOOK_S = 0.25  #: between two checks of the files: a run shows within a second. Chosen
 
 TEMPLATES = "workbench/templates"
 SCRIPTS = ("drawing", "player", "workbench")  #: in the order in which they build on each other
@@ -53,8 +53,8 @@ _SCRIPT = re.compile(r"<script>\n.*</script>", re.DOTALL)
 class Workbench:
     """One configuration with the folder of its results.
 
-    ``run`` runs a configuration with its cache in a folder; ``cache`` is where the phase tracks
-    are; ``output`` as ``pipeline run`` has it; ``held_out`` the session whose poses no fit sees.
+    ``run`` runs a configuration with its cache in a folder; ``cache`` is the folder of the phase
+    tracks; ``output`` as in ``pipeline run``; ``held_out`` the session whose poses no fit sees.
     """
 
     path: Path
@@ -73,7 +73,7 @@ class Workbench:
 
     @property
     def report(self) -> Path:
-        """The page as the last run wrote it; a link that leads elsewhere is none.
+        """The page of the last run; a link that leads elsewhere counts as missing.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Workbench:
             "<html ", f'<html class="served" {stamps} ', 1)
 
     def write(self, question: Json) -> Json:
-        """Write what the screen shows into the configuration and run it, as one step.
+        """Write the state of the screen into the configuration and run it, as one step.
 
         Raises
         ------
@@ -138,7 +138,7 @@ class Workbench:
 
 
 def routes_of(workbench: Workbench) -> list[BaseRoute]:
-    """What is answered of one session.
+    """Routes of one session.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Logs and clips that are dropped: kept apart, guessed and shown, then a session of the folder."""
+"""Dropped logs and clips: kept apart, interpreted and shown, then made a session of the folder."""
 
 import math
 import shutil
@@ -41,7 +41,7 @@ DRAWN = 400  #: samples of a plot, one for each of its pixels; layout
 
 
 class Brought:
-    """What was dropped for one session of ``folder``; it stays hidden there until it is used."""
+    """Files dropped for one session of ``folder``; they stay hidden there until they are used."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -49,7 +49,7 @@ class Brought:
         self.forget()
 
     def forget(self) -> None:
-        """Take away what was dropped."""
+        """Remove the dropped files."""
         self._rates: dict[Path, SettingRate] = {}
         self._guess: SessionGuess | None = None
         self._bytes = 0
@@ -58,7 +58,7 @@ class Brought:
 
     @property
     def files(self) -> list[Path]:
-        """What was dropped, in the order of the names."""
+        """The dropped files, in the order of the names."""
         return sorted(path for path in self._root.rglob("*")
                       if path.is_file() and path.suffix != PART)
 
@@ -101,7 +101,7 @@ class Brought:
             part.unlink(missing_ok=True)
 
     def guessed(self, per_deg: float | None) -> Json:
-        """What the files are taken for, in words, with plots; ``scales`` where one must be chosen.
+        """Interpretation of the files in words, with plots; ``scales`` where one must be chosen.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class Brought:
         }
 
     def clips(self) -> list[ClipToPlay]:
-        """The clips that were dropped, each beside the logs in which the plate turns."""
+        """The dropped clips, each beside the logs in which the plate turns."""
         tables = [] if self._guess is None else [
             table for table in self._guess.tables if table.gyroscope and table.turning_rad_s]
         return [ClipToPlay(path.stem, path, rate.clips[0],
@@ -193,7 +193,7 @@ class Brought:
             checked = checked_config(guess, config, Choices(site),
                                      lambda each: run_stages(each, context))
         write_whole(config, checked.text)
-        shutil.move(self._root, target)  # within the folder: at once
+        shutil.move(self._root, target)  # within the folder: instantly
         target.chmod(0o755)
         self.forget()
         return {"path": str(target / CONFIG_NAME), "text": checked.text,
@@ -217,7 +217,7 @@ def checked_name(name: str) -> Path:
 
 
 def _turning(tables: Sequence[TableGuess], k: int) -> PlateReading:
-    """The k-th table's gyroscope in the unit that was guessed."""
+    """Readings of the k-th table's gyroscope in the unit that was guessed."""
     log = tables[k].log()
     if log is None:
         raise ConfigError(f"{tables[k].path.name}: has no times to draw it against.")
@@ -227,7 +227,7 @@ def _turning(tables: Sequence[TableGuess], k: int) -> PlateReading:
 LOGS = {".csv", ".txt", ".log", ".tsv", ".dat", ".gz", ".zip", ".json", ".jsonl", ".ndjson", ".mat",
         ".npy", ".npz", ".h5", ".hdf5", ".parquet", ".bag", ".mcap", ".db3", ".ulg", ".bin",
         ".xml", ".sens", ".out", ".asc", ".tab", ".prn"}
-"""Ends of the names of logs. Fact: what :mod:`pipeline.logs` reads and what loggers call them."""
+"""Extensions of logs. Fact: those that :mod:`pipeline.logs` reads and that loggers use."""
 
 
 def plots_of(table: TableGuess) -> list[Json]:

@@ -1,4 +1,4 @@
-"""What stands on the axes of the residuals' chart, and what colours them."""
+"""Axes and colours of the residuals' chart."""
 
 from collections.abc import Iterator, Mapping
 
@@ -22,7 +22,7 @@ PARTS = 12  #: parts of a turn; layout: waves once and twice per turn show
 
 
 def chart_columns(session: OpenSession, triad: Triad) -> Json:
-    """What a chart of the residuals may have on an axis.
+    """Quantities for the axes of a chart of the residuals.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def chart_columns(session: OpenSession, triad: Triad) -> Json:
 
 
 def _columns(poses: PoseSet) -> Iterator[tuple[str, FloatArray]]:
-    """Title and value in every pose of what is known of them."""
+    """Title and value in every pose of its known quantities."""
     unit, factor = READING[poses.triad]
     yield "order of the poses", np.arange(1.0, len(poses) + 1)
     yield "time [min]", poses.time_s / 60
@@ -71,7 +71,7 @@ def _columns(poses: PoseSet) -> Iterator[tuple[str, FloatArray]]:
 def _beside(
     session: OpenSession, triad: Triad, calibration: TriadCalibration
 ) -> list[list[float]]:
-    """For every pose, the residual in each part of a turn beside that of the pose."""
+    """The residual in each part of a turn, relative to that of the pose, for every pose."""
     poses, specs = calibration.fit.poses, sensor_specs(session.config.sensor)
     logs = {log.label: log for rate in dict.fromkeys(poses.run)
             for log in session.turning_logs(triad, rate)}
@@ -89,7 +89,7 @@ def _by_phase(
 ) -> FloatArray:
     """Mean reading in each part of a turn less that of the pose, (p, 3), nominal SI.
 
-    The phase counts from the beginning of the pose, in the sense in which the plate turns.
+    The phase counts from the beginning of the pose, in the direction in which the plate turns.
     """
     reading = specs[triad].nominal(log.readings(triad))
     gyroscope = None

@@ -1,7 +1,7 @@
 """Clips that play with rim, mark and angle drawn on them, on one time axis with a gyroscope.
 
-No browser plays every format that cameras write, and each frame keeps its own time: a clip is
-decoded once when somebody asks for it, into pictures that the page shows one after another.
+No browser plays every format that cameras write, and each frame has its own time: a clip is decoded
+once on demand, into pictures that the page shows one after another.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ DRAWN = 600  #: number of points of a line, more than its pixels; layout
 
 @dataclass(frozen=True, eq=False)
 class PlateReading:
-    """What a gyroscope reads on the plate.
+    """Readings of a gyroscope on the plate.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class PlateReading:
 
 @dataclass(frozen=True, eq=False)
 class ClipToPlay:
-    """A clip, what was measured in it, and the logs that may stand beside it.
+    """A clip, its measurement, and the logs that can be shown with it.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class ClipToPlay:
 
 
 class ClipPlayer:
-    """Plays the clips that ``clips`` gives, always the same ones in the same order."""
+    """Plays the clips that ``clips`` returns, always the same ones in the same order."""
 
     def __init__(self, clips: Callable[[], Sequence[ClipToPlay]]) -> None:
         self._clips = clips
@@ -146,7 +146,7 @@ class ClipPlayer:
 
 
 def _beside(turning: PlateReading) -> Json:
-    """The gyroscope on the clip's axis of time, and whether the two share a clock."""
+    """The gyroscope on the clip's time axis, and whether the two share a clock."""
     shared = bool(np.isfinite(turning.begins_s))
     begins = turning.begins_s if shared else turning.time_s[0]
     return _line(turning.time_s - begins, turning.rate_rad_s) | {
@@ -154,7 +154,7 @@ def _beside(turning: PlateReading) -> Json:
 
 
 def _line(time_s: FloatArray, rate_rad_s: FloatArray) -> Json:
-    """Times and rpm, means of equal numbers of values; what was not logged is left out."""
+    """Times and rpm, means of equal numbers of values, without values that were not logged."""
     known = np.isfinite(rate_rad_s)
     time_s, rate_rad_s = time_s[known], rate_rad_s[known]
     n = len(time_s)

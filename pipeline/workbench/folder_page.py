@@ -1,4 +1,4 @@
-"""The page of a folder: its sessions, each with its workbench, and the logs that are brought."""
+"""The page of a folder: its sessions, each with its workbench, and dropped logs."""
 
 import json
 import re
@@ -24,7 +24,7 @@ from pipeline.workbench.clip_player import ClipPlayer
 from pipeline.workbench.session_files import stamp_of
 
 PATTERNS = ("*.yaml", "*.yml", "*/*.yaml", "*/*.yml")
-"""Where configurations of a folder stand: in it, or in a folder of their own."""
+"""Patterns of configurations of a folder: in it, or in a subfolder of their own."""
 _SESSION = re.compile(r"^(?:accelerometer|gyroscope|sensor)\s*:", re.MULTILINE)
 MOST_LISTED = 10_000  #: sessions whose lines are kept; a line is some hundred bytes. Chosen
 LARGEST_CONFIG = 1 << 20  #: bytes; a longer file is no configuration. Chosen
@@ -81,7 +81,7 @@ class FolderPage:
             return False
 
     def _row(self, number: int, path: Path) -> Json:
-        """What a line of the list shows; the verdicts are those of the last run."""
+        """Contents of a line of the list; the verdicts are those of the last run."""
         inside = path.relative_to(self.folder)
         row = {"number": number, "path": str(inside), "was_run": False, "verdicts": {},
                "problem": "", "title": str(inside.parent if inside.parent.name else inside.stem)}
@@ -92,7 +92,7 @@ class FolderPage:
         return row | _of_results(results, stamp_of(results))
 
     def open(self, question: Json) -> Json:
-        """The address of the workbench of a session, which is run where it was not.
+        """The address of the workbench of a session, which is run first if it was not.
 
         Raises
         ------
@@ -134,7 +134,7 @@ def _output_folder(config: Path, _stamp: str) -> Path:
 
 @lru_cache(MOST_LISTED)
 def _of_results(results: Path, _stamp: str) -> Json:
-    """Title and verdicts of a run; nothing where there was none."""
+    """Title and verdicts of a run; nothing without one."""
     try:
         contents: Any = json.loads(results.read_text(encoding="utf-8"))
         verdicts = {triad: contents[triad]["diagnosis"]["short"] for triad in TRIAD_KINDS
@@ -146,5 +146,5 @@ def _of_results(results: Path, _stamp: str) -> Json:
 
 
 def _number(value: Any) -> float | None:
-    """A number of a question; None where it is none."""
+    """A number in a request; None if it is not one."""
     return float(value) if isinstance(value, int | float) and abs(value) < 1e6 else None

@@ -1,4 +1,4 @@
-"""A second session of the sensor: no fit has seen its poses, every calibration predicts them."""
+"""A second session of the sensor: its poses are predicted by every calibration, fitted by none."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from pipeline.text.formatting import DISPLAY
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """What the session is called, and the data sheet and the poses of each of its triads."""
+    """Name of the session, and the data sheet and the poses of each of its triads."""
 
     name: str
     triads: Mapping[str, tuple[TriadSpec, StoredPoses]]
@@ -32,7 +32,7 @@ class HeldOut:
 
     @classmethod
     def of_bytes(cls, content: bytes) -> "HeldOut":
-        """The session of a results.json that was dropped.
+        """The session of a dropped results.json.
 
         Raises
         ------
@@ -44,11 +44,11 @@ class HeldOut:
             path.write_bytes(content)
             try:
                 return cls.of(load_results(path))
-            except PipelineError as error:  # its message names a file that nobody knows
+            except PipelineError as error:  # its message names an unknown file
                 raise ConfigError(str(error).replace(str(path), "the file")) from error
 
     def predicted(self, triad: Triad, correction: Correction) -> Json:
-        """What a calibration errs by on these poses, in the shown unit of the triad.
+        """Error of a calibration on these poses, in the shown unit of the triad.
 
         Returns
         -------

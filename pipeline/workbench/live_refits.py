@@ -1,7 +1,7 @@
-"""Exact refits of a session that is open: any set of effects, without any poses.
+"""Exact refits of an open session: with any set of effects, without any poses.
 
-Each is made as a run makes it, from the configuration that the screen would write, so that its
-digits are those of ``pipeline add``. Logs are read once; leaving a pose out leaves out its mean.
+Each is made as in a run, from the configuration that the screen would write, so that its digits are
+those of ``pipeline add``. Logs are read once; leaving a pose out leaves out its mean.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,7 +40,7 @@ MOST_KEPT = 200_000  #: poses in the fits that are kept; about 300 bytes each. C
 
 
 class OpenSession:
-    """The configuration on disk, its averaged poses, and the refits that were asked for.
+    """The configuration on disk, its averaged poses, and the requested refits.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class OpenSession:
         return dict(zip(labels, pose_sections(self.config, self.recordings, triad), strict=True))
 
     def _excluded(self, triad: Triad) -> dict[str, PlacedPose]:
-        """Every pose that the configuration excludes by its label, as it is named there."""
+        """Every pose that the configuration excludes by its label, under its name there."""
         return {pose.label: (name, number)
                 for number, section in enumerate(self.config.runs_of(triad))
                 for pose in self.recordings.of(section).excluded for name in section.exclude
@@ -91,7 +91,7 @@ class OpenSession:
         return tuple(name for name in self.config.triads[triad].model if name not in BASE)
 
     def answer(self, state: Screen, triad: Triad, guesses: Sequence[str]) -> Json:
-        """The refit of one triad on the screen, with what each change of its model is worth.
+        """The refit of one triad on the screen, with the value of each change of its model.
 
         Raises
         ------
@@ -148,8 +148,8 @@ class OpenSession:
     def _with_poses_out(
         self, answer: Json, state: Screen, triad: Triad, out: Sequence[str]
     ) -> Json:
-        """Residuals of all poses of the page: those left out as the fit without them predicts, None
-        where it is no pose of its run.
+        """Residuals of all poses of the page: left-out poses as predicted by the fit without them,
+        None for a pose outside its run.
         """
         labels, factor = self.sections[triad], DISPLAY[triad][1]
         every = self.input_of(state, triad).recorded.excluded(self.refitted(state, triad).fit)
@@ -161,14 +161,14 @@ class OpenSession:
         return {key: [each[label] for label in labels] for key, each in values.items()}
 
     def _make_room(self) -> None:
-        """Forget what was asked for, once it is much."""
+        """Forget requested refits once there are many."""
         poses = sum(map(len, self.sections.values()))
         if (len(self._fits) + len(self._answers)) * poses > MOST_KEPT:
             for kept in (self._fits, self._inputs, self._answers):
                 kept.clear()
 
     def refitted(self, state: Screen, triad: Triad) -> Refitted:
-        """The refit itself.
+        """The refit of the triad.
 
         Raises
         ------
@@ -189,7 +189,7 @@ class OpenSession:
         return found_fit
 
     def input_of(self, state: Screen, triad: Triad) -> TriadInput:
-        """What the triad is calibrated from on this screen, with its model.
+        """Input of the triad's calibration on this screen, with its model.
 
         Raises
         ------
@@ -215,7 +215,7 @@ class OpenSession:
 
 
 def _key(state: Screen, triad: Triad, model: bool = True) -> tuple[Any, ...]:
-    """What a fit of one triad depends on: its own state, and a gyroscope on the accelerometer."""
+    """Key of a fit of one triad: its own state, and for a gyroscope that of the accelerometer."""
     mine, other = state.triads[triad], state.triads.get("accelerometer")
     return (triad, mine.ticked if model else None, mine.out,
             other if triad == "gyroscope" else None)

@@ -25,7 +25,7 @@ NAME = "own_effect"  #: name of the effect until the user writes it into the con
 def tried_expression(
     session: OpenSession, screen: Screen, triad: Triad, text: str, per: str
 ) -> Json:
-    """The refit of the screen with an expression as one more effect, beside that without it.
+    """The refit of the screen with an expression as one more effect, and that without it.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def tried_expression(
 
 
 def with_own_effect(source: YamlSource, effect: Json, triad: Triad) -> str:
-    """The configuration's text with an effect that was tried, in ``effects`` and in the model.
+    """The configuration's text with a tried effect, in ``effects`` and in the model.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def _definition(text: str, per: str, triad: Triad) -> str:
 
 
 def _place(text: str, error: BadExpression) -> int:
-    """The character, from 0, at which an expression cannot be read."""
+    """Index from 0 of the character at which an expression cannot be read."""
     if isinstance(error.__cause__, SyntaxError):
         lead = len(text) - len(text.lstrip())
         return lead + (error.__cause__.offset or len(text.strip()) + 1) - 1  # 0: its end

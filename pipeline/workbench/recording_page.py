@@ -1,7 +1,7 @@
-"""A recording shown in the browser: what the terminal's panel shows, as a stream of events.
+"""A recording in the browser: the contents of the terminal's panel as a stream of events.
 
-The recording runs in the program's own thread and knows nothing of the page; the server runs in
-another one and sends what it was last told.
+The recording runs in the program's own thread and does not depend on the page; the server runs in
+another one and sends the latest state.
 """
 
 import asyncio
@@ -32,7 +32,7 @@ TRACE = 120  #: readings of a trace, some ten seconds; layout
 
 
 class RecordingPage:
-    """A display that the terminal has beside it; see ``pipeline.record.session.RecordingDisplay``.
+    """A display in addition to the terminal's; see ``pipeline.record.session.RecordingDisplay``.
 
     Parameters
     ----------
@@ -54,20 +54,20 @@ class RecordingPage:
         self._lock = threading.Lock()
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Show a line that stays."""
         self._beside.say(text)
         with self._lock:
             self._lines.append(text)
 
     def show(self, view: RecordingView) -> None:
-        """The present state."""
+        """Show the present state."""
         self._beside.show(view)
         with self._lock:
             self._traces.append(view.status.reading.tolist())
             self._view = view_json(view)
 
     def recorded(self, text: str) -> None:
-        """A pose is recorded: its line, and what all of them determine by now."""
+        """Show a recorded pose: its line, and the results of all poses so far."""
         self._beside.recorded(text)
         triads = self._outlook.after(text)
         with self._lock:
@@ -79,7 +79,7 @@ class RecordingPage:
             self._so_far.setdefault(each.triad, []).append(each)
 
     def state(self) -> Json:
-        """What the page shows: the view, the traces axis by axis, and the lines."""
+        """Contents of the page: the view, the traces axis by axis, and the lines."""
         with self._lock:
             traces = np.nan_to_num(np.array(self._traces).reshape(-1, 6)).round(4).T.tolist()
             return {"view": self._view, "traces": traces, "lines": list(self._lines),
@@ -116,7 +116,7 @@ class RecordingPage:
 
 
 def view_json(view: RecordingView) -> Json:
-    """One moment of a recording; ``next`` is the attitude to lay next with its drawing."""
+    """One moment of a recording; ``next`` is the next attitude with its drawing."""
     status = view.status
     missing = [i for i in range(len(view.wanted)) if i not in view.covered]
     return {
@@ -133,7 +133,7 @@ def view_json(view: RecordingView) -> Json:
 
 
 def outlook_json(history: Sequence[SoFar]) -> Json:
-    """The sds of one triad from pose to pose, and what is worth most now."""
+    """The sds of one triad from pose to pose, and the most valuable next step."""
     known = [each for each in history if not np.isnan(each.scale_sd)]
     now = history[-1]
     return {

@@ -34,14 +34,14 @@ Stamp = Mapping[str, str]
 
 
 class SessionFiles:
-    """The configuration ``path``, what it names, and the folder of its results."""
+    """The configuration ``path``, the files that it names, and the folder of its results."""
 
     def __init__(self, path: Path, folder: Path) -> None:
         self.path, self.folder = path, folder
         self._of_config: tuple[str, str, list[Path]] = "", "", []
 
     def stamp(self) -> Stamp:
-        """What changes when a run, an editor or a recorder writes; empty for what is not there.
+        """Stamp that changes when a run, an editor or a recorder writes; empty for missing files.
 
         Returns
         -------
@@ -62,7 +62,7 @@ class SessionFiles:
                 "data": data.hexdigest()}
 
     def is_run(self) -> bool:
-        """Whether this program made the results of the configuration and its files as they are."""
+        """Whether the results are from this program, configuration and files as they are."""
         config = load_config(self.path)
         results, report = self.folder / RESULTS_NAME, self.folder / REPORT_NAME
         try:
@@ -77,7 +77,7 @@ class SessionFiles:
 
 
 def stamp_of(path: Path) -> str:
-    """What changes when a file is written; empty where there is none."""
+    """Stamp that changes when a file is written; empty without one."""
     try:
         status = path.stat()
     except OSError:
@@ -86,7 +86,7 @@ def stamp_of(path: Path) -> str:
 
 
 def _stated(config: Config) -> str:
-    """What a configuration states beside what the screen writes."""
+    """The part of a configuration that the screen does not write."""
     def without(value: Any) -> Any:
         if isinstance(value, dict):
             return {key: without(one) for key, one in value.items() if key not in OF_THE_SCREEN}
@@ -116,7 +116,7 @@ def session_clips(session: OpenSession, folder: Path) -> list[ClipToPlay]:
 
 
 def followed_clip(clip: ClipToFollow, context: RunContext) -> PhaseTrack:
-    """The track of one clip, from the cache where it is known."""
+    """The track of one clip, from the cache if it is there."""
     (track,) = follow_clips([clip], context)
     return track
 
@@ -124,7 +124,7 @@ def followed_clip(clip: ClipToFollow, context: RunContext) -> PhaseTrack:
 def _turning(
     session: OpenSession, folder: Path, logs: Sequence[ImuLog], clip: Path, k: int
 ) -> PlateReading:
-    """A log as the results correct it; by its data sheet where they do not say how."""
+    """A log corrected by the results; by its data sheet if they have no correction."""
     spec, log = sensor_specs(session.config.sensor)["gyroscope"], logs[k]
     try:
         stored = load_results(folder, session.context.allow_python)
@@ -135,7 +135,7 @@ def _turning(
 
 
 def _begins_s(clip: Path) -> float:
-    """When a clip begins on the clock of the session's logs; NaN where it was not recorded so."""
+    """Start of a clip on the clock of the session's logs; NaN where it was recorded otherwise."""
     try:
         with clip.with_suffix(".times.csv").open(encoding="utf-8") as file:
             return float(next(csv.DictReader(file))["session_s"])

@@ -1,7 +1,7 @@
-"""What a screen shows beyond the files: ticked effects and poses left out; and its configuration.
+"""State of a screen beyond the files: ticked effects, left-out poses; and its configuration.
 
-The state becomes a configuration text, and everything is computed from that text: what is shown is
-what ``Write to config`` writes.
+The state becomes a configuration text, and everything is computed from that text:
+``Write to config`` writes exactly what is shown.
 """
 
 import difflib
@@ -26,8 +26,8 @@ PosesByLabel = Mapping[str, PlacedPose]
 
 @dataclass(frozen=True)
 class TriadScreen:
-    """One triad on the screen: added effects in their order; labels of the poses left out, and of
-    those taken back that the configuration excludes.
+    """One triad on the screen: added effects in their order; labels of left-out poses, and of
+    readmitted ones that the configuration excludes.
     """
 
     ticked: tuple[str, ...]
@@ -37,14 +37,14 @@ class TriadScreen:
 
 @dataclass(frozen=True)
 class Screen:
-    """All of the screen: the triads, and the terms of the plate settings that were changed."""
+    """The whole screen: the triads, and the terms of the plate settings that were changed."""
 
     triads: Mapping[Triad, TriadScreen]
     terms: Mapping[str, tuple[str, ...]]
 
 
 def read_state(value: Any) -> Screen:
-    """The state in a question of the page.
+    """The state in a request of the page.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def _by_section(
 def config_of(
     config: Config, state: Screen, poses: Mapping[Triad, PosesByLabel]
 ) -> Config:
-    """The configuration of :func:`text_of`, whose text is not made, without the plate's terms.
+    """The configuration of :func:`text_of`, computed without its text and the plate's terms.
 
     Raises
     ------

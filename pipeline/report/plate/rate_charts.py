@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RateView:
-    """One plate setting as the page shows it; ``facts`` are names and values."""
+    """View of one plate setting; ``facts`` are names and values."""
 
     name: str
     headline: str
@@ -48,7 +48,7 @@ class RateView:
 def rate_view(
     rate: SettingRate, config: Path = Path("CONFIG"), clock: ClockRatio | None = None
 ) -> RateView:
-    """Everything the page shows of one plate setting; its commands change ``config``."""
+    """Contents of the page on one plate setting; its commands change ``config``."""
     sd = relative(rate.sd_rad_s / rate.rate_rad_s)
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
     verdict = rate_verdict(rate, config)

@@ -1,4 +1,4 @@
-"""What the boxes of a plate setting look up: the phase residual of a clip by its terms.
+"""Data of the boxes of a plate setting: the phase residual of a clip by its terms.
 
 With r the angle residual of the frames in use without any term and X the columns of the terms, the
 constant rate projected out of both, every set of terms is fitted here by least squares of r on its
@@ -45,7 +45,7 @@ def shown_frames(fit: StatedFit) -> tuple[IntArray, float]:
 
 
 def rate_terms_json(rate: SettingRate, number: int) -> Json:
-    """Everything that the page needs to refit clip ``number`` of a plate setting."""
+    """Data that the page needs to refit clip ``number`` of a plate setting."""
     fit = rate.clips[number].fit
     names = [name for name in fit.columns if name != CONSTANT_RATE]
     frames = np.flatnonzero(fit.used)
@@ -63,7 +63,7 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
              "columns": column.shape[1]}
             for name, column in zip(names, columns, strict=True)
         ],
-        # By the bits of the number of a set: bit i says that term i is in it.
+        # By the bits of the number of a set: bit i means that term i is in it.
         "sets": [_fitted(residual, columns, [bool(number >> i & 1) for i in range(len(names))])
                  for number in range(2 ** len(names))],
         "y": rounded(residual[place], DIGITS_SHOWN),
@@ -76,7 +76,7 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
 def _fitted(
     residual: FloatArray, columns: Sequence[FloatArray], ticked: Sequence[bool]
 ) -> Json:
-    """RMS, degrees, and the coefficients of all columns of all terms, 0 of those not ticked."""
+    """RMS, degrees, and the coefficients of all columns of all terms, 0 for those not ticked."""
     beta = [np.zeros(column.shape[1]) for column in columns]
     inside = [column for column, on in zip(columns, ticked, strict=True) if on]
     rest = residual

@@ -1,4 +1,4 @@
-"""How evenly a platter turns: speed over the angle, spectrum, spectrogram, and their page.
+"""Evenness of a platter's rotation: speed over the angle, spectrum, spectrogram, and their page.
 
 The page is that of ``pipeline rate --flutter --page``.
 """
@@ -38,9 +38,9 @@ ANGLES = 120  #: angles of a turn, of a picture
 SHOWN_ORDERS = 6.0  #: waves per turn of the polar chart, of a picture
 PER_CENT = 100.0  #: definition
 COLUMNS, ROWS = 120, 60  #: pixels of the spectrogram at most, of a picture
-WINDOW_TURNS = 3.0  #: turns of the spectrogram that tell once from twice per turn; of a picture
+WINDOW_TURNS = 3.0  #: turns of the spectrogram that separate once from twice per turn; of a picture
 LEAST_WINDOWS = 4  #: windows in a course that has a spectrogram; of a picture
-DEEPEST = 0.03  #: share of the strongest wave that is drawn as nothing; of a picture
+DEEPEST = 0.03  #: share of the strongest wave below which nothing is drawn; of a picture
 
 
 def polar_figure(course: SpeedCourse) -> Figure | None:
@@ -100,7 +100,7 @@ def spectrum_figure(figures: PlatterFlutter, course: SpeedCourse) -> Figure:
 
 
 def spectrogram_figure(course: SpeedCourse) -> Figure | None:
-    """How the waves change in time; None where the course is too short for it.
+    """The waves over time; None where the course is too short for it.
 
     Waves of the angle where angles were measured, whose noise is white; else of the speed.
     """
@@ -191,7 +191,7 @@ def speed_page(title: str, measured: Sequence[MeasuredFlutter]) -> str:
 
 
 def _view(measured: MeasuredFlutter) -> Json:
-    """One clip or log as the page shows it; ``facts`` are names and values."""
+    """View of one clip or log; ``facts`` are names and values."""
     head, *lines = flutter_lines(measured)
     figures = (polar_figure(measured.course), spectrum_figure(measured.figures, measured.course),
                spectrogram_figure(measured.course))

@@ -1,4 +1,4 @@
-"""Where the model fails, axis by axis: partial residuals of the effects worth showing."""
+"""Misfit of the model, axis by axis: partial residuals of the effects worth showing."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -26,15 +26,15 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import count, with_minus_signs, with_sd
 
 MOST_COLUMNS = 6  #: logged columns with panels
-TIME = "bias_drift"  #: what shows a bias that follows time
-PLATE = "direction_dependent_rate"  #: what shows an error that follows the plate
+TIME = "bias_drift"  #: the effect that shows a bias that follows time
+PLATE = "direction_dependent_rate"  #: the effect that shows an error that follows the plate
 
 
 @dataclass(frozen=True, eq=False)
 class AxisCharts:
-    """The panels of one effect; ``leads`` for those that the verdict names or the model holds.
+    """The panels of one effect; ``leads`` for those that the verdict names or the model contains.
 
-    ``against`` names what drives the effect.
+    ``against`` names the driver of the effect.
     """
 
     effect: str
@@ -65,7 +65,7 @@ def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
         if effect is None or result.triad not in effect.triads or (
                 effect.acts_on in ("reading", "noise")):
             continue
-        # Beside the other effects that the verdict names together with this one.
+        # Together with the other effects that the verdict names.
         names = result.diagnosis.names if name in result.diagnosis.names else ()
         beside = list(dict.fromkeys([*refits.run.added, *names, name]))
         joint = refits.of(beside) or refits.about_mean(beside)
@@ -92,13 +92,13 @@ def _leading(result: TriadResult) -> Iterator[str]:
 
 
 def _credible(result: TriadResult) -> Iterator[str]:
-    """The effects that the diagnosis offers beside its verdict."""
+    """The effects that the diagnosis offers in addition to its verdict."""
     yield from (c.name for c in result.diagnosis.ranking
                 if c.kind == "listed" and c.probability >= CONSTANTS.least_offered)
 
 
 def _covariates(result: TriadResult) -> Iterator[str]:
-    """An error against every covariate that varies: time, the logged columns, attitude, plate."""
+    """Errors against every covariate that varies: time, the logged columns, attitude, plate."""
     poses = result.calibration.fit.poses
     shown = [TIME, *(OF_COLUMN + name for name in list(poses.columns)[:MOST_COLUMNS]),
              "g_sensitivity" if result.triad == "gyroscope" else "quadratic", PLATE]
@@ -136,8 +136,9 @@ def lead_panel(
 ) -> tuple[Figure | None, str]:
     """The figure of the first screen, and the effect whose before and after it shows.
 
-    The panel of the missing effect that shows most, large; None where nothing is named. An error of
-    a shape that no listed effect has is shown against its covariate, without a line and a name.
+    The panel of the missing effect with the largest effect, in large; None where nothing is named.
+    An error of a shape that no listed effect has is shown against its covariate, without a line and
+    a name.
     """
     first = charts[0] if charts else None
     if first is None or not first.leads or first.in_model:
@@ -153,9 +154,9 @@ def lead_panel(
 
 
 def _prominence(shown: Sequence[Panel]) -> Callable[[Panel], float]:
-    """What the most telling panel has most of: the slope, as the verdict quotes the largest one.
+    """Score of a panel: the slope, as the verdict quotes the largest one.
 
-    Curves without a slope are compared by what they explain.
+    Curves without a slope are compared by the part they explain.
     """
     if all(np.isfinite(panel.slope) for panel in shown):
         return lambda panel: abs(panel.slope)
@@ -173,7 +174,8 @@ def panel_figure(name: str, panel: Panel, limit: float, canvas: Canvas = SMALL) 
 
 
 def _error_chart(panel: Panel, limit: float, canvas: Canvas) -> tuple[Chart, str]:
-    """The errors without the effect, with their sds and the noise band; and what they are."""
+    """The errors without the effect, with their sds and the noise band; and a description of them.
+    """
     of_reference = panel.axis == REFERENCE
     what = ("error of the reference" if of_reference else
             f"{'scale error' if panel.unit == 'ppm' else 'error'} of axis {panel.axis}")
@@ -191,7 +193,7 @@ def _error_chart(panel: Panel, limit: float, canvas: Canvas) -> tuple[Chart, str
 
 
 def _sentence(panel: Panel) -> str:
-    """What the panel shows in words; empty where its curve has no slope."""
+    """Description of the panel in words; empty where its curve has no slope."""
     if not np.isfinite(panel.slope) or panel.axis == REFERENCE:
         return ""
     value = with_minus_signs(with_sd(panel.slope, panel.slope_sd))
@@ -201,12 +203,12 @@ def _sentence(panel: Panel) -> str:
 
 
 def _per(panel: Panel) -> str:
-    """The unit of the driver as sizes have it: a change of temperature is in kelvin."""
+    """Unit of the driver in sizes: a change of temperature is in kelvin."""
     return "K" if panel.per == "°C" else panel.per or "unit"
 
 
 def _title(panel: Panel) -> str:
-    """What the panel shows, as a sentence: "Axis x: 0.1217 ± 0.0029 °/s per g"."""
+    """Title of the panel, as a sentence: "Axis x: 0.1217 ± 0.0029 °/s per g"."""
     if np.isfinite(panel.slope):
         text = f"{with_sd(panel.slope, panel.slope_sd)} {panel.unit} per {_per(panel)}"
     else:

@@ -32,7 +32,7 @@ SHOWN_SD = 4.0  #: residual charts reach at least this many typical sds
 FRACTIONS = (-1.0, -0.5, 0.0, 0.5, 1.0)  #: shares of a chart's limit that have a number
 RUN_COLOURS = 6  #: number of colours of the style sheet
 
-EXCLUDED = "excluded"  #: class of their marks, and what their group in the chart is called
+EXCLUDED = "excluded"  #: class of their marks, and name of their group in the chart
 
 
 def residual_figure(result: TriadResult) -> Figure:
@@ -58,7 +58,7 @@ def residual_figure(result: TriadResult) -> Figure:
         chart.mark(i, pose.residual, number[pose.run],
                    f"mark run{number[pose.run] % RUN_COLOURS}",
                    f"{shown_name(pose.label)}: {value} {unit}, {pose.in_sd:+.1f} sd", attribute)
-    for i, one in enumerate(excluded, len(poses)):  # those far off stand at the edge
+    for i, one in enumerate(excluded, len(poses)):  # those far off are at the edge
         pose = one.residual
         value = with_sd(pose.residual * factor, pose.sd * factor)
         chart.mark(i, float(np.clip(pose.residual, chart.y.low, chart.y.high)), 0, EXCLUDED,
@@ -112,12 +112,12 @@ def residual_limit(result: TriadResult) -> float:
 
 
 def shown_excluded(result: TriadResult) -> list[PredictedPose]:
-    """The excluded poses of which the fit says something."""
+    """The excluded poses with a prediction of the fit."""
     return [one.predicted for one in result.excluded if one.predicted is not None]
 
 
 def _run_numbers(result: TriadResult) -> Mapping[str, int]:
-    """The runs, numbered in their order: what shape and colour their marks have."""
+    """The runs, numbered in their order, for the shape and colour of their marks."""
     runs = dict.fromkeys(pose.run for pose in result.comparison.poses)
     return {run: i for i, run in enumerate(runs)}
 
@@ -131,7 +131,7 @@ def run_legend(result: TriadResult) -> list[tuple[str, str, str]]:
 
 
 MOST_STEPS = 12  #: the last ones are shown
-NAMED_STEPS = 4  #: so many names have room under the axis; more steps are numbered
+NAMED_STEPS = 4  #: names that fit under the axis; more steps are numbered
 LONGEST_NAME = {2: 22, 3: 15, 4: 12}  #: characters of a step's name, by the number of steps
 
 
@@ -155,7 +155,7 @@ def staircase(triad: str, steps: Sequence[HistoryLine]) -> Json:
 
 
 def step_names(models: Sequence[Sequence[str]]) -> list[str]:
-    """What every step changed: the effects it added (+) and removed (−).
+    """Change of every step: the effects it added (+) and removed (−).
 
     >>> step_names([["bias", "scale"], ["bias", "scale", "cubic"], ["bias", "scale"]])
     ['bias scale', '+ cubic', '− cubic']
@@ -169,7 +169,7 @@ def step_names(models: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _errors(kept: Sequence[HistoryTriad], unit: str, factor: float) -> Figure:
-    """Residual and leave-one-out error of every step, the steps named where there is room."""
+    """Residual and leave-one-out error of every step, with the steps' names if they fit."""
     errors = {name: np.array([getattr(step, f"{name}_rms") * factor for step in kept])
               for name in ("loo", "residual")}
     shown = np.concatenate(list(errors.values()))

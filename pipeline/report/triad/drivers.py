@@ -1,8 +1,8 @@
-"""What drives an effect: the condition of the poses against which its chart is drawn.
+"""Driver of an effect: the condition of the poses against which its chart is drawn.
 
-The effect itself is asked: the one condition whose change changes a column is its driver. A column
-that depends on several conditions at once (a product in the user's expression, the direction of the
-pose before) is drawn against its own value.
+It is found from the effect itself: the one condition whose change changes a column is its driver. A
+column that depends on several conditions at once (a product in the user's expression, the direction
+of the pose before) is drawn against its own value.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import AXES, SI_UNIT, TEMPERATURE, FloatArray
 from pipeline.text.formatting import DISPLAY
 
-SHIFT = 0.37  #: share of the range of a condition, to see whether an effect depends on it
+SHIFT = 0.37  #: share of the range of a condition, to test whether an effect depends on it
 NOTHING = 1e-9  #: relative change that is rounding
 
 
@@ -52,7 +52,7 @@ class Driver:
 
 
 def drivers(triad: str, at: Conditions) -> Iterator[Driver]:
-    """Every scalar condition that these poses know."""
+    """Every scalar condition that is known in these poses."""
     unit, size, felt = {
         "accelerometer": ("g", 1 / STANDARD_GRAVITY_M_S2, "specific force along"),
         "gyroscope": ("°/s", DISPLAY["gyroscope"][1], "rate about"),
@@ -80,10 +80,10 @@ def _column_label(name: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Dependence:
-    """The columns of an effect in these poses, and which conditions change them.
+    """The columns of an effect in these poses, and the conditions that change them.
 
-    ``columns`` (n, 3, k), SI per unit of each parameter; with every condition by how much its
-    change changes each of them at most, (3, k).
+    ``columns`` (n, 3, k), SI per unit of each parameter; with every condition the largest change of
+    each of them that its change causes, (3, k).
     """
 
     effect: Effect
@@ -115,7 +115,7 @@ class Dependence:
 def dependence(
     triad: str, effect: Effect, shape: float | None, at: Conditions
 ) -> Dependence:
-    """Change every condition of the poses, one after the other, and look at the columns.
+    """Change every condition of the poses, one after the other, and compare the columns.
 
     Raises
     ------

@@ -84,7 +84,7 @@ def _card(
     result: TriadResult, refits: Refits, effect: Effect, entry: Json | None,
     drawings: Sequence[str],
 ) -> Json:
-    """What the page shows of one effect; ``size`` is None where nothing was fitted."""
+    """View of one effect; ``size`` is None where nothing was fitted."""
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)
@@ -173,7 +173,7 @@ def _confused_here(effect: Effect, entry: Json | None, shape: Fingerprint | None
 def _size_table(
     result: TriadResult, effect: Effect, candidate: Candidate | None
 ) -> Json | None:
-    """The fitted parameters, or those that the diagnosis has for a candidate; None without any.
+    """The fitted parameters, or those of the diagnosis for a candidate; None without any.
 
     They are a table: a row for all, or one for each axis of a matrix. ``shape`` is the shape
     parameter with its sd and unit.
@@ -199,7 +199,7 @@ def _size_table(
 
 
 def _typical(effect: Effect, triad: Triad) -> Iterator[tuple[str, str]]:
-    """Class of parts and what is typical of it, in the unit of the sizes that were fitted."""
+    """Class of parts and its typical size, in the unit of the sizes that were fitted."""
     for part, typical in effect.page.typical.items():
         sizes = [size.within(*display_unit(effect.unit_for(triad), [size.si]))
                  for size in typical.sizes if size.triad in (None, triad)]

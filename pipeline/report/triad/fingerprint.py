@@ -1,8 +1,7 @@
-"""The fingerprint of an effect in the poses of a session, under the residual that was measured.
+"""The fingerprint of an effect in the poses of a session, over the measured residual.
 
-The fingerprint is what the exact fits with and without the effect differ by, row by row. An effect
-that is there has the pattern of the residual; of one that is not there no more than the noise is
-fitted.
+The fingerprint is the difference of the exact fits with and without the effect, row by row. A real
+effect has the pattern of the residual; for an absent one no more than the noise is fitted.
 """
 
 from dataclasses import dataclass
@@ -44,7 +43,7 @@ class Fingerprint:
 def fingerprint(refits: Refits, name: str) -> Fingerprint | None:
     """The fingerprint of one effect; None where these poses do not determine it.
 
-    ``refits`` are those of the triad. What acts on the noise widens the sds and has no pattern.
+    ``refits`` are those of the triad. An effect on the noise widens the sds and has no pattern.
     """
     run = refits.run.added
     effect, other = refits.effect(name), refits.flipped(name)
@@ -67,7 +66,7 @@ def fingerprint(refits: Refits, name: str) -> Fingerprint | None:
 
 
 def fingerprint_svg(shape: Fingerprint, name: str, fit: Fit) -> str:
-    """A bar for every row that was measured, under the fingerprint as a line."""
+    """A bar for every measured row, and the fingerprint as a line over them."""
     poses, runs = fit.equations.row_pose, fit.poses.run
     order = np.argsort(poses, kind="stable")
     reach = nice_limit(max(REACH, float(np.abs([shape.measured, shape.pattern]).max())))

@@ -10,7 +10,7 @@ axes per unit of each parameter,
 the sums over the rows of the pose (Cook & Weisberg, Residuals and Influence in Regression, 1982,
 2.3). An effect proportional to the reading of its axis is shown as a change of scale; an effect on
 the reference as a relative error of the reference, pose by pose;
-:mod:`pipeline.report.triad.drivers` says against what.
+:mod:`pipeline.report.triad.drivers` gives the abscissa.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ from pipeline.text.formatting import DISPLAY
 Rows = tuple[FloatArray, FloatArray]
 PPM = 1e6  #: parts in one, by definition
 GRID = 60  #: points of a drawn curve
-POOREST = 2.5  #: times the best sd of an axis: poses that say less about it are not shown
+POOREST = 2.5  #: times the best sd of an axis: poses of a larger sd are not shown
 FEWEST = 4  #: poses of a panel: fewer show no shape
 REFERENCE = "reference"  #: in the place of an axis
 NEVER = 1e-12  #: relative: columns of an axis below this are rounding
@@ -43,12 +43,12 @@ NEVER = 1e-12  #: relative: columns of an axis below this are rounding
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One axis, or the reference, against what drives the effect, in display units.
+    """One axis, or the reference, against the driver of the effect, in display units.
 
-    ``against`` and ``per`` are words and unit of the driver. ``x``, ``before``, ``after``, ``sd``
-    (m,), ``pose`` (m,) their poses; ``curve`` (2, g) what the effect explains; ``slope`` and
-    ``slope_sd`` per unit of the driver, NaN where the curve bends. ``ticks`` are the names of the
-    runs where x is the number of the pose.
+    ``against`` and ``per`` are name and unit of the driver. ``x``, ``before``, ``after``, ``sd``
+    (m,), ``pose`` (m,) their poses; ``curve`` (2, g) the part that the effect explains; ``slope``
+    and ``slope_sd`` per unit of the driver, NaN where the curve bends. ``ticks`` are the names of
+    the runs where x is the number of the pose.
     """
 
     axis: str
@@ -68,7 +68,7 @@ class Panel:
 
     @property
     def significance(self) -> float:
-        """Span of what the effect explains, in sds of a dot."""
+        """Span of the part that the effect explains, in sds of a dot."""
         return float(np.ptp(self.curve[1]) / np.median(self.sd))
 
 
@@ -148,7 +148,7 @@ def _panel(
 
 
 def _shown(x: FloatArray, sd: FloatArray) -> IntArray | None:
-    """Poses that know the axis well; None where too few do, or x does not vary in them."""
+    """Poses with a small sd of the axis; None if these are too few, or x does not vary in them."""
     best = float(np.min(sd, initial=np.inf))
     kept = np.flatnonzero(np.isfinite(sd) & (sd <= POOREST * best))
     return None if len(kept) < FEWEST or np.ptp(x[kept]) == 0 else kept
@@ -169,7 +169,7 @@ def _driver_panel(
         return None
 
     def explained(values: FloatArray) -> FloatArray:
-        """What one unit of the parameter does at ``values`` of the driver, SI or relative."""
+        """Effect of one unit of the parameter at ``values`` of the driver, SI or relative."""
         first: dict[str, Any] = {key: np.repeat(getattr(at, key)[kept[:1]], len(values), axis=0)
                                  for key in ("vector", *FIELDS)}
         same = Conditions(**first, columns={key: np.repeat(column[kept[:1]], len(values))
@@ -213,7 +213,7 @@ def _column_panel(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
 
 
 def _error_per_pose(fit: Fit, h: FloatArray, after: FloatArray) -> Rows:
-    """Error of one axis that remains in every pose, and its sd, SI (n,); infinite where unseen."""
+    """Remaining error of one axis in every pose, and its sd, SI (n,); infinite where unseen."""
     pose, n = fit.equations.row_pose, len(fit.poses)
     weight = np.bincount(pose, h**2, n)
     with np.errstate(divide="ignore", invalid="ignore"):

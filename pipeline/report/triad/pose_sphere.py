@@ -1,7 +1,7 @@
 """The poses of a triad: the attitudes that they cover, their residuals, raw logs and pictures.
 
-A pose stands where the vertical points in the axes of the sensor: the side that faces up. The
-script of the page draws the sphere, so that it can be rotated.
+The position of a pose is the direction of the vertical in the axes of the sensor: the side that
+faces up. The script of the page draws the sphere, so that it can be rotated.
 """
 
 import base64
@@ -30,9 +30,9 @@ from pipeline.text.formatting import DISPLAY, count, with_minus_signs, with_sd
 from pipeline.text.names import command, word
 
 LAID_WITHIN = float(np.cos(np.radians(10.0)))
-"""The recording guide asks for the wedge poses to 10°; directions at random lie 17° off."""
+"""The recording guide asks for the wedge poses to 10°; random directions are 17° off."""
 MOST_REPEATS = 2.0
-"""Times the median number of poses in a direction: a design lays all of them equally often."""
+"""Multiple of the median number of poses in a direction: a design repeats all of them equally."""
 
 
 def coverage_of(directions: FloatArray) -> tuple[list[tuple[FloatArray, bool]], str]:
@@ -61,9 +61,9 @@ def coverage_of(directions: FloatArray) -> tuple[list[tuple[FloatArray, bool]], 
 
 
 def _follows_design(near: FloatArray, faces: int) -> bool:
-    """Whether poses were laid on the 26 directions; ``near`` (26, n) are the cosines to them.
+    """Whether the poses follow the 26 directions; ``near`` (26, n) are the cosines to them.
 
-    Poses laid by hand come near many of them too, some again and again: they are no design with
+    Poses in a hand come near many of them too, some again and again: they are not a design with
     missing directions.
     """
     repeats = np.bincount(near.argmax(axis=0))
@@ -114,7 +114,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
 
 
 def _excluded(result: TriadResult, pose: ExcludedPose) -> Json:
-    """An excluded pose on the sphere: its direction, and what the fit without it makes of it."""
+    """An excluded pose on the sphere: its direction, and its prediction by the fit without it."""
     known = {"label": pose.label, "shown": shown_name(pose.label), "run": pose.run}
     if pose.predicted is None:
         return {**known, "up": None, "in_sd": None}
@@ -137,7 +137,7 @@ def _direction(up: FloatArray) -> list[float] | None:
 
 
 def _upward(triad: Triad, vector: FloatArray, poses: PoseSet) -> FloatArray:
-    """The same of corrected vectors (n, 3) of n poses."""
+    """The vertical by corrected vectors (n, 3) of n poses."""
     if triad == "gyroscope":
         turns = np.sign(poses.spin_rad_s)[:, None]
         vector = np.where(turns != 0, vector * turns, poses.force)
@@ -152,7 +152,7 @@ def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
 
 
 def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
-    """Name and value of what is known of a pose beside its residual."""
+    """Names and values of the facts on a pose besides its residual."""
     if np.isfinite(poses.time_s[i]):
         yield "time", f"{poses.time_s[i] / 60:.1f} min"
     if not mean.stated:
@@ -210,7 +210,7 @@ def pose_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
 
 
 def excluded_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
-    """Every excluded pose by the fit without it; without numbers where it is no pose."""
+    """Every excluded pose by the fit without it; without numbers where it is not a pose."""
     return [_row(one.predicted.residual, result.triad) if one.predicted is not None
             else (shown_name(one.label), one.run, "no pose of its run", "–")
             for one in result.excluded]

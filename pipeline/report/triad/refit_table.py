@@ -1,7 +1,7 @@
-"""What ticks look up, exact refits of every effect, and what a tick is worth in words.
+"""Data of the tick boxes: exact refits with every effect, and judgements of a tick in words.
 
 Each is made with the one solver, a single effect exactly as ``pipeline add`` fits it. The script of
-the page looks up what is ticked; more effects at once are refitted by ``pipeline open``.
+the page looks up the ticked set; more effects at once are refitted by ``pipeline open``.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -41,7 +41,7 @@ def constants_json() -> Json:
 
 
 def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
-    """Everything that the boxes of one triad look up.
+    """Data of the boxes of one triad.
 
     Parameters
     ----------
@@ -77,9 +77,9 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
 def refit_row(
     refits: Refits, ticked: Sequence[str], config: Path, guesses: Sequence[str]
 ) -> Json:
-    """One set of effects: its figures, and what each change of the run's model is worth.
+    """One set of effects: its figures, and the value of each change of the run's model.
 
-    ``config`` and ``guesses`` as :func:`pipeline.report.triad.refit_table.changes_json` has them.
+    ``config`` and ``guesses`` as in :func:`pipeline.report.triad.refit_table.changes_json`.
     """
     refitted = refits.of(ticked)
     if refitted is None:
@@ -104,7 +104,7 @@ def _paired(result: TriadResult) -> int:
 def _sets(
     added: tuple[str, ...], names: Sequence[str], paired: int
 ) -> Iterator[tuple[str, ...]]:
-    """The run's model, one and two changes of it, and its effects from the first on."""
+    """The run's model, one and two changes of it, and its first effects, one to all."""
     flips = [(), *((name,) for name in names), *combinations(names[:paired], 2)]
     sets = [toggled(added, flip) for flip in flips]
     sets += [added[:k] for k in range(len(added))]
@@ -126,7 +126,7 @@ def _box_json(
 ) -> Json:
     effect, candidate = refits.effect(name), _candidate(name, result)
     assert effect is not None
-    # Of chi², that the effect alone takes off; 0 where noise alone could.
+    # Share of chi² that the effect alone removes; 0 where noise alone could.
     share = (candidate.chi2_drop / refits.run.fit.chi2
              if candidate is not None and candidate.p_value < MISFIT_P_VALUE else 0.0)
     return {
@@ -142,7 +142,7 @@ def _box_json(
 
 
 def _unseen(result: TriadResult) -> Iterator[Json]:
-    """Effects that cannot be ticked, and why."""
+    """Effects that cannot be ticked, and the reasons."""
     for name in result.diagnosis.blind:
         if name == FRAME and result.frame is not None:
             yield _grey(name, "it is a parameter already: the rotation to the accelerometer", "")
@@ -160,16 +160,16 @@ def _grey(name: str, reason: str, separates: str) -> Json:
 
 UNCHANGED = 5e-4  #: relative change of the leave-one-out error that the page calls none; layout
 BESIDE_MISFIT_SD = 1.0
-"""Sds from which an effect beside a large misfit is called unseen and not absent. A judgement."""
+"""Sds from which an effect beside a large misfit is called unseen, not absent. A judgement."""
 
 
 def changes_json(
     refit_of: RefitOf, run: Sequence[str], ticked: Sequence[str], refitted: Refitted, config: Path,
     guesses: Collection[str],
 ) -> Json:
-    """Judgements of the effects that were ticked or unticked, and the commands that are worth it.
+    """Judgements of the effects that were ticked or unticked, and the recommended commands.
 
-    Taking an effect out again is always possible.
+    The removal of an effect is always possible.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def changes_json(
 
 @dataclass(frozen=True)
 class Judgement:
-    """Whether an effect is there, by what leaving it out does to the fit that contains it.
+    """Whether an effect is there, judged by the fits with and without it.
 
     ``is_there`` : noise would explain the fall of chi-square in fewer than one case in 200;
     ``change`` is that of the leave-one-out error with the effect, relative.
@@ -236,7 +236,7 @@ class Judgement:
             return f"{size}: it is there; {loo}."
         if self.is_there:
             return f"{size}, but {loo}: the model predicts worse with it."
-        # Beside a large misfit an effect of a few sds can still turn out to be there.
+        # Beside a large misfit an effect of a few sds can still prove to be there.
         open_ = self.misfit and self.in_sd > BESIDE_MISFIT_SD
         return f"{size}: {'not seen beside what remains unexplained' if open_ else 'not there'}; " \
                f"{loo}."
@@ -249,7 +249,7 @@ def judged_effect(name: str, with_it: Refitted, without: Refitted) -> Judgement 
         return None
     fit = with_it.fit
     drop = max(without.fit.chi2 - fit.chi2, 0.0)
-    # Where noise does not explain what remains, that scatter is the measure, as for the sds.
+    # Where noise does not explain the residual, its scatter is the measure, as for the sds.
     misfit = fit.p_value < MISFIT_P_VALUE
     ratio = drop / count / (fit.chi2 / fit.dof if misfit else 1.0)
     p_value = fdtrc(count, fit.dof if misfit else fit.poses.noise_dof, ratio)

@@ -1,4 +1,4 @@
-"""Other models of a triad, each fitted exactly to the same poses: what a tick box shows.
+"""Other models of a triad, each fitted exactly to the same poses, for the tick boxes.
 
 The page carries a table of them (:mod:`pipeline.report.triad.refit_table`); ``pipeline open`` makes
 any.
@@ -51,7 +51,7 @@ def added_names(model: Model) -> tuple[str, ...]:
 
 
 class Refits:
-    """Fits of one triad with any of its effects, each made when it is first asked for.
+    """Fits of one triad with any of its effects, each made when first needed.
 
     Parameters
     ----------
@@ -77,11 +77,11 @@ class Refits:
         return self._known[key]
 
     def flipped(self, *names: str) -> Refitted | None:
-        """The run's model with these effects added, or without those that it has."""
+        """The run's model with these effects added, or without those that it contains."""
         return self.of(toggled(self.run.added, names))
 
     def effect(self, name: str) -> Effect | None:
-        """The effect of this name; None of a hypothesis without columns, as a bad pose."""
+        """The effect of this name; None for a hypothesis without columns, such as a bad pose."""
         in_model = {e.name: e for e in self.run.fit.model.effects} | dict(self.defined)
         try:
             return in_model.get(name) or find_effect(name)
@@ -91,8 +91,8 @@ class Refits:
     def about_mean(self, names: Sequence[str]) -> Refitted | None:
         """The same, for charts, with the added effects about their mean.
 
-        A column that is far from zero beside its changes is as good as a bias, and the solver
-        refuses it; its changes have an effect to show.
+        A column far from zero compared with its changes acts like a bias, and the solver refuses
+        it; its changes can still show an effect.
         """
         return self._made(tuple(names), varying=True)
 
@@ -121,7 +121,7 @@ class Refits:
 
 
 def toggled(names: Sequence[str], flips: Sequence[str]) -> tuple[str, ...]:
-    """``names`` with those of ``flips`` added at the end, or taken out where they are among them.
+    """``names`` with those of ``flips`` added at the end, or removed if they are among them.
 
     >>> toggled(("a", "b"), ("b", "c"))
     ('a', 'c')
@@ -131,7 +131,7 @@ def toggled(names: Sequence[str], flips: Sequence[str]) -> tuple[str, ...]:
 
 
 def refitted_json(refitted: Refitted) -> Json:
-    """The figures of one model as the page shows them, in the shown unit of the triad."""
+    """The figures of one model for the page, in the shown unit of the triad."""
     fit, comparison = refitted.fit, refitted.comparison
     factor = DISPLAY[fit.poses.triad][1]
     return {

@@ -21,9 +21,9 @@ from pipeline.results.names import PARAMETERS
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, relative, with_minus_signs, with_sd
 
-NEGLIGIBLE = 1e-3  #: share of the total sd: less of it is written as 0
+NEGLIGIBLE = 1e-3  #: share of the total sd: smaller parts are written as 0
 
-#: What each group of parameters means, for the table.
+#: Meaning of each group of parameters, for the table.
 MEANING = {
     "bias": "Reading of the axis for zero input.",
     "scale": "Logged number per unit of the input.",
@@ -136,7 +136,7 @@ LEAST_SHARE = 1e-3  #: share of chi²: smaller drops are written as none
 
 
 def candidate_rows(result: TriadResult) -> list[Json]:
-    """What adding each hypothesis of the ranking alone does, the most probable first."""
+    """Result of adding each hypothesis of the ranking alone, the most probable first."""
     return [_row(result, one) for one in result.diagnosis.ranking if one.kind != "noise"]
 
 
