@@ -35,7 +35,7 @@ OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: unit
 FEWEST_NUMBERS = 3  #: numbers in a row: a triad
 
 #: In front of the names, of which there is then one more than cells; C is Fortran's.
-OF_COMMENTS = ("#", "//", "%", "C", "c", "!", "*")
+OF_COMMENTS = ("", "#", "//", "%", "C", "c", "!", "*")
 REMARKS = ("comment", "comments", "remark", "notes")
 """Names of a last column that rows end before where there is nothing to say: LabVIEW's."""
 
@@ -80,6 +80,8 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
             rate_hz = float(stated.group(1)) if stated else rate_hz
             text = text.lstrip("#/% ")
         cells = split_cells(text, delimiter_of(text))
+        if line.startswith("\t") and not line.startswith("\t\t"):
+            cells = ["", *cells]  # an index without a name, as pandas writes it
         if not cells:
             continue
         if _is_header(cells, columns):

@@ -20,6 +20,7 @@ LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
                    rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:.])")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
+NUMBERED = re.compile(rf"\s*({NUMBER}):\s+(?={NUMBER})")
 STAMPED = re.compile(rf"\s*\[?{DAY}")  #: a line that begins with a time
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
@@ -39,6 +40,7 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
     The header stands in the place of the line before the first row; without such a line it takes
     the place of the first row.
     """
+    lines = _without_colons(lines)
     shown = list(islice((line for line in reversed(lines) if line.strip()), LOOKED_AT))[::-1]
     if _share(shown, lambda line: ARROW.fullmatch(line) is not None) >= LEAST_SHARE:
         return _clocked_rows(lines, [match[2] for line in shown
@@ -67,6 +69,12 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
         return [match[2] if (match := SENTENCE.fullmatch(line)) and match[1] == tag[0]
                 else f"# {line}" for line in lines]
     return rows_of_sentences(lines, shown) or lines
+
+
+def _without_colons(lines: list[str]) -> list[str]:
+    """Lines without the colon behind a number in front of all of them: ``1200: 1 2 3``."""
+    fits = _share(lines, lambda line: NUMBERED.match(line) is not None) >= LEAST_SHARE
+    return [NUMBERED.sub(r"\1 ", line) for line in lines] if fits else lines
 
 
 def labels_of(line: str) -> tuple[str, ...]:

@@ -111,6 +111,9 @@ def _flat(value: dict[str, Any]) -> dict[str, Any]:
     """An object with what the objects in it hold under names like ``acc.x``."""
     flat: dict[str, Any] = {}
     for key, inner in value.items():
+        if isinstance(inner, str) and inner.startswith("{"):
+            with suppress(json.JSONDecodeError):
+                inner = json.loads(inner)
         below = _flat(inner) if isinstance(inner, dict) else {"": inner}
         flat |= {f"{key}.{name}" if name else key: one for name, one in below.items()}
     return flat

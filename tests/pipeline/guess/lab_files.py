@@ -217,10 +217,10 @@ def bytes_of_a_bus(folder: Path, log: HandLog) -> Foreign:
 
 
 def sensors_in_uneven_turns(folder: Path, log: HandLog) -> Foreign:
-    """Three rows of a gyroscope to one of an accelerometer."""
+    """Five rows of a gyroscope to one of an accelerometer."""
     rows = [f"Motion,{name},{1000 * t:.3f},{v[0]:.6f},{v[1]:.6f},{v[2]:.6f}"
             for i, (t, a, w) in enumerate(zip(log.time_s, log.acc, log.gyr, strict=True))
-            for name, v in (("Accel", a), ("Gyro", w)) if name == "Gyro" or i % 3 == 0]
+            for name, v in (("Accel", a), ("Gyro", w)) if name == "Gyro" or i % 5 == 0]
     return Foreign([write_lines(folder / "rs.csv", ["Module,Stream,t (ms),X,Y,Z", *rows])])
 
 

@@ -113,27 +113,30 @@ def names_in_the_first_row(folder: Path, log: HandLog) -> Foreign:
     return Foreign([path])
 
 
-def stamped_sentences(folder: Path, log: HandLog) -> Foreign:
-    """nRF Connect: a time of the day that nothing names before numbers that all have names."""
-    rows = [f"14:{5 + int(t // 60):02d}:{t % 60:06.3f}  Raw data: Accelerometer: x={a[0]:.4f} g, "
-            f"y={a[1]:.4f} g, z={a[2]:.4f} g; Gyroscope: x={w[0]:.3f} °/s, y={w[1]:.3f} °/s, "
-            f"z={w[2]:.3f} °/s" for t, a, w in zip(log.time_s, log.acc / G, log.gyr / DEG,
-                                                   strict=True)]
-    return Foreign([write_lines(folder / "thingy.log", rows)], 1 / G, 1 / DEG)
+def index_without_a_name(folder: Path, log: HandLog) -> Foreign:
+    """pandas: the first column has no name, so that the header begins with a tab."""
+    rows = ["\t".join([str(i), *row]) for i, row in enumerate(si_rows(log))]
+    return Foreign([write_lines(folder / "df.tsv", [
+        "\tt_s\tIMU.acc.x\tIMU.acc.y\tIMU.acc.z\tIMU.gyr.x\tIMU.gyr.y\tIMU.gyr.z", *rows])])
 
 
-def seconds_and_nanoseconds(folder: Path, log: HandLog) -> Foreign:
-    """`ros2 topic echo --csv`: no header, the parts of a second begin again each second."""
-    zeros = ",0.0" * 9
-    rows = [f"{1714917900 + int(t)},{round(t % 1 * 1e9)},imu_link,0.0,0.0,0.0,1.0{zeros},"
-            f"{','.join(f'{v:.7g}' for v in w)}{zeros},{','.join(f'{v:.7g}' for v in a)}{zeros}"
-            for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]
-    return Foreign([write_lines(folder / "imu_echo.csv", rows)])
+def json_in_a_string(folder: Path, log: HandLog) -> Foreign:
+    """Messages of MQTT: the payload is JSON in a text of JSON."""
+    return Foreign([write_lines(folder / "mqtt.ndjson", [json.dumps({
+        "topic": "imu/1", "t_s": t, "payload": json.dumps({"acc": a, "gyro": w})})
+        for t, a, w in zip(log.time_s.tolist(), log.acc.tolist(), log.gyr.tolist(), strict=True)])])
+
+
+def time_with_a_colon(folder: Path, log: HandLog) -> Foreign:
+    """Milliseconds with a colon behind them, and a bar of text between the sensors."""
+    rows = [f"{1000 * t:.0f}: {' '.join(map(str, row[:3]))} / {' '.join(map(str, row[3:]))}"
+            for t, row in zip(log.time_s, counts_of(log, 4096.0, 16.384), strict=True)]
+    return Foreign([write_lines(folder / "teensy.txt", ["# raw", *rows])], 4096 / G, 16.384 / DEG)
 
 
 LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         movella_dot, registers, fortran, spreadsheet, taking_turns, tagged_lines,
         vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own,
-        names_in_the_first_row, stamped_sentences, seconds_and_nanoseconds)
+        names_in_the_first_row, index_without_a_name, json_in_a_string, time_with_a_colon)
 }

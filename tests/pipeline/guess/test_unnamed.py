@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.guess.clocks import guess_clock
 from pipeline.guess.files import guess_files
+from pipeline.guess.pool import pooled
+from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.session import SessionGuess, guess_session
 from tests.pipeline.guess.evening import Evening
 from tests.pipeline.guess.hand_log import HandLog, hand_log
@@ -87,3 +90,11 @@ def test_gravity_goes_round_at_each_of_two_speeds(tmp_path: Path) -> None:
     assert "gravity goes round" in guess.gyroscope.because
     assert "32.768" in guess.gyroscope.unit
     assert [source.rate for source in guess.sources] == ["stopped", "33.3rpm", "45rpm"]
+
+
+def test_a_clock_that_begins_again_cuts_no_log() -> None:
+    """The nanoseconds of ``sec`` and ``nanosec``; a unit of a gyroscope was found wrong by that."""
+    columns = {"t_ns": np.arange(500) * 2e7 % 1e9, "ax": np.arange(500.0)}
+    clock = guess_clock(columns, None, None, False)
+    assert clock.column == "t_ns"
+    assert not pooled([RawTable(Path("echo.csv"), columns)], [clock], "").table.any()

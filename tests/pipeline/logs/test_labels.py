@@ -41,3 +41,9 @@ def test_numbers_of_a_fixed_width_in_brackets_are_cells() -> None:
 
 def test_numbers_behind_one_letter_and_a_colon_are_cells() -> None:
     assert unlabelled_lines(["A:-12,34,998;G:120,-30,5"] * 40)[1] == "-12,34,998,120,-30,5"
+
+
+def test_a_time_of_the_day_before_numbers_that_have_names_is_the_clock() -> None:
+    rows = unlabelled_lines([f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
+                             for i in range(50)])
+    assert rows[7] == "14:05:07.5,7.1,0.2,0.3"
