@@ -141,8 +141,8 @@ def test_what_goes_to_and_fro_is_no_turning_plate() -> None:
 def test_what_shifts_at_an_even_speed_does_not_return_without_what_is_slow() -> None:
     """Less its mean over two seconds a slow shift seems to return twice; a slow plate does."""
     rng = np.random.default_rng(3)
-    wide = cv2.GaussianBlur(rng.standard_normal((96, 512)), (0, 0), 6)
-    at = np.arange(FRAMES) * 0.9
+    wide = cv2.GaussianBlur(rng.standard_normal((96, 512)), (0, 0), 9)
+    at = np.arange(FRAMES) * 0.6
     shifts = [cv2.warpAffine(wide, np.array([[1, 0, -x], [0, 1, 0]]), (128, 96)) for x in at]
     frames = 90 + 25 * np.array(shifts) / wide.std()
     frames += rng.standard_normal(frames.shape)

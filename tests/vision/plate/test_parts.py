@@ -19,14 +19,14 @@ GUESS = view_of_ellipse((236.0, 192.0), (122.0, 103.0), 0.0)
 Light = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
 
-def found(light: Light) -> EqualParts | None:
+def found(light: Light, noise: float = 3.0) -> EqualParts | None:
     """Equal parts of frames in which a place (radius, azimuth) of the plate has a light by time."""
     rng = np.random.default_rng(1)
 
     def sample(view: PlateView, azimuths: int, frames: slice) -> tuple[Grid, Strips]:
         grid = polar_grid(view, RADII, azimuths, SHAPE)
         radius, azimuth = TRUE.plate(grid.x.astype(float), grid.y.astype(float))
-        strips = light(radius, azimuth) + rng.normal(0, 3, (FRAMES, *radius.shape))
+        strips = light(radius, azimuth) + rng.normal(0, noise, (FRAMES, *radius.shape))
         return grid, strips[frames].astype(np.float32)
 
     return equal_parts(GUESS, sample, 1024, TIME)
@@ -53,6 +53,14 @@ def test_parts_are_counted_and_show_the_axis_and_the_rate(count: int, rate_rad_s
     spacing = 2 * np.pi * FPS / count
     assert (seen - rate_rad_s + spacing / 2) % spacing - spacing / 2 == pytest.approx(0, abs=1e-3)
     assert abs(seen) <= spacing / 2 + 1e-3
+
+
+def test_where_nothing_varies_along_an_arc_the_parts_are_not_counted() -> None:
+    """A division by nothing that varies ended in an error of ours."""
+    def behind(radius: NDArray[np.float64], azimuth: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(dots(35, 1.75)(radius, azimuth) * (np.cos(azimuth) < 0.9))
+
+    assert found(behind, noise=0) is None
 
 
 def test_a_lamp_that_flickers_and_a_single_mark_are_no_parts() -> None:
