@@ -53,12 +53,12 @@ __all__ = ["Calibration", "calibrate", "compare"]
 
 
 def __dir__() -> list[str]:
-    """What a notebook completes."""
+    """Names for completion in a notebook."""
     return list(__all__)
 
 
 def __getattr__(name: str) -> Any:
-    """Load what a notebook asks for when it asks: the command line imports this package too."""
+    """Load a name when a notebook first uses it: the command line imports this package too."""
     if name not in __all__:
         raise AttributeError(f"module 'calib' has no attribute {name!r}")
     from calib.notebook import calibration, comparison, from_table

@@ -59,7 +59,7 @@ class CameraClock:
 
 
 def cameras_file() -> Path:
-    """Where the clocks are kept."""
+    """Path of the file of the clocks."""
     return user_folder() / "cameras.json"
 
 
@@ -102,7 +102,7 @@ def known_cameras() -> Mapping[str, CameraClock]:
 
 
 def keep_camera(clock: CameraClock) -> Path:
-    """Write a clock beside the others, in the place of an older one of its name.
+    """Store a clock with the others, in place of an older one of its name.
 
     Returns
     -------

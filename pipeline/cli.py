@@ -1,4 +1,4 @@
-"""The entry point ``pipeline``: the commands, and what becomes of an error.
+"""The entry point ``pipeline``: the commands, and the handling of errors.
 
 Help is printed without importing click; everything else goes through
 :mod:`pipeline.commands.interaction.group`, which imports a command's module when it is typed.
@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _print_front_page()
     try:
         return _shown(typed)
-    except MemoryError:  # also where an error is being said
+    except MemoryError:  # also while an error is being reported
         from pipeline.errors import NO_MEMORY, UNREADABLE
 
         print(NO_MEMORY, file=sys.stderr)

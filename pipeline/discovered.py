@@ -1,5 +1,4 @@
-"""What the model of a session gets where a misfit is of no listed shape: a formula, or its size.
-"""
+"""Changes of a session's model for a misfit of no listed shape: a formula, or its size."""
 
 from collections.abc import Collection
 
@@ -22,7 +21,7 @@ def definition(triad: str, found: Discovered) -> str:
 
 
 def without_formula(result: TriadResult) -> str | None:
-    """The effect that takes an error without a formula into the sds; None where none is sought."""
+    """The effect that adds an error without a formula to the sds; None where none is searched."""
     diagnosis = result.diagnosis
     name = "bias_wander" if diagnosis.name == "time_s" else "extra_noise"
     if diagnosis.verdict is Code.NOISE:
@@ -34,10 +33,10 @@ def without_formula(result: TriadResult) -> str | None:
 def change_for_unknown(
     outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
 ) -> ModelChange | None:
-    """What ``--auto`` adds where a formula is to be sought: what :func:`discover` finds.
+    """The change that ``--auto`` makes where a formula is searched: the result of :func:`discover`.
 
-    Where there is no formula, what takes the error into the sds. ``refused`` are those that were
-    tried and did not lower the error.
+    If there is no formula, the effect that adds the error to the sds. ``refused`` are effects that
+    were tried and did not lower the error.
 
     Raises
     ------

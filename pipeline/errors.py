@@ -1,4 +1,4 @@
-"""What can go wrong in a run, each with the exit code that tells a script what to do about it.
+"""Expected failures of a run, each with the exit code that tells a script what to do about it.
 
 ====  ==========================================================================
 code  meaning
@@ -26,7 +26,7 @@ import traceback
 from types import TracebackType
 from typing import ClassVar
 
-#: Exit codes; their meaning stands above, and in `pipeline --help`.
+#: Exit codes; their meanings are above, and in `pipeline --help`.
 DONE, BUG, USAGE, UNREADABLE, UNDETERMINED, FIT_FAILED, DEVICE = range(7)
 INTERRUPTED = 130  #: 128 and the number of SIGINT, as shells report it
 SHOWN_PATH = 200  #: characters of a path that a message repeats
@@ -56,7 +56,7 @@ class MissingFiles(ConfigError):
 
 
 class UnwritableOutput(PipelineError):
-    """A result cannot be written where it was asked for."""
+    """A result cannot be written at the requested place."""
 
 
 class UnreadableInput(PipelineError):
@@ -72,7 +72,7 @@ class UnfinishedGuess(PipelineError):
 
 
 class UnfitCalibration(PipelineError):
-    """The stored results do not determine what they are to be used for."""
+    """The stored results do not determine what they are needed for."""
 
     exit_code = UNDETERMINED
 
@@ -83,7 +83,7 @@ class DeviceError(PipelineError):
     exit_code = DEVICE
 
 
-#: What to type or to write, by the kind of a :class:`calib.errors.Remedy`.
+#: Command or key to type, by the kind of a :class:`calib.errors.Remedy`.
 TYPE_THIS = {
     "remove_effect": "`pipeline remove CONFIG TRIAD.NAME` takes an effect out of the model.",
     "data_sheet": "In the configuration they stand under sensor.{triad}.",
@@ -93,7 +93,7 @@ TYPE_THIS = {
 
 
 def message_of(error: BaseException) -> str:
-    """The message of an expected failure, with what to type where that would help."""
+    """The message of an expected failure, with what to type if that helps."""
     remedy = getattr(error, "remedy", None)
     if remedy is None:
         return str(error)
@@ -103,7 +103,7 @@ def message_of(error: BaseException) -> str:
 
 
 def exit_code_of(error: BaseException) -> int:
-    """The exit code of an exception that ended a command; 1 for all that nobody expected."""
+    """The exit code of an exception that ended a command; 1 for all unexpected ones."""
     from calib.effects.catalogue import UnknownEffect
     from calib.errors import CalibrationError, FitFailed, UnusableLog
     from vision.errors import UnreadableVideo, VisionError
@@ -123,13 +123,13 @@ def exit_code_of(error: BaseException) -> int:
     return next((code for family, code in codes if isinstance(error, family)), BUG)
 
 
-#: What the system says when it is full or read-only, and when it is at an end with its means.
+#: Errors of a full or read-only system, and of exhausted resources.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 EXHAUSTED = (errno.EIO, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 
 
 def expected_failure(error: OSError | MemoryError) -> PipelineError:
-    """What the system refused, as an expected failure.
+    """A refusal of the system as an expected failure.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def expected_failure(error: OSError | MemoryError) -> PipelineError:
 def report_bug(
     kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    """Save the traceback of an unexpected exception and say where; made for ``sys.excepthook``.
+    """Save the traceback of an unexpected exception and print where; made for ``sys.excepthook``.
 
     Python itself then ends with exit code 1, and with 130 after Ctrl-C.
     """
@@ -173,7 +173,7 @@ def report_bug(
             log.write(f"command: {shlex.join(sys.argv)}\n")
             log.write(f"python: {sys.version}\nplatform: {platform.platform()}\n\n")
             log.writelines(traceback.format_exception(kind, error, trace))
-    except OSError:  # a full disk: the screen is all that is left
+    except OSError:  # a full disk: only the screen is left
         traceback.print_exception(kind, error, trace)
         path = "what was printed above"
     print(

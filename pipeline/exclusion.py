@@ -1,4 +1,4 @@
-"""Poses to leave out: what they are called, and the configuration that excludes them."""
+"""Excluded poses: their names, and the configuration that excludes them."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,7 +17,7 @@ from pipeline.text.names import command
 
 NamesBySection = Mapping[int, Sequence[PoseName]]
 PlacedPose = tuple[PoseName, int]
-"""What a pose is called in ``exclude``, and the number of the section that it belongs to."""
+"""Name of a pose in ``exclude``, and the number of its section."""
 
 
 def pose_sections(
@@ -34,7 +34,7 @@ def pose_sections(
 
 
 def shortest_names(labels: Sequence[str]) -> list[str]:
-    """The shortest name of each of ``labels`` that means it alone."""
+    """The shortest unambiguous name of each of ``labels``."""
     count = Counter(name for label in labels for name in short_names(label))
     return [next((name for name in short_names(label) if count[name] == 1), label)
             for label in labels]

@@ -1,8 +1,9 @@
-"""Files are written whole or not at all, several that belong together all or none.
+"""Writing of files, whole or not at all, and of several that belong together, all or none.
 
 A file is staged beside its target under ``.NAME.XXXX.part``, forced to the disk and renamed, which
 a file system does in one step. Files that belong together are staged first; a journal then lists
-them, and from there on the change only goes forward: whoever finds a journal finishes it.
+them, and from there on the change only goes forward: the next command that finds a journal finishes
+it.
 """
 
 import json
@@ -15,14 +16,14 @@ from pathlib import Path
 
 from pipeline.errors import UnwritableOutput
 
-PART = ".part"  #: how the name of a staged file ends
+PART = ".part"  #: end of the name of a staged file
 LONGEST_NAME = 255  #: bytes of a file's name, in every file system in common use
 
 
 def may_never_end(path: Path) -> bool:
     """Whether reading ``path`` may wait for ever, or not end: a pipe, a socket, a device.
 
-    What the kernel shows as a file of no length (``/proc/kmsg``) counts as a device.
+    A kernel file of zero length (``/proc/kmsg``) counts as a device.
 
     Raises
     ------
@@ -37,7 +38,7 @@ def may_never_end(path: Path) -> bool:
 
 
 def encoded_text(content: str | bytes) -> bytes:
-    """Text in UTF-8; bytes of a file's name that are none stand as Python writes them."""
+    """Text in UTF-8; undecodable bytes of a file's name are escaped as in Python."""
     return content.encode(errors="backslashreplace") if isinstance(content, str) else content
 
 
@@ -65,7 +66,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 
 def require_no_link(path: Path) -> None:
-    """Refuse to write where a symbolic link stands: what it leads to is somebody else's.
+    """Refuse to write to a symbolic link: its target belongs to somebody else.
 
     Raises
     ------
@@ -100,7 +101,7 @@ def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
             target = _target(path)
             staged[target] = _stage(target, content)
             undo.callback(staged[target].unlink, missing_ok=True)
-        undo.callback(journal.unlink, missing_ok=True)  # goes first: parts alone mean nothing
+        undo.callback(journal.unlink, missing_ok=True)  # removed first: parts alone mean nothing
         names = {_relative(target, journal): part.name for target, part in staged.items()}
         write_whole(journal, json.dumps(names, ensure_ascii=False))
         undo.pop_all()
@@ -116,7 +117,7 @@ def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:
 
 
 def finish_interrupted(journal: Path, expected: Collection[Path]) -> bool:
-    """Finish a change that a kill or a full disk interrupted; whether there was one.
+    """Finish a change that a kill or a full disk interrupted; returns whether there was one.
 
     Only files in ``expected`` are written, from parts beside them: a journal that somebody else
     put there moves nothing.
@@ -153,7 +154,7 @@ def remove_parts(paths: Collection[Path]) -> None:
 
 
 def _target(path: Path) -> Path:
-    """The file itself where ``path`` is a symbolic link."""
+    """The target of ``path`` if it is a symbolic link, else ``path``."""
     return Path(os.path.realpath(path))
 
 

@@ -31,7 +31,7 @@ CONSTANT_RATE = ("constant_rate",)
 
 @dataclass(frozen=True)
 class Target:
-    """What an effect is added to: a triad, or a plate setting's phase track."""
+    """Place to which an effect is added: a triad, or a plate setting's phase track."""
 
     section: PathTo
     name: str
@@ -47,7 +47,7 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class ModelChange:
-    """What was added or removed, and the outcomes before and after it."""
+    """The added or removed effect, and the outcomes before and after."""
 
     target: Target
     before: Outcome
@@ -83,7 +83,7 @@ def read_target(config: Config, text: str) -> Target:
 
 
 def _meant(config: Config, text: str) -> str:
-    """A target that ``text`` may stand for, in brackets; empty where none is near."""
+    """A target that ``text`` may mean, in brackets; empty where none is near."""
     head, _, rest = text.partition(".")
     setting, _, term = rest.rpartition(".")
     if head == "rate":
@@ -102,14 +102,14 @@ def _meant(config: Config, text: str) -> str:
 
 
 def result_of(outcome: Outcome, target: Target) -> TriadResult | None:
-    """The triad that ``target`` speaks of; None for a plate setting."""
+    """The triad of ``target``; None for a plate setting."""
     return next((r for r in outcome.triads if (r.triad,) == target.section), None)
 
 
 def edited_config(config: Config, target: Target, remove: bool, remark: str = "") -> Config:
     """``config`` with ``target`` added or removed, checked whole; nothing is written yet.
 
-    An added one has ``remark`` as a comment beside it, and stands in the place of what it contains.
+    An added effect has ``remark`` as a comment beside it, and replaces those that it contains.
     """
     model = _model(config, target)
     if remove and target.name not in model:
@@ -168,7 +168,7 @@ def change_model(
 def require_addable(result: TriadResult, target: Target, anyway: bool = False) -> None:
     """Refuse an effect that these data cannot determine, or cannot separate from another.
 
-    ``anyway`` allows what they do not show or cannot separate, not what they cannot see.
+    ``anyway`` allows effects that they do not show or cannot separate, not those they cannot see.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def require_addable(result: TriadResult, target: Target, anyway: bool = False) -
             f"the model take up all of it. {_next_measurement(result, [name])}"
         )
     candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
-    # What a verdict names can be added; `note_on` says what else it may be.
+    # An effect that a verdict names can be added; `note_on` lists its alternatives.
     if candidate is None or diagnosis.named_class(name) or anyway:
         return
     if candidate.aliases:
@@ -196,7 +196,7 @@ def require_addable(result: TriadResult, target: Target, anyway: bool = False) -
 
 
 def overruled(change: ModelChange) -> str:
-    """Why the effect would have been refused; empty where nothing speaks against it."""
+    """Reason for which the effect would have been refused; empty if there is none."""
     before = result_of(change.before, change.target)
     try:
         if before is not None:
@@ -208,7 +208,7 @@ def overruled(change: ModelChange) -> str:
 
 
 def note_on(change: ModelChange) -> str:
-    """What an added effect of a named class leaves open; empty where nothing is open."""
+    """Alternatives to an added effect of a named class; empty if there are none."""
     before, name = result_of(change.before, change.target), change.target.name
     if before is None:
         return ""
@@ -227,9 +227,9 @@ def _quoted(names: Collection[str]) -> str:
 
 
 def _require_seen(change: ModelChange) -> None:
-    """Refuse an effect with which poses that take no part are not predicted better.
+    """Refuse an effect that does not improve the prediction of left-out poses.
 
-    What a verdict names, and what is drawn and predicts no pose, is not asked.
+    Effects that a verdict names, and drawn effects, which predict no pose, are exempt.
 
     Raises
     ------
@@ -268,7 +268,7 @@ def _next_measurement(
     sizes = {c.name: c.size for c in result.diagnosis.ranking if c.kind == "listed"}
     try:
         effects = [find_effect(name) for name in names]
-    except CalibrationError:  # a user's own effect has no page
+    except CalibrationError:  # a user-defined effect has no page
         return "Record poses in which its columns change while everything else stays."
     advice = best_block(
         result.calibration.fit,

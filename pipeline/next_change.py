@@ -1,5 +1,4 @@
-"""What ``--auto`` adds next: an effect that is named without doubt, or one that stands for a class.
-"""
+"""The next change by ``--auto``: an effect that is named without doubt, or one for its class."""
 
 from collections.abc import Collection, Sequence
 
@@ -9,16 +8,17 @@ from pipeline.model_change import ModelChange, RunConfig, Target, change_model, 
 from pipeline.stages.run import Outcome
 
 MOST_CHANGES = 8
-"""Changes of ``--auto`` before it stops: no sensor in the catalogue's sources needs as many."""
+"""Largest number of changes by ``--auto``: no sensor in the catalogue's sources needs as many."""
 
 
 def next_change(
     outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
 ) -> ModelChange | None:
-    """What ``--auto`` adds next: the first effect that a diagnosis names, if need be for its class.
+    """The next change by ``--auto``: the first effect that a diagnosis names, if need be for its
+    class.
 
-    Where the members of a class correct new attitudes alike, it does not matter for the correction
-    which of them it is; the file says that the one stands for all. ``refused`` are those that were
+    If the members of a class correct new attitudes equally, the choice among them does not matter
+    for the correction; the file states that one represents all. ``refused`` are effects that were
     tried and did not lower the error.
 
     Raises
@@ -46,10 +46,10 @@ def next_change(
 
 
 def error_falls(change: ModelChange, beside: Sequence[ModelChange] = ()) -> bool:
-    """Whether corrected readings of new attitudes are expected to err by less with a change.
+    """Whether a change lowers the expected error of corrected readings in new attitudes.
 
-    Of a class the changes ``beside`` add its other members, and it errs as they correct otherwise,
-    by their probability in the class.
+    The changes ``beside`` add the other members of a class; the differences of their corrections,
+    weighted by their probabilities in the class, count as errors.
     """
     before, after = (result_of(outcome, change.target) for outcome in (change.before, change.after))
     if before is None or after is None:

@@ -1,7 +1,7 @@
 """The folder of a session's results while a command works on it.
 
-One command at a time: another one waits. What a killed command left half done is finished or
-cleared away first, and what the user changed meanwhile is never overwritten.
+One command at a time: another one waits. Work that a killed command left half done is finished or
+removed first, and the user's changes in the meantime are never overwritten.
 """
 
 import hashlib
@@ -20,13 +20,13 @@ from pipeline.files import finish_interrupted, remove_parts, require_no_link, wr
 from pipeline.results.history import HISTORY_NAME
 from pipeline.results.names import REPORT_MARK, REPORT_NAME, RESULTS_NAME
 
-BYTE_ORDER_MARK = "\ufeff"  #: some editors begin a file with it; it is no text
+BYTE_ORDER_MARK = "\ufeff"  #: some editors begin a file with it; it is not text
 JOURNAL_NAME = ".unfinished.json"
 OUTPUTS = (RESULTS_NAME, HISTORY_NAME, REPORT_NAME)
 
 
 def _nobody(_folder: Path) -> None:
-    """For callers that nobody watches."""
+    """Ignore the wait, for callers without an observer."""
 
 
 @contextmanager
@@ -71,7 +71,7 @@ def working_on(
 def _lock(folder: Path) -> FileLock:
     """The lock of ``folder``, outside it: a command that is refused leaves no folder behind.
 
-    The system frees it when its process ends, however that happens.
+    The system releases it when its process ends, in whatever way.
     """
     locks = Path(tempfile.gettempdir()) / f"pipeline-locks-{getattr(os, 'getuid', str)()}"
     name = hashlib.sha256(os.fsencode(os.path.realpath(folder))).hexdigest()

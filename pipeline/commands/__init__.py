@@ -1,13 +1,13 @@
 """The commands, one module each, loaded only when typed.
 
 To add a command: one line in :data:`COMMANDS`, and a module of that name in this package whose
-``command`` is a click command. Whatever is slow to import (numpy, scipy, cv2, matplotlib,
-pydantic) is imported inside the command's function or module, never here.
+``command`` is a click command. Slow imports (numpy, scipy, cv2, matplotlib, pydantic) are inside
+the command's function or module, never here.
 """
 
 from pipeline.text.tables import NARROWEST, WIDEST, prose_width, wrapped
 
-#: name -> (arguments, one line of help), in the order in which ``pipeline --help`` shows them.
+#: Name -> (arguments, one line of help), in the order in which ``pipeline --help`` shows them.
 COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("CONFIG", "Measure the rates, calibrate, diagnose, and write the report."),
     "rate": ("VIDEO...", "Measure the rate of a plate from clips."),
@@ -32,7 +32,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "noise": ("LOG", "Determine noise density, bias instability and random walk."),
     "apply": ("RESULTS LOG", "Correct a log: counts in, SI units out."),
 }
-#: Commands that scripts know by another name -> what they are typed as now.
+#: Commands that scripts know by another name -> their present form.
 KEPT: dict[str, tuple[str, ...]] = {"ports": ("record", "--ports")}
 ABOUT = (
     "Calibrate a low-cost IMU with a record player, a webcam and a YAML file, and determine which "
@@ -50,7 +50,7 @@ AFTER = (
 
 
 def front_page() -> str:
-    """What ``pipeline --help`` prints; written without click, whose import alone takes longer."""
+    """Output of ``pipeline --help``; written without click, whose import alone takes longer."""
     width = prose_width() or WIDEST
     names = {name: f"{name} {arguments}" for name, (arguments, _) in COMMANDS.items()}
     column = 2 + max(map(len, names.values())) + 2

@@ -51,7 +51,7 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
 
 
 def _checked(path: Path) -> "tuple[Config, Rehearsal]":
-    """The configuration, if it and its logs are right, and what is doubtful of them."""
+    """The configuration, if it and its logs are right, and doubts about them."""
     from pipeline.config.load import config_from
     from pipeline.config.yaml_text import read_source
     from pipeline.errors import MissingFiles
@@ -61,7 +61,7 @@ def _checked(path: Path) -> "tuple[Config, Rehearsal]":
     source = read_source(path)
     try:
         loaded = config_from(source)
-    except MissingFiles:  # nothing is recorded yet, perhaps: then the plan is what can be wrong
+    except MissingFiles:  # perhaps nothing is recorded yet: then only the plan can be wrong
         require_planned(config_from(source, files_may_be_missing=True))
         raise
     require_planned(loaded)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pipeline.clock.screen import DrawnHand
 
 FILMED_S = 300.0  #: the time that the sd of the film needs to fall below that of the temperature
-SHORTEST_S = 30.0  #: eight turns of the hand and what is left out of the film
+SHORTEST_S = 30.0  #: eight turns of the hand and the part left out of the film
 TIME_SERVER = "pool.ntp.org"
 NO_SERVER = "none"
 

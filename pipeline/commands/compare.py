@@ -89,7 +89,7 @@ def _limit(text: str) -> tuple[str, float]:
 
 
 def _names(sessions: Sequence[Path]) -> list[str]:
-    """What tells the sessions apart: their paths without the parts that all begin or end with."""
+    """Distinct names of the sessions: their paths without common beginnings and endings."""
     folders = [path.parent if path.name == RESULTS_NAME else path for path in sessions]
     parts = [list(folder.absolute().with_suffix("").parts) for folder in folders]
     for end in (0, -1):

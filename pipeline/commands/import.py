@@ -123,7 +123,7 @@ def _path_for(files: Sequence[Path]) -> Path:
 
 
 def _ask_scale(choices: "Sequence[ScaleChoice]") -> float:
-    """Units of the gyroscope per °/s, of those among which nothing decides."""
+    """Units of the gyroscope per °/s, chosen among equally plausible ones."""
     for choice in choices:
         click.echo(choice.says, err=True)
     known = {choice.answer: choice.per_deg for choice in choices}
@@ -134,7 +134,7 @@ def _ask_scale(choices: "Sequence[ScaleChoice]") -> float:
 
 
 def _say(path: Path, checked: "CheckedConfig") -> None:
-    """What the check has changed or warns of, and whether the configuration runs."""
+    """Print the changes and warnings of the check, and whether the configuration runs."""
     from pipeline.errors import UnfinishedGuess
 
     echo_warnings((*checked.changes, *(checked.outcome.warnings if checked.outcome else ())))
@@ -149,7 +149,7 @@ def _say(path: Path, checked: "CheckedConfig") -> None:
 
 
 def _show_run(path: Path, checked: "CheckedConfig") -> None:
-    """The errors of the trial run, what it leaves in doubt, and the next command."""
+    """Print the errors of the trial run, its doubts, and the next command."""
     from calib.diagnosis.verdict.decision import Code
     from pipeline.console.run_text import recordings_line, triad_line, verdict_line
 

@@ -14,7 +14,7 @@ from pipeline.commands.interaction.arguments import (
 )
 
 POSES, BENCH, LEANING = "poses.svg", "bench.svg", "leaning.svg"
-"""Pictures beside the configuration; they stand in ``data/docs``."""
+"""Pictures copied beside the configuration; they are in ``data/docs``."""
 
 
 @click.command(epilog=examples(

@@ -73,8 +73,7 @@ def _workbench(
 
 
 def _is_run(path: Path, output: Path | None, allow_python: bool) -> bool:
-    """Whether a run would write what is there; Python effects that may not run are for it to say.
-    """
+    """Whether a run would reproduce the present results; refused Python is left to it."""
     from pipeline.session_folder import working_on
     from pipeline.workbench.session_files import SessionFiles
 
@@ -84,7 +83,7 @@ def _is_run(path: Path, output: Path | None, allow_python: bool) -> bool:
 
 
 def _run(path: Path, allow_python: bool) -> Path:
-    """The configuration, which is run where its results are not those of the files as they are."""
+    """The configuration, which is run if its results are not those of the present files."""
     from pipeline.commands.interaction.run_with_progress import run_shown
     from pipeline.report.page import outputs_of
     from pipeline.session_folder import require_own_files, working_on, write_session

@@ -134,7 +134,7 @@ def command(
 
 @contextmanager
 def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[Path | None]:
-    """The clip of the camera, deleted at the end unless it is to be kept; None without one."""
+    """The clip of the camera, deleted at the end unless it should be kept; None without one."""
     if camera is None:
         yield None
         return
@@ -149,7 +149,7 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
 
 
 def _clock(videos: tuple[Path, ...], fps: float | None, name: str | None) -> "Timebase":
-    """The clock of the clips: their own stamps, a frame rate, or a camera's that is known."""
+    """The clock of the clips: their own stamps, a frame rate, or that of a known camera."""
     from vision.rate.timebase import CLOCK_PPM, Timebase
 
     if name is None:

@@ -121,7 +121,7 @@ def _demo_camera(watch: "Watch") -> Iterator[None]:
 
 
 def _recordable(path: Path, anyway: bool) -> "Config":
-    """The configuration, if the poses that it plans determine its model."""
+    """The configuration, if the planned poses determine its model."""
     from calib.errors import Undetermined
     from pipeline.config.load import load_config
     from pipeline.plan.so_far import require_planned

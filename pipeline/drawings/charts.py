@@ -114,7 +114,7 @@ def upward(
 
 
 def nice_limit(value: float) -> float:
-    """The next round number not below ``value`` (> 0); the page's script rounds alike."""
+    """The next round number not below ``value`` (> 0); the page's script rounds in the same way."""
     decade = 10.0 ** math.floor(math.log10(value))
     return next(decade * m for m in NICE if decade * m >= value * (1 - 1e-9))
 
@@ -150,7 +150,7 @@ class Chart:
 
     @property
     def right(self) -> float:
-        """Where the axes end."""
+        """End of the axes."""
         return self.canvas.width - self.canvas.margin_right
 
     def axes(self, x_ticks: Sequence[tuple[float, str]] | None = None) -> None:

@@ -87,7 +87,7 @@ def level_circle(radius: float, below: float, ahead: float = 0.0) -> FloatArray:
 
 
 def _seen(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Places (n, 2) on paper, and how far behind it (n,)."""
+    """Places (n, 2) on paper, and depths behind it (n,)."""
     azimuth, elevation = np.radians(SEEN_FROM_DEG)
     away = -np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth),
                       np.sin(elevation)])

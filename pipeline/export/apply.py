@@ -44,9 +44,9 @@ MOST_DECIMALS = 6  #: decimals of time and of further columns
 class Applied:
     """A corrected log.
 
-    ``triads`` holds the corrected vectors (t, 3) by triad; ``axes`` says in which axes they are;
-    ``saturated`` (t,) which samples have an axis at the end of its converter's range, None for logs
-    in physical units; ``left_out`` which of the model's effects had nothing to correct, and why.
+    ``triads`` contains the corrected vectors (t, 3) by triad; ``axes`` names their axes;
+    ``saturated`` (t,) marks samples with an axis at the end of its converter's range, None for logs
+    in physical units; ``left_out`` lists effects of the model that had nothing to correct, and why.
     """
 
     time_s: FloatArray
@@ -122,7 +122,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
 
 
 def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:
-    """The nominal reading of the triad that is not ``triad``, where it is there."""
+    """The nominal reading of the other triad than ``triad``, where it was logged."""
     for one in stored.triads:
         if one.name != triad and log.has(one.name):
             nominal = one.correction.spec.nominal(log.readings(one.name))
@@ -133,7 +133,7 @@ def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArra
 def _vehicle_axes(
     stored: Stored, corrected: Mapping[str, FloatArray]
 ) -> tuple[str, Mapping[str, FloatArray]]:
-    """Which axes the output has, and the vectors in them: the vehicle's where R is known."""
+    """Name of the axes of the output, and the vectors in them: the vehicle's where R is known."""
     to_sensor = stored.mounting_rotation
     if to_sensor is None:
         return "the axes of the sensor (the results contain no installation)", corrected
@@ -172,7 +172,7 @@ def _require_writable(log: ImuLog) -> None:
 
 
 def _require_numbers(label: str, triad: str, vectors: FloatArray) -> None:
-    """Refuse results that no sensor has: the readings are none of this sensor."""
+    """Refuse results that no sensor has: the readings are from another sensor."""
     wrong = ~(np.abs(vectors) < LARGEST_SI).all(axis=1)
     if wrong.any():
         row = int(np.argmax(wrong))
@@ -250,7 +250,7 @@ def applied_csv(applied: Applied) -> bytes:
 
 
 def _fewest_decimals(values: FloatArray) -> int:
-    """How many decimals show all that was logged, within what a sixth decimal can."""
+    """Number of decimals that show all logged digits, six at most."""
     logged = np.abs(values[np.isfinite(values)])
     largest = float(logged.max(initial=0.0))
     for decimals in range(MOST_DECIMALS):

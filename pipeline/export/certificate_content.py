@@ -1,4 +1,4 @@
-"""What a calibration certificate states, in words and numbers: results.json and its history."""
+"""Contents of a calibration certificate, in words and numbers: results.json and its history."""
 
 import hashlib
 import math
@@ -42,7 +42,7 @@ Row = tuple[str, tuple[tuple[str, str], ...]]
 
 
 def certificate_content(stored: Stored) -> dict[str, Any]:
-    """What the template of the certificate is filled with.
+    """Data for the template of the certificate.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def certificate_content(stored: Stored) -> dict[str, Any]:
 
 
 def printable(text: object) -> str:
-    """A name out of a file as one line of print, without what cannot be printed."""
+    """A name from a file as one printable line."""
     return " ".join("".join(c if c.isprintable() else " " for c in str(text)).split())
 
 
@@ -98,7 +98,7 @@ def _of_triad(triad: StoredTriad) -> dict[str, Any]:
 
 
 def _typeset(text: str) -> str:
-    """With minus signs, and no line break before a sign of equality or per cent."""
+    """Text with minus signs, and no line break before a sign of equality or per cent."""
     return _MINUS.sub("−", text).replace(" = ", "\u00a0=\u00a0").replace(" %", "\u00a0%")
 
 
@@ -148,7 +148,7 @@ def _value(value: float, sd: float) -> tuple[str, str]:
     if not math.isfinite(sd):
         return with_minus_signs(f"{value + 0.0:.6g}"), "not fitted"
     text, _, spread = with_sd(value, sd).partition(" ± ")
-    if "(" in text:  # a common power of ten stands behind the bracket
+    if "(" in text:  # a common power of ten is behind the bracket
         power = spread.partition(")")[2]
         text, spread = text.lstrip("(") + power, spread.partition(")")[0] + power
     return with_minus_signs(text), with_minus_signs(f"± {spread}")
@@ -178,7 +178,7 @@ def _prediction(triad: str, prediction: PredictionResult | None) -> str:
 
 
 def _typical(triad: str, prediction: PredictionResult) -> str:
-    """How much of that no pose has measured; empty where nothing is, or where it is not known."""
+    """Share of the prediction that no pose has measured; empty where it is none or unknown."""
     parts = prediction.parts
     if parts is None or parts.poses is None:
         return ""

@@ -27,11 +27,11 @@ from pipeline.export.programs.syntax import c_comment, c_row, hash_comment
 from pipeline.export.robotics import nominal_offset
 from pipeline.results.read import Stored, StoredTriad
 
-ORDERS = (1, 2, 3)  #: fact: theirs are cubics in the temperature
+ORDERS = (1, 2, 3)  #: fact: these programs use cubics in the temperature
 
 
 def held_effects(triad: StoredTriad) -> tuple[str, ...]:
-    """The effects that a cubic in the temperature holds: listed, of a column, or the user's own."""
+    """Effects that a cubic in the temperature contains: listed, of a column, or the user's own."""
     return tuple(each.name for each in triad.correction.model.effects
                  if each.name in triad.section.effects and _polynomials(triad, each) is not None)
 
@@ -103,10 +103,10 @@ def courses_about(triad: StoredTriad, centre_c: float) -> FloatArray:
     return coefficients
 
 
-#: Ranges that INAV sets the sensors of this family to, counts over the 16-bit half range.
+#: Ranges to which INAV sets the sensors of this family, counts over the 16-bit half range.
 INAV_ACCELEROMETER = 16 * STANDARD_GRAVITY_M_S2 / 32768  #: m/s² per count
 INAV_GYROSCOPE = math.radians(2000.0) / 32768  #: rad/s per count
-INAV_UNIT_GAIN = 4096  #: accgain of an axis that is right
+INAV_UNIT_GAIN = 4096  #: accgain of an axis with the nominal gain
 
 
 def to_fusion(stored: Stored) -> Export:

@@ -1,8 +1,7 @@
-"""What a calibration is valid for, against the log that it is applied to.
+"""Validity of a calibration for the log to which it is applied.
 
-`run` knows the poses that a calibration was made of; a log that comes later may be of another
-sensor, in other units, hotter, or beyond the range. What cannot be is refused, what goes beyond is
-said with figures.
+`run` knows the poses of a calibration; a later log may be of another sensor, in other units,
+hotter, or beyond the range. Impossible logs are refused; excesses are reported with figures.
 """
 
 from collections.abc import Iterator, Mapping
@@ -21,19 +20,19 @@ from pipeline.export.apply import Applied, apply_results, saturated_samples
 from pipeline.results.read import Stored, StoredTriad
 
 QUIETEST = 0.25
-"""Share of the windows that count as rest, and the median of these is what counts: a vehicle that
-never stands still is quiet where it moves evenly, and there the force is gravity too."""
+"""Share of the windows that count as rest, of which the median is used: a vehicle that never stands
+still is quiet while it moves evenly, and there the force is gravity too."""
 
 
 LARGEST_DIFFERENCE = 0.3
-"""Share of gravity: what gains differ by from part to part of one type, and offsets, is a tenth of
-it."""
+"""Share of gravity: differences of gains between parts of one type, and offsets, are a tenth of it.
+"""
 
-MARGIN = 0.1  #: share of the calibration's span by which telemetry may exceed it unsaid
+MARGIN = 0.1  #: share of the calibration's span by which telemetry may exceed it without a warning
 
 
 def require_counts(stored: Stored, log: ImuLog) -> None:
-    """Refuse readings that the calibrated converter cannot give.
+    """Refuse readings outside the range of the calibrated converter.
 
     Raises
     ------
@@ -92,8 +91,8 @@ def compare_with_gravity(stored: Stored, log: ImuLog, applied: Applied) -> tuple
 def _magnitude_at_rest(time_s: FloatArray, force: FloatArray, gravity: float) -> float | None:
     """Median magnitude of the mean force in the quietest windows; None where none is a rest.
 
-    A mean is shorter than what it is made of, by half the square of their relative scatter: in a
-    rest this is no drift.
+    A mean is shorter than its parts, by half the square of their relative scatter: in a rest this
+    is no drift.
     """
     step_s = float(np.median(np.diff(time_s)))
     length = min(max(SHORTEST_SAMPLES, round(WINDOW_S / step_s)), len(force))
@@ -107,7 +106,7 @@ def _magnitude_at_rest(time_s: FloatArray, force: FloatArray, gravity: float) ->
 
 
 def warnings_of(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
-    """What of this log lies beyond what the calibration has seen, a paragraph each.
+    """Warnings of parts of this log beyond the range of the calibration, a paragraph each.
 
     Raises
     ------
@@ -143,7 +142,7 @@ def _seen(stored: Stored, triad: Triad, name: str) -> FloatArray:
 
 
 def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
-    """Columns, and the session's clock, that leave what the poses had."""
+    """Warnings of columns, and the session's clock, outside the range of the poses."""
     columns: Mapping[str, FloatArray] = (
         {**log.columns, "time_s": log.time_s} if session_clock else log.columns)
     for name, values in columns.items():
@@ -190,7 +189,7 @@ def _consequence(
 
 
 def _reading_warnings(triad: StoredTriad, stored: Stored, log: ImuLog) -> Iterator[str]:
-    """Readings beyond those of the poses, where the model is not linear in them."""
+    """Warnings of readings beyond those of the poses, where the model is not linear in them."""
     curved = [effect.name for effect in triad.correction.model.acting_on("sensor")
               if _is_curved(effect, triad.correction.shapes.get(effect.name))]
     if not curved:

@@ -1,8 +1,8 @@
-"""What exports are made of, and how large an error a format leaves.
+"""Common parts of exports, and the size of the error that a format leaves.
 
-Evaluated over the conditions of the session: the corrected vectors of its poses; of the specific
-force gravity along every face, edge and corner; of time and of every logged column the values of
-the poses.
+It is evaluated over the conditions of the session: the corrected vectors of its poses; for the
+specific force gravity along every face, edge and corner; for time and every logged column the
+values of the poses.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,14 +20,14 @@ from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
 
-#: Effects whose conditions a results.json does not hold: what they add cannot be evaluated.
+#: Effects whose conditions are not in a results.json, so that their error cannot be evaluated.
 UNKNOWN = ("previous", "vibration")
 
 
 def remaining_error(
     stored: Stored, triad: StoredTriad, lost: Iterable[str]
 ) -> float | None:
-    """The largest error by effects that are not corrected, over the conditions of the session.
+    """Largest error by effects that are not corrected, over the conditions of the session.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def triad_named(stored: Stored, name: str) -> StoredTriad | None:
 
 
 def short_name(triad: StoredTriad) -> str:
-    """``acc``, ``gyro``, or what the columns of a further triad begin with."""
+    """``acc``, ``gyro``, or the prefix of the columns of a further triad."""
     return "gyro" if triad.name == "gyroscope" else TRIAD_KINDS[triad.name].prefix
 
 
@@ -110,7 +110,7 @@ def example_counts(triad: StoredTriad) -> FloatArray:
 
 
 def example(triad: StoredTriad) -> tuple[FloatArray, FloatArray]:
-    """A reading in counts and what bias, scale and misalignment make of it, SI; both (3,)."""
+    """A reading in counts and its correction by bias, scale and misalignment, SI; both (3,)."""
     counts = example_counts(triad)
     return counts, triad.parameters.correct(counts)
 
@@ -134,7 +134,7 @@ def no_sds(stored: Stored) -> tuple[str, ...]:
 def no_effects(
     stored: Stored, program: str, held: Mapping[str, tuple[str, ...]] | None = None
 ) -> tuple[str, ...]:
-    """Which added effects ``program`` cannot store; ``held`` by triad are those it can."""
+    """Added effects that ``program`` cannot store; ``held`` by triad are those it can."""
     return tuple(
         note for triad in stored.triads
         for note in lost_effects(
@@ -148,10 +148,10 @@ def no_effects(
 def lost_effects(
     stored: Stored, triad: StoredTriad, names: Sequence[str], program: str
 ) -> tuple[str, ...]:
-    """A note on the effects of a triad that ``program`` does not correct, with what they leave.
+    """A note on the effects of a triad that ``program`` does not correct, with their error.
 
-    The bench's are no errors of a reading, what is drawn no correction takes away: they need no
-    note.
+    Effects of the bench are no errors of a reading, and drawn ones cannot be corrected: they need
+    no note.
     """
     no_error = {one.name for one in triad.correction.model.effects
                 if one.belongs_to == "bench" or one.acts_on == "noise"}
@@ -169,7 +169,7 @@ def lost_effects(
 
 
 def error_text(error: float, triad: str) -> str:
-    """An error of a triad in the unit in which people state it."""
+    """An error of a triad in its usual unit."""
     if triad != "accelerometer":
         kind = TRIAD_KINDS[triad]
         return f"{error * kind.errors_per_unit:.2g} {kind.error_unit}"
@@ -201,7 +201,7 @@ def origin(stored: Stored) -> tuple[str, ...]:
 
 
 def stood_for(stored: Stored) -> tuple[str, ...]:
-    """Which effects stand for others that the poses of the session do not tell from them."""
+    """Effects that represent others which the poses of the session cannot separate."""
     return tuple(
         f"{name} of the {triad.name} stands for its class: the poses do not tell it from "
         f"{' or '.join(others)}"

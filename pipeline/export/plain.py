@@ -32,8 +32,8 @@ def to_json(stored: Stored) -> Export:
 
 
 def to_csv(stored: Stored) -> Export:
-    """One line for each parameter: triad, parameter, axis, value, sd, unit, and which effects it
-    stands for that the poses do not tell from its own.
+    """One line per parameter: triad, parameter, axis, value, sd, unit, and the effects that it
+    represents because the poses cannot separate them.
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")

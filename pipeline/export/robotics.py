@@ -61,7 +61,7 @@ def forward_matrix(triad: StoredTriad) -> FloatArray:
 
 
 def nominal_offset(triad: StoredTriad) -> FloatArray:
-    """What the data sheet makes of a reading of nothing, SI, shape (3,)."""
+    """Nominal reading of a zero vector, SI, shape (3,)."""
     spec, bias = triad.correction.spec, triad.parameters.bias_counts
     return np.asarray(spec.nominal_scale * (bias - spec.nominal_bias_counts))
 
@@ -114,7 +114,7 @@ def to_kalibr(stored: Stored, noise: NoiseFile | None = None) -> Export:
 
 
 def _noise(noise: NoiseFile | None) -> tuple[list[str], list[str], list[str]]:
-    """The lines of Kalibr's noise model, the keys that are not known, and those that are limits.
+    """The lines of Kalibr's noise model, its unknown keys, and those that are limits.
 
     Densities are those of continuous time: m/s²/√Hz and rad/s/√Hz, of the random walks m/s³/√Hz and
     rad/s²/√Hz, one number for the three axes.
@@ -150,8 +150,8 @@ def _kalibr_gyroscope(stored: Stored, gyroscope: StoredTriad, body: FloatArray) 
     return _block({"gyroscopes": {
         "M": _rows(lower),
         "C_gyro_i": _rows(to_gyroscope),
-        # G acts on the sensitive axes, T turns them into the orthogonal ones that M^-1 takes; A
-        # finds the force turned by C_gyro_i.
+        # G acts on the sensitive axes, T turns them into the orthogonal ones of M^-1; A takes the
+        # force turned by C_gyro_i.
         "A": _rows(forward @ gyroscope.alignment @ sensitivity @ body.T @ to_gyroscope.T),
     }})
 

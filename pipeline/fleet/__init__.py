@@ -1,4 +1,4 @@
-"""Many sensors: whole sessions on Dask or one table of pose means, and what the lot shows.
+"""Many sensors: sessions on Dask or one table of pose means, and the statistics of the lot.
 
     sessions (the files) ─ worker (input_digest, record) ─ cluster ─┐
                                                                     ├─ finish: table, population,

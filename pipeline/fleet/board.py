@@ -1,4 +1,4 @@
-"""Which sensor lacks which effect: a row for each session, a column for each effect of the lot."""
+"""Table of missing effects: a row for each session, a column for each effect of the lot."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -56,7 +56,7 @@ class Board:
 
 @dataclass(frozen=True, eq=False)
 class _Column:
-    """One effect in all n sessions: which lack it, which model it, and its size and sd there, (n,).
+    """One effect in all n sessions: where it is missing or modelled, and its size and sd, (n,).
 
     ``order`` is the size in sds, 0 where it is not known, ``factor`` from SI to ``unit``.
     """
@@ -80,9 +80,9 @@ class _Column:
 
 
 def board_of(rows: "DataFrame", triad: str, most: int) -> Board:
-    """The board of the sessions of one triad; at most so many rows.
+    """The board of the sessions of one triad, of at most ``most`` rows.
 
-    First stand those beyond a limit, then those that lack the most effects, and the largest.
+    Sessions beyond a limit come first, then those that lack the most effects, and the largest.
     """
     missing, modelled = _holding(rows, "missing"), _holding(rows, "model")
     sizes = {name.removeprefix(f"{SIZE}_") for name in rows.columns}
@@ -103,7 +103,7 @@ def board_of(rows: "DataFrame", triad: str, most: int) -> Board:
 
 
 def _holding(rows: "DataFrame", key: str) -> dict[str, BoolArray]:
-    """Which rows (n,) hold each name of a column of names, such as ``a + b``."""
+    """Rows (n,) that contain each name of a column of names, such as ``a + b``."""
     if key not in rows:
         return {}
     which, texts = rows[key].fillna("").factorize()

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 ANSWER_S = 10.0
-"""How long a scheduler, and its first worker, may take to answer, s; one on a slow network takes
-less than one. Derived: a person waits as long without doubting the command."""
+"""Longest wait for a scheduler and its first worker, s; on a slow network they take less than one.
+Derived: a person waits as long without doubting the command."""
 
 TASKS_PER_WORKER = 4
 """Sessions handed to the cluster for each worker at a time, so that a scheduler holds hundreds of
@@ -56,7 +56,7 @@ def connected(scheduler: str | None, workers: int) -> "Iterator[Client]":
 
 
 def _answering(scheduler: str) -> "Client":
-    """A client of the scheduler at an address; one that accepts and is silent has not answered."""
+    """A client of the scheduler at an address; a silent one counts as no answer."""
     from distributed import Client
 
     try:
@@ -74,7 +74,7 @@ def _answering(scheduler: str) -> "Client":
 
 
 def _require_greeting(scheduler: str) -> None:
-    """Wait for the first byte that a scheduler sends to whoever connects; Dask waits for longer.
+    """Wait for the first byte that a scheduler sends to its clients; Dask waits for longer.
 
     Raises
     ------
@@ -111,11 +111,11 @@ def _require_workers(client: "Client", scheduler: str) -> None:
 
 
 def run_fleet(client: "Client", tasks: Sequence[FleetTask], on_record: OnRecord) -> None:
-    """Work on every task; ``on_record`` receives each record as soon as it is there.
+    """Work on every task; ``on_record`` receives each record at once.
 
-    A worker that is lost leaves its session to another one. A session at which several workers were
-    lost, or one that shows a bug, has a record of its own with the exit code 1; it is not kept, so
-    that the next run tries it again.
+    The session of a lost worker goes to another one. A session that lost several workers, or that
+    shows a bug, has a record of its own with the exit code 1; it is not kept, so that the next run
+    tries it again.
     """
     from distributed import as_completed
 

@@ -1,4 +1,4 @@
-"""When all sensors of a lot are done: the table, what it shows, and what a fleet run prints."""
+"""End of a fleet run: the table, the statistics of the lot, and the printed summary."""
 
 import json
 from collections import Counter
@@ -42,12 +42,12 @@ MEANING = {
     UNDETERMINED: "the data do not determine the result",
     FIT_FAILED: "the fit failed its own check",
 }
-"""What the exit codes of sessions that were not calibrated mean."""
+"""Meanings of the exit codes of sessions that were not calibrated."""
 
 
 @dataclass(frozen=True, eq=False)
 class FleetSummary:
-    """What a lot shows.
+    """Summary of a lot.
 
     ``table`` of all sessions, what the lot shows of each triad, the median ``seconds`` of each
     stage of a session, ``notes`` for the terminal.
@@ -67,7 +67,7 @@ class FleetSummary:
 
 
 def require_own_lot(output: Path) -> None:
-    """Refuse a folder whose files a fleet run would replace and did not write.
+    """Refuse a folder with files that a fleet run would replace and did not write.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def finish_fleet(
 ) -> FleetSummary:
     """Write table, population and page of ``records``; with links to ``reports`` if there are.
 
-    ``limits`` are what its sensors are to keep.
+    ``limits`` are those of its sensors.
 
     Raises
     ------
@@ -160,7 +160,7 @@ def _typical_seconds(records: Sequence[SessionRecord]) -> dict[str, float]:
 
 
 def fleet_lines(summary: FleetSummary) -> Iterator[str]:
-    """How many sessions were calibrated, why others were not, the verdicts, and what it cost."""
+    """Number of calibrated sessions, reasons of the others, the verdicts, and the cost."""
     table, codes = summary.table, summary.exit_codes
     sessions, sensors = table["session"].nunique(), table["sensor"].nunique()
     yield (f"{count(sessions, 'session')} of {count(sensors, 'sensor')}: "

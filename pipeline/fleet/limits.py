@@ -1,8 +1,7 @@
 """Pass and fail of a lot: limits on columns of its table, with a guard band of their sds.
 
-A value passes where it is within the limit by more than its uncertainty, fails where it is beyond
-by more, and between the two nothing is decided (ISO/IEC 17025, 7.8.6: the rule stands beside the
-result).
+A value passes if it is within the limit by more than its uncertainty, fails if it is beyond by
+more, and is undecided in between (ISO/IEC 17025, 7.8.6: the rule is stated with the result).
 """
 
 from collections import Counter
@@ -139,7 +138,7 @@ def _sd_name(name: str) -> str:
 def _judged(
     limit: ColumnLimit, name: str, value: float, sd: float, guard: float
 ) -> tuple[str, str]:
-    """Whether one value passes, and what to say of it where it does not."""
+    """Whether one value passes, and a message if it does not."""
     if not isfinite(value):
         return (PASS, "") if name.startswith(f"{SIZE}_") else (OPEN, f"{name} is not known")
     band = guard * sd if isfinite(sd) else 0.0
@@ -156,7 +155,7 @@ def _judged(
 
 
 def limit_lines(table: "DataFrame") -> Iterator[str]:
-    """How many rows pass and which do not, for the terminal and the page."""
+    """Numbers of rows that pass and names of those that do not, for the terminal and the page."""
     if "limits" not in table:
         return
     stated = [text for text in table["limits"] if text]

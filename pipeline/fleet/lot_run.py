@@ -1,4 +1,4 @@
-"""A lot in one table: every sensor calibrated, one table of them, and what the lot is missing."""
+"""A lot in one table: the calibration of every sensor, and the effects that the lot lacks."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -33,7 +33,7 @@ Stations = tuple[dict[str, tuple[float, float]], RandomEffects]
 def run_lot(sets: LotSets, output: Path, limits: Limits | None = None) -> FleetSummary:
     """Calibrate the sensors of a table, and write table, population and page.
 
-    ``limits`` are what its sensors are to keep.
+    ``limits`` are those of its sensors.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _frame(triad: Triad, sensors: Sequence[str], **columns: Any) -> "DataFrame":
 
 
 def _stations(rows: "DataFrame") -> Stations | None:
-    """How far the gains of each station stand from the lot's; None where there are not two."""
+    """Deviation of the gains of each station from the lot's; None where there are not two."""
     used = rows[rows["exit_code"] == DONE]
     if not len(used) or not used["station"].any():
         return None

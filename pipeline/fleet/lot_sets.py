@@ -1,8 +1,8 @@
 """From the rows of a table to the pose sets of a triad, sensor by sensor.
 
-The first sensor of a sequence of poses goes the way of a session (:mod:`pipeline.stages`): its
+The first sensor with a sequence of poses is processed as a session (:mod:`pipeline.stages`): its
 references, sds and checks are those of ``pipeline run``. Another with the same poses in the same
-runs differs from it in what was measured, and in nothing else.
+runs differs from it in its measurements alone.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -75,7 +75,7 @@ Pattern = tuple[tuple[str, ...], tuple[str, ...]]
 
 @dataclass(frozen=True, eq=False)
 class _Example:
-    """The poses of one sensor as a session makes them, and which row each of them is (n,)."""
+    """The poses of one sensor as in a session, and the row of each of them (n,)."""
 
     poses: PoseSet
     rows: IntArray
@@ -177,7 +177,7 @@ class LotSets:
         return block
 
     def _corrections(self, block: Sequence[SensorPoses]) -> dict[str, Correction]:
-        """What corrects the accelerometers of a block, by sensor."""
+        """Corrections of the accelerometers of a block, by sensor."""
         spec, model = self.spec("accelerometer"), self.model("accelerometer")
         return {
             block[int(i)].sensor: Correction(
@@ -188,7 +188,7 @@ class LotSets:
         }
 
     def _example(self, triad: Triad, rows: SensorRows) -> _Example | str:
-        """The poses of a sensor as a session makes them; why there are none."""
+        """The poses of a sensor as in a session, or the reason why there are none."""
         specs = {name: self.spec(name) for name in self.triads}
         means = tabled_poses(rows.pose, rows.numbers, specs)
         recordings, places = {}, {}
@@ -223,7 +223,7 @@ class LotSets:
     def _measured(
         self, triad: Triad, example: _Example, rows: SensorRows, accelerometer: Correction | None
     ) -> PoseSet:
-        """The example with what this sensor measured."""
+        """The example with the measurements of this sensor."""
         at, poses = example.rows, example.poses
         reading, sd = self._nominal(triad, rows)
         force = poses.force
@@ -248,13 +248,13 @@ class LotSets:
 
 
 def _begin(rows: SensorRows) -> float:
-    """When the session of a sensor began, s; 0 where no time is stated."""
+    """Start of the session of a sensor, s; 0 where no time is stated."""
     time_s = rows.numbers.get(TIME, np.zeros(1))
     return float(np.nanmin(time_s)) if np.isfinite(time_s).any() else 0.0
 
 
 def _covariates(rows: SensorRows) -> dict[str, FloatArray]:
-    """Logged columns (n,) beside time, means and sds."""
+    """Logged columns (n,) besides time, means and sds."""
     return {name: values for name, values in rows.numbers.items() if not is_read(name)}
 
 

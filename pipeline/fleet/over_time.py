@@ -1,4 +1,4 @@
-"""A sensor over time: what moved between its sessions, and when to calibrate it again.
+"""A sensor over time: changes between its sessions, and when to calibrate it again.
 
 The comparison and the pace are those of `pipeline compare`
 (:mod:`pipeline.results.comparison`, :mod:`pipeline.results.ageing`).
@@ -68,7 +68,7 @@ class SensorOverTime:
 
     @property
     def in_words(self) -> str:
-        """What moved, and when to calibrate again."""
+        """The changes, and when to calibrate again, in words."""
         limit = f"{self.limit_sd:.1f} sds, which chance exceeds in 1 of 100 sensors"
         far = ", ".join(f"{one.name} by {sds_text(_farthest(one), '+')}" for one in self.moved)
         text = with_minus_signs(f"These moved by more than {limit}: {far}." if far
@@ -111,7 +111,7 @@ class SensorOverTime:
 
     @property
     def as_json(self) -> Json:
-        """The same for programs."""
+        """The same data for programs."""
         return {
             "sessions": list(self.sessions), "days": numbers(self.days),
             "limit_sd": self.limit_sd,
@@ -121,7 +121,7 @@ class SensorOverTime:
 
 
 def sensors_over_time(population: TriadPopulation, output: Path) -> Iterator[SensorOverTime]:
-    """The sensors of a lot with several sessions whose results stand in ``output``.
+    """The sensors of a lot with several sessions whose results are in ``output``.
 
     Those whose sessions differ most come first, and at most ``MOST_SENSORS``.
     """

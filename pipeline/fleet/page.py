@@ -129,7 +129,7 @@ def fleet_html(
 def _triad_view(
     population: TriadPopulation, over_time: Sequence[SensorOverTime], reports: bool
 ) -> dict[str, Any]:
-    """What the page shows of one triad."""
+    """Contents of the page on one triad."""
     verdicts = Counter(population.rows["verdict"])
     named = Counter(name for missing in population.rows["missing"]
                     for name in missing.split(" + ") if name)
@@ -158,7 +158,7 @@ def _triad_view(
 
 
 def _effect_rows(population: TriadPopulation, named: Counter[str]) -> list[dict[str, Any]]:
-    """Each candidate: in how many sessions it is named, and what the pool says; strongest first."""
+    """Each candidate: the sessions that name it, and the pool's result; strongest first."""
     pooled = population.pool
     best: dict[str, PooledTrial] = {}
     for one in pooled.candidates if pooled else ():
@@ -195,7 +195,7 @@ def _histogram_view(spread: Spread, population: TriadPopulation) -> dict[str, An
 
 
 def _deviation_unit(spread: Spread, population: TriadPopulation) -> tuple[str, float]:
-    """The unit in which sensors differ in a parameter, and how many of it one of its own is.
+    """Unit in which sensors differ in a parameter, and its number in one unit of the parameter.
 
     mm/s² or °/s of a bias, per cent of a gain: by the median gain of the axis over the lot.
     """
@@ -208,7 +208,7 @@ def _deviation_unit(spread: Spread, population: TriadPopulation) -> tuple[str, f
 
 
 def _unlike(population: TriadPopulation, reports: bool) -> tuple[list[dict[str, Any]], int]:
-    """Sensors unlike the lot with all its parameters, the most distant first, and how many are."""
+    """Sensors unlike the lot with all its parameters, the most distant first, and their number."""
     farthest = np.zeros(len(population.sensors))
     for spread in population.spreads:
         farthest = np.maximum(farthest, np.where(spread.unlike, np.abs(spread.distance), 0.0))

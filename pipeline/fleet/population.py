@@ -1,4 +1,4 @@
-"""What the table and the evidence of all sessions show of a lot, triad by triad."""
+"""Statistics of a lot from the table and the evidence of all sessions, triad by triad."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -62,7 +62,7 @@ Pooled = Callable[[str, "DataFrame"], Pool | None]
 
 
 def populations_of(table: "DataFrame", pooled: Pooled) -> tuple[TriadPopulation, ...]:
-    """Every triad of which a session was calibrated; ``pooled`` says what its lot is missing."""
+    """Every triad that a session calibrated; ``pooled`` gives the effects that its lot lacks."""
     done = table["exit_code"] == DONE
     return tuple(_population(triad, rows, pooled) for triad in TRIAD_KINDS
                  if len(rows := table[done & (table["triad"] == triad)]))
@@ -87,7 +87,7 @@ def _population(triad: str, calibrated: "DataFrame", pooled: Pooled) -> TriadPop
 
 
 def _distinct(rows: "DataFrame") -> "tuple[DataFrame, dict[str, str]]":
-    """Rows with measurements of their own; names of the others with whose they repeat.
+    """Rows with measurements of their own; names of the others with those they repeat.
 
     No two measurements give the same chi-square and parameters to the last bit.
     """
@@ -101,7 +101,7 @@ def _distinct(rows: "DataFrame") -> "tuple[DataFrame, dict[str, str]]":
 
 
 def population_json(populations: Iterable[TriadPopulation]) -> Json:
-    """The same for programs: SI units and those of results.json; null for what is not known."""
+    """The same data for programs: SI units and those of results.json; null for unknown values."""
     return {one.triad: _triad_json(one) for one in populations}
 
 

@@ -1,4 +1,4 @@
-"""What one session leaves in its folder for the fleet: its rows, what they cost, and its evidence.
+"""Files of one session for the fleet: its rows, their cost, and its evidence.
 
 A record is written last, with the digest of the session's inputs. A later run with the same digest
 keeps it.
@@ -26,7 +26,7 @@ SESSIONS_FOLDER = "sessions"
 
 @dataclass(frozen=True, slots=True)
 class SessionRecord:
-    """What a fleet keeps of one session.
+    """Record of one session for the fleet.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class SessionRecord:
 
 
 def folder_of(output: Path, name: str) -> Path:
-    """Where the results of the session called ``name`` stand."""
+    """Folder of the results of the session called ``name``."""
     return output / SESSIONS_FOLDER / name
 
 
@@ -74,7 +74,7 @@ def kept_record(output: Path, name: str) -> SessionRecord | None:
 
 
 def evidence_path(output: Path, name: str, triad: str) -> Path:
-    """Where the evidence of one triad of a session stands."""
+    """Path of the evidence of one triad of a session."""
     return folder_of(output, name) / f"evidence_{triad}.npz"
 
 
@@ -109,7 +109,7 @@ def kept_evidence(path: Path) -> Evidence | None:
 def evidence_blocks(
     sessions: Iterable[tuple[str, str]], triad: str, output: Path
 ) -> Iterator[LotEvidence]:
-    """The evidence that is kept of sessions, so many at once that memory holds them.
+    """The stored evidence of sessions, in blocks that fit into memory.
 
     ``sessions`` are pairs of a session's name and its sensor's.
     """

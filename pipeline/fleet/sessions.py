@@ -1,4 +1,4 @@
-"""Which sessions a pattern stands for, what each is called, and which sensor it is of."""
+"""The sessions that match a pattern, their names, and their sensors."""
 
 import os
 import re
@@ -67,7 +67,7 @@ def find_sessions(pattern: str) -> tuple[FleetSession, ...]:
 
 
 def named_sessions(configs: Sequence[str]) -> tuple[FleetSession, ...]:
-    """The sessions of these configurations, as a shell lists them for a pattern without quotes.
+    """The sessions of these configurations, listed by a shell for a pattern without quotes.
 
     Raises
     ------

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 
 SIZE, SIZE_SD = "size", "size_sd"
-"""Before the name of an effect: columns with its largest parameter, SI, and the sd of that."""
+"""Prefixes of the name of an effect: columns with its largest parameter, SI, and the sd of that."""
 
 
 def rows_of_results(session: FleetSession, results: ResultsFile) -> tuple[Row, ...]:
@@ -42,7 +42,7 @@ def rows_of_results(session: FleetSession, results: ResultsFile) -> tuple[Row, .
 def rows_of_failure(
     session: FleetSession, config: Config | None, exit_code: int, reason: str
 ) -> tuple[Row, ...]:
-    """A row for each triad that was to be calibrated, or one, with the reason why it is not."""
+    """A row for each triad of the session, or one, with the reason why it is not calibrated."""
     triads = [] if config is None else list(config.triads)
     return tuple(_head(session, triad) | {"exit_code": exit_code, "reason": one_line(reason)}
                  for triad in (triads or [""]))
@@ -94,7 +94,7 @@ PARAMETER_NAMES = tuple(f"{key}_{axis}" for key in PARAMETERS for axis in AXES)
 
 
 def require_libraries() -> None:
-    """Refuse before anything slow where a library is not installed.
+    """Refuse, before anything slow, if a library is not installed.
 
     Raises
     ------
@@ -109,8 +109,7 @@ def require_libraries() -> None:
 
 
 def fleet_table(parts: "Iterable[DataFrame]") -> "DataFrame":
-    """All rows of a lot, by session and triad, each with every column; NaN where it has no value.
-    """
+    """All rows of a lot, by session and triad, with the same columns; NaN where it has no value."""
     from pandas import RangeIndex, concat
 
     table = concat(parts, ignore_index=True)
@@ -140,7 +139,7 @@ def column(table: "DataFrame", name: str) -> FloatArray:
 def write_table(table: "DataFrame", output: Path) -> None:
     """Write ``fleet.parquet``, and ``fleet.csv`` of a lot that is not too large for it.
 
-    In CSV what has no value is empty, and no text is run as a formula.
+    In CSV missing values are empty, and no text is run as a formula.
     """
     from pandas.api.types import is_numeric_dtype
 

@@ -1,4 +1,4 @@
-"""What a lot shows, in words: for the page and for the terminal."""
+"""Results of a lot in words: for the page and for the terminal."""
 
 from calib.diagnosis.population.pool import FALSE_ALARM, PooledEffect
 from calib.diagnosis.population.random_effects import RandomEffects
@@ -8,11 +8,11 @@ from pipeline.fleet.population import TriadPopulation
 from pipeline.text.formatting import count
 
 CLEAR_SDS = 2.0
-"""Sds from zero from which a size is quoted as one; derived: 95 % of a normal distribution."""
+"""Size in sds from which it is quoted; derived: 95 % of a normal distribution."""
 
 
 def pool_headline(population: TriadPopulation) -> str:
-    """What is missing in the lot, by name."""
+    """Effects that the lot lacks, by name."""
     pooled = population.pool
     if pooled is None or not pooled.effects:
         return pool_text(population)
@@ -20,7 +20,7 @@ def pool_headline(population: TriadPopulation) -> str:
 
 
 def pool_text(population: TriadPopulation) -> str:
-    """What is missing in the lot, or that nothing is, in one paragraph."""
+    """Effects that the lot lacks, or that it lacks none, in one paragraph."""
     pooled = population.pool
     if pooled is None:
         return "No evidence of single sessions is kept, so nothing was pooled."
@@ -33,7 +33,7 @@ def pool_text(population: TriadPopulation) -> str:
 
 
 def p_text(p_value: float) -> str:
-    """A probability as one says it.
+    """A probability as usually written.
 
     >>> p_text(0.25), p_text(3e-7), p_text(0.0)
     ('0.25', '3e-07', 'below 1e-300')
@@ -42,7 +42,7 @@ def p_text(p_value: float) -> str:
 
 
 def effect_text(effect: PooledEffect) -> str:
-    """One effect that is missing in the lot."""
+    """One effect that the lot lacks."""
     form = ("of one size in all sensors" if effect.evidence.p_common < effect.evidence.p_any
             else "of sizes that differ between sessions")
     return (f"{_named(effect)} is missing, {form}, p {p_text(effect.evidence.p_value)}. "
@@ -86,7 +86,7 @@ def parameter_name(name: str) -> str:
 
 
 def copies_text(population: TriadPopulation) -> str:
-    """How many sessions repeat another one; empty where none does."""
+    """Number of sessions that repeat another one; empty where none does."""
     if not population.copies:
         return ""
     copy, original = next(iter(population.copies.items()))
@@ -96,7 +96,7 @@ def copies_text(population: TriadPopulation) -> str:
 
 
 def is_unrepeatable(population: TriadPopulation) -> bool:
-    """Whether the sessions of a sensor differ by more than is stated."""
+    """Whether the sessions of a sensor differ by more than their sds."""
     repeats = population.repeats
     return any(repeat.p_value * len(repeats) < FALSE_ALARM for repeat in repeats)
 

@@ -43,7 +43,7 @@ from pipeline.text.names import program_version
 from vision.errors import VisionError
 
 RECORD_FORMAT = 2
-"""Raise it whenever a record holds other things than before."""
+"""Raise it whenever the contents of a record change."""
 
 
 def input_digest(config: Config, allow_python: bool, reports: bool) -> str:
@@ -85,7 +85,7 @@ STAGES: Mapping[type, str] = {
 
 @dataclass(frozen=True)
 class FleetTask:
-    """What a worker is to do: one session, where the fleet's results go, and how.
+    """Task of a worker: one session, the fleet's folder of results, and options.
 
     ``allow_python`` lets Python effects run; ``reports`` writes report.html of each session.
     """
@@ -104,21 +104,21 @@ class StageClock:
         self._since = time.process_time()
 
     def lap(self, stage: str) -> None:
-        """The stage has ended; the next begins."""
+        """End the stage; the next begins."""
         now = time.process_time()
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._since
         self._since = now
 
     def on_result(self, result: StageResult) -> None:
-        """A stage has made its result."""
+        """Note that a stage has its result."""
         self.lap(result.triad if isinstance(result, TriadResult) else STAGES[type(result)])
 
 
 def work_on(task: FleetTask) -> SessionRecord:
     """The record of a session; made now, unless one of the same inputs is kept.
 
-    A session that is refused or cannot be read has a record with the reason. An exception that is
-    not expected is a bug and is raised.
+    A session that is refused or cannot be read has a record with the reason. An unexpected
+    exception is a bug and is raised.
     """
     session = task.session
     config, key = None, ""

@@ -1,4 +1,4 @@
-"""Numbers and units as people read them; everything else is in SI units."""
+"""Numbers and units for people; everything else is in SI units."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ NAME_WIDTH = 15  #: width of a stage's name at the beginning of its line
 
 
 def relative(value: float) -> str:
-    """A relative size in the unit one would say: ppm, or per cent from 0.1 % on.
+    """A relative size in its usual unit: ppm, or per cent from 0.1 % on.
 
     >>> relative(1e-4), relative(2.34e-6), relative(0.0123)
     ('100 ppm', '2.3 ppm', '1.2 %')
@@ -30,7 +30,7 @@ def count(n: int, noun: str) -> str:
 
 
 def with_minus_signs(text: str) -> str:
-    """Numbers in ``text`` as print sets them.
+    """``text`` with typographic minus signs in numbers.
 
     >>> with_minus_signs("-0.12 ± 0.03")
     '−0.12 ± 0.03'
@@ -39,7 +39,7 @@ def with_minus_signs(text: str) -> str:
 
 
 def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) -> str:
-    """How much of a predicted error no pose has measured, as the end of a clause; may be empty.
+    """Share of a predicted error that no pose has measured, as the end of a clause; may be empty.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) ->
 
 
 def short_model(names: Sequence[str]) -> str:
-    """A model's name: the paper's nine parameters, and what was added to them."""
+    """A model's name: the paper's nine parameters, and the added effects."""
     from calib.effects.catalogue import BASE  # all effects, of which a clip's rate needs none
 
     added = [f"+ {name}" for name in names if name not in BASE]
@@ -74,6 +74,6 @@ FEWEST_LETTERS = 3  #: letters of a name that is shortened; layout
 
 
 def shortened(name: str, most: int) -> str:
-    """``name`` in at most so many letters, three at least, with the sign of what is left out."""
+    """``name`` in at most so many letters, three at least, with a sign of omission."""
     most = max(most, FEWEST_LETTERS)
     return name if len(name) <= most else f"{name[: most - 1]}…"

@@ -1,4 +1,4 @@
-"""Text out of files, made safe for what it is written into: nothing hidden, nothing obeyed."""
+"""Text from files, made safe for its target: nothing hidden, nothing executed."""
 
 import re
 

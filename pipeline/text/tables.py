@@ -1,4 +1,4 @@
-"""Text in the width that the terminal has: wrapped, and as tables in columns that line up."""
+"""Text in the width of the terminal: wrapped, and as tables with aligned columns."""
 
 import os
 import sys
@@ -15,8 +15,8 @@ NARROWEST = 40  #: columns that they use at least
 def terminal_columns(stream: "TextIO | None" = None) -> int | None:
     """Columns of the terminal behind ``stream`` (default: standard output); None without one.
 
-    ``COLUMNS`` in the environment counts before what the terminal says of itself. A terminal that
-    says nothing has no width.
+    ``COLUMNS`` in the environment overrules the terminal's own width. A terminal that reports none
+    has no width.
     """
     stream = sys.stdout if stream is None else stream
     try:
@@ -39,7 +39,7 @@ def prose_width() -> int | None:
 def wrapped(text: str, width: int, indent: str = "") -> list[str]:
     """``text`` in lines of at most ``width`` columns, cut between words only.
 
-    ``indent`` stands before every line but the first. The standard library's ``textwrap`` imports
+    ``indent`` precedes every line but the first. The standard library's ``textwrap`` imports
     ``re``, which takes as long as everything else that ``pipeline --help`` does.
 
     >>> wrapped("one two three", 7)
@@ -91,7 +91,7 @@ def _row(row: Sequence[str], widths: Sequence[int], indent: str) -> str:
 def _wrapped_row(
     row: Sequence[str], widths: Sequence[int], indent: str, room: int
 ) -> Iterator[str]:
-    """A row whose last cell continues under itself."""
+    """A row whose last cell continues below itself."""
     *cells, last = row
     first, *more = wrapped(last, room) if len(row) == len(widths) else [last]
     yield _row([*cells, first], widths, indent)

@@ -1,1 +1,1 @@
-"""What the readings of one stretch of a log show."""
+"""Statistics of the readings of one stretch of a log."""

@@ -1,9 +1,10 @@
-"""A pose cut into equal stretches: what their means, their scatter and their extremes say of it.
+"""A pose cut into equal stretches: their means, their scatter and their extremes.
 
 A hand, a gimbal or a soft support lets a still sensor turn by some tenths of a degree. Its
-gyroscope reads that: the mean over a pose of length T is the bias and Δθ/T, which no scatter within
-the pose shows where it turns steadily. The accelerometer sees two of the three components, as the
-change of gravity's direction; about the vertical the pose turns unseen, and is taken to turn alike.
+gyroscope measures that: the mean over a pose of length T is the bias and Δθ/T, which the scatter
+within the pose does not show if it turns steadily. The accelerometer sees two of the three
+components, as the change of gravity's direction; the rotation about the vertical is unseen, and is
+assumed to be of the same size.
 """
 
 from functools import lru_cache
@@ -19,7 +20,7 @@ variance better; six have five degrees of freedom."""
 
 PARTS = 2 * BATCHES
 """Number of parts of a pose. Derived: half a batch each, so that noise which ends within one is
-told from what lasts longer (:mod:`calib.poses.averaging.correlation`), and motion shows."""
+separated from slower noise (:mod:`calib.poses.averaging.correlation`), and motion shows."""
 
 SHORTEST_SAMPLES = PARTS  #: samples of a pose; derived: one in each part
 
@@ -36,7 +37,7 @@ def batch_variance(values: FloatArray, count: int) -> FloatArray:
 
 
 SEEN_CHI2 = 13.8
-"""Chi-square of two components: noise alone makes as much once in a thousand poses. Derived."""
+"""Chi-square of two components: noise alone exceeds it once in a thousand poses. Derived."""
 
 
 def creep_rate(batches: FloatArray, duration_s: float) -> float:
@@ -56,7 +57,7 @@ def creep_rate(batches: FloatArray, duration_s: float) -> float:
     up = mean / size
     change = batches[-1] - batches[0]
     across = change - up * (up @ change)
-    # Second differences: neither a steady turn nor a step of the attitude enters their noise much.
+    # Second differences: neither a steady turn nor a step of the attitude affects their noise much.
     second = np.diff(batches, n=2, axis=0)
     of_change = 2 * float(np.median(second**2)) / MEDIAN_OF_NORMAL**2 / 6
     square = float(across @ across)
@@ -94,6 +95,6 @@ def envelope(values: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=16)
 def _starts(samples: int) -> IntArray:
-    """Where the stretches of a pose begin; the poses of a session have few different lengths."""
+    """Starts of the stretches of a pose; the poses of a session have few different lengths."""
     count = min(samples, STRETCHES)
     return np.linspace(0, samples, count, endpoint=False).astype(np.int64)

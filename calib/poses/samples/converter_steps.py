@@ -1,4 +1,4 @@
-"""The steps of a converter, as the values of a log show them, and what they do to a mean."""
+"""The steps of a converter, as the values of a log show them, and their effect on a mean."""
 
 from functools import lru_cache
 
@@ -16,10 +16,10 @@ STEP_TERMS = 100
 """The series is within 0.6 % of Δ²/12 without noise, and exact with any. Numerical."""
 
 LEAST_NOISE, MOST_NOISE, NOISES = 0.001, 0.9, 100
-"""Noises of a sample in steps, each as likely as the next, 7 % apart: from none to where steps do
-nothing. Numerical."""
+"""Noises of a sample in steps, all equally likely, 7 % apart: from none to where steps have no
+effect. Numerical."""
 BY_CHANCE = 0.1
-"""Samples of a pose a step off whatever the noise: one in ten poses has one. A judgement."""
+"""Samples of a pose that are a step off in any noise: one in ten poses has one. A judgement."""
 PLACES = 100  #: within half a step; the scatter is tabulated there; numerical
 
 SAME_PLACE = 0.25
@@ -46,7 +46,7 @@ def value_steps(values: FloatArray) -> FloatArray:
 
 
 def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
-    """One count, or one of the last decimal that the first of ``values`` (t, 3) has, (3,).
+    """One count, or one unit of the last decimal of the first of ``values`` (t, 3), (3,).
 
     In the same unit.
     """
@@ -54,7 +54,7 @@ def least_steps(values: FloatArray, spec: TriadSpec) -> FloatArray:
 
 
 def printed_unit(values: FloatArray) -> FloatArray:
-    """One of the last decimal that the values of each column have.
+    """One unit of the last decimal of the values of each column.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def printed_unit(values: FloatArray) -> FloatArray:
 
 
 def step_variance(step: FloatArray, noise: FloatArray) -> FloatArray:
-    """Variance of a mean by the converter's steps, over where between two steps the truth lies.
+    """Variance of a mean by the converter's steps, over positions of the truth between two steps.
 
     The mean of rounded samples with noise of sd σ misses the truth x by a periodic function of x
     (Widrow & Kollár, *Quantization Noise*, 2008, its Fourier series), of the variance
@@ -103,11 +103,11 @@ def step_variance(step: FloatArray, noise: FloatArray) -> FloatArray:
 def step_variance_seen(
     step: FloatArray, scatter: FloatArray, above: FloatArray, samples: FloatArray
 ) -> FloatArray:
-    """Variance of the means of a run by the converter's steps, averaged over the noise it may have.
+    """Variance of the means of a run by the converter's steps, averaged over its possible noise.
 
-    How much the samples of a pose scatter depends on where between two steps its mean lies: in the
-    middle between two they show nothing of a noise below a third of a step, near one of them all of
-    it. What they show of the noise is one likelihood over all poses of the run.
+    The scatter of a pose's samples depends on the position of its mean between two steps: in the
+    middle they show nothing of a noise below a third of a step, near a step all of it. The samples
+    of all poses of the run give one likelihood of the noise.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def step_variance_seen(
 
 @lru_cache(maxsize=1)
 def _scatters() -> tuple[FloatArray, FloatArray]:
-    """Noises (s,) in steps, and the scatter (s, PLACES + 1) of samples by where their mean lies."""
+    """Noises (s,) in steps, and scatter (s, PLACES + 1) of samples by position of their mean."""
     from scipy.special import ndtr  # measuring a clip loads this module and needs no SciPy
 
     noises = np.geomspace(LEAST_NOISE, MOST_NOISE, NOISES)
@@ -154,11 +154,11 @@ def _scatters() -> tuple[FloatArray, FloatArray]:
 
 
 def same_place(values: FloatArray, step: FloatArray) -> FloatArray:
-    """Number of poses that lie in the same place between two steps of their axis, (n, 3).
+    """Number of poses at the same position between two steps of their axis, (n, 3).
 
-    What the steps do to their means is common to them and does not average down: the bias of a
-    gyroscope is read in one place in all poses at rest. Multiplied by this number, the variance of
-    each is that of a common error, as far as their mean goes.
+    The effect of the steps on their means is common to them and does not average down: the bias of
+    a gyroscope is read at one position in all poses at rest. Multiplied by this number, the
+    variance of each is that of a common error, as far as their mean is concerned.
 
     Parameters
     ----------

@@ -1,15 +1,15 @@
-"""What a sensor reads in step with the plate that it turns on: its waves once and twice per turn.
+"""Waves of a sensor in step with the plate on which it turns, once and twice per turn.
 
 On a plate that leans gravity turns in the sensor's axes, a wave of g sin(tilt) once per turn. The
 readings of a pose are fitted, at the angles of the plate, by
 
     y = y_0 + Σ_h (a_h cos hθ + b_h sin hθ) + d t,   h = 1, 2
 
-The angle is the integral of what the gyroscope reads along the axis of the plate, so that wow does
+The angle is the integral of the gyroscope's reading along the axis of the plate, so that wow does
 not spread a wave over its neighbours, and the known rate where there is no gyroscope. The sd of an
-amplitude is by the power of what is left beside the wave in the spectrum: correlated noise has
-another power there than in the mean. The fit takes a share of that power, and the line makes an
-amplitude less certain: white noise tells by how much.
+amplitude follows from the power of the residual beside the wave in the spectrum: correlated noise
+has a different power there than in the mean. The fit removes a share of that power, and the line
+makes an amplitude less certain: white noise shows by how much.
 """
 
 import math
@@ -22,23 +22,23 @@ from calib.poses.imu_log import FloatArray
 
 HARMONICS = (1, 2)  #: per turn; fact: tilt once, ellipticity twice
 NEIGHBOURS = (-2, -1, 1, 2)
-"""Waves more than there are turns, whose power is the noise. Derived: alike on both sides, so that
-a spectrum that falls in between is not mistaken."""
+"""Waves beyond the number of turns whose power is the noise. Derived: symmetric, so that a spectrum
+that falls in between is not mistaken."""
 
 FEWEST_TURNS = 3
 """Number of turns of a pose that shows a wave. Derived: the lowest neighbour then is one wave per
 pose."""
 
-RATE_STEPS = 4  #: numerical limit: each squares what is left of the error
+RATE_STEPS = 4  #: numerical limit: each squares the remaining error
 RIGHT_RATE = 2e-3
 """Relative. Derived: over five turns the wave is then out of step by less than a sixteenth of a
-radian at the ends, and what is left of it looks like noise of a hundredth."""
+radian at the ends, and its remainder looks like noise of a hundredth."""
 LARGEST_RATE_ERROR = 0.04
 """Relative. Fact: gains of gyroscopes lie within it; another speed of the plate is farther."""
 LEAST_WAVE_M_S2 = 0.2  #: m/s²; derived: a plate that leans by a degree
 
 LARGEST_WOW = 0.2
-"""Share of the rate: a plate that varies by more, or a gyroscope that is far off, does not tell the
+"""Share of the rate: a plate that varies by more, or a gyroscope that is far off, does not give the
 angle. A judgement."""
 
 
@@ -110,7 +110,7 @@ def rate_in_step(force: FloatArray, time_s: FloatArray, rate_rad_s: float) -> fl
     rate = rate_rad_s
     for _ in range(RATE_STEPS):
         turn = 2 * math.pi / (rate * step_s)  # samples
-        # Over whole turns the waves that go round the other way, and twice, average out.
+        # Over whole turns the waves that rotate the other way, and twice, average out.
         part = round(len(time_s) / turn // 2 * turn)
         if not part:
             return rate_rad_s

@@ -1,4 +1,4 @@
-"""What may be typed: paths that a system can have, and numbers that are finite."""
+"""Types of arguments: paths that a system can have, and finite numbers."""
 
 import math
 from pathlib import Path
@@ -8,7 +8,7 @@ import click
 
 from pipeline.files import LONGEST_NAME
 
-CONFIG_NAME = "config.yaml"  #: what `pipeline init` writes
+CONFIG_NAME = "config.yaml"  #: file that `pipeline init` writes
 LISTED = 5  #: files of a folder that a message names
 SHOWN = 60  #: characters of a wrong argument that a message repeats
 LONGEST_S = 86_400.0  #: a day; a longer duration is a slip of the keyboard
@@ -34,7 +34,7 @@ class PathArgument(click.Path):
 
 
 class ConfigArgument(PathArgument):
-    """The file of a configuration, or the folder that it stands in as ``config.yaml``."""
+    """The file of a configuration, or the folder that contains it as ``config.yaml``."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path of the file; in a folder the ``config.yaml`` or the only YAML file."""
@@ -55,7 +55,7 @@ class Finite(click.FloatRange):
     """A finite number within limits."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The number; ``nan``, ``inf`` and what lies outside the limits are refused."""
+        """The number; ``nan``, ``inf`` and numbers outside the limits are refused."""
         number = super().convert(value, param, ctx)
         if not math.isfinite(number):
             self.fail(f"{value} is no finite number.", param, ctx)
@@ -68,7 +68,7 @@ HEIGHT_M = Finite(min=-500, max=9000)  #: range of places on land
 
 
 def ask_latitude() -> float | None:
-    """Ask for the latitude of the site in degrees; None where it is left out."""
+    """Ask for the latitude of the site in degrees; None if it is left out."""
     latitude: float | None = click.prompt(
         "Latitude of your site in degrees (Enter leaves it out)", default="",
         show_default=False, err=True, value_proc=_latitude)

@@ -34,7 +34,7 @@ from pipeline.text.names import command
 
 @dataclass(frozen=True)
 class Manner:
-    """How the runs are made and shown; ``quiet`` leaves out progress and tables."""
+    """Settings of the runs and their display; ``quiet`` leaves out progress and tables."""
 
     allow_python: bool
     quiet: bool
@@ -70,7 +70,7 @@ def change_and_show(
 ) -> None:
     """Change the model by ``targets``, one after the other; print each and write the last.
 
-    A target that is refused leaves the configuration as it was before the first.
+    If a target is refused, the configuration stays as it was before the first.
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
@@ -86,7 +86,7 @@ def change_and_show(
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
             manner.show(changes[-1])
-        if not (folder / HISTORY_NAME).exists():  # the history begins with what was before
+        if not (folder / HISTORY_NAME).exists():  # the history begins with the model before
             write_session(folder, outputs_of(changes[0].before, folder))
         _write(changes[0].before.config, changes[-1].after, folder)
     if anyway:
@@ -105,16 +105,16 @@ def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
             for line in exclusion_lines(before, after):
                 click.echo(line)
             click.echo()
-        if not (folder / HISTORY_NAME).exists():  # the history begins with what was before
+        if not (folder / HISTORY_NAME).exists():  # the history begins with the poses before
             write_session(folder, outputs_of(before, folder))
         _write(config, after, folder)
     _finish(after, folder, manner.quiet)
 
 
 def add_until_settled(path: Path, manner: Manner) -> None:
-    """Add what the diagnosis names, or discovery finds where it names nothing, again and again.
+    """Add effects that the diagnosis names, or else that discovery finds, again and again.
 
-    What does not lower the error expected in new attitudes is not kept.
+    An effect that does not lower the expected error in new attitudes is not kept.
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
@@ -155,7 +155,7 @@ def _why_unchanged(outcome: Outcome) -> str:
 
 
 def _write(before: Config, after: Outcome, folder: Path) -> None:
-    """The configuration and its results change together."""
+    """Write the configuration and its results together."""
     write_session(folder, outputs_of(after, folder), before, after.config.source.text)
 
 

@@ -38,7 +38,7 @@ def quiet_option(printed: str) -> Decorated:
 
 
 def say(text: str, *, err: bool = False, **face: str | bool) -> None:
-    """Print a line, on a terminal in a face of the commands' own.
+    """Print a line, on a terminal in one of the commands' own styles.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def say(text: str, *, err: bool = False, **face: str | bool) -> None:
 
 
 def echo_warnings(texts: Iterable[str], kind: str = "warning") -> None:
-    """Print each of ``texts`` on standard error, after what it is."""
+    """Print each of ``texts`` on standard error, after its kind."""
     for text in texts:
         say(f"{kind}: {text}", fg="yellow", err=True)
 
@@ -70,7 +70,7 @@ def echo_json(value: Any) -> None:
 
 
 def echo_whole(content: str | bytes) -> None:
-    """Print what programs read: UTF-8 whatever the terminal, and no line cut at its width."""
+    """Print output for programs: UTF-8 on any terminal, and no line cut at its width."""
     data = content.encode("utf-8", "surrogateescape") if isinstance(content, str) else content
     if isinstance(sys.stdout, ShownStream):
         sys.stdout.write_bytes(data)
@@ -90,7 +90,7 @@ CONFIGURATION = (".yaml", ".yml")
 
 
 def named_results(path: Path, allow_python: bool) -> "Stored":
-    """The results in ``path``, or those of the configuration that it is."""
+    """The results in ``path``, or those of the configuration in ``path``."""
     from pipeline.config.load import load_config
     from pipeline.results.names import RESULTS_NAME
     from pipeline.results.read import load_results

@@ -14,7 +14,7 @@ class ClipProgress:
     """A bar for each clip that is being tracked, from the first frame until :meth:`close`.
 
     Clips are tracked in several threads. Nothing is shown, and rich is not imported, if the bars
-    are not to be ``visible``, standard error is no terminal, or every track is in the cache.
+    should not be ``visible``, standard error is no terminal, or every track is in the cache.
     """
 
     def __init__(self, visible: bool = True) -> None:
@@ -68,7 +68,7 @@ class SessionProgress:
             self._bars.stop()
 
     def advance(self, failed: bool) -> None:
-        """One session more is done."""
+        """Count one more session as done."""
         self._failed += failed
         if self._bars is not None and self._task is not None:
             text = f"fleet, {self._failed} not calibrated" if self._failed else "fleet"

@@ -1,4 +1,4 @@
-"""The files that ``pipeline rate`` writes, and wow and flutter as it shows them."""
+"""The files that ``pipeline rate`` writes, and its output on wow and flutter."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +22,7 @@ class RateOutputs:
     page: Path | None
 
     def require_free(self, videos: tuple[Path, ...], force: bool) -> None:
-        """Refuse before the work what could not be written after it."""
+        """Refuse files that cannot be written, before the work."""
         for option, path, suffix in (("--overlay", self.overlay, ".mp4"),
                                      ("--csv", self.csv, ".csv"), ("--page", self.page, ".html")):
             if path is None:
@@ -38,7 +38,7 @@ class RateOutputs:
 
     @property
     def written(self) -> tuple[Path, ...]:
-        """The outputs that are written, in their order."""
+        """The written outputs, in order."""
         return tuple(path for path in (self.overlay, self.csv, self.page) if path is not None)
 
 

@@ -1,4 +1,4 @@
-"""What a guided recording shows: a live panel on a terminal, plain lines everywhere else."""
+"""Display of a guided recording: a live panel on a terminal, plain lines everywhere else."""
 
 import sys
 from collections import deque
@@ -37,11 +37,11 @@ class PlainLines:
         self._last, self._outlook = "", outlook
 
     def say(self, text: str) -> None:
-        """A line that stays."""
+        """Show a line that stays."""
         click.echo(text, err=True)
 
     def show(self, view: "RecordingView") -> None:
-        """A line where what the sensor does has changed."""
+        """Print a line if the state of the sensor has changed."""
         phase = view.status.phase
         if phase != self._last and phase != "taken":
             where = f" ({view.status.direction})" if view.status.direction else ""
@@ -49,16 +49,16 @@ class PlainLines:
         self._last = phase
 
     def recorded(self, text: str) -> None:
-        """A pose is recorded, with what all of them determine by now."""
+        """Report a recorded pose, and the results of all poses so far."""
         for line in self._outlook.lines_after(text):
             click.echo(line, err=True)
 
     def close(self) -> None:
-        """Nothing to take away."""
+        """Nothing to remove."""
 
 
 class LivePanel:
-    """The attitude to lay next, traces, stillness and directions, in place on the terminal."""
+    """The next attitude, traces, stillness and directions, updated in place on the terminal."""
 
     def __init__(self, outlook: "Outlook") -> None:
         self._live: Live | None = None
@@ -66,7 +66,7 @@ class LivePanel:
         self._traces: deque[FloatArray] = deque(maxlen=TRACE)
 
     def say(self, text: str) -> None:
-        """A line above the panel."""
+        """Print a line above the panel."""
         if self._live is None:
             click.echo(text, err=True)
         else:
@@ -85,14 +85,14 @@ class LivePanel:
         self._live.update(panel(view, np.array(self._traces)))
 
     def recorded(self, text: str) -> None:
-        """Lines above the panel, and the terminal's bell."""
+        """Print lines above the panel, and ring the terminal's bell."""
         if self._live is not None:
             self._live.console.bell()
         for line in self._outlook.lines_after(text):
             self.say(line)
 
     def close(self) -> None:
-        """Take the panel away."""
+        """Remove the panel."""
         if self._live is not None:
             self._live.stop()
             self._live = None

@@ -18,16 +18,16 @@ from pipeline.stages.triads import TriadResult
 
 
 def say_waiting(folder: Path) -> None:
-    """Another command is working on this session."""
+    """Report that another command is working on this session."""
     click.echo(f"{folder}: another command is working on this session; waiting for it to end "
                f"(Ctrl-C to give up)", err=True)
 
 
 def stage_display(progress: ClipProgress, lines: bool) -> OnResult:
-    """What shows each stage: its warnings on standard error, its line on standard output.
+    """Display of each stage: its warnings on standard error, its line on standard output.
 
-    ``progress`` is closed before anything is written; ``lines`` is False for commands that show
-    what they compare, and then only the warnings are written.
+    ``progress`` is closed before anything is written; ``lines`` is False for commands that print
+    their own comparison, and then only the warnings are written.
     """
     def show(result: StageResult) -> None:
         progress.close()
@@ -56,8 +56,8 @@ def run_shown(
 ) -> Outcome:
     """Run every stage of ``config`` with its warnings; phase tracks are kept in ``folder``.
 
-    ``lines`` shows a line for each stage, ``bars`` the progress of the clips. What an outcome
-    ``before`` with another model has is not made again.
+    ``lines`` shows a line for each stage, ``bars`` the progress of the clips. Results of
+    ``before``, an outcome with another model, are reused.
     """
     with ClipProgress(bars) as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)

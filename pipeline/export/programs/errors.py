@@ -12,7 +12,7 @@ from calib.poses.imu_log import AXES, FloatArray
 from pipeline.results.read import StoredTriad
 
 FORCE = tuple(f"f{axis}" for axis in AXES)
-WHOLE_POSES = {"previous", "vibration", "plate"}  #: needs that the samples of a log do not answer
+WHOLE_POSES = {"previous", "vibration", "plate"}  #: needs that the samples of a log do not meet
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Product:
 class ErrorFormula:
     """The error that an effect adds to each axis, SI, as sums of products.
 
-    ``x``, ``y``, ``z`` are what the sensitive axes feel. ``names`` are the other names of the
+    ``x``, ``y``, ``z`` are the vector in the sensitive axes. ``names`` are the other names of the
     expressions: conditions that a caller passes.
     """
 

@@ -1,4 +1,4 @@
-"""What a program computes to correct one triad, before it is written in any language.
+"""Steps of a program that corrects one triad, independent of its language.
 
     w = K (counts - b)            nominal by the calibration, in the sensitive axes
     u = w - e(u)                  by fixed point, where the model has effects
@@ -20,9 +20,9 @@ from pipeline.export.programs.errors import FORCE, ErrorFormula, error_formula
 from pipeline.results.read import StoredTriad
 from pipeline.text.plain import one_line
 
-STEPS = 50  #: steps of the fixed point at most, as in :mod:`calib.fit.rows.sensitive_axes`
+STEPS = 50  #: most steps of the fixed point, as in :mod:`calib.fit.rows.sensitive_axes`
 
-#: Conditions with a name of their own, and what they are.
+#: Conditions with a name of their own, and their descriptions.
 MEANINGS: Mapping[str, str] = {
     TEMPERATURE: "temperature in degrees Celsius",
     "time_s": "seconds since the calibration session began",
@@ -30,7 +30,7 @@ MEANINGS: Mapping[str, str] = {
     "other_y": "reading of the other triad by the data sheet, SI",
     "other_z": "reading of the other triad by the data sheet, SI",
 }
-#: What the worked example takes for a condition.
+#: Values of conditions in the worked example.
 EXAMPLE_CONDITIONS: Mapping[str, float] = {TEMPERATURE: 30.0, "time_s": 60.0}
 EXAMPLE_CONDITION = 1.0  #: value of any other column, in its unit: an example only
 
@@ -72,12 +72,12 @@ class Routine:
 
     @property
     def prefix(self) -> str:
-        """What names of its constants begin with."""
+        """Prefix of the names of its constants."""
         return TRIAD_KINDS[self.triad].prefix.upper()
 
     @property
     def unit(self) -> str:
-        """SI unit of what comes out."""
+        """SI unit of its output."""
         return SI_UNIT[self.triad]
 
     @property
@@ -114,7 +114,7 @@ def routine_of(triad: StoredTriad) -> Routine:
 
 
 def _inputs(names: list[str]) -> tuple[Input, ...]:
-    """Arguments with names that every language takes, no two of them alike."""
+    """Arguments with distinct names that every language accepts."""
     inputs: list[Input] = []
     for name in names:
         column, identifier = name.removeprefix(OF_COLUMN), name
@@ -131,7 +131,7 @@ def _inputs(names: list[str]) -> tuple[Input, ...]:
 def _example(
     triad: StoredTriad, held: set[str], inputs: tuple[Input, ...], needs_force: bool
 ) -> str:
-    """A reading and what becomes of it, in one line."""
+    """A reading and its correction, in one line."""
     counts = example_counts(triad)
     values = {one.column: EXAMPLE_CONDITIONS.get(one.column, EXAMPLE_CONDITION) for one in inputs}
     force = EXAMPLE_DIRECTION * ONE_G

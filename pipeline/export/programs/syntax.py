@@ -72,7 +72,7 @@ class Syntax:
                 return f"({self._text(left, names)} {sign} {self._text(right, names)})"
             case ast.Call(func=ast.Name(id=name), args=[argument]):
                 return self.functions[name].format(self._text(argument, names))
-        raise AssertionError(ast.dump(node))  # read_expression lets nothing else through
+        raise AssertionError(ast.dump(node))  # read_expression admits nothing else
 
 
 def c_float(value: float) -> str:
@@ -112,7 +112,7 @@ def _exact(value: float) -> str:
     return repr(float(value))
 
 
-SMOOTH = ("cos", "exp", "log", "sin", "sqrt", "tanh")  #: what every language has by these names
+SMOOTH = ("cos", "exp", "log", "sin", "sqrt", "tanh")  #: functions of these names in every language
 
 #: C89 but for ``inline``, single precision, nothing but ``math.h``.
 C = Syntax(

@@ -48,7 +48,7 @@ def _source(
 
 
 def _notes(stored: Stored, routines: Sequence[Routine], program: str) -> tuple[str, ...]:
-    """What the program does not correct, and what it assumes."""
+    """Effects that the program does not correct, and its assumptions."""
     notes: list[str] = [*no_sds(stored)]
     for triad, routine in zip(stored.triads, routines, strict=True):
         lost = [name for name in routine.left_out if name in triad.section.effects]
