@@ -89,8 +89,10 @@ class TableGuess:
         """Whether the rate points down by the accelerometer of a table; False without one."""
         if self.gyroscope is None or beside.accelerometer is None:
             return False
-        force = beside.si(beside.accelerometer)
-        return bool(np.median(self.rate(), axis=0) @ np.median(force, axis=0) < 0)
+        rate, force = self.rate(), beside.si(beside.accelerometer)
+        if len(rate) == len(force):  # sample by sample, since a log may hold many attitudes
+            return bool(np.median((rate * force).sum(axis=1)) < 0)
+        return bool(np.median(rate, axis=0) @ np.median(force, axis=0) < 0)
 
     def overlaps(self, other: "TableGuess") -> bool:
         """Whether both are of the same time, for half of the shorter or more."""

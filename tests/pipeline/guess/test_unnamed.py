@@ -98,3 +98,17 @@ def test_a_clock_that_begins_again_cuts_no_log() -> None:
     clock = guess_clock(columns, None, None, False)
     assert clock.column == "t_ns"
     assert not pooled([RawTable(Path("echo.csv"), columns)], [clock], "").table.any()
+
+
+@pytest.mark.parametrize("rpm", [TURN_RPM, -TURN_RPM])
+def test_a_long_log_on_the_plate_turns_as_its_samples_say(tmp_path: Path, rpm: float) -> None:
+    """The medians of its axes over all attitudes have no direction in common."""
+    evening = Evening(range_deg_s=2000.0)
+    tables = [np.loadtxt(path, delimiter=",", skiprows=1)
+              for path in evening.write(tmp_path, "turn", rpm, 2)]
+    for i, table in enumerate(tables):
+        table[:, 0] += 10_000 * i
+    np.savetxt(tmp_path / "turn.csv", np.vstack(tables), "%d", ",", header=evening.header,
+               comments="")
+    (source,) = guessed([tmp_path / "turn.csv"]).sources
+    assert np.sign(source.rate_rad_s) == np.sign(rpm)
