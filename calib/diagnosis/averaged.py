@@ -24,7 +24,7 @@ from calib.poses.imu_log import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Averaged:
-    """What the sds of the parameters are made of.
+    """Components of the sds of the parameters.
 
     Attributes
     ----------
@@ -71,8 +71,8 @@ def averaged(posterior: Posterior) -> Averaged:
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """The columns of one hypothesis of unit size: what is ``visible`` of them, (c, r), what theta
-    takes up, ``absorbed`` (p, c), and whether it is a listed effect.
+    """The columns of one hypothesis of unit size: their ``visible`` part (c, r), the part that
+    theta takes up, ``absorbed`` (p, c), and whether it is a listed effect.
     """
 
     visible: FloatArray
@@ -95,7 +95,7 @@ def _held(
 ) -> tuple[float, FloatArray, FloatArray]:
     """Variance of the noise under a set, and what the parameters hold of its members, (p, p).
 
-    The latter of all, and of those that are not listed.
+    The latter for all members, and for those that are not listed.
     """
     table, members = posterior.table, [blocks[j] for j in entry.members]
     count = [len(each.visible) for each in members]
@@ -120,7 +120,7 @@ def _about_mean(h: Hypothesis) -> Hypothesis:
 
 
 def _absorbed(fit: Fit, columns: FloatArray) -> FloatArray:
-    """What theta takes up of signals in the rows, whitened, (c, r), per unit of each: (p, c)."""
+    """Change of theta due to signals in the rows, whitened, (c, r), per unit of each: (p, c)."""
     root = np.sqrt(fit.weight)[:, None]
     jacobian = fit.rows.jacobian @ fit.directions * root
     solution = np.linalg.lstsq(jacobian, columns.T, rcond=None)[0]

@@ -1,4 +1,4 @@
-"""What is missing: the diagnosis of one fit.
+"""The diagnosis of one fit: the effects that its model lacks.
 
 Everything that could be missing stands at one table: listed effects, logged columns, the user's
 effects, what the base lacks, steps, curves, a wandering bias, bad poses, noise. A search over sets
@@ -38,7 +38,7 @@ from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import TEMPERATURE
 
 RIVALS_COMPARED = 4
-"""Number of rivals of a class at most: a limit of time, since a block of poses is judged for every
+"""Largest number of rivals of a class: a limit of time, since a block of poses is judged for every
 pair."""
 
 NOT_ELSEWHERE = "Record the same poses in random order: with it new attitudes would err by more"
@@ -47,7 +47,7 @@ NOT_ELSEWHERE = "Record the same poses in random order: with it new attitudes wo
 
 @dataclass(frozen=True)
 class Limit:
-    """Upper limit of an effect that was looked for, 95 %, on its largest parameter."""
+    """Upper limit of an effect that was tested, 95 %, on its largest parameter."""
 
     name: str
     value: float
@@ -59,7 +59,7 @@ SHOWN = 4  #: classes with their probabilities, of a diagnosis in a notebook; a 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """What the model of one fit is missing.
+    """Diagnosis of one fit.
 
     Parameters
     ----------
@@ -122,20 +122,20 @@ class Diagnosis:
 
     @property
     def addable(self) -> tuple[str, ...]:
-        """The named effects that can be added as they are: no other looks the same."""
+        """The named effects that can be added as they are: no other has the same signature."""
         if self.explanation.step == "add" and self.verdict is Code.NOISE and self.name:
             return (self.name,)
         alone = {each.name for each in self.inclusion if len(each.members) == 1}
         return tuple(name for name in self.names if name in alone)
 
     def named_class(self, name: str) -> tuple[str, ...]:
-        """The named class that ``name`` belongs to, all its members; empty where none does."""
+        """All members of the named class of ``name``; empty without one."""
         classes = (each.members for each in self.inclusion if each.name in self.names)
         return next((members for members in classes if name in members), ())
 
     @property
     def follows(self) -> str | None:
-        """The covariate that the misfit follows best, whatever its physics; None where none."""
+        """The covariate that the misfit follows best, whatever its physics; None without one."""
         unknown = [c for c in self.ranking if c.kind == "unknown"]
         best = max(unknown, key=lambda c: c.log_evidence, default=None)
         if best is None or best.log_evidence <= CONSTANTS.told_apart:
@@ -144,12 +144,12 @@ class Diagnosis:
 
     @property
     def record_next(self) -> str | None:
-        """What to record next, in words."""
+        """The next measurement, in words."""
         return None if self.advice is None else self.advice.instruction
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """Upper limits of the effects that were looked for and are not named."""
+        """Upper limits of the effects that were tested and are not named."""
         return tuple(
             Limit(c.name, float((np.abs(c.size) + CONSTANTS.limit_sd * c.sd).max()), c.unit)
             for c in self.ranking
@@ -185,7 +185,7 @@ def diagnose(
     posterior, verdict = finding.posterior, finding.verdict
     joint = refit_of(posterior, verdict.names) if verdict.names else None
     ranking = rank(posterior, joint)
-    # What would be seen only at an absurd size counts as unseen, unless the poses do show it.
+    # Effects seen only at an absurd size count as unseen, unless the poses do show them.
     too_small = finding.absurd
     absurd = [one.name for one in ranking
               if one.name in too_small and one.probability < CONSTANTS.least_offered]

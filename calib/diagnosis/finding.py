@@ -1,4 +1,4 @@
-"""What a search finds about one fit: the verdict, without its report.
+"""Result of a search on one fit: the verdict, without its report.
 
 :mod:`calib.diagnosis.diagnose` makes of a finding what a reader needs beside it: the ranking, the
 words, and what to record next.
@@ -23,7 +23,7 @@ from calib.fit.least_squares.result import Fit
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """What is missing in one fit, and how it was weighed.
+    """Verdict on one fit, and the probabilities behind it.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Finding:
 def find(
     fit: Fit, user_effects: Sequence[Effect] = (), covariates: Sequence[str] | None = None
 ) -> Finding:
-    """What is missing in ``fit``; the parameters are those of :func:`diagnose`."""
+    """Find the effects that ``fit`` lacks; the parameters are those of :func:`diagnose`."""
     listed, unavailable = listed_hypotheses(fit, user_effects, covariates)
     posterior = search(fit, [
         *listed, *unknown_hypotheses(fit, causes(fit.poses, covariates)),
@@ -68,7 +68,7 @@ def find(
 
 @dataclass(frozen=True)
 class _Clock:
-    """When poses were taken, their names and runs, what the model has, the constants: ``key``."""
+    """Times, names and runs of poses, the model's effects, the constants: ``key``."""
 
     key: tuple[object, ...]
     fit: Fit = field(compare=False)
@@ -84,5 +84,5 @@ class _Clock:
 
 @lru_cache(maxsize=4)  # sessions of one design are diagnosed by the thousand
 def _by_clock(clock: _Clock) -> tuple[Hypothesis, ...]:
-    """The hypotheses that know of a pose no more than when it was taken."""
+    """The hypotheses that depend on a pose through its time alone."""
     return by_clock(clock.fit)

@@ -1,8 +1,8 @@
-"""What a g-sensitivity that rests on the waves of one leaning plate cannot be told from.
+"""Aliases of a g-sensitivity that rests on the waves of one leaning plate.
 
-Gravity goes round in the sensor's axes once per turn, and so does whatever else stays in the room:
-the magnet of a motor makes the waves of a g-sensitivity in every pose. Where the player leans the
-other way, gravity's waves change sign beside the room, and those of a field do not.
+Gravity rotates in the sensor's axes once per turn, and so does everything fixed in the room: the
+magnet of a motor makes the waves of a g-sensitivity in every pose. If the player leans the other
+way, gravity's waves change sign relative to the room, and those of a field do not.
 """
 
 from dataclasses import replace
@@ -19,7 +19,7 @@ TEXT = (
 
 
 def beside_a_field(diagnosis: Diagnosis, fit: Fit) -> Diagnosis:
-    """``diagnosis`` with what else looks like a g-sensitivity that it names.
+    """``diagnosis`` with the alternatives to a g-sensitivity that it names.
 
     Parameters
     ----------

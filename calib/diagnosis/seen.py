@@ -1,4 +1,4 @@
-"""A verdict with what it rests on: what its poses cannot see, and the lever of a turning plate."""
+"""The basis of a verdict: effects that its poses cannot see, and the lever of a turning plate."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words on
 def among_what_is_seen(
     diagnosis: Diagnosis, fit: Fit, prediction: Prediction | None, part: str, full_scale: float
 ) -> Diagnosis:
-    """``diagnosis`` with what "nothing is missing" rests on: what these poses cannot see.
+    """``diagnosis`` with the basis of "nothing is missing": effects that these poses cannot see.
 
     Where a typical size says more of what corrected readings err by than the poses do, the session
     is not complete, and what to record next makes the effect visible.
@@ -60,7 +60,7 @@ def among_what_is_seen(
         return replace(diagnosis, explanation=replace(said, text=text))
     name = largest_first[0]
     size = typical_size(EFFECTS[name], part, fit.poses.triad)
-    assert size is not None  # it would not have been listed
+    assert size is not None  # otherwise it would not be listed
     whole, more = showing_blocks(fit, EFFECTS[name], size, 1 / HARDLY_SEEN - 1, full_scale)
     advice = next(iter(whole or more), None)
     if advice is None:
@@ -82,7 +82,7 @@ def among_what_is_seen(
 def _on_the_plate(
     diagnosis: Diagnosis, fit: Fit, prediction: Prediction
 ) -> Diagnosis | None:
-    """The verdict where a lever of the turning plate may weigh more than all that the poses leave.
+    """The verdict where a lever of the turning plate may outweigh everything that the poses leave.
 
     A plate that turns has one, and only its size is open.
     """
@@ -109,6 +109,6 @@ def _on_the_plate(
 def _sized(effect: Effect, part: str, triad: Triad) -> str:
     """``g_sensitivity, typically 0.1 °/s per g``."""
     size = typical_size(effect, part, triad)
-    assert size is not None  # it would not have been listed
+    assert size is not None  # otherwise it would not be listed
     unit, factor = display_unit(effect.unit_for(triad), [size])
     return f"{effect.name}, typically {size * factor:.2g} {unit}"

@@ -1,4 +1,4 @@
-"""What an effect of the model stands for: listed effects that these poses do not tell from it."""
+"""Listed effects that these poses cannot separate from an effect of the model."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""What effects that these poses cannot see do to a calibration, if the sensor is typical.
+"""Influence on a calibration of effects that these poses cannot see, if the sensor is typical.
 
 An effect that the base absorbs whole leaves no residual and moves the parameters:
 
@@ -96,12 +96,12 @@ def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:
 
 
 def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
-    """What the parameters absorb of an effect, per unit of each of its parameters, (p, k)."""
+    """Part of an effect that the parameters absorb, per unit of each of its parameters, (p, k)."""
     return _parted(calibration, effect)[0]
 
 
 def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, FloatArray]:
-    """What the parameters absorb of an effect (p, k), and what it leaves in the rows (r, k).
+    """Part of an effect that the parameters absorb (p, k), and part left in the rows (r, k).
 
     Of one that a length shows in square, k is the number of products of its parameters.
     """
@@ -152,7 +152,7 @@ def _typical_root(effect: Effect, size: float) -> FloatArray:
 def with_unseen(
     prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis, part: str
 ) -> Prediction:
-    """``prediction`` with what these poses cannot see, and what the verdict leaves open.
+    """``prediction`` with the effects that these poses cannot see or the verdict leaves open.
 
     Effects of the bench are left out: the stated sds of the references contain them, but for a
     lever on the turning plate.

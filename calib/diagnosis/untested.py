@@ -20,7 +20,7 @@ BY_THE_REST = (
 
 
 def untested(diagnosis: Diagnosis) -> Diagnosis:
-    """A diagnosis of sds that say nothing of the model.
+    """A diagnosis with sds that do not test the model.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Which logged columns may cause an error, by what their names say.
+"""Logged columns that may cause an error, judged by their names.
 
-A magnetometer and an orientation follow the attitude, a position follows the journey, a counter
-the clock: that an error goes with them says nothing of where it comes from.
+A magnetometer and an orientation follow the attitude, a position follows the journey, a counter the
+clock: an error that follows them does not reveal its cause.
 """
 
 import re
@@ -19,7 +19,7 @@ OF_ATTITUDE = frozenset({
     "gyroscope", "gravity",
 })  # fmt: skip
 OF_QUATERNION = frozenset({"quat", "quaternion", "q", "qw", "qx", "qy", "qz"})
-"""Apart from the others, since ``q_w`` ends on no watt."""
+"""Separate from the others, since ``q_w`` does not end in watts."""
 
 OF_JOURNEY = frozenset({
     "gps", "gnss", "lat", "latitude", "lon", "lng", "longitude", "alt", "altitude", "vel",
@@ -34,7 +34,7 @@ OF_CAUSES = frozenset({
     "watt", "watts", "power", "c", "degc", "celsius", "k", "kelvin", "temp", "temperature", "pa",
     "hpa", "kpa", "bar", "mbar", "pressure", "pct", "percent", "rh", "humidity",
 })  # fmt: skip
-"""Units and quantities of what acts on a sensor: ``mag_temp_c`` and ``alt_v`` are causes."""
+"""Units and quantities that act on a sensor: ``mag_temp_c`` and ``alt_v`` are causes."""
 
 
 def words_of(column: str) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ def causes(poses: PoseSet, named: Sequence[str] | None = None) -> tuple[str, ...
 
 
 def set_aside(poses: PoseSet, named: Sequence[str] | None = None) -> tuple[str, ...]:
-    """The logged columns of ``poses`` that vary and are not taken for causes."""
+    """The logged columns of ``poses`` that vary and are not considered as causes."""
     aside = {name for name in poses.columns if not name.startswith(PAST)}
     aside -= set(causes(poses, named))
     return tuple(sorted(name for name in aside if poses.columns[name].std() > 0))

@@ -1,4 +1,4 @@
-"""What could be missing, part two: what is weighed by its course over the poses.
+"""Hypotheses, part two: effects that are weighed by their course over the poses.
 
 Of the catalogue the steps of the bias, a bias that wanders and a plate whose rate scatters; beside
 these a pose that has nothing to do with the others. What is drawn has as columns the strongest
@@ -34,12 +34,12 @@ NO_PAGE = Page(formula="", typical={}, source="", confounded="", separates="")
 
 
 def by_clock(fit: Fit) -> tuple[Hypothesis, ...]:
-    """All that is known from when the poses were taken."""
+    """All hypotheses that follow from the times of the poses."""
     return (*_steps(fit), *_bad_poses(fit), *_wanders(fit))
 
 
 def _marked(name: str, marks: FloatArray) -> Effect:
-    """A bias of its own where ``marks`` (n,) is one; it lives no longer than the diagnosis."""
+    """A separate bias where ``marks`` (n,) is one; it exists only within the diagnosis."""
 
     def columns(at: Conditions) -> FloatArray:
         return per_axis(np.tile(marks[:, None], 3))
@@ -73,7 +73,7 @@ def _steps(fit: Fit) -> list[Hypothesis]:
 
 
 def _bad_poses(fit: Fit) -> list[Hypothesis]:
-    """Every pose as one that has nothing to do with the others."""
+    """A bad pose as a hypothesis, for every pose."""
     poses = fit.poses
     prior = float(np.log(ODDS_RARE / len(poses)))
     return [

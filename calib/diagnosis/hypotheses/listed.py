@@ -1,4 +1,4 @@
-"""What could be missing, part one: everything that can be added to the model by its name.
+"""Hypotheses, part one: everything that can be added to the model by its name.
 
 Listed effects, biases that follow a logged column, the user's own effects, and what belongs to the
 base but is not in the model. A hypothesis stands for one of them at one value of its shape
@@ -26,7 +26,7 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 OTHERWISE = ("reading", "noise")
-"""What acts there is no candidate: the base, and what :mod:`..courses` weighs by its course."""
+"""Places whose effects are no candidates: the base, and those that :mod:`..courses` weighs."""
 
 LEAST_BEND = 0.1
 """Scatter of a square about a line, over the square of half the range, from which poses tell a
@@ -34,7 +34,7 @@ curve from a line. A judgement: of a column spread evenly it is 0.30, of two soa
 wanders by a fiftieth of their distance 0.03."""
 
 ANY_FUNCTION = "~"
-"""Mark before what an unknown function follows, which keeps its name apart from an effect's."""
+"""Prefix of the covariate of an unknown function, which separates it from effects' names."""
 
 Kind = Literal["listed", "drawn", "unknown", "bad_pose"]
 """Effects whose sizes a model holds, those whose coefficients are drawn, and what has no name."""
@@ -83,7 +83,7 @@ def modes_about_mean(kernel: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """One thing that could be missing.
+    """One effect or fault that could be missing.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Hypothesis:
 
     @property
     def in_catalogue(self) -> bool:
-        """Whether it is an effect by a name."""
+        """Whether it is an effect with a name."""
         return self.kind in ("listed", "drawn")
 
     @property
@@ -133,13 +133,13 @@ class Hypothesis:
 
     @property
     def is_course(self) -> bool:
-        """Whether it says that the bias has a course in time, whatever the course."""
+        """Whether it is a course of the bias in time, of whatever form."""
         return self.follows == "time_s" or (
             self.in_catalogue and self.course is not None and not self.course.is_of_size)
 
     @property
     def subject(self) -> str:
-        """What an unknown function follows, or ``name``."""
+        """The covariate of an unknown function, or ``name``."""
         return self.name if self.follows is None else self.follows
 
 
@@ -149,7 +149,7 @@ def candidate_effects(
 ) -> Iterator[Effect]:
     """Effects that could be added to ``model``: listed, logged columns, the user's.
 
-    Of bias, scale and misalignment those are among them that the model lacks.
+    These include bias, scale and misalignment if the model lacks them.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def candidate_effects(
     Effect
         It acts on the triad of ``poses``; whether these can evaluate it is not checked.
     """
-    # Without a true vector, a gain would be fitted to what the readings themselves have wrong.
+    # Without a true vector, a gain would be fitted to the errors of the readings themselves.
     base = BASE if poses.reference.magnitude.any() else BASE[:1]
     listed = [e for e in EFFECTS.values() if e.name in base or e.acts_on not in OTHERWISE]
     if WARM_UP in model.names:
@@ -215,7 +215,7 @@ def listed_hypotheses(
 
 
 def _at_their_shapes(effects: Sequence[Effect]) -> Sequence[Hypothesis]:
-    """``effects``, as likely as each other, at each start of their shapes."""
+    """``effects``, all equally likely, at each start of their shapes."""
     each = float(np.log(CONSTANTS.odds_listed / max(len(effects), 1)))
     hypotheses = []
     for effect in effects:

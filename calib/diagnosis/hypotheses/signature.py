@@ -1,8 +1,8 @@
-"""What an effect would leave in the residual of a fit, and what of it these poses can see.
+"""Signature of an effect in the residual of a fit, and the part of it that these poses can see.
 
 The columns of a candidate, whitened like the rows and with everything the fitted model can absorb
-projected out, are its signature. What has less than ``VISIBLE_SHARE`` of its size left is blind:
-the model would swallow it. Two effects whose signatures span the same space are aliases.
+projected out, are its signature. A candidate with less than ``VISIBLE_SHARE`` of its size left is
+blind: the model would absorb it. Two effects whose signatures span the same space are aliases.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class Signature:
 
     @property
     def is_blind(self) -> bool:
-        """Whether the fitted model swallows all of it."""
+        """Whether the fitted model absorbs all of it."""
         return len(self.strength) == 0
 
     @property
@@ -56,7 +56,7 @@ class Signature:
 
 
 def positions_of(fit: Fit, names: Sequence[str]) -> list[int]:
-    """Where the parameters of these effects stand in theta."""
+    """Indices in theta of the parameters of these effects."""
     slices = fit.model.slices()
     return [i for name in names for i in range(slices[name].start, slices[name].stop)]
 
@@ -92,7 +92,7 @@ class Projector:
         if tested:
             where = positions_of(fit, tested)
             residual = residual - fit.rows.jacobian[:, where] @ fit.theta[where]
-            # What is fitted of one effect is combinations of its own parameters.
+            # For each effect, combinations of its own parameters are fitted.
             self.dof += int(fit.basis[where].any(axis=0).sum())
             self.dof += sum(name in fit.shapes for name in tested)
         self.model = orthonormal_columns(untested_columns(fit, tested))
@@ -115,7 +115,7 @@ class Projector:
             return nothing
         unit = full[:, used] / norm[used]
         remainder = self(unit) * np.sqrt(self.data_count / used.sum())
-        # What is below VISIBLE_SHARE is dropped, so that squaring in leftᵀ left loses nothing.
+        # Directions below VISIBLE_SHARE are dropped, so that squaring in leftᵀ left loses nothing.
         squared, directions = np.linalg.eigh(remainder.T @ remainder)
         visible = squared > VISIBLE_SHARE**2 * self.data_count / used.sum()  # as the fit judges
         strength = np.sqrt(squared[visible])
@@ -192,9 +192,9 @@ def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
 
 
 def is_rounding(fit: Fit, shown: FloatArray, whole: FloatArray) -> BoolArray:
-    """Which columns are rounding, not a signal, (..., k).
+    """Whether columns are rounding, not a signal, (..., k).
 
-    A rotation is perpendicular to every reading: what its rows show is next to nothing of it.
+    A rotation is perpendicular to every reading: its rows show next to nothing of it.
 
     Parameters
     ----------

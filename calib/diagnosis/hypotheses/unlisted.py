@@ -1,4 +1,4 @@
-"""What could be missing, part three: what has no name in the catalogue.
+"""Hypotheses, part three: functions without a name in the catalogue.
 
 Unknown functions of a logged column, time, the plate's rate, the attitude or the pose before; a
 curve in a column and a bias that lags the temperature.
@@ -33,7 +33,7 @@ ATTITUDE = "attitude"  #: what an unknown function is of, where it is of how the
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by a line and a square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
-"""How far the temperature within may lag that of the log, half a minute to an hour and a half.
+"""Lags of the internal temperature behind the logged one, half a minute to an hour and a half.
 Derived: the log with neighbouring lags agrees to 0.99 and more. Half as many over the same range
 change 1 of 55 verdicts, twice as many none (``tests.bench.diagnosis_thresholds``)."""
 
@@ -45,7 +45,7 @@ PAIRS = np.array([*combinations_with_replacement(range(3), 2)]).T
 
 
 def smooth_functions(covariate: FloatArray) -> FloatArray:
-    """Functions of a covariate (n,) that weighed alike make any smooth one, (n, m), no unit.
+    """Functions of a covariate (n,) that, weighed equally, make any smooth one, (n, m), no unit.
 
     They are the modes of a Gaussian process about its mean with Matérn's covariance of order 3/2
     (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, eq. 4.17).
@@ -78,11 +78,11 @@ def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
 
 
 Form = Sequence[tuple[str, Course]]
-"""One way to follow a covariate, in words and as a course; with a lag at every lag."""
+"""One form of dependence on a covariate, in words and as a course; with a lag at every lag."""
 
 
 def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
-    """What unknown functions are functions of, and how."""
+    """Covariates of unknown functions, and their forms."""
     poses, s = fit.poses, fit.equations.conditions(fit.rows.vector).vector
     each_axis = s / max(float(np.linalg.norm(s, axis=1).max()), NO_LENGTH)
     covariates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
@@ -110,7 +110,7 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
 
 
 def _with_a_lag(time_s: FloatArray, warmth: FloatArray) -> Form:
-    """A bias that follows ``warmth`` (n,) late."""
+    """A bias that follows ``warmth`` (n,) with a lag."""
     late = {lag_s: behind(warmth, time_s, lag_s) for lag_s in LAGS_S}
     return [
         (f"with a lag of about {lag_s:.0f} s", Course.of_bias((each - each.mean())[:, None]))
@@ -147,7 +147,7 @@ def _by_products_of_force(force: FloatArray) -> Course:
 
 
 def _previous(fit: Fit) -> FloatArray:
-    """What an axis may remember of the pose before: its value and the square of it, (n, 2, 3).
+    """Memory of the pose before on each axis: its value and the square of it, (n, 2, 3).
 
     One that saturates is ``hysteresis``, with a width of its own.
     """

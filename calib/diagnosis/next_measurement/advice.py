@@ -1,4 +1,4 @@
-"""What to record next: the block that separates the rivals best for the time it takes.
+"""The next measurement: the block that separates the rivals best for its duration.
 
 The separating power of a block is the non-centrality ``lambda``: by how much chi-square would
 rise if the rival were fitted where the candidate is true, everything else free (T-optimality). 12
@@ -34,7 +34,7 @@ LABELS_LISTED = 3  #: it chooses words only
 
 @dataclass(frozen=True)
 class Advice:
-    """What to record: ``block`` for programs, ``instruction`` for people, ``power`` the lambda.
+    """Advice: ``block`` for programs, ``instruction`` for people, ``power`` the lambda.
 
     ``minutes`` is what it takes, ``timed`` the instruction with it; ``chance`` the share of
     simulated sessions in which what is there then gets a name, None where no name is asked for.
@@ -48,14 +48,14 @@ class Advice:
 
     @property
     def timed(self) -> str:
-        """The instruction, how long it takes and how often it settles what is open."""
+        """The instruction, its duration and how often it settles the question."""
         then = "" if self.chance is None else (
             f", after which {100 * self.chance:.0f} % of simulated sessions name it")
         return f"{self.instruction} ({self.minutes:.0f} min{then})"
 
     @property
     def is_worth_it(self) -> bool:
-        """Whether it may settle anything."""
+        """Whether it can settle anything."""
         return self.chance is None or self.chance >= CONSTANTS.least_offered
 
 
@@ -81,7 +81,7 @@ def _signal(fit: Fit, rival: Rival, others: Sequence[Rival]) -> float:
 
 
 def _least_first(columns: FloatArray, basis: FloatArray) -> FloatArray:
-    """Squares (k,) of what a ``basis`` leaves of columns (r, k), by direction, ascending.
+    """Squares (k,) of the parts of columns (r, k) outside a ``basis``, by direction, ascending.
 
     NaN where the columns are not known.
     """
@@ -117,7 +117,7 @@ def best_block(fit: Fit, rivals: Sequence[Rival], full_scale: float = np.inf) ->
             options.append((Advice(block.code, block.instruction, power, block.minutes), then))
     if not options:
         return None
-    # More power than enough buys nothing: the cheaper block wins among the sufficient.
+    # Power beyond enough adds nothing: the cheapest sufficient block wins.
     advice, then = max(options, key=lambda option: (
         min(option[0].power, 10 * ENOUGH_LAMBDA) / option[0].minutes))
     return replace(advice, chance=chance_of_a_name(then, rivals))

@@ -1,4 +1,4 @@
-"""How likely a block of poses gives a name to what is open: simulated.
+"""Probability that a block of poses gives a name to an open question, by simulation.
 
 Each rival in turn is what there is, of the size that it is believed to have. Noise of unit sd is
 drawn over all rows, those recorded and those to come, and nothing and the rivals, as likely as
@@ -36,7 +36,7 @@ Derived: from there on an effect is seen in nearly every session."""
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """An effect with the size it is believed to have.
+    """An effect with its assumed size.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Rival:
 
     @property
     def in_all_shapes(self) -> "list[Rival]":
-        """It with every shape it could take in another's place: a slow warm-up is a drift."""
+        """The rival with every shape that could replace another: a slow warm-up is a drift."""
         shape = self.effect.shape
         if shape is None:
             return [self]
@@ -69,7 +69,7 @@ class Rival:
 
 
 def chance_of_a_name(then: Fit, rivals: Sequence[Rival]) -> float:
-    """Share of simulated sessions in which the rival that is there gets a name.
+    """Share of simulated sessions in which the true rival gets a name.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def share_named(
     signals: Callable[[int, int, np.random.Generator], FloatArray],
     look_alike: BoolArray,
 ) -> float:
-    """Share of simulated sessions in which what is there gets a name.
+    """Share of simulated sessions in which the true rival gets a name.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def random_signals(columns: FloatArray, count: int, random: np.random.Generator)
 
 
 def _signals(rival: Rival, then: Fit, count: int, random: np.random.Generator) -> FloatArray:
-    """What a rival leaves in the data rows of every simulated session, (count, d)."""
+    """Signals of a rival in the data rows of every simulated session, (count, d)."""
     columns = rival.columns(then)
     if rival.size is None:
         return random_signals(columns, count, random)

@@ -1,4 +1,4 @@
-"""What kind of session the poses come from, as far as it decides what can be asked for next."""
+"""Kind of the session of the poses, as far as it decides the next measurement."""
 
 import numpy as np
 
@@ -43,7 +43,7 @@ def in_a_chamber(poses: PoseSet) -> bool:
 def at_one_speed(poses: PoseSet) -> bool:
     """Whether a gyroscope turned at one speed and was never at rest.
 
-    More poses of that kind show nothing of what goes with scale and misalignment at one speed.
+    More such poses do not show the aliases of scale and misalignment at one speed.
     """
     if poses.triad != "gyroscope" or poses.reference.is_null.any():
         return False
@@ -74,6 +74,6 @@ def attitudes_again(fit: Fit) -> FloatArray:
 
 
 def _up(poses: PoseSet) -> FloatArray | None:
-    """Which way was up in every pose, in the sensor's axes (n, 3); None where nobody logged it."""
+    """Direction up in every pose, in the sensor's axes (n, 3); None if it was not logged."""
     up = poses.reading if poses.triad == "accelerometer" else poses.force
     return up if np.isfinite(up).all() else None

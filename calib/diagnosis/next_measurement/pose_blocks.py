@@ -1,7 +1,7 @@
 """Poses that could be recorded next, as hypothetical rows beside the real ones.
 
-Each block is poses of the session (or the corners) under another condition. What it would show of
-an effect is computed, not looked up: its rows are built at the fitted model and joined to the fit.
+Each block is poses of the session (or the corners) under another condition. Its view of an effect
+is computed, not looked up: its rows are built at the fitted model and joined to the fit.
 """
 
 from collections.abc import Iterator
@@ -42,7 +42,7 @@ POSE_S = 30.0  #: s of a planned pose; it only plans
 
 @dataclass(frozen=True)
 class Block:
-    """One thing to record next.
+    """One candidate for the next measurement.
 
     ``code`` names it for programs, ``instruction`` for people; ``minutes`` is what it takes;
     ``parts`` are (rate factor over the plate's, warmth in K, delay in s) of its passes through the
@@ -71,7 +71,7 @@ CORNERS = slice(NATURAL_POSES, None)
 
 
 def minutes_for(poses: int) -> float:
-    """How long it takes to record so many poses, whole minutes, at least one."""
+    """Time to record so many poses, whole minutes, at least one."""
     return float(max(1, round(poses * MINUTES_PER_PASS / NATURAL_POSES)))
 
 
@@ -182,7 +182,7 @@ def _pass(fit: Fit, block: Block, factor: float, warmth: float, delay_s: float) 
     force = np.linalg.norm(poses.force, axis=1)
     logged = force[np.isfinite(force)]
     gravity = float(np.median(logged)) if logged.size else np.nan
-    at_rest = factor == 0.0 and not like.any()  # no pose shows how a stopped plate vibrates
+    at_rest = factor == 0.0 and not like.any()  # no pose shows the vibration on a stopped plate
     vibration = np.zeros(3) if at_rest else _typical(poses.vibration, like)
     time_s, columns = _course(poses, n, warmth, delay_s)
     reading = np.asarray(np.linalg.solve(start.matrix, (vector - start.offset).T).T, float)
@@ -210,7 +210,7 @@ def _least(values: FloatArray) -> float:
 
 
 def _direction(poses: PoseSet, factor: float) -> float:
-    """Which way the plate turns in a planned pass: +1 or -1, 0 at rest; +1 without a gyroscope."""
+    """Direction of the plate in a planned pass: +1 or -1, 0 at rest; +1 without a gyroscope."""
     turning = ~poses.reference.is_null
     if poses.triad != "gyroscope" or not turning.any():
         return 1.0

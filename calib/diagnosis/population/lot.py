@@ -10,7 +10,7 @@ from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.poses.imu_log import FloatArray
 
 AT_ONCE = 500
-"""Sessions in one block of a lot: a limit of memory, 17 MB for each matrix, and no other."""
+"""Sessions in one block of a lot: a limit of memory, 17 MB for each matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class LotEvidence:
         sensors = tuple(sensor for sensor, _, _ in sessions)
         score, information = np.zeros((n, size)), np.zeros((n, size, size))
         scalars = np.zeros((3, n))
-        for i in reversed(range(n)):  # each is let go of as soon as it is copied
+        for i in reversed(range(n)):  # each is released as soon as it is copied
             _, evidence, index = sessions.pop()
             score[i, index] = evidence.score
             information[i][np.ix_(index, index)] = evidence.information
@@ -90,7 +90,7 @@ class LotEvidence:
         )
 
     def place(self, trial: Trial) -> slice:
-        """Where the parameters of ``trial`` stand."""
+        """Slice of the parameters of ``trial``."""
         start = 0
         for one in self.trials:
             if one == trial:

@@ -1,4 +1,4 @@
-"""What is missing in a lot: the evidence of all its sessions added up.
+"""Effects that a lot lacks: the evidence of all its sessions added up.
 
 Two questions for every candidate, F ratios against what the rows of the sessions leave when the
 candidate is fitted to each of them, so that sds which are all wrong by a factor name nothing:
@@ -45,7 +45,7 @@ some trials at least; of every one where none is named."""
 
 @dataclass(frozen=True)
 class PooledTrial:
-    """What a lot says of one candidate.
+    """Result of a lot for one candidate.
 
     ``p_common`` and ``p_any`` answer the two questions of this module, ``exponent`` (half the
     excess of chi-square, the logarithm of an odds) ranks where they underflow; ``sessions`` of the
@@ -66,7 +66,7 @@ class PooledTrial:
 
 @dataclass(frozen=True, eq=False)
 class PooledEffect:
-    """One effect that is missing in the lot.
+    """One effect that the lot lacks.
 
     ``alternatives`` are names that explain the same in these sessions, ``sizes`` (k) the common
     size and the spread of each parameter over the sensors, SI, ``size`` and ``sd`` (n, k) those of
@@ -87,7 +87,7 @@ class PooledEffect:
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """What is missing in a lot of n ``sensors``: ``effects``, the strongest first.
+    """Effects that a lot of n ``sensors`` lacks: ``effects``, the strongest first.
 
     ``candidates`` are all of them, as the lot shows them before anything is named.
     """
@@ -98,7 +98,7 @@ class Pool:
 
 
 def pool(blocks: Blocks) -> Pool:
-    """What is missing in the lot whose sessions ``blocks`` gives, pass after pass."""
+    """Pool of the lot whose sessions ``blocks`` gives, pass after pass."""
     sensors: dict[str, int] = {}
     named: list[tuple[PooledTrial, tuple[str, ...]]] = []
     sums: dict[Trial, TrialSums] = {}

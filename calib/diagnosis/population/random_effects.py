@@ -28,7 +28,7 @@ AT_REST = 1e-8
 
 @dataclass(frozen=True)
 class RandomEffects:
-    """What n sensors have in common, and how far they differ.
+    """Common size of n sensors, and their spread.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Whether a sensor's parameters come back on another evening, within the sds that were stated.
+"""Test whether a sensor's parameters repeat on another evening, within the stated sds.
 
 For evenings e of sensor i, with the sds of noise alone (errors that all evenings share, gravity or
 the camera's clock, do not move them against each other):

@@ -1,4 +1,4 @@
-"""How each parameter spreads over a lot, its own sds taken off, and which sensors are unlike it.
+"""Spread of each parameter over a lot, its own sds removed, and sensors unlike the lot.
 
 The spread is that of :mod:`calib.diagnosis.population.random_effects` over the sensors that are
 like the lot. A sensor is unlike it in a parameter when it lies further from the median than

@@ -1,4 +1,4 @@
-"""What a lot says of one candidate, as sums over its sessions that blocks of it add up.
+"""Result of a lot for one candidate, as sums over its sessions that are accumulated by block.
 
 With ν degrees of freedom behind the sds of a session, and c of :mod:`.pool`. A session that nothing
 explains counts with its sds widened by the Birge ratio.
@@ -64,7 +64,7 @@ def sums_of(lot: LotEvidence, trial: Trial) -> TrialSums:
     rest = np.where(spare > 0, np.maximum(lot.chi2[sees] - drop, 0.0), 0.0)
     widening = _widening(rest, spare, lot.noise_dof[sees])
     like = _effective_share(lot.noise_dof[sees])
-    compared = spare > 0  # a session that the candidate explains whatever it holds says nothing
+    compared = spare > 0  # a session that the candidate fits exactly says nothing
     return TrialSums(
         sessions=float(sees.sum()),
         like=float(like.sum()),

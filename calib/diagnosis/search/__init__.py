@@ -1,4 +1,4 @@
-"""Which sets of hypotheses explain the rows, and with what odds.
+"""Sets of hypotheses that explain the rows, and their odds.
 
     evidence ─ table ─┬─ candidates ────────┐
     raw_columns ──────┴─ table_at, sizes ───┼─ search ─ posterior

@@ -1,4 +1,4 @@
-"""Which sets of hypotheses are weighed: all small ones, and those beside a solution."""
+"""Sets of hypotheses that are weighed: all small ones, and those next to a solution."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Candidates:
 
     @cached_property
     def without_effect(self) -> Key:
-        """The names that no model can hold, not even for the length of a refit."""
+        """The names that no model can contain, not even during a refit."""
         return self.key(j for j, h in enumerate(self.hypotheses) if h.effect is None)
 
     def listed(self, table: Table, singles: FloatArray) -> list[int]:
@@ -72,7 +72,7 @@ class Candidates:
         return combinations(sorted(listed, key=lambda j: (seen[j], j)), count)
 
     def placed(self, table: Table) -> tuple[list[int], ...]:
-        """Every pose that these rows can tell from the others, and every step that they show."""
+        """Every pose that these rows can separate from the others, and every visible step."""
         return tuple([j for j, h in enumerate(self.hypotheses)
                       if h.is_placed and h.kind == kind and not table.is_blind(j)]
                      for kind in ("bad_pose", "listed"))

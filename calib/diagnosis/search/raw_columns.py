@@ -1,4 +1,4 @@
-"""What every hypothesis would leave in the whitened rows of a fit, nothing projected out.
+"""Columns of every hypothesis in the whitened rows of a fit, nothing projected out.
 
 Columns lie as rows of one array, those of a hypothesis one after another: everything that is done
 to them then runs along the memory.
@@ -87,29 +87,29 @@ def _effect_of(hypothesis: Hypothesis) -> Effect:
 
 @dataclass(frozen=True, eq=False)
 class _Solution:
-    """What hypotheses are evaluated on at the solution ``fit``."""
+    """Conditions of the hypotheses at the solution ``fit``."""
 
     fit: Fit
 
     @cached_property
     def corrected(self) -> Conditions:
-        """With the corrected vectors, a pose at rest held at what it should read."""
+        """Conditions with the corrected vectors; a pose at rest is held at its expected reading."""
         return self.fit.equations.conditions(self.fit.rows.vector)
 
     @cached_property
     def sensed(self) -> Conditions:
-        """With what the sensitive axes sense."""
+        """Conditions with the vectors of the sensitive axes."""
         to_sensed = self.fit.rows.axes.to_sensed
         return self.corrected.with_vector(self.corrected.vector @ to_sensed.T)
 
     @cached_property
     def directions(self) -> FloatArray:
-        """What every data row shows per SI unit of error of its pose's vector, (d, 3)."""
+        """Sensitivity of every data row to an error of its pose's vector, per SI unit, (d, 3)."""
         return self.fit.equations.directions(self.fit.rows.vector, self.fit.rows.slope)
 
     @cached_property
     def along_vectors(self) -> FloatArray:
-        """What every data row shows per SI unit of error in the length of its vector, (d, 1)."""
+        """Sensitivity of data rows to an error in their vector's length, per SI unit, (d, 1)."""
         chosen = self.fit.equations.magnitude
         s = self.fit.rows.vector[chosen]
         unit = s / np.maximum(np.linalg.norm(s, axis=1, keepdims=True), NO_LENGTH)

@@ -43,7 +43,7 @@ class Refit:
 
     @property
     def explains(self) -> bool:
-        """Whether the poses' own noise explains what is left."""
+        """Whether the poses' own noise explains the residual."""
         return self.p_value >= MISFIT_P_VALUE
 
 
@@ -109,7 +109,7 @@ def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
     log_share = 0.0
     for effect in effects:
         if not np.isfinite(joint.log_shape_sd.get(effect.name, np.nan)):
-            continue  # one that the rows do not feel keeps all of its range
+            continue  # a shape without influence on the rows keeps all of its range
         sd = joint.log_shape_sd[effect.name]
         assert effect.shape is not None
         low, high = np.log(effect.shape.bounds) - np.log(joint.shapes[effect.name])

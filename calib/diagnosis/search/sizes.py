@@ -1,7 +1,7 @@
-"""Sizes of effects held against what sensors have.
+"""Comparison of the sizes of effects with those of real sensors.
 
-Before any refit they are what the residual asks for, and bent by whatever else is missing. At a
-joint refit one that no sensor has excludes the set.
+Before any refit they are those that the residual requires, and biased by whatever else is missing.
+At a joint refit, a size that no sensor has excludes the set.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ def shows_at_no_size(table: Table, j: int, h: Hypothesis, triad: Triad) -> bool:
 
 
 def largest_of(effect: Effect, triad: Triad) -> float:
-    """What no parameter of an effect exceeds in a part, SI; infinite where nothing bounds it.
+    """Upper bound of the parameters of an effect in a part, SI; infinite without any.
 
     Nothing bounds what an evening or a bench does to a sensor, nor the unit of a logged column.
     """
@@ -49,7 +49,7 @@ def largest_of(effect: Effect, triad: Triad) -> float:
 
 
 def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
-    """Size and sd of the parameters that the residual asks of ``j`` alone, SI, each (k,)."""
+    """Size and sd of the parameters of ``j`` alone that the residual requires, SI, each (k,)."""
     each = table.spectra[j]
     seen = each.squared > SEEN_SHARE**2 * float(each.squared.max())
     turns, squared = each.turns[:, seen], each.squared[seen]
@@ -58,7 +58,7 @@ def predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
 
 
 def beyond_nature(joint: Refit) -> dict[str, float]:
-    """How many times what a sensor can have at most each effect of ``joint`` is that exceeds it."""
+    """Ratio of each effect of ``joint`` to the largest size of a sensor, where it exceeds that."""
     fit, slices = joint.fit, joint.fit.model.slices()
     times = {}
     for effect in fit.model.effects:

@@ -1,4 +1,4 @@
-"""A verdict with the fit that it is on, and the phrases that several verdicts share."""
+"""A verdict with its fit, and the phrases that several verdicts share."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,10 +24,10 @@ class Case:
 
     @property
     def misfit(self) -> str:
-        """Chi-square over its degrees of freedom, and what the verdict rests on.
+        """Chi-square over its degrees of freedom, and the basis of the verdict.
 
-        That is how probable the residual is, or where noise alone would explain its size, what
-        the named hypothesis takes off chi-square.
+        The basis is the probability of the residual or, if noise alone would explain its size, the
+        fall of chi-square by the named hypothesis.
         """
         chi2 = float(self.fit.weight @ self.fit.rows.residual**2)
         dof = self.fit.dof
@@ -45,7 +45,7 @@ class Case:
 
     @property
     def rests_on_size(self) -> bool:
-        """Whether the verdict rests on how large the residual is, and not on its shape."""
+        """Whether the verdict depends on the size of the residual, not on its shape."""
         return (self.verdict.code in (Code.NOTHING_MISSING, Code.NOISE)
                 or self.p_value < MISFIT_P_VALUE
                 or all(each.kind == "noise" for each in self.ranking))
