@@ -182,9 +182,9 @@ class Sets:
     def _over_sizes_of(self, k: int, taus: FloatArray) -> FloatArray:
         """Log density (taus, B) for every size of block ``k``, the others' as of ``taus``."""
         n, sets = len(TAUS), len(taus)
-        if k == 0 or self.widths[k] <= n:
+        if k < len(self.widths) - 1 or self.widths[k] < max(n, self.gram.shape[1]):
             return self._of_sizes(k, taus, np.asarray(TAUS[:, None]))
-        # Its matrix is large and diagonal, those of the others are small.
+        # The last block is large and diagonal, and the matrix of all others smaller than its own.
         many = np.tile(taus, (n, 1))
         many[:, k] = np.repeat(TAUS, sets)
         every = self.take(np.tile(np.arange(sets), n))
