@@ -136,13 +136,13 @@ def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
         yield Mistake(
             _at_rates(poses, [(member, ratio)]),
             f"by the gain that the other runs give, the plate turned at {rpm:.4g} rpm in "
-            f"{name}{_whose(turning, poses, name, ratio)}, not at "
+            f"{name}{_other_run_at(turning, poses, name, ratio)}, not at "
             f"{np.median(stated) / RPM:.4g} rpm",
             member,
         )
 
 
-def _whose(turning: Mapping[str, BoolArray], poses: PoseSet, name: str, ratio: float) -> str:
+def _other_run_at(turning: Mapping[str, BoolArray], poses: PoseSet, name: str, ratio: float) -> str:
     """Name of the other run that turned at this rate, in words."""
     magnitude = poses.reference.magnitude
     rate = ratio * float(np.median(magnitude[turning[name]]))

@@ -126,7 +126,7 @@ def _check_run(
         return
     sizes = np.linalg.norm(accelerometer.correct(poses.accelerometer_conditions(nominal)), axis=1)
     kind = "on the turning plate" if poses.spin_rad_s.any() else "with the plate stopped"
-    leans = _as_on_a_plate_that_leans(poses, sizes, gravity)
+    leans = _leaning_advice(poses, sizes, gravity)
     raise Contradiction(
         f"{run}: in its poses {kind} the calibrated accelerometer reads "
         f"{np.median(sizes):.4g} m/s² (median) where gravity is {gravity:.4g} m/s², off by "
@@ -137,7 +137,7 @@ def _check_run(
     )
 
 
-def _as_on_a_plate_that_leans(poses: PoseSet, size: FloatArray, gravity: float) -> str:
+def _leaning_advice(poses: PoseSet, size: FloatArray, gravity: float) -> str:
     """Advice if the ``size`` (n,) of the force is small in a run because the plate leans.
 
     "" where no run looks so: the rotating part of gravity is known already.
@@ -185,7 +185,7 @@ def force_notes(
     misfit = _Allowed.of(member, at, accelerometer, gravity_m_s2).misfit(size)
     share = float(np.sqrt(np.mean(misfit**2))) / gravity_m_s2
     if share > WITHIN_A_SESSION and sound.size >= FEWEST_POSES and poses.ring is None:
-        leans = _as_on_a_plate_that_leans(member, size, gravity_m_s2)
+        leans = _leaning_advice(member, size, gravity_m_s2)
         off = (
             f"in the poses of the gyroscope the calibrated accelerometer reads "
             f"{np.median(size):.5g} m/s² (median) where gravity is {gravity_m_s2:.5g} m/s², off by "

@@ -39,14 +39,14 @@ ShapeValue = float | FloatArray
 """A shape parameter: one value, or (n, 1) a value for each row, which listed effects take too."""
 
 Need = Literal["force", "time", "previous", "vibration", "plate"]
-"""What the columns of an effect are made of besides the vector itself, as the fields of
+"""Inputs of the columns of an effect besides the vector itself, as the fields of
 :class:`calib.poses.conditions.Conditions`: the specific force; the time since the session began;
 the pose before; the vibration within the pose; the plate's rate and the reference magnitude."""
 
 ConstantPart = Literal["bias", "scale"]
 
 Place = Literal["reading", "sensor", "reference", "noise"]
-"""Where an effect acts; what acts on the noise is drawn anew (:mod:`calib.effects.drawn`)."""
+"""Place where an effect acts; an effect on the noise is drawn anew (:mod:`calib.effects.drawn`)."""
 
 Draw = Literal["", "as_noise", "per_pose", "in_time"]
 """How the coefficients of an effect are drawn: not at all, they are parameters; with each pose in
@@ -91,7 +91,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Page:
-    """What a person should know of an effect before adding it.
+    """Facts on an effect that a user should know before adding it.
 
     ``typical`` maps a class of parts to its sizes; ``confounded`` and ``separates`` say what
     looks the same in which data, and the measurement that tells them apart. ``expressions`` are its

@@ -1,4 +1,4 @@
-"""What the surroundings and the past do to a triad: temperature, time, history, vibration."""
+"""Effects of the surroundings and the past on a triad: temperature, time, history, vibration."""
 
 import numpy as np
 

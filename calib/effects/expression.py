@@ -176,7 +176,7 @@ def substituted(tree: ast.expr, values: Mapping[str, ast.expr]) -> ast.expr:
 
 
 def on_axis(tree: ast.expr, axis: int) -> ast.expr:
-    """What ``tree`` is on axis 0, 1 or 2: the axis's own components by their names."""
+    """``tree`` on axis 0, 1 or 2: the axis's own components by their names."""
     return substituted(tree, {name: ast.parse(names[axis], mode="eval").body
                               for name, names in OF_AXIS.items()})
 

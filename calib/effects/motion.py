@@ -1,4 +1,4 @@
-"""What specific force and rotation do to a triad that should not sense them."""
+"""Effects of specific force and rotation on a triad that should not sense them."""
 
 import numpy as np
 

@@ -209,7 +209,7 @@ def _unwritable(values: FloatArray) -> FloatArray:
 
 
 def fault_of_user_effect(effect: Effect, at: Conditions) -> str | None:
-    """What is wrong with the columns of a user's effect on these rows, or None.
+    """Fault of the columns of a user's effect on these rows, or None.
 
     Checked are finite values, and that every row depends on itself only.
 

@@ -1,4 +1,4 @@
-"""How an effect varies about what a bias or a gain would absorb of it."""
+"""Variation of an effect about the part that a bias or a gain would absorb."""
 
 from collections.abc import Sequence
 from dataclasses import replace

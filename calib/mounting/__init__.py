@@ -1,4 +1,4 @@
-"""How the sensor is mounted in a vehicle: Promrit et al.
+"""Mounting of the sensor in a vehicle: Promrit et al.
 
     still_reading ─ levelling (roll, pitch) ─┬─ floor_slope ─ mounting
     heading (yaw, from a drive) ─────────────┘

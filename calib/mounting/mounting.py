@@ -84,7 +84,7 @@ class MountingLogs:
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """How one sensor sits in its vehicle.
+    """Mounting of one sensor in its vehicle.
 
     Parameters
     ----------

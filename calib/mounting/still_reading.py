@@ -59,7 +59,7 @@ class StillReading:
 
 
 def log_conditions(log: ImuLog, nominal: FloatArray) -> Conditions:
-    """What effects are evaluated on for every sample of a log, whose clock is its own.
+    """Conditions of effects for every sample of a log, whose clock is its own.
 
     The time of the calibration session and the pose before are not known here: they are NaN.
     """

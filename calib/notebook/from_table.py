@@ -51,7 +51,7 @@ class LotCalibration:
 
     @property
     def refusals(self) -> dict[str, CalibrationError]:
-        """Why sensors are not calibrated, by their names."""
+        """Reasons why sensors are not calibrated, by name."""
         return {name: error for block in self.blocks for name, error in block.refusals.items()}
 
     @cached_property

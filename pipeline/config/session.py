@@ -69,7 +69,7 @@ class Config(Section):
 
     @property
     def output_folder(self) -> Path:
-        """Where results go: ``output``, or the file's stem + ``.run``; beside the file."""
+        """Folder of the results: ``output``, or the file's stem + ``.run``; beside the file."""
         path = self._source.path
         return path.parent / (self.output or f"{path.stem}.run")
 

@@ -61,7 +61,7 @@ class FleetSummary:
 
     @property
     def exit_codes(self) -> Mapping[int, int]:
-        """How many sessions ended with each exit code, 0 first."""
+        """Number of sessions by exit code, 0 first."""
         ended = self.table.groupby("session")["exit_code"].max().value_counts()
         return {int(code): int(ended[code]) for code in sorted(ended.index)}
 

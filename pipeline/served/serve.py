@@ -75,7 +75,7 @@ def answering(path: str, answer: Callable[[Json], Json]) -> Route:
 
 
 async def beside(work: Callable[[], T]) -> T:
-    """What ``work`` gives, computed beside the loop that serves the others.
+    """Result of ``work``, computed beside the loop that serves the others.
 
     The program does not wait for the thread when it ends, unlike for those of asyncio.
     """

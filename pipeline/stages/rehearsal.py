@@ -116,11 +116,11 @@ def _gyroscope(
     if not filmed:
         read_in = triad_input("gyroscope", config, RunContext(), rates, recordings, accelerometer)
         return read_in.calibrated(), read_in.notes
-    felt = _felt(logs, [Setting.of(run) for run in filmed], sensor_specs(config.sensor))
-    if felt is None:
+    sensed = _sensed_rates(logs, [Setting.of(run) for run in filmed], sensor_specs(config.sensor))
+    if sensed is None:
         return None, ()
-    recordings = Recordings({**recordings.by_setting, **felt[0]})
-    rates |= felt[1]
+    recordings = Recordings({**recordings.by_setting, **sensed[0]})
+    rates |= sensed[1]
     poses = gyroscope_poses(config, rates, recordings, accelerometer).used
     model, _, _ = model_on(section.model, user_effects(config, "gyroscope", False), poses)
     if not (config.accelerometer and config.accelerometer.runs):  # whose waves count too
@@ -142,7 +142,7 @@ def _off_the_nominal(config: Config, rates: Mapping[str, PlateRate]) -> Iterator
                    f"nominal_rpm.")
 
 
-def _felt(
+def _sensed_rates(
     logs: SessionLogs, settings: list[Setting], specs: Specs
 ) -> tuple[dict[Setting, Recording], dict[str, PlateRate]] | None:
     """Averages of whole logs, and the rates of the gyroscope in them by its data sheet.

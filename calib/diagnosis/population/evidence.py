@@ -124,7 +124,7 @@ def evidence_of(
 
 
 def _visible(columns: FloatArray, basis: FloatArray, root: FloatArray) -> FloatArray:
-    """What of whitened columns (..., d, k) the poses can see beside the model, (..., r, k).
+    """Part of whitened columns (..., d, k) visible beside the model, (..., r, k).
 
     ``basis`` (..., r, m) is that of the model, ``root`` (..., r) the root of the rows' weights.
     """

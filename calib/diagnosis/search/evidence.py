@@ -136,7 +136,7 @@ class Sets:
         return np.asarray(np.clip(np.sqrt(mean / variance[:, None]), TAUS[0], TAUS[-1]))
 
     def at_most(self) -> FloatArray:
-        """What no log density (B,), no unit, exceeds: that of the residual fitted at no cost."""
+        """Upper bound of the log density (B,), no unit: that of the residual fitted at no cost."""
         return np.logaddexp(*self.noise.log_density(self._fitted[1], 0.0, self.chi2))
 
     def take(self, which: IntArray) -> "Sets":
@@ -203,7 +203,7 @@ class Sets:
         return np.logaddexp(stated, larger)
 
     def _beside(self, k: int, taus: FloatArray) -> tuple[FloatArray, ...]:
-        """What is left of block ``k`` beside the others of sizes ``taus`` (B, blocks).
+        """Rest of block ``k`` beside the others of sizes ``taus`` (B, blocks).
 
         The products of its columns (B, v, v), those with the residual (B, v), its chi-square and
         the log determinant of the others, each (B,).

@@ -183,7 +183,7 @@ class Table:
         return values
 
     def at_most(self, sets: Sequence[tuple[int, ...]]) -> FloatArray:
-        """What the log density (B,), no unit, of ``sets`` does not exceed; see :meth:`weighed`."""
+        """Upper bound of the log density (B,), no unit, of ``sets``; see :meth:`weighed`."""
         values, of = np.full(len(sets), np.inf), self.products(sets)
         for places in self._of_equal_widths(sets):
             if sets[places[0]]:
@@ -191,7 +191,7 @@ class Table:
         return values
 
     def _of_equal_widths(self, sets: Sequence[tuple[int, ...]]) -> list[IntArray]:
-        """Which of ``sets`` have blocks of equal widths, all of them seen."""
+        """Groups of ``sets`` with blocks of equal widths, all of them seen."""
         groups: dict[tuple[int, ...], list[int]] = {}
         widths, seen = self._widths, self.seen.tolist()
         for i, members in enumerate(sets):

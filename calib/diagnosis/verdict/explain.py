@@ -45,7 +45,7 @@ NOTHING_MORE = "Nothing more can be known of it from this sensor on this bench"
 
 CORRECT = ("Correct a log, or hand the calibration to another program: the error to expect "
            "contains what is open")
-"""What is left to do where something stays open."""
+"""Next step where something stays open."""
 
 
 def explain(
@@ -115,7 +115,7 @@ def _effect(case: Case) -> Explanation:
 
 
 def _alike(case: Case) -> str:
-    """What looks the same as what is named; empty where nothing does."""
+    """Aliases of the named effects; empty where there are none."""
     others = enumeration([readable(name) for name in case.verdict.group[1:]], "or")
     return others and (
         f"In these poses it looks the same as {others}: they cannot determine which it is. ")
@@ -134,7 +134,7 @@ def _with_odds(case: Case, each: Inclusion) -> str:
 
 
 def _beside(case: Case) -> str:
-    """What may be missing beside what is named, or that something is."""
+    """Effects that may be missing beside the named ones, or that something is."""
     verdict = case.verdict
     if verdict.beside:
         words = [_with_odds(case, each) for each in verdict.beside]
@@ -196,7 +196,7 @@ def _course(case: Case, what: str, which: str) -> Explanation:
 
 
 def _nearest(case: Case) -> str:
-    """What the nearest listed effect would do for an error of unlisted shape."""
+    """Gain by the nearest listed effect for an error of unlisted shape."""
     listed = [c for c in case.ranking if c.kind == "listed" and np.isfinite(c.loo_after)]
     nearest = min(listed, key=lambda c: c.loo_after, default=None)
     if nearest is None:
@@ -257,7 +257,7 @@ def _noise(case: Case) -> Explanation:
 
 
 def _instead_of_noise(case: Case) -> str:
-    """What else it may be than the noise that is named, with odds."""
+    """Alternatives to the noise that is named, with odds."""
     lead = case.verdict.name or "noise"
     itself = (lead, "noise") if lead in SHAPELESS else (lead,)
     words = [_with_odds(case, each) for each in case.verdict.beside if each.name not in itself]

@@ -1,4 +1,4 @@
-"""Which kind of noise a residual without any shape is, by the evidence of each."""
+"""Kind of noise of a residual without any shape, by the evidence of each."""
 
 import numpy as np
 

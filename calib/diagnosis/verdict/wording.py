@@ -52,7 +52,7 @@ def what_separates(name: str, triad: Triad) -> str:
 
 
 def readable(name: str, follows: str | None = None) -> str:
-    """What a hypothesis says is missing, in words.
+    """Description of a hypothesis, in words.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def readable(name: str, follows: str | None = None) -> str:
 
 
 def covariate(name: str) -> str:
-    """What an unknown function follows, in words."""
+    """Covariate of an unknown function, in words."""
     return {
         "time_s": "time",
         "spin_rad_s": "the rate of the plate",
@@ -156,7 +156,7 @@ def enumeration(words: Sequence[str], last: str) -> str:
 
 
 def remedy_of_noise(factor: float) -> str:
-    """What helps against a residual of so many times the noise."""
+    """Advice on a residual of so many times the noise."""
     if factor > MORE_THAN_NOISE:
         return (
             "That is more than an unsteady base or short poses make of it: look for poses that "
@@ -177,7 +177,7 @@ def step_of_noise(factor: float, from_run_to_run: bool) -> tuple[Step, str]:
 
 
 def beyond_parts(beyond: Mapping[str, float]) -> str:
-    """What would explain a misfit, at so many times what parts have."""
+    """Effects that would explain a misfit at so many times the size of real parts."""
     name = min(beyond, key=lambda each: beyond[each])
     return (f"'{name}' would explain most of it, but would be {two_digits(beyond[name])} times the "
             f"largest that such sensors have: look for bad poses first.")
@@ -211,5 +211,5 @@ def kind_of_noise(names: Sequence[str]) -> str:
 
 
 def minutes_of(poses: int) -> str:
-    """How long it takes to record so many poses, in words."""
+    """Time to record so many poses, in words."""
     return f"{minutes_for(poses):.0f} min"

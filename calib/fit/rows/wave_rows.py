@@ -103,7 +103,7 @@ class WaveRows(Stacked):
 
     @property
     def common(self) -> FloatArray:
-        """What an sd of each common error adds to a row's reference, in its sds, (..., d', q)."""
+        """Shift of a row's reference by an sd of each common error, in its sds, (..., d', q)."""
         return self.of_rings.common
 
     @property

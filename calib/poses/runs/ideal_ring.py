@@ -28,7 +28,7 @@ from calib.poses.samples.in_step import FEWEST_TURNS
 ADVISED_TILT_RAD = float(np.radians(9.0))
 """Fact: 5 cm under one side of a record player that is 32 cm deep."""
 ADVISED_TILT = "5 cm under one side of the record player, which makes 9° of tilt"
-"""How to achieve it. Words only."""
+"""Way to lean the plate by that. Words only."""
 
 
 def up_round_axis(axis: FloatArray, tilt_rad: float) -> FloatArray:
