@@ -18,7 +18,7 @@ SAME_LENGTH = 0.1
 three times less than that of the others it is 0.3; at a constant length only the steps scatter."""
 
 FEWEST_STEPS = 4.0
-"""Scatter of the axes in steps, from which a step is below SAME_LENGTH of it. Derived."""
+"""Scatter of the axes, steps, from which one step is less than SAME_LENGTH of it. Derived."""
 
 
 def require_raw(logs: Sequence[ImuLog], spec: TriadSpec) -> None:

@@ -44,7 +44,7 @@ NAMED_SHARE = 0.35
 least that much. It chooses words only."""
 
 LARGEST_REFERENCE_ERROR = 2.0
-"""Factor to the stated reference that no plate rate and no gravity is off by. Fact."""
+"""Factor by which no plate rate and no gravity differs from its stated value. Fact."""
 
 
 def scaled_condition(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -83,7 +83,7 @@ def fit(poses: PoseSet, model: Model, *, robust: bool = False) -> Fit:
 
 
 def _fit_as_stated(poses: PoseSet, model: Model, robust: bool) -> Fit:
-    """The fit with the sds and common errors of ``poses``, drawn effects ignored."""
+    """The fit with the sds and common errors of ``poses``, widened by drawn effects or not."""
     return only_fit(_cold_fits(Equations.of_sets((poses,), model), robust))
 
 

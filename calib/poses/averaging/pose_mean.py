@@ -126,7 +126,7 @@ def nominal_means(
 
 
 def _stated_sds(columns: Mapping[str, FloatArray], triad: Triad) -> FloatArray:
-    """The sds of a table, (n, 3), divided by √n where they are those of n samples."""
+    """The sds stated in a table, (n, 3): of means, or of samples if their number is stated."""
     rows = len(columns[triad_columns(triad)[0]])
     return np.column_stack([columns.get(name, np.full(rows, np.nan))
                             for name in triad_columns(triad, SD)])
