@@ -1,8 +1,8 @@
-"""What must agree before a guess may be believed: laws that do not ask how the guess came about.
+"""Consistency tests that a guess must pass, independent of how it was made.
 
-Before a configuration is tried, the readings in SI units are held against gravity, against the
-turns of gravity and against the clock; after it, against the fit and the data sheet. What a law
-refuses is said with what it found, and no other guess is made.
+Before a configuration is tried, the readings in SI units are compared with gravity, with the
+turns of gravity and with the clock; afterwards with the fit and the data sheet. A guess that fails
+a test is refused with the reason, and no other guess is made.
 """
 
 import math
@@ -21,15 +21,15 @@ from pipeline.guess.table_guess import TableGuess
 from pipeline.stages.run import Outcome
 
 LARGEST_MISFIT = 0.02
-"""Residual over the reference, root mean square, of a model that can be right. A judgement: after
-bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
+"""Largest root mean square residual over the reference of a model that can be right. A judgement:
+after bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
 LARGEST_WANDER = 100.0
-"""Scatter of a gyroscope's bias from pose to pose over the noise of a mean, at most. A judgement:
-a cheap one that warms up moves by 20 times it."""
+"""Largest scatter of a gyroscope's bias from pose to pose over the noise of a mean. A judgement:
+the bias of a cheap one that warms up moves by 20 times the noise."""
 
 
 def disagreements(guess: SessionGuess) -> Iterator[str]:
-    """What contradicts the guess of the files, a sentence each; of each law the first table."""
+    """Contradictions to the guess of the files, one sentence for the first table of each test."""
     if not guess.sources:
         return
     for law in (_unused_accelerometer, _one_axis_twice, _no_unit, _other_turns, _too_short):
@@ -38,7 +38,7 @@ def disagreements(guess: SessionGuess) -> Iterator[str]:
 
 
 def _unused_accelerometer(guess: SessionGuess, table: TableGuess) -> str:
-    """Columns that are called an accelerometer and cannot be one, where there is no other."""
+    """Columns named as an accelerometer that cannot be one, if there is no other."""
     if guess.accelerometer is not None or not called_accelerometers(table.table):
         return ""
     return f"{table.path}: {why_no_log(table.table)}."
@@ -56,7 +56,7 @@ def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
-    """A gyroscope that turns gravity in no unit and no range by its clock."""
+    """A gyroscope whose scale by the turns of gravity is that of no unit and no range."""
     triad = table.gyroscope
     if triad is None or not triad.is_unusual:
         return ""
@@ -68,7 +68,7 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
-    """Turns of gravity that are not those of the gyroscope."""
+    """Turns of gravity that differ from those of the gyroscope."""
     turn = None if guess.scales else table.turn(guess.tables)
     if turn is None or not turn.is_exact or abs(math.log(turn.si_per_unit)) < NEAR_RANGE:
         return ""
@@ -79,7 +79,7 @@ def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _too_short(guess: SessionGuess, table: TableGuess) -> str:
-    """A clock by which a log of many poses ends before anybody could lay them."""
+    """A clock by which a log of many poses is too short to place them."""
     source = next(source for source in guess.sources if table in source.tables)
     seconds = sum(float(np.ptp(other.clock.time_s)) for other in source.tables)
     if source.layout != "log" or seconds > FEWEST_MEANS * REST_S:
@@ -90,7 +90,7 @@ def _too_short(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def implausible(outcome: Outcome) -> str | None:
-    """Why an outcome cannot be right although it fits; None where nothing speaks against it."""
+    """Reason why an outcome cannot be right although it fits; None if it is plausible."""
     for result in outcome.triads:
         spec, triad = result.calibration.spec, result.triad
         reference = result.calibration.fit.poses.reference.magnitude

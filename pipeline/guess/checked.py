@@ -1,4 +1,4 @@
-"""A configuration that runs: the guess is tried, and what the poses do not carry is taken out."""
+"""A configuration that runs: the guess is tried and reduced to what the poses determine."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,19 +16,19 @@ from pipeline.guess.session import SessionGuess
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.stages.run import Outcome
 
-#: From the largest to the smallest; a bias alone is no calibration of an accelerometer.
+#: Models from the largest to the smallest; a bias alone does not calibrate an accelerometer.
 MODELS = {"accelerometer": (BASE, ("bias", "scale")), "gyroscope": (BASE, ("bias", "scale"),
                                                                     ("bias",))}
 MOST_TRIES = sum(map(len, MODELS.values())) + len(TRIADS) + 1
-"""Derived: for each triad every smaller model and its removal, and the last try."""
+"""Number of tries. Derived: for each triad every smaller model and its removal, and the last."""
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedConfig:
-    """The text of a configuration, and what came of running it.
+    """The text of a configuration and the result of running it.
 
-    ``outcome`` is None where it does not run; ``changes`` say what the check took out, ``fault``
-    why nothing was left, or what makes the outcome implausible.
+    ``outcome`` is None if it does not run; ``changes`` list what the check removed, ``fault``
+    states why nothing was left, or what makes the outcome implausible.
     """
 
     text: str
@@ -40,9 +40,9 @@ class CheckedConfig:
 def checked_config(
     guess: SessionGuess, path: Path, choices: Choices, run: Callable[[Config], Outcome]
 ) -> CheckedConfig:
-    """The configuration of ``guess`` at ``path`` that runs; nothing is written.
+    """A configuration of ``guess`` at ``path`` that runs; no file is written.
 
-    A model that the poses do not determine gives way to the largest that they do; a triad that
+    A model that the poses do not determine is replaced by the largest that they do; a triad that
     cannot be calibrated at all is left out, with the reason as a comment.
     """
     fault: str | None = None
@@ -67,7 +67,7 @@ def checked_config(
             triad = _culprit(guess, path, choices, run)
             turning = any(source.rate not in (None, STOPPED) for source in guess.sources)
             if triad is None or (triad == "accelerometer" and not turning):
-                break  # of a gyroscope at rest there is no more than a bias
+                break  # a gyroscope at rest shows no more than a bias
             changes.append(f"the {triad} is left out: {error}")
             choices = replace(choices, left_out={**choices.left_out, triad: fault})
     if any(not table.clock.is_known and not table.are_means for table in guess.tables):
@@ -77,7 +77,7 @@ def checked_config(
 
 
 def _smaller(choices: Choices, error: Exception) -> Choices | None:
-    """The choices with the next smaller model, where a triad's poses carry no larger one."""
+    """The choices with the next smaller model, if a triad's poses determine no larger one."""
     if not isinstance(error, Undetermined):
         return None
     remedy = error.remedy
@@ -94,7 +94,7 @@ def _smaller(choices: Choices, error: Exception) -> Choices | None:
 def _culprit(
     guess: SessionGuess, path: Path, choices: Choices, run: Callable[[Config], Outcome]
 ) -> str | None:
-    """The triad without which the rest runs; None where only one is left."""
+    """The triad without which the configuration runs; None if only one triad is left."""
     there = [triad for triad in TRIADS if getattr(guess, triad) and triad not in choices.left_out]
     if len(there) < len(TRIADS):
         return None

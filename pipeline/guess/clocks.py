@@ -19,14 +19,14 @@ from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import read_name
 
-FIRST = 2  #: fact: columns in which seconds and their parts stand, before those of a triad
+FIRST = 2  #: fact: leading columns that may hold seconds and their parts, before those of a triad
 
 
 @dataclass(frozen=True, eq=False)
 class ClockGuess:
-    """How a configuration states the clock of a table.
+    """The clock of a table, as a configuration states it.
 
-    ``column`` in the file with its ``unit``, or ``rate_hz``; ``time_s`` (t,) is what they give.
+    ``column`` in the file with its ``unit``, or ``rate_hz``; ``time_s`` (t,) are the times by them.
     """
 
     column: str | None
@@ -42,7 +42,7 @@ class ClockGuess:
         return self.column is not None or self.rate_hz is not None
 
     def overlaps(self, other: "ClockGuess") -> bool:
-        """Whether both are of the same time, for half of the shorter or more."""
+        """Whether their times overlap by more than half of the shorter one."""
         a, b = self.time_s, other.time_s
         common = min(a[-1], b[-1]) - max(a[0], b[0])
         return bool(common > 0.5 * min(a[-1] - a[0], b[-1] - b[0]))
@@ -51,7 +51,7 @@ class ClockGuess:
 def guess_clock(
     columns: Mapping[str, FloatArray], stated_hz: float | None, file_hz: float | None, si: bool
 ) -> ClockGuess:
-    """The clock of ``columns``; ``stated_hz`` by the user, ``file_hz`` in the file's head."""
+    """The clock of ``columns``; the user states ``stated_hz``, the file's head ``file_hz``."""
     rows = len(next(iter(columns.values())))
     note = ""
     if stated_hz is None:
@@ -75,7 +75,7 @@ def guess_clock(
                 is_slow = len(step) > USUAL_STEPS * ticking and not np.array_equal(
                     ticks, np.rint(ticks))
                 if is_slow or 2 * (step < 0).sum() > ticking:
-                    continue  # noise goes back as often, and only whole seconds tick so seldom
+                    continue  # noise steps back as often, and only whole seconds tick so rarely
                 forward = step[step >= 0]  # a board that was reset begins again
                 rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
@@ -90,7 +90,7 @@ def guess_clock(
 
 
 def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
-    """Columns that may be times: those that are called so, and else one in front that grows."""
+    """Columns that may be times: by name or as time since 1970, else a leading one that grows."""
     named = [name for name in columns if read_name(name).quantity == "time"]
     # A unit in the name settles it; of several, the time of the sample comes before others.
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower(),
@@ -99,22 +99,22 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
                   and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
     if named or since_1970:
         return [*named, *since_1970]
-    # In front, but for a number of the row, whether it begins again after 255 or not.
+    # Leading columns, except a row number, even one that begins again after 255.
     return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_NUMBERS
             and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
                  ).min(initial=1) > 0 and not (step == 1).all()]
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:
-    """The units in which a time counts from 1970, where it may."""
+    """The units in which a time may be counted from 1970."""
     return [unit for unit in SECONDS_PER
             if unit != "d" and EPOCH_S[0] < ticks * SECONDS_PER[unit] < EPOCH_S[1]]
 
 
 def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
-    """The unit of a column of times, why, and what is not sure."""
+    """The unit of a column of times, the reason and the doubts."""
     steps = np.diff(ticks)
-    forward = steps[steps >= 0]  # of a clock in whole seconds most are 0
+    forward = steps[steps >= 0]  # most are 0 for a clock in whole seconds
     usual = float(np.median(forward) or forward.mean()) if forward.any() else 0.0
     if not usual > 0:
         return None, "", ""

@@ -1,4 +1,4 @@
-"""The configuration of a guessed session, as a person would write it."""
+"""The text of the configuration of a guessed session."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -20,17 +20,17 @@ from pipeline.guess.units import TriadGuess
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.header_words import read_name
 
-#: Gravity anywhere on Earth: 9.780 at the equator, 9.832 at the poles.
+#: Sd of gravity at an unknown place on Earth: 9.780 at the equator, 9.832 at the poles.
 GRAVITY_SD_M_S2 = 0.02
-WIDTH = 96  #: width of a list of names that stays on one line
+WIDTH = 96  #: largest width of a list of names on one line
 
 
 @dataclass(frozen=True)
 class Choices:
-    """What is not in the files: the site as the user states it, and what the check has shown.
+    """Input beside the files: the site stated by the user, and the results of the check.
 
-    ``site`` is the text of the section, None where nothing is known of it. ``models`` are smaller
-    models that the poses do determine; ``left_out`` says of a triad why it is not calibrated.
+    ``site`` is the text of the section, None if the site is unknown. ``models`` are smaller models
+    that the poses determine; ``left_out`` gives the reason why a triad is not calibrated.
     """
 
     site: str | None = None
@@ -39,7 +39,7 @@ class Choices:
 
 
 def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
-    """The configuration, with a comment for everything that is not sure."""
+    """The configuration, with a comment for every doubt."""
     names = ", ".join(dict.fromkeys(_relative(table.path, folder) for table in guess.tables[:3]))
     more = " and others" if len(guess.tables) > 3 else ""
     lines = [f"# Written by `pipeline import` from {_comment(names)}{more}.", ""]
@@ -57,7 +57,7 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
 
 
 def _covariates(guess: SessionGuess) -> list[str]:
-    """The columns that may be causes, where one that counts the rows would be taken for one."""
+    """The lines ``covariates``, if a column that counts the rows would be taken for one."""
     columns = {name: values for table in guess.tables[:1]
                for name, values in table.table.columns.items() if not table.table.positions
                if name not in table.theirs.values() and name != table.clock.column}
@@ -131,8 +131,8 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
 def open_scale_text(
     guess: SessionGuess, other: str = "add a clip of the turning plate to the files"
 ) -> str:
-    """Why the gyroscope is not used, and what would decide its unit or range: an option, or what
-    ``other`` says.
+    """Reason why the gyroscope is not used, and how to decide its unit or range: by an option, or
+    by ``other``.
     """
     unit = guess.scales[0].unit
     answer = f"--gyroscope-{'unit' if unit else 'range'} {guess.scales[-1].answer}"
@@ -142,7 +142,7 @@ def open_scale_text(
 
 
 def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
-    """The section ``poses`` of a source."""
+    """The lines of the section ``poses`` of a source."""
     paths = [yaml_word(name) for name in _names(source, folder)]
     lines = [f"{source.layout}:{_listed(paths)}"]
     columns = [table.columns for table in source.tables]
@@ -159,7 +159,7 @@ def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
 
 
 def _names(source: PoseSource, folder: Path) -> list[str]:
-    """The files of a source; a pattern where it stands for these files and no others."""
+    """The files of a source, as a pattern if it matches these files and no others."""
     names = [_relative(table.path, folder) for table in source.tables]
     parents, suffixes = {Path(name).parent for name in names}, {Path(name).suffix for name in names}
     if source.layout != "files" or len(parents) != 1 or len(suffixes) != 1:
@@ -175,7 +175,7 @@ def _names(source: PoseSource, folder: Path) -> list[str]:
 
 
 def _clock(source: PoseSource) -> list[str]:
-    """The sample rate of tables without times."""
+    """The line with the sample rate of tables without times."""
     without = [table.clock for table in source.tables if table.clock.column is None]
     if not without:
         return []
@@ -193,8 +193,7 @@ def _columns(table: TableGuess, columns: list[str] | dict[str, str] | None) -> s
 
 
 def _listed(items: Sequence[str]) -> str:
-    """One item alone, or a list, one below the other where it is long; what stands before it ends.
-    """
+    """One item alone, or a list, on several lines if it is long; the text after a key's colon."""
     if len(items) == 1:
         return f" {items[0]}"
     flat = f" [{', '.join(items)}]"
@@ -210,11 +209,11 @@ def _sheet(triad: TriadGuess) -> str:
 
 
 def _relative(path: Path, folder: Path) -> str:
-    """The path from the configuration's folder, where the file lies in it or near by."""
+    """The path relative to the configuration's folder; absolute if the file is far from it."""
     relative = Path(os.path.relpath(path.absolute(), folder)).as_posix()
     return path.absolute().as_posix() if relative.startswith("../..") else relative
 
 
 def _comment(text: str) -> str:
-    """``text`` in one line; control characters of a file's names cannot end a comment."""
+    """``text`` with ``?`` for control characters, so that a name in a file cannot end a comment."""
     return "".join(sign if sign.isprintable() else "?" for sign in text)

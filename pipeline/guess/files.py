@@ -1,4 +1,4 @@
-"""Files as they are named on the command line to the guess of a session."""
+"""From the files on the command line to the guess of their tables and clips."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,23 +19,23 @@ from pipeline.logs.header_words import read_name
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measure_setting
 
-#: Ends of the names of clips; fact.
+#: Suffixes of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
 REMOVED = 0.3
-"""Share of gravity below which a typical reading had gravity removed: half of the rows of a log are
-at rest."""
+"""Share of gravity below which a typical reading shows that gravity was removed: half of the rows
+of a log are at rest."""
 
 
 def guess_files(
     files: Sequence[Path], rate_hz: float | None
 ) -> tuple[list[TableGuess], tuple[str, ...]]:
-    """What all tables of ``files`` are, and a note on each table that holds no triad.
+    """Guesses of all tables of ``files``, and a note on each table that holds no triad.
 
     Parameters
     ----------
     files : sequence of Path
     rate_hz : float or None
-        The sample rate as the user states it.
+        The sample rate, stated by the user.
 
     Raises
     ------
@@ -56,17 +56,17 @@ def guess_files(
 
 
 def is_clip(path: Path) -> bool:
-    """Whether a file is a clip by its name."""
+    """Whether the name of a file is that of a clip."""
     return path.suffix.lower() in CLIPS
 
 
 def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRate]:
-    """The rate of the plate in each clip, which is a setting of its own.
+    """The rate of the plate in each clip; each clip is a separate setting.
 
     Raises
     ------
     UnreadableInput, UnreadableVideo, RateRefused
-        Of the first clip, in their order, that shows no turning plate.
+        The first clip that shows no turning plate raises it.
     """
     if not clips:
         return []
@@ -79,13 +79,13 @@ def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRa
 
 
 def measured_clips(rates: Mapping[Path, SettingRate]) -> list[MeasuredClip]:
-    """The signed rate of each clip, of which ``rates`` has the setting."""
+    """The signed rate of each clip in ``rates``."""
     return [MeasuredClip(path, -rate.rate_rad_s if rate.plate.direction == "cw"
                          else rate.rate_rad_s) for path, rate in rates.items()]
 
 
 def called_accelerometers(table: RawTable) -> list[Triple]:
-    """Columns whose names, or that of their file, say that they are an accelerometer's."""
+    """Triples of columns that belong to an accelerometer by their names or that of their file."""
     names = list(table.columns)
     words = {name: read_name(name) for name in names}
     return [*triples_by_name(names, "acc"),
@@ -95,7 +95,7 @@ def called_accelerometers(table: RawTable) -> list[Triple]:
 
 
 def why_no_log(table: RawTable) -> str:
-    """Why a table cannot be used, as the end of a sentence that names it."""
+    """Reason why a table cannot be used, as the end of a sentence that names the table."""
     names = list(table.columns)
     called = called_accelerometers(table)
     gravity = [triple for triple in triples_by_name(names, "")

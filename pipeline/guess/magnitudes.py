@@ -1,7 +1,7 @@
-"""Units and encodings from the numbers: gravity has one length in every attitude.
+"""Units and encodings from the numbers: gravity has the same magnitude in every attitude.
 
-Where a sensor rests, its accelerometer reads gravity: the radius of the sphere on which its rests
-lie is the unit, whatever the bias.
+At rest an accelerometer reads gravity: the radius of the sphere through its readings at rest is the
+unit, independent of the bias.
 """
 
 import math
@@ -18,11 +18,11 @@ from pipeline.config.sensor import ForceUnit, RateUnit
 from pipeline.config.units import UNITS
 from pipeline.guess.pool import ROUNDEST, Sphere, sphere_through, still_means
 
-CODES = 65536.0  #: fact: of a converter of 16 bits
+CODES = 65536.0  #: fact: number of codes of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
 BNO055_PER_G, BNO055_PER_DEG_S = 980.665, 16.0  #: facts: 100 counts per m/s², and 16 per °/s
 NEAR_THOUSAND = (BNO055_PER_G, 1000.0, 1024.0)
-"""Facts: whole numbers for 1 g that lie as close together as scale errors: of a BNO055, mg, and 12
+"""Facts: whole numbers for 1 g that differ by no more than scale errors: of a BNO055, mg, and 12
 bits over ±2 g."""
 COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 100 counts per m/s² of a BNO055;
@@ -34,34 +34,34 @@ COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 200
 OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200.0))
 """Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
 USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
-"""Facts: those, and of ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
-RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s in each
+"""Facts: those, and for ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
+RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s per unit
 UNITS_PER_DEG_S = {unit: math.radians(1) / size for unit, size in RATE_UNITS.items()}  #: facts
 NEAR_RANGE = math.log(1.1)
-"""Logarithm of a gyroscope's gain over that of its range: the ranges of two makers lie 14 % apart,
-and factory gains within 3 %."""
-AS_NEAR = 0.03  #: logarithm by which another range may lie farther and explain as much: such a gain
+"""Largest log ratio of a gyroscope's gain to that of its range: the ranges of two makers are 14 %
+apart, and factory gains are within 3 %."""
+AS_NEAR = 0.03  #: log ratio by which another range may be farther and still explain a factory gain
 RECORD_RPM = (100 / 6, 100 / 3, 45.0, 78.26)
-"""Speeds of record players; the slowest and the last one from gramophones."""
+"""Speeds of record players; the slowest and the last are those of gramophones."""
 
 RPM_TOLERANCE = 0.05
-"""Cheap players turn 2 % too fast and gyroscopes read 3 % wrong."""
+"""Relative error of a speed: cheap players turn 2 % too fast and gyroscopes read 3 % wrong."""
 
 GRAVITY_TOLERANCE = 0.15
-"""A factory accelerometer reads gravity within a tenth in every attitude."""
+"""Relative error of gravity: a factory accelerometer reads it within a tenth in every attitude."""
 
 LOOSEST = 1.8
-"""Ratio of a reading at rest to gravity, either way, up to which a triad may be the accelerometer:
-one board in ``tests`` reads 1.4 g upright."""
+"""Largest ratio of a reading at rest to gravity, or of gravity to it, for an accelerometer: one
+board in ``tests`` reads 1.4 g upright."""
 
-FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m/s² in each
+FORCE_UNITS = {unit: UNITS[unit][1] for unit in get_args(ForceUnit)}  #: fact: m/s² per unit
 MOST_INNER = 0.7
-"""Share of readings in the inner half of the codes from which zero is in the middle, not at the
-ends. Tuned: ``tests.bench.study_import``, half changes no set, double one of 37."""
+"""Share of readings in the inner half of the codes above which the code of zero is in the middle,
+not at the ends. Tuned: ``tests.bench.study_import``, half changes no set, double one of 37."""
 
 
 def encoding_of(values: FloatArray) -> str:
-    """How readings (t, 3) are written as whole numbers; empty for numbers that are no counts."""
+    """The encoding of readings (t, 3) as counts; empty for numbers that are not counts."""
     whole = np.array_equal(values, np.rint(values))
     if not len(values) or not whole or np.abs(values).max() < COUNTS_PER_G[-1] / 2:
         return ""
@@ -88,7 +88,7 @@ def typical_length(values: FloatArray) -> float:
 
 
 def sample_noise_sd(values: FloatArray) -> float:
-    """Sd of one sample of readings (t, 3), from what neighbours differ by."""
+    """Sd of one sample of readings (t, 3), from the differences of successive samples."""
     steps = np.diff(values, axis=0)
     return float(np.median(np.abs(steps))) / MEDIAN_OF_NORMAL / math.sqrt(2) if len(steps) else 0.0
 
@@ -97,8 +97,8 @@ def sample_noise_sd(values: FloatArray) -> float:
 class GravityUnit:
     """The unit in which a triad reads gravity.
 
-    ``unit`` is one of a configuration's or ``counts``; ``per_g`` so many of it are gravity;
-    ``is_sure`` where most readings have the length that a known unit gives.
+    ``unit`` is a unit of the configuration or ``counts``, ``per_g`` the number of units per g;
+    ``is_sure``: most readings have the length that a known unit gives.
     """
 
     unit: str
@@ -116,7 +116,7 @@ class GravityUnit:
 def gravity_unit(
     values: FloatArray, table: IntArray, step_s: float, encoding: str
 ) -> GravityUnit | None:
-    """The unit in which signed readings (t, 3) are gravity; None where no unit makes them so."""
+    """The unit in which signed readings (t, 3) are gravity; None if there is none."""
     lengths = np.linalg.norm(values, axis=1)
     length = float(np.median(lengths))
     if not length > 0:
@@ -138,7 +138,7 @@ def gravity_unit(
     unit, per_g = min((*physical, *counts), key=lambda known: abs(math.log(length / known[1])))
     off = abs(math.log(length / per_g))
     steady = spread < GRAVITY_TOLERANCE
-    # Of one length, in a range or a unit that is none of these, if it is gravity at all.
+    # If it is gravity at all, its constant length is in a range or unit that is none of these.
     is_unusual = off >= GRAVITY_TOLERANCE and (
         unit == "counts" or (rests is not None and rests.misfit < ROUNDEST))
     if off > math.log(LOOSEST) and not (is_unusual and steady):
@@ -151,9 +151,9 @@ def gravity_unit(
 
 
 def rate_scales(encoding: str, beside_per_g: float) -> tuple[float, ...]:
-    """Units or counts per °/s in which a gyroscope may be written, in °/s per unit.
+    """Known scales of a gyroscope with an encoding, in units or counts per °/s.
 
-    ``beside_per_g`` are the units of the accelerometer per g: the counts of a BNO055 come together.
+    ``beside_per_g`` is the accelerometer's scale, units per g, which identifies a BNO055.
     """
     if encoding == OFFSET_BINARY:
         return OFFSET_COUNTS_PER_DEG_S
@@ -164,7 +164,7 @@ def rate_scales(encoding: str, beside_per_g: float) -> tuple[float, ...]:
 
 
 def near_scales(per_deg: float, known: Sequence[float]) -> tuple[float, ...]:
-    """The known scales that explain a measured one, the nearest first; none where none is near."""
+    """The known scales near a measured one, the nearest first; empty if none is near."""
     off = {scale: abs(math.log(per_deg / scale)) for scale in known}
     farthest = min(NEAR_RANGE, min(off.values()) + AS_NEAR)
     return tuple(sorted((scale for scale in off if off[scale] < farthest), key=off.__getitem__))

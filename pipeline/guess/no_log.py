@@ -1,4 +1,4 @@
-"""Texts of numbers that are no table of samples, each refused with what would make it one."""
+"""Refusal of texts of numbers that are not a table of samples, with the way to make one."""
 
 import math
 import re
@@ -20,19 +20,19 @@ from pipeline.logs.text import LogText
 from pipeline.text.names import word
 
 EVENTS = 200  #: rows that show whether a file is a list of events
-MOST_KINDS = 12  #: sensors of a phone
+MOST_KINDS = 12  #: largest number of sensors: those of a phone
 LEAST_TURNS = 0.25
-"""Share of the rows that name another board than the one before. A judgement: boards that send in
-turns change in half of the rows or more, the state of one board changes seldom."""
+"""Least share of rows whose board differs from that of the row before. A judgement: boards that
+send in turn change in half of the rows or more, the state of one board changes rarely."""
 IN_TURN = 0.7
-"""Share of the rows whose sensor is the one that mostly follows the last. A judgement: of sensors
-that send in turns four of five are, of a reading of a few values one of two at most."""
+"""Least share of rows whose sensor is the usual successor of the last. A judgement: it is four of
+five for sensors that send in turn, one of two at most for a reading with a few values."""
 FARTHER = 5.0
-"""Step from a sensor to another over that of one at rest and the finest step. A judgement: the
-biases of two boards lie ten times their noise apart in one of six axes, those of one board 1."""
+"""Least ratio of the step between sensors to that within one plus the resolution. A judgement: the
+biases of two boards differ by ten times the noise in one of six axes, those of one board by 1."""
 LONGEST_CHANNELS = 4
-"""Cells of a row over the number of rows from which each row is a channel. A judgement: a log has
-more samples than columns, and 60 columns at most."""
+"""Ratio of the cells of a row to the number of rows above which each row is a channel. A judgement:
+a log has more samples than columns, and 60 columns at most."""
 NOT_LINES_OF_NUMBERS = (
     (re.compile(r"#(?:[0-9A-Fa-f]{2}){3,}(?!\w)"
                 r"|(?:(?<![\w.])[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)"
@@ -46,16 +46,16 @@ NOT_LINES_OF_NUMBERS = (
     (re.compile(r"\s*<.*>\s*"),
      "it is XML or HTML. Open it in a spreadsheet or a browser, and save the table as CSV"),
 )
-"""What lines look like that hold no rows of numbers, and what to do with them. Facts."""
+"""Patterns of lines that are not rows of numbers, and advice on each. Facts."""
 FACTOR = re.compile(r"\s*(\d+\.?\d*[eE][+-]\d+)\s*\*\s*")
 """A factor above a matrix, as MATLAB shows one: ``1.0e+03 *``."""
 LONGEST_SHOWN = 60  #: letters of a line in a message; of text
 BYTE = re.compile(r"(.*?)[ _.]?(h|l|hi|lo|high|low|msb|lsb)", re.IGNORECASE)
-"""A column of one byte of a number: ``AXH``, ``acc_x_lsb``."""
+"""Name of a column with one byte of a number: ``AXH``, ``acc_x_lsb``."""
 
 
 def require_numbers_in_cells(path: Path, lines: Sequence[str]) -> None:
-    """Refuse rows of which several cells hold a list of samples each.
+    """Refuse rows in which each of several cells holds a list of samples.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def with_samples_in_rows(path: Path, tables: Sequence[FileTable]) -> list[FileTa
     Raises
     ------
     UnreadableInput
-        All of them have.
+        All tables have.
     """
     able = [table for table in tables if not table.columns
             or len(table.columns) <= LONGEST_CHANNELS * len(next(iter(table.columns.values())))]
@@ -89,7 +89,7 @@ def with_samples_in_rows(path: Path, tables: Sequence[FileTable]) -> list[FileTa
 
 
 def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:
-    """Why no line is a row of readings."""
+    """The error for a text in which no line is a row of readings."""
     _require_one_row_a_sample(path, lines)
     shown = [line for line in lines[-EVENTS:] if line.strip()]
     for manner, what in NOT_LINES_OF_NUMBERS:
@@ -103,7 +103,7 @@ def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:
 
 
 def require_samples(text: LogText) -> None:
-    """Refuse tables whose rows are no samples of one sensor.
+    """Refuse tables whose rows are not samples of one sensor.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def require_samples(text: LogText) -> None:
 
 
 def _require_no_factor(text: LogText) -> None:
-    """Refuse a matrix as it is shown on a screen: few digits, and a factor above it."""
+    """Refuse a printed matrix, which has few digits and a factor above it."""
     factor = next(filter(None, map(FACTOR.fullmatch, text.lines[: text.first])), None)
     if factor is not None:
         raise UnreadableInput(
@@ -127,7 +127,7 @@ def _require_no_factor(text: LogText) -> None:
 
 
 def _require_samples_in_rows(text: LogText) -> None:
-    """Refuse rows that are channels, with the samples beside each other."""
+    """Refuse rows that are channels, with their samples side by side."""
     rows = [split_cells(line, delimiter_of(line)) for line in islice(text.lines, EVENTS)]
     rows = [row for row in rows if row]
     named = [row[0] for row in rows if read_name(row[0]).quantity in ("acc", "gyr")]
@@ -140,7 +140,7 @@ def _require_samples_in_rows(text: LogText) -> None:
 
 
 def _require_whole_numbers(text: LogText) -> None:
-    """Refuse numbers of two bytes in two columns."""
+    """Refuse numbers whose two bytes are in two columns."""
     parts = [BYTE.fullmatch(name) for name in text.names]
     pairs = [one[1] for one, other in pairwise(parts)
              if one and other and one[1] == other[1] and one[2][0].lower() != other[2][0].lower()]
@@ -152,10 +152,10 @@ def _require_whole_numbers(text: LogText) -> None:
 
 
 def _require_one_sensor(text: LogText) -> None:
-    """Refuse rows of several sensors or boards in turns: a column names the one of each row.
+    """Refuse rows of several sensors or boards in turn, which a column names in each row.
 
-    Whatever the names, the readings then jump from row to row and not from one row of a sensor to
-    its next.
+    Whatever the names, the readings then jump between successive rows, but not between successive
+    rows of one sensor.
     """
     rows = [cells for _, cells in islice(text.rows(), EVENTS)]
     width = min(map(len, rows), default=0)
@@ -185,12 +185,12 @@ def _require_one_sensor(text: LogText) -> None:
 
 
 def _number(text: LogText, cell: str) -> float:
-    """The number in a cell; NaN where there is none."""
+    """The number in a cell; NaN if there is none."""
     return float(text.dialect.decimal_points(cell)) if text.dialect.holds_number(cell) else math.nan
 
 
 def _jump_between(columns: FloatArray, kinds: Sequence[int]) -> bool:
-    """Whether a column of (t, k) steps far less within each of the ``kinds`` (t,) of its rows."""
+    """Whether a column of (t, k) has much smaller steps within each of the rows' ``kinds`` (t,)."""
     between = np.abs(np.diff(columns, axis=0))[np.diff(kinds) != 0]
     order = np.argsort(kinds, kind="stable")
     same = np.diff(np.asarray(kinds)[order]) == 0
@@ -201,7 +201,7 @@ def _jump_between(columns: FloatArray, kinds: Sequence[int]) -> bool:
 
 
 def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:
-    """Refuse rows of one value each, whose name stands beside it, as data bases export them."""
+    """Refuse rows with one value and its name, as databases export them."""
     rows = [split_cells(line, delimiter_of(line)) for line in lines[-EVENTS:]]
     rows = [row for row in rows if row and len(row) == len(rows[0])]
     for i, cells in enumerate(zip(*rows, strict=True)):

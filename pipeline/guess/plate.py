@@ -1,7 +1,7 @@
-"""At which rate the tables of a session turn, and what range of the gyroscope follows from it.
+"""Rates at which the tables of a session turn, and the range of the gyroscope by them.
 
-The range shows where the true rate is known from elsewhere: a clip, gravity that goes round once
-per turn in the accelerometer of a plate that leans, the speeds of record players, or the user.
+The range follows from a true rate of another origin: a clip, gravity that rotates once per turn in
+the accelerometer on a tilted plate, the speeds of record players, or the user.
 """
 
 import math
@@ -32,14 +32,14 @@ from pipeline.guess.units import TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0
-"""Times the reading at rest that one on the plate is at least: a bias of 20 °/s, and 16 rpm."""
+"""Least ratio of a reading on the plate to one at rest: a bias of 20 °/s, and 16 rpm."""
 CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
 LARGEST_MISFIT = 0.05
-"""Scatter of the mean rates about a sphere, over its radius, at most: axes of a gyroscope differ by
+"""Largest scatter of the mean rates about a sphere, over its radius: axes of a gyroscope differ by
 3 %. A judgement."""
 NEAR_CLIP = math.log(1.15)
-"""Logarithm of the gyroscope's rate over a clip's: its gain may be 10 % off. Also of tables of one
-speed."""
+"""Largest log ratio of the gyroscope's rate to a clip's: its gain may be 10 % off. Also that of the
+rates of two tables of one speed."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class MeasuredClip:
 
 @dataclass(frozen=True)
 class ScaleChoice:
-    """A unit or a range of the gyroscope that nothing rules out: ``per_deg`` units are 1 °/s.
+    """A possible unit or range of the gyroscope, with ``per_deg`` units per °/s.
 
-    ``rpm`` is the plate's speed that follows, None at rest.
+    ``rpm`` is the speed of the plate that follows from it, None at rest.
     """
 
     per_deg: float
@@ -67,31 +67,31 @@ class ScaleChoice:
 
     @property
     def answer(self) -> str:
-        """What a user types: the unit, or the full scale in °/s of a sensor of 16 bits."""
+        """Value of the option: the unit, or the full scale in °/s of a sensor of 16 bits."""
         return self.unit or f"{CODES / 2 / self.per_deg:g}"
 
     @property
     def says(self) -> str:
-        """The unit or the range, and what would follow from it."""
+        """The unit or the range, and the speed that would follow from it."""
         name = UNIT_WORDS.get(self.unit) or f"±{self.answer} °/s"
         return name + ("" if self.rpm is None else f" would be {self.rpm:.3g} rpm")
 
 
 Settled = tuple[list[TableGuess], tuple[ScaleChoice, ...]]
-"""Tables, and the scales of their gyroscope among which nothing decides."""
+"""Tables, and the possible scales of their gyroscope that remain."""
 
 
 def settle_scale(
     tables: Sequence[TableGuess], clips: Sequence[MeasuredClip], stated_per_deg: float | None
 ) -> Settled:
-    """Decide the scale of a gyroscope that is open, by the first evidence that there is.
+    """Decide the unknown scale of a gyroscope by the first evidence that is available.
 
     Parameters
     ----------
     tables : sequence of TableGuess
     clips : sequence of MeasuredClip
     stated_per_deg : float or None
-        Units per °/s as the user states them.
+        Units per °/s, stated by the user.
     """
     if stated_per_deg is not None:
         every = [replace(table, gyroscope=replace(table.gyroscope, choices=(stated_per_deg,)))
@@ -112,7 +112,7 @@ def settle_scale(
         if turn is not None and turn.is_exact:
             shown = math.radians(1) / (gyroscope.si_per_unit * turn.si_per_unit)
             able = near_scales(shown, gyroscope.choices)
-            if not able and gyroscope.encoding == OFFSET_BINARY:  # raw counts of a gain of its own
+            if not able and gyroscope.encoding == OFFSET_BINARY:  # raw counts with their own gain
                 able = (float(f"{shown:.3g}"),)
             if len(able) != 1:
                 continue
@@ -122,7 +122,7 @@ def settle_scale(
     turning = _turning(undecided)
     if not turning:
         return [*tables], tuple(ScaleChoice(per_deg, None) for per_deg in gyroscope.choices)
-    # Lengths are in rad/s at the first sensitivity; at another they are so many times as long.
+    # Lengths are in rad/s at the first scale; at another they are multiplied by the ratio.
     first = math.radians(1) / gyroscope.si_per_unit
     lengths = np.array([table.usual_rad_s for table in turning])
     usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
@@ -147,7 +147,7 @@ def settle_scale(
 def _known_factors(
     tables: Sequence[TableGuess], lengths: FloatArray, clips: Sequence[MeasuredClip]
 ) -> Iterator[tuple[FloatArray, str]]:
-    """True rates over those of the gyroscope by what else shows them, the best evidence first."""
+    """Ratios of the true rates to the gyroscope's, with their origin, the best evidence first."""
     speeds = np.array(sorted({*speeds_of(list(lengths))}))
     rates = np.array([abs(clip.rate_rad_s) for clip in clips])
     every = (rates[:, None] / speeds).ravel()
@@ -157,19 +157,19 @@ def _known_factors(
         rpm = ", ".join(f"{rate / RPM:.4g}" for rate in rates)
         yield np.array(shown), f"the plate turns at {rpm} rpm in the clip"
     if (shown_by := _rate_by_gravity(tables, lengths)) is not None:
-        rate, felt = shown_by
-        yield np.array([rate / felt]), (
+        rate, measured = shown_by
+        yield np.array([rate / measured]), (
             f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer")
-    called = [match and nominal_rpm(float(match.group(1).replace(",", ".")) * RPM) * RPM
+    named = [match and nominal_rpm(float(match.group(1).replace(",", ".")) * RPM) * RPM
               for table in tables for match in [CALLED_RPM.search(str(table.path))]]
-    if all(called):
-        factors = np.array(called, float) / lengths
+    if all(named):
+        factors = np.array(named, float) / lengths
         if float(np.ptp(np.log(factors))) < NEAR_CLIP:
             yield np.array([np.median(factors)]), "as the speed by which the files are called"
 
 
 def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
-    """Tables from the turning plate: they read clearly more than others, or more than a bias."""
+    """Tables from the turning plate: their rates are clearly above those of others or a bias."""
     lengths = np.array([table.usual_rad_s for table in tables])
     order = np.sort(lengths)
     steps = order[1:] / np.maximum(order[:-1], np.finfo(float).tiny)
@@ -184,8 +184,8 @@ def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
 def _rate_by_gravity(
     tables: Sequence[TableGuess], lengths: FloatArray
 ) -> tuple[float, float] | None:
-    """The rate at which gravity goes round in the tables of the most frequent speed, and that of
-    the gyroscope in them, rad/s; None if unclear."""
+    """Rate of rotation of gravity in the tables of the most frequent speed, and that of the
+    gyroscope in them, rad/s; None if unclear."""
     speeds = speeds_of(list(lengths))
     typical = max(speeds, key=speeds.count)
     ways = [table.turns_clockwise(table) for table in tables]
@@ -201,7 +201,7 @@ def _rate_by_gravity(
 
 
 def _settled(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:
-    """The tables with so many units per °/s where these were open; a bias goes with it."""
+    """The tables with ``per_deg`` units per °/s where this was unknown, and rescaled biases."""
     return [
         replace(table, gyroscope=(scaled := table.gyroscope.scaled(per_deg, because)),
                 rate_bias=None if table.rate_bias is None else
@@ -210,9 +210,9 @@ def _settled(tables: Sequence[TableGuess], per_deg: float, because: str) -> Sett
 
 
 def without_rate_bias(tables: Sequence[TableGuess]) -> list[TableGuess]:
-    """Tables with what their gyroscope reads at rest, where they show it together.
+    """Tables with the bias of their gyroscope, if they determine it together.
 
-    On the plate the mean rates of all attitudes lie on a sphere about the bias, at rest in it.
+    On the plate the mean rates of poses lie on a sphere about the bias; at rest they equal it.
     """
     groups: dict[TriadGuess, list[TableGuess]] = {}
     for table in tables:
@@ -226,7 +226,7 @@ def without_rate_bias(tables: Sequence[TableGuess]) -> list[TableGuess]:
 
 
 def _rate_bias(means: FloatArray) -> FloatArray | None:
-    """The centre of the mean rates (n, 3) of poses; None where there is none."""
+    """The bias by the mean rates (n, 3) of poses; None if they do not show one."""
     sphere = sphere_through(means)
     if sphere is not None and sphere.misfit < LARGEST_MISFIT:
         return sphere.centre
@@ -234,7 +234,7 @@ def _rate_bias(means: FloatArray) -> FloatArray | None:
 
 
 def matching_clip(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> MeasuredClip | None:
-    """The clip in which the plate turns at a signed rate, else at the same speed; None if none."""
+    """The clip with a signed rate of the plate, else one with the same speed; None if none."""
     near = [clip for clip in clips
             if abs(math.log(abs(clip.rate_rad_s / rate_rad_s))) < NEAR_CLIP]
     return min(near, key=lambda clip: (clip.rate_rad_s * rate_rad_s < 0, abs(math.log(
@@ -242,14 +242,14 @@ def matching_clip(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> MeasuredC
 
 
 def nominal_rpm(rate_rad_s: float) -> float:
-    """The speed of record players that a filmed rate is, else the rate itself, to 0.1 %."""
+    """The nominal speed of record players near a rate, rpm; else the rate in four digits."""
     return record_rpm(abs(rate_rad_s)) or float(f"{abs(rate_rad_s) / RPM:.4g}")
 
 
 def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
-    """The speed of each table, rad/s: the median of all tables of about its rate; 0 at rest.
+    """The speed of each table, rad/s: the median of all tables with about its rate; 0 at rest.
 
-    A bias makes the tables of one speed read differently from attitude to attitude.
+    A bias changes the measured rate from attitude to attitude.
     """
     speeds = [0.0] * len(rates_rad_s)
     order = [i for i in np.argsort(rates_rad_s) if rates_rad_s[i] > 0]

@@ -1,4 +1,4 @@
-"""Tables of one logger together: what holds of all of them is decided once, on all their rows."""
+"""Pooled tables of one logger: what they have in common is decided once, on all their rows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,43 +12,43 @@ from pipeline.guess.raw_tables import RawTable
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS, unwrapped_ticks
 
 REST_S = 0.5
-"""Length of the blocks of which those at rest are poses, s. A judgement: shorter than a rest in a
-hand, and long enough that noise averages out."""
+"""Length of the blocks that are tested for rest, s. A judgement: shorter than a rest in a hand, and
+long enough that noise averages out."""
 STILLEST, STILL = 0.2, 3.0
-"""Share of the blocks that are surely at rest, and the scatter in others, over theirs, up to which
-they count as rests. A judgement: a log for a calibration rests in a fifth of its time or more."""
+"""Share of the blocks that are certainly at rest, and the largest scatter of a block at rest over
+theirs. A judgement: a log for a calibration is at rest for a fifth of its time or more."""
 MEANS_APART = np.radians(5.0)
-"""Between one row and the next of a table of pose means; no sensor is turned so fast that its
-samples lie so far apart in half of the log."""
-FEWEST_MEANS = 6  #: fact: the parameters of bias and scale, one equation a pose
+"""Least median angle, rad, between successive rows of a table of pose means; no sensor is turned so
+fast that its samples lie so far apart in half of the log."""
+FEWEST_MEANS = 6  #: fact: number of parameters of bias and scale, with one equation per pose
 FLATTEST = 0.2
-"""Least over largest extent of points that determine a sphere. A judgement: two faces and the edges
-between them have none, six faces and a cone of 30 degrees 0.3."""
+"""Least ratio of the smallest to the largest extent of points that determine a sphere. A judgement:
+it is 0 for two faces and the edges between them, 0.3 for six faces and a cone of 30 degrees."""
 LARGEST_CENTRE, ROUNDEST = 0.7, 0.03
-"""Distance of the centre over the radius, at most, of points that lie on the sphere no better than
-so: a bias of 0.7 g, or of 70 °/s at 17 rpm. Points that do lie on it may be volts, whose zero is
+"""Largest distance of the centre over the radius if the misfit of the points is above the second
+number: a bias of 0.7 g, or of 70 °/s at 17 rpm. Points that fit better may be volts, whose zero is
 far from 0. A judgement."""
 AT_REST = 0.1
-"""Distance of two mean rates over the largest, below which both are at rest or in one attitude. A
-judgement: on the plate the attitudes of a calibration lie a right angle or half of it apart."""
+"""Distance of two mean rates over the largest, below which both are at rest or in one attitude.
+A judgement: on the plate the attitudes of a calibration lie 45 or 90 degrees apart."""
 
 
 @dataclass(frozen=True, eq=False)
 class PooledTables:
-    """The rows of tables with the same columns, one table below the other.
+    """The rows of tables with the same columns, concatenated.
 
     Parameters
     ----------
     columns : mapping of str to array, shape (t,)
-        Without the columns of times.
+        All columns but those of times.
     table : array, shape (t,)
-        The table of each row, from 0, or its stretch between gaps of the clock; no unit.
+        Index of the table of each row, from 0, or of its part between gaps of the clock; no unit.
     step_s : float
         Mean time from one row to the next, s, without gaps.
     has_clock : bool
         Whether ``step_s`` is known.
     hint : str
-        ``acc`` or ``gyr``, where the names of the files say that all is of that sensor.
+        ``acc`` or ``gyr``, if the file names state that all columns belong to that sensor.
     """
 
     columns: Mapping[str, FloatArray]
@@ -59,14 +59,14 @@ class PooledTables:
 
     def readings(self, names: Sequence[str]) -> tuple[FloatArray, IntArray]:
         """The rows (t, k) in which all of these columns hold numbers, in their units, and
-        the table (t,) of each row."""
+        the table index (t,) of each row."""
         values = np.column_stack([self.columns[name] for name in names])
         whole = np.isfinite(values).all(axis=1)
         return values[whole], self.table[whole]
 
 
 def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) -> PooledTables:
-    """Tables with the same columns together."""
+    """The pool of tables with the same columns."""
     times = {clock.column for clock in clocks}
     names = [name for name in tables[0].columns if name not in times]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
@@ -79,7 +79,7 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
 
 
 def _begins(table: RawTable, clock: ClockGuess) -> BoolArray:
-    """Which rows (t,) stand first in a table, after a gap or after a step back of its clock."""
+    """Whether each row (t,) is first in a table, after a gap or a backward step of its clock."""
     ticks = clock.time_s if clock.column is None else unwrapped_ticks(table.columns[clock.column])
     begins = np.ones(len(ticks), bool)
     step = np.diff(ticks)
@@ -95,7 +95,7 @@ def usual_step(time_s: FloatArray) -> float:
 
 
 def block_rows(table: IntArray, size: int) -> tuple[IntArray, IntArray]:
-    """The rows (k, size) of all whole blocks within one table, and the table (k,) of each."""
+    """Row indices (k, size) of all complete blocks within one table, and the table (k,) of each."""
     ends = [*(np.flatnonzero(np.diff(table)) + 1), len(table)]
     begins = [0, *ends[:-1]]
     starts = np.concatenate([np.arange(begin, end - size + 1, size)
@@ -105,7 +105,7 @@ def block_rows(table: IntArray, size: int) -> tuple[IntArray, IntArray]:
 
 
 def are_apart(values: FloatArray) -> bool:
-    """Whether readings (t, 3) turn from row to row: each row is a pose of its own."""
+    """Whether readings (t, 3) turn from row to row, so that each row is a pose."""
     if len(values) < FEWEST_MEANS:
         return False
     unit = values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-12)
@@ -127,14 +127,14 @@ def still_means(values: FloatArray, table: IntArray, step_s: float) -> FloatArra
 
 
 def are_still(blocks: FloatArray) -> BoolArray:
-    """Which blocks of readings (k, size, 3) are at rest: they scatter as the quietest do."""
+    """Whether each block of readings (k, size, 3) is at rest: its scatter is near the least."""
     scatter = np.sqrt(blocks.var(axis=1).sum(axis=1))
     return np.asarray(scatter <= STILL * np.quantile(scatter, STILLEST))
 
 
 @dataclass(frozen=True, eq=False)
 class Sphere:
-    """A sphere through points: its ``centre`` (3,), ``radius`` and, relative to that, their sd."""
+    """A sphere through points: ``centre`` (3,), ``radius``, and ``misfit``, their sd over it."""
 
     centre: FloatArray
     radius: float
@@ -142,14 +142,14 @@ class Sphere:
 
     @property
     def is_far(self) -> bool:
-        """Whether its centre is no bias but a zero that no converter takes off, as of volts."""
+        """Whether its centre is too far for a bias, as the zero of an analog output in volts."""
         return bool(np.linalg.norm(self.centre) > LARGEST_CENTRE * self.radius)
 
 
 def sphere_through(points: FloatArray) -> Sphere | None:
-    """The sphere through the points (k, 3); None where they do not determine one.
+    """The sphere through the points (k, 3); None if they do not determine one.
 
-    What has one length in every attitude lies on it: its radius is the unit, its centre the bias.
+    Vectors of constant length lie on it: its radius is the unit, its centre the bias.
     """
     if len(points) < FEWEST_MEANS:
         return None
@@ -168,9 +168,9 @@ def sphere_through(points: FloatArray) -> Sphere | None:
 
 
 def common_mean(means: FloatArray) -> FloatArray | None:
-    """What most of the means (n, 3) of poses read alike, in their unit: a gyroscope at rest.
+    """Mean of the largest cluster of pose means (n, 3), in their unit: a gyroscope at rest.
 
-    None where few do.
+    None if the cluster has too few poses.
     """
     apart = np.linalg.norm(means[:, None] - means, axis=2)
     near = apart < AT_REST * apart.max()

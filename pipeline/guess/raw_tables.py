@@ -1,4 +1,4 @@
-"""Files as tables of numbers under the names that stand in them; nothing is guessed yet."""
+"""Files as tables of numbers under the names in the files, before any guess."""
 
 import re
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from pipeline.logs.source import read_bytes, text_lines
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 from pipeline.text.names import word
 
-#: What loggers write above the rows: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
+#: Sample rate in a logger's header lines: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
 #: "at 100 Hz".
 STATED_RATE = re.compile(
     r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
@@ -34,8 +34,8 @@ STATED_PERIOD = re.compile(
     r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
 
 CLOCKS_APART = 0.01
-"""Logarithm of the rates of two clocks in one row, at most, that tick alike. A judgement: clocks of
-one device differ by 1e-4, and one in whole seconds misses less than one in a minute."""
+"""Largest log ratio of the rates of two clocks in one row that agree. A judgement: clocks of one
+device differ by 1e-4, and one in whole seconds misses less than one second in a minute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,17 +45,17 @@ class RawTable:
     Parameters
     ----------
     path : Path
-        As a configuration names it: the file, or the file with the name of the table in it.
+        The path in a configuration: the file, or the file with the name of a table in it.
     columns : mapping of str to array, shape (t,)
-        Numeric columns by the names in the file; by their position from 1 where it has no header.
+        Numeric columns by their names in the file; by position from 1 if it has no header.
     positions : tuple of str
-        The names of all columns, empty for those that hold text; only of a file without a header.
+        The names of all columns, empty for columns of text; only for files without a header.
     si : bool
         The format states its units; the names are ours.
     rate_hz : float or None
         A sample rate that the file states.
     header : tuple of str
-        The names of all columns, those of text too; empty where the file has no header.
+        The names of all columns, including those of text; empty if the file has no header.
     """
 
     path: Path
@@ -67,7 +67,7 @@ class RawTable:
 
     @property
     def rows(self) -> int:
-        """Their number."""
+        """Number of rows."""
         return len(next(iter(self.columns.values())))
 
 
@@ -98,7 +98,7 @@ def raw_tables(path: Path) -> list[RawTable]:
 
 
 def _continued(values: FloatArray) -> FloatArray:
-    """A column (t,) of a sensor that is slower than the rows, interpolated in the others."""
+    """A column (t,) of a sensor slower than the rows, with its missing values interpolated."""
     there = np.flatnonzero(np.isfinite(values))
     if not 2 <= len(there) < len(values):
         return values
@@ -125,7 +125,7 @@ def _text_table(text: LogText) -> RawTable:
 
 
 def _require_one_clock(text: LogText, columns: Mapping[str, FloatArray]) -> None:
-    """Refuse sensors side by side whose clocks differ: no row is one time."""
+    """Refuse sensors side by side whose clocks differ, so that no row has a single time."""
     times = [i for i, name in enumerate(text.names) if read_name(name).quantity == "time"]
     if len(times) < 2:
         return
@@ -145,7 +145,7 @@ def _require_one_clock(text: LogText, columns: Mapping[str, FloatArray]) -> None
 
 
 def _is_another_clock(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two clocks (t,) that stand in one row count at rates no two units have."""
+    """Whether the ratio of the rates of two clocks (t,) in one row is that of no two units."""
     both = np.isfinite(one) & np.isfinite(other)
     if both.sum() < 2 or not (np.diff(one[both]) >= 0).all() or not np.ptp(one[both]):
         return False

@@ -1,4 +1,4 @@
-"""One log in SI units: by a configuration's sensor, or as ``pipeline import`` guesses it."""
+"""One log in SI units, by the sensor of a configuration or by the guess of ``pipeline import``."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,13 +29,13 @@ def readings_in_si(
     ----------
     log : Path
     config : Path or None
-        Its ``sensor`` states the units; None has them guessed.
+        Its ``sensor`` states the units; None: the units are guessed.
     rate_hz : float or None
         Sample rate of a log without a column of times.
     gyroscope_scale : str or float or None
-        Unit of the gyroscope, or its range in °/s, where they are to be guessed.
+        Unit of the gyroscope, or its range in °/s, for the guess.
     tell : callable
-        Takes a line on every guess.
+        Receives a line about every guess.
 
     Raises
     ------

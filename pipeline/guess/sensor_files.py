@@ -1,4 +1,4 @@
-"""Which sensor a file is of: by its name, else by the gravity that one of the same times turns."""
+"""The sensor of each file, by its name, or by its motion relative to another file's gravity."""
 
 from collections.abc import Sequence
 from itertools import permutations
@@ -11,16 +11,16 @@ from pipeline.guess.pool import PooledTables, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import chosen_triads
 
-#: Names of files in which phone apps write what they compute from the sensors, and other sensors.
+#: Names of the files in which phone apps write computed quantities and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
-MOST_SENSORS = 4  #: fact: files of one recording: of three triads, and of temperatures
+MOST_SENSORS = 4  #: fact: files of one recording: three triads and a temperature
 
 
 def hint_of(path: Path) -> str:
-    """``acc`` or ``gyr`` where the file's name says which sensor it is of: its last word does.
+    """``acc`` or ``gyr`` if the file's name contains one of them; the last one decides.
 
-    ``else`` where it says that it is of neither.
+    ``else`` if the name is that of another quantity; empty if it shows nothing.
     """
     name = path.name.lower()
     if path.stem.lower() in OTHER_FILES:
@@ -31,10 +31,10 @@ def hint_of(path: Path) -> str:
 
 
 def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -> list[str]:
-    """The hint of each table: what its file is called, else what it is to another.
+    """The hint of each table, by the name of its file, else by its relation to another file.
 
-    Of two files of the same times whose names say nothing one is a gyroscope where it turns the
-    gravity of the other, however alike their columns are called.
+    If the names of two files of the same times show nothing, one is the gyroscope if it predicts
+    the turns of gravity in the other, even if their columns have the same names.
     """
     hints = [hint_of(table.path) for table in tables]
     able = [i for i, hint in enumerate(hints)
@@ -48,7 +48,7 @@ def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -
 
 
 def _turns(one: RawTable, its: ClockGuess, other: RawTable, clock: ClockGuess) -> bool:
-    """Whether the columns of one table turn the gravity of another's."""
+    """Whether the columns of one table predict the turns of gravity in the other's."""
     time_s = its.time_s[(its.time_s >= clock.time_s[0]) & (its.time_s <= clock.time_s[-1])]
     columns = {f"{number} {name}": np.interp(time_s, ticks.time_s, values)
                for number, table, ticks in ((1, one, its), (2, other, clock))

@@ -1,4 +1,4 @@
-"""Tables put together to a session: what is a pose, which sets of poses, at which rate."""
+"""A session from tables: the poses, their sets and the rate of each set."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -29,21 +29,21 @@ from pipeline.guess.units import TriadGuess
 from pipeline.logs.clock import EPOCH_S
 
 MOST_POSE_S = 120.0
-"""A longer file is a log of many poses. Half and double change nothing in
+"""Duration from which a file is a log of many poses. Half and double change nothing in
 ``tests.bench.study_import``; chosen."""
 
 RECORD_SD = 0.003
-"""Relative sd of a record player's nominal speed: what belt drives and worn idlers are off by."""
+"""Relative sd of a record player's nominal speed: the error of belt drives and worn idlers."""
 
 Layout = Literal["files", "log", "means"]
 
 
 @dataclass(frozen=True, eq=False)
 class PoseSource:
-    """Files that a configuration names together as poses at one rate of the plate.
+    """Files that a configuration lists together as poses at one rate of the plate.
 
-    ``rate`` is the name of the setting, ``stopped`` at rest, None where the rate is not known.
-    ``rate_rad_s`` is signed, positive counter-clockwise; ``clip`` shows it, where there is one.
+    ``rate`` is the name of the setting, ``stopped`` at rest, None if the rate is not known.
+    ``rate_rad_s`` is signed, positive counter-clockwise; ``clip`` is the clip that shows it.
     """
 
     layout: Layout
@@ -54,20 +54,20 @@ class PoseSource:
 
     @property
     def has_gyroscope(self) -> bool:
-        """Whether any of its tables has one."""
+        """Whether any of its tables has a gyroscope."""
         return any(table.gyroscope for table in self.tables)
 
     @property
     def has_accelerometer(self) -> bool:
-        """Whether any of its tables has one."""
+        """Whether any of its tables has an accelerometer."""
         return any(table.accelerometer for table in self.tables)
 
 
 @dataclass(frozen=True, eq=False)
 class SessionGuess:
-    """Everything that was guessed of the files.
+    """Everything that was guessed about the files.
 
-    ``scales`` are those of the gyroscope among which nothing decides; empty where one is known.
+    ``scales`` are the possible scales of the gyroscope that remain; empty if its scale is known.
     """
 
     sources: tuple[PoseSource, ...]
@@ -86,14 +86,13 @@ class SessionGuess:
 
     @property
     def gyroscope(self) -> TriadGuess | None:
-        """The gyroscope of the first table that has one; a doubtful unit gives way to a sure
-        one."""
+        """The gyroscope of the first table that has one, preferably one whose unit is certain."""
         every = [t.gyroscope for t in self.tables if t.gyroscope]
         return next((triad for triad in every if not triad.doubt), every[0] if every else None)
 
     @property
     def at_rest(self) -> PoseSource | None:
-        """Where the accelerometer is best calibrated: poses at rest, else any."""
+        """The best source to calibrate the accelerometer: poses at rest, else any."""
         able = [source for source in self.sources if source.has_accelerometer]
         return min(able, key=lambda source: source.rate_rad_s != 0, default=None)
 
@@ -103,23 +102,23 @@ def guess_session(
     clips: Sequence[MeasuredClip] = (),
     per_deg: float | None = None,
 ) -> SessionGuess:
-    """Group tables by what their rows are and by the rate at which they turn.
+    """Group tables by the type of their rows and by the rate at which they turn.
 
     Parameters
     ----------
     tables : sequence of TableGuess
     clips : sequence of MeasuredClip
     per_deg : float or None
-        Units of the gyroscope per °/s as the user states them.
+        Units of the gyroscope per °/s, stated by the user.
     """
     alone, doubts = drop_alternatives(tables)
     settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
-    doubts += _together(settled)
-    beside = _beside(settled)
+    doubts += _doubts_of_tables(settled)
+    beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
     groups: dict[tuple[Layout, float | None, bool], list[TableGuess]] = {}
-    felt = [beside.get(table, table) for table in settled]
-    for table, rate, turns in zip(settled, felt, speeds_of([t.turning_rad_s for t in felt]),
+    rates = [beside.get(table, table) for table in settled]
+    for table, rate, turns in zip(settled, rates, speeds_of([t.turning_rad_s for t in rates]),
                                   strict=True):
         kind: Layout = "means" if table.are_means else layout
         rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
@@ -141,7 +140,7 @@ def guess_session(
 
 
 def _speed_rpm(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> float | None:
-    """A turning table's speed: by the clip, or by the speeds of record players; None if neither."""
+    """Nominal speed of a turning table, by the clip or the speeds of record players; else None."""
     clip = matching_clip(rate_rad_s, clips)
     return nominal_rpm(clip.rate_rad_s) if clip else record_rpm(rate_rad_s)
 
@@ -150,30 +149,30 @@ def _source(
     layout: Layout, rpm: float | None, clockwise: bool, tables: Sequence[TableGuess],
     clips: Sequence[MeasuredClip],
 ) -> PoseSource:
-    """Tables of one setting, 0 rpm at rest and None where it is not known, with their clip."""
+    """Tables of one setting with their clip; ``rpm`` is 0 at rest and None if not known."""
     if rpm == 0:
         return PoseSource(layout, tuple(tables), STOPPED)
     sign = -1.0 if clockwise else 1.0
-    felt = sign * float(np.median([table.turning_rad_s for table in tables if table.gyroscope]))
+    turning = sign * float(np.median([table.turning_rad_s for table in tables if table.gyroscope]))
     if rpm is None:
-        return PoseSource(layout, tuple(tables), None, felt)
-    clip = matching_clip(felt, clips)
-    if clip is not None and len(clips) > 1 and clip.rate_rad_s * felt < 0:
+        return PoseSource(layout, tuple(tables), None, turning)
+    clip = matching_clip(turning, clips)
+    if clip is not None and len(clips) > 1 and clip.rate_rad_s * turning < 0:
         clip = None  # another clip shows the other direction
     name = f"{'m' if clockwise else ''}{rpm:.3g}rpm"
     return PoseSource(layout, tuple(tables), name, sign * rpm * RPM, clip)
 
 
 def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
-    """The tables without those that hold another's recording once more, and which these are.
+    """The tables without second recordings of the same motion, and a note on each of these.
 
     A phone's app writes the same sensor two or three times, and a flight controller has several
-    sensors: their poses are not poses of one sensor.
+    sensors, whose poses must not be mixed.
     """
     kept: list[TableGuess] = []
     doubts = []
     like = Counter((table.path.parent, *table.table.columns) for table in tables)
-    # Readings that a phone has not corrected yet come before those that it has.
+    # Readings that the phone has not corrected come before corrected ones.
     for table in sorted(tables, key=lambda table: "uncalibrated" not in table.path.name.lower()):
         are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
         same = None if are_poses else next(
@@ -199,8 +198,8 @@ def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
     return since_1970 and one.overlaps(other)
 
 
-def _together(tables: Sequence[TableGuess]) -> list[str]:
-    """What is not sure of the tables; said once where it is the same of many."""
+def _doubts_of_tables(tables: Sequence[TableGuess]) -> list[str]:
+    """The doubts about the tables, each reported once with its number of files."""
     names: dict[str, list[str]] = {}
     for table in tables:
         for doubt in table.doubts:
@@ -210,7 +209,7 @@ def _together(tables: Sequence[TableGuess]) -> list[str]:
 
 
 def _layout(tables: Sequence[TableGuess]) -> Layout:
-    """Files of one pose each, or long logs that hold many."""
+    """``files`` if each table is one pose, ``log`` if tables hold many poses."""
     alone = [table for table in tables if table.accelerometer] or list(tables)
     if len(alone) < FEWEST_MEANS:
         return "log"
@@ -218,7 +217,7 @@ def _layout(tables: Sequence[TableGuess]) -> Layout:
 
 
 def _are_poses(tables: Sequence[TableGuess]) -> bool:
-    """Whether most of the tables are one pose each."""
+    """Whether each of most tables is a single pose."""
     return sum(map(_is_pose, tables)) > len(tables) / 2
 
 
@@ -233,9 +232,9 @@ def _is_pose(table: TableGuess) -> bool:
     return True
 
 
-def _beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGuess]:
-    """The gyroscope's table beside each accelerometer's of the same times and the same recording:
-    one archive, or one folder."""
+def _gyroscopes_beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGuess]:
+    """For each accelerometer table the gyroscope table of the same times and the same recording
+    (one archive, or one folder)."""
     waiting = [table for table in tables if table.accelerometer is None and not table.are_means]
     beside = {}
     for table in tables:
@@ -251,7 +250,7 @@ def _beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGuess]:
 def _paired(
     tables: Sequence[TableGuess], beside: Mapping[TableGuess, TableGuess]
 ) -> list[TableGuess]:
-    """Accelerometers' and gyroscopes' logs of the same times beside each other."""
+    """Tables in pairs of accelerometer and gyroscope of the same times, unpaired ones last."""
     waiting = [table for table in tables if table.accelerometer is None]
     ordered = []
     for table in tables:
@@ -285,7 +284,7 @@ def _rate_doubts(sources: Sequence[PoseSource]) -> list[str]:
 
 
 def _differing(tables: Sequence[TableGuess]) -> list[str]:
-    """Tables whose units differ: one sensor has one."""
+    """A doubt for each triad whose unit differs between tables: a sensor has one unit."""
     doubts = []
     for name in TRIADS:
         triads = [triad for table in tables if (triad := getattr(table, name))]

@@ -1,4 +1,4 @@
-"""What one table is: its clock, its triads, whether its rows are pose means."""
+"""The guess of one table: its clock, its triads, whether its rows are pose means."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -27,19 +27,19 @@ from pipeline.logs.header_words import read_name
 from pipeline.stages.session_logs import CELSIUS
 
 SHOWN = 8  #: columns that a message names
-MOST_MEANS = 500  #: at ten seconds each they take a hand an hour and a half; tuned
+MOST_MEANS = 500  #: largest number of pose means: at ten seconds each, an hour and a half; tuned
 INDOORS_C = (5.0, 60.0)
-"""°C of a sensor that nobody heats or cools; counts are 0 at 25 °C, or thousands. A judgement."""
-#: A gyroscope that reads more in half of its samples is on a turning plate, rad/s.
+"""Range of °C without heating or cooling; counts are 0 at 25 °C, or thousands. A judgement."""
+#: Median rate of a gyroscope, rad/s, above which it is on a turning plate.
 TURNING_RAD_S = 0.3
 
 
 @dataclass(frozen=True, eq=False)
 class TableGuess:
-    """What one table is.
+    """Guess of one table.
 
-    ``theirs`` maps our names to those in the file; ``are_means`` says that each row is a pose.
-    ``rate_bias`` (3,), rad/s, is what the gyroscope reads at rest, where other tables show it.
+    ``theirs`` maps our names to those in the file; ``are_means``: each row is the mean of a pose.
+    ``rate_bias`` (3,), rad/s, is the gyroscope's reading at rest, if other tables show it.
     """
 
     table: RawTable
@@ -52,12 +52,12 @@ class TableGuess:
 
     @property
     def path(self) -> Path:
-        """The path as a configuration names it."""
+        """The path by which a configuration names it."""
         return self.table.path
 
     @property
     def doubts(self) -> Iterator[str]:
-        """What is not sure, a sentence each."""
+        """The doubts about it, one sentence each."""
         for triad in (self.accelerometer, self.gyroscope):
             if triad is not None and triad.doubt:
                 yield triad.doubt
@@ -69,13 +69,13 @@ class TableGuess:
 
     @property
     def further(self) -> list[str]:
-        """Columns of numbers that are none of the readings: they may be causes."""
+        """Columns of numbers that are not readings and may be covariates."""
         return [name for name in self.table.columns
                 if name not in self.theirs.values() and name != self.clock.column]
 
     @property
     def turning_rad_s(self) -> float:
-        """Rate at which the gyroscope turns in most of the table; 0 at rest or without one."""
+        """Rate of the gyroscope in most of the table; 0 at rest or without a gyroscope."""
         if self.gyroscope is None:
             return 0.0
         return self.usual_rad_s if self.usual_rad_s > TURNING_RAD_S else 0.0
@@ -86,7 +86,7 @@ class TableGuess:
         return float(np.median(np.linalg.norm(self.rate(), axis=1)))
 
     def turns_clockwise(self, beside: "TableGuess") -> bool:
-        """Whether the rate points down by the accelerometer of a table; False without one."""
+        """Whether the rate points down by the accelerometer of ``beside``; False without one."""
         if self.gyroscope is None or beside.accelerometer is None:
             return False
         rate, force = self.rate(), beside.si(beside.accelerometer)
@@ -95,12 +95,12 @@ class TableGuess:
         return bool(np.median(rate, axis=0) @ np.median(force, axis=0) < 0)
 
     def overlaps(self, other: "TableGuess") -> bool:
-        """Whether both are of the same time, for half of the shorter or more."""
+        """Whether their times overlap by more than half of the shorter one."""
         return self.clock.overlaps(other.clock)
 
     def turn(self, tables: Sequence["TableGuess"]) -> Turn | None:
-        """How its gyroscope in SI units turns the gravity of its accelerometer, or of the one in
-        another of ``tables`` at the same times; None where nothing shows it."""
+        """Turns of gravity in its accelerometer, or in that of another of ``tables`` at the same
+        times, compared with its gyroscope in SI units; None if nothing shows them."""
         if self.gyroscope is None or self.are_means or not self.clock.is_known:
             return None
         beside = self if self.accelerometer else next(
@@ -125,7 +125,7 @@ class TableGuess:
         return rate if self.rate_bias is None else rate - self.rate_bias
 
     def si(self, triad: TriadGuess) -> FloatArray:
-        """The readings (t, 3) of a triad that are whole, in SI units by its guess."""
+        """The complete readings (t, 3) of a triad, in SI units by its guess."""
         values = self._stacked(triad)
         return triad.si(values[np.isfinite(values).all(axis=1)])
 
@@ -133,7 +133,7 @@ class TableGuess:
         return np.column_stack([self.table.columns[name] for name in triad.columns])
 
     def log(self) -> ImuLog | None:
-        """The table as a log in SI units; None where its times or readings are no log."""
+        """The table as a log in SI units; None if readings are missing."""
         absent = np.full((self.table.rows, 3), np.nan)
         triads: list[FloatArray] = []
         for triad in (self.accelerometer, self.gyroscope):
@@ -145,7 +145,7 @@ class TableGuess:
 
     @property
     def columns(self) -> list[str] | dict[str, str] | None:
-        """What a configuration states under ``columns``; None where the names are ours already."""
+        """Value of ``columns`` in a configuration; None if the names in the file are ours."""
         ours = {theirs: name for name, theirs in self.theirs.items()}
         if self.table.positions:
             return [ours.get(name, SKIP) for name in self.table.positions]
@@ -159,15 +159,15 @@ class TableGuess:
 
 
 def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess | None]:
-    """What each of ``tables`` is; None for those that hold no triad.
+    """The guess of each table; None for those that hold no triad.
 
-    Tables with the same columns are of one logger, and what holds of one holds of all.
+    Tables with the same columns come from one logger and share units and encodings.
 
     Parameters
     ----------
     tables : sequence of RawTable
     rate_hz : float or None
-        The sample rate as the user states it.
+        The sample rate, stated by the user.
     """
     clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
     hints = sensors_of_files(tables, clocks)
@@ -177,16 +177,16 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
         groups.setdefault((tuple(table.columns), hint, member), []).append(i)
     guesses: list[TableGuess | None] = [None] * len(tables)
     for (_, hint, _), group in groups.items():
-        every = _alike([tables[i] for i in group], [clocks[i] for i in group], hint)
+        every = _guess_group([tables[i] for i in group], [clocks[i] for i in group], hint)
         for i, guess in zip(group, every, strict=True):
             guesses[i] = guess
     return guesses
 
 
-def _alike(
+def _guess_group(
     tables: Sequence[RawTable], clocks: list[ClockGuess], hint: str
 ) -> list[TableGuess | None]:
-    """What tables with the same columns are, whose names hint at a sensor."""
+    """Guesses of tables with the same columns; ``hint`` is the sensor by the files' names."""
     if hint == "else" and not tables[0].si:
         return [None] * len(tables)
     if tables[0].si:
@@ -194,8 +194,8 @@ def _alike(
     else:
         pool = pooled(tables, clocks, hint)
         force, rate = chosen_triads(pool)
-        if force is None and rate is None and len(tables) > 1:  # the same names of other units
-            return [_alike([table], [clock], hint)[0]
+        if force is None and rate is None and len(tables) > 1:  # same names, but other units
+            return [_guess_group([table], [clock], hint)[0]
                     for table, clock in zip(tables, clocks, strict=True)]
         accelerometer = accelerometer_in(force) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
@@ -213,7 +213,7 @@ def _table_guess(
     table: RawTable, clock: ClockGuess, accelerometer: TriadGuess | None,
     gyroscope: TriadGuess | None,
 ) -> TableGuess:
-    """One table by what holds of all that are like it."""
+    """The guess of one table from the clock and the triads of its group."""
     theirs: dict[str, str] = {}
     if clock.column is not None:
         unit = clock.unit or "s"
@@ -241,7 +241,7 @@ def _stated(table: RawTable) -> tuple[TriadGuess | None, TriadGuess | None]:
 def _further(
     table: RawTable, accelerometer: TriadGuess | None, gyroscope: TriadGuess | None
 ) -> Iterator[tuple[str, str]]:
-    """Temperature, sds and numbers of samples."""
+    """Our names and the file's of temperature, sds and numbers of samples."""
     every = [(name, read_name(name)) for name in table.columns]
     for name, words in every:
         bounds = {"celsius": CELSIUS, "": INDOORS_C}.get(words.unit)
@@ -258,6 +258,6 @@ def _further(
 
 
 def _is_within(values: FloatArray, bounds: tuple[float, float]) -> bool:
-    """Whether most values lie there, as a temperature in °C and no counts; False without any."""
+    """Whether the median is within ``bounds``, as of °C, unlike counts; False without values."""
     known = values[np.isfinite(values)]
     return bool(known.size) and bounds[0] < float(np.median(known)) < bounds[1]

@@ -1,8 +1,8 @@
-"""Which columns of a table are the accelerometer's and the gyroscope's.
+"""Selection of the columns of the accelerometer and of the gyroscope in a table.
 
-Of every three columns as the accelerometer and three as the gyroscope, or none as either, the pair
-is taken for which most speaks: that the one turns the gravity of the other, then what columns and
-files are called, then that the readings at rest are as long as gravity is.
+Candidates are pairs of three columns as accelerometer and three as gyroscope; one of the two may be
+absent. The pair with the strongest evidence is chosen: first that the gyroscope predicts the turns
+of gravity, then the names of columns and files, then that readings at rest have gravity's length.
 """
 
 import math
@@ -29,40 +29,41 @@ from pipeline.guess.pool import STILL, PooledTables, still_means
 from pipeline.guess.turns import OWN, Turn, is_along_gravity, turn_of
 from pipeline.logs.header_words import ACC, GYR, OTHER, Words, read_name, whole_triples
 
-AXIS_COUNT = 3  #: fact: of a triad
+AXIS_COUNT = 3  #: fact: number of axes of a triad
 LEAST_SCATTER = 0.03
-"""Axes of one sensor scatter alike, by noise or by attitude; a magnetometer's beside it do not."""
+"""Least ratio of the scatters of two axes of one sensor, by noise or attitude; with an axis of a
+magnetometer it is smaller."""
 
 NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
 UNIT_LENGTH = 2e-3
-"""What the length of a computed attitude or direction errs by, relative: it is written with three
-decimals at least. A sensor's noise and scale errors are larger."""
+"""Largest relative error of the length of a computed attitude or direction: it is written with at
+least three decimals. A sensor's noise and scale errors are larger."""
 
-MOST_LOOKED_AT = 8  #: accelerometers whose gyroscopes are looked at
+MOST_LOOKED_AT = 8  #: number of candidate accelerometers that are paired with gyroscopes
 
 Triple = tuple[str, str, str]
 
 
 def triples_by_name(columns: Sequence[str], quantity: str) -> list[Triple]:
-    """All x, y, z of one quantity whose names differ in nothing but the axis, the best first."""
+    """All x, y, z of one quantity whose names differ only in the axis, the best first."""
     whole = whole_triples([read_name(name) for name in columns], quantity)
     return [(columns[x], columns[y], columns[z])
             for _, (x, y, z) in sorted(whole, key=lambda triple: triple[0])]
 
 
 def possible_triples(columns: Sequence[str]) -> list[Triple]:
-    """Every three columns that may be x, y, z of one sensor: by their names, or in a row."""
+    """All triples of columns that may be x, y, z of one sensor, by name or by position."""
     words = {name: read_name(name) for name in columns}
     free = [name for name, word in words.items() if word.quantity in ("", "acc", "gyr")]
     by_name = [triple for quantity in ("acc", "gyr", "")
                for triple in triples_by_name(free, quantity)]
-    in_turn = [name for name in free if words[name].axis is None]  # x of two sensors, y of both
+    unnamed = [name for name in free if words[name].axis is None]  # x of two sensors, y of both
     return list(dict.fromkeys([*by_name, *_in_a_row(free, words),
-                               *_in_a_row(in_turn[::2], words), *_in_a_row(in_turn[1::2], words)]))
+                               *_in_a_row(unnamed[::2], words), *_in_a_row(unnamed[1::2], words)]))
 
 
 def _in_a_row(names: Sequence[str], words: dict[str, Words]) -> Iterator[Triple]:
-    """Three columns in a row whose names say of none or of all of them which axis it is."""
+    """Triples of adjacent columns, in the order of x, y, z if their names state all three axes."""
     for i in range(len(names) - AXIS_COUNT + 1):
         x, y, z = names[i : i + AXIS_COUNT]
         axes = [words[name].axis for name in (x, y, z)]
@@ -74,21 +75,21 @@ def _in_a_row(names: Sequence[str], words: dict[str, Words]) -> Iterator[Triple]
 
 
 def called(words: Words) -> str:
-    """``acc`` or ``gyr`` where a name says which sensor it is of, whether with an axis or not."""
+    """``acc`` or ``gyr`` if a name states its sensor, with or without an axis; else empty."""
     stem = words.stem.rstrip("0123456789")
     return words.quantity or ("acc" if stem in ACC else "gyr" if stem in GYR else "")
 
 
 @dataclass(frozen=True, eq=False)
 class PossibleTriad:
-    """Three columns of a pool, and what they may be."""
+    """Three columns of a pool as the candidate of a triad."""
 
     pool: PooledTables
     columns: Triple
 
     @cached_property
     def words(self) -> Words:
-        """What the name of the first column says."""
+        """The meaning of the first column's name."""
         return read_name(self.columns[0])
 
     @cached_property
@@ -99,17 +100,17 @@ class PossibleTriad:
 
     @property
     def values(self) -> FloatArray:
-        """Signed readings (t, 3) in their unit, without rows that lack one."""
+        """Signed readings (t, 3) in their unit, complete rows only."""
         return self._whole[0]
 
     @property
     def encoding(self) -> str:
-        """How they are written as whole numbers; empty for numbers that are no counts."""
+        """The encoding of counts; empty for numbers that are not counts."""
         return self._whole[2]
 
     @cached_property
     def is_sensor(self) -> bool:
-        """Whether the three may be one sensor: all or none whole numbers, of similar scatter."""
+        """Whether the three may be one sensor: all or no whole numbers, and similar scatter."""
         if not len(self.values):
             return False
         whole = [np.array_equal(axis, np.rint(axis)) for axis in self.values.T]
@@ -118,10 +119,10 @@ class PossibleTriad:
 
     @cached_property
     def gravity(self) -> GravityUnit | None:
-        """The unit in which they are gravity; None where they are not.
+        """The unit in which they are gravity; None if they are not.
 
-        A unit that the names state is believed where it makes them gravity within a factor of two:
-        what a scale errs by is for the calibration to find.
+        A unit stated by the names is accepted if it gives gravity within a factor of
+        :data:`LOOSEST`; the calibration determines the scale error.
         """
         if not len(self.values) or is_direction(self.values):
             return None
@@ -137,27 +138,27 @@ class PossibleTriad:
 
     @cached_property
     def is_alike(self) -> bool:
-        """Whether they read alike in every attitude, as a gyroscope at rest does."""
+        """Whether their mean is the same in every attitude, as of a gyroscope at rest."""
         means = still_means(self.values, self._whole[1], self.pool.step_s)
         return bool(means.std(axis=0).max() < STILL * sample_noise_sd(self.values))
 
     def turns(self, force: "PossibleTriad") -> Turn | None:
-        """How they turn ``force``; None where it does not turn, or they are no sensor."""
+        """Turns of ``force`` by them; None if it does not turn, or they are not a sensor."""
         return turn_of(*self._beside(force), self.pool.step_s) if self.is_sensor else None
 
     def is_along(self, force: "PossibleTriad") -> bool:
-        """Whether they read along ``force`` on a turning plate."""
+        """Whether they are parallel to ``force`` on a turning plate."""
         return self.is_sensor and is_along_gravity(*self._beside(force))
 
     def _beside(self, force: "PossibleTriad") -> tuple[FloatArray, FloatArray, IntArray]:
-        """The signed readings (t, 3) of both in rows that hold them all, and their tables (t,)."""
+        """Signed readings (t, 3) of both in rows where both are complete, and the tables (t,)."""
         both, table = self.pool.readings([*self.columns, *force.columns])
         return (signed(both[:, :AXIS_COUNT], self.encoding),
                 signed(both[:, AXIS_COUNT:], force.encoding), table)
 
 
 def is_direction(values: FloatArray) -> bool:
-    """Whether readings (t, 3) all have the length 1 while they turn: normalised, no readings."""
+    """Whether readings (t, 3) that turn have the length 1 in nearly all rows: normalised ones."""
     length = np.linalg.norm(values, axis=1)
     turns = np.ptp(values, axis=0).max() > 2 * GRAVITY_TOLERANCE
     return bool(turns and (np.abs(length / np.median(length) - 1) < UNIT_LENGTH).mean() > NEARLY_ALL
@@ -165,7 +166,7 @@ def is_direction(values: FloatArray) -> bool:
 
 
 def _attitudes(pool: PooledTables) -> set[str]:
-    """Columns of every four in a row whose length is 1 in all rows: a computed attitude."""
+    """Columns of computed attitudes: four adjacent columns whose length is 1 in all rows."""
     names = list(pool.columns)
     computed: set[str] = set()
     for i in range(len(names) - AXIS_COUNT):
@@ -179,7 +180,7 @@ def _attitudes(pool: PooledTables) -> set[str]:
 
 
 def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTriad | None]:
-    """The accelerometer and the gyroscope for which most speaks."""
+    """The accelerometer and the gyroscope with the strongest evidence; None for an absent one."""
     computed = _attitudes(pool)
     every = [PossibleTriad(pool, triple) for triple in possible_triples(list(pool.columns))
              if not {*triple} & computed]
@@ -203,14 +204,13 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
 
 
 _Evidence = tuple[int, int, bool, int, int]
-"""What speaks for a pair, the strongest first: that one turns the gravity of the other about the
-same axes or reads along it on a plate, or turns it about others; names; that gravity is as long as
-in a known unit; number of sensors; that the one reads alike in all rests, else that they stand
-beside each other."""
+"""Evidence for a pair, the strongest first: turns of gravity (2 about the same axes or parallel on
+a plate, 1 about other axes); names; whether gravity's length is that of a known unit; number of
+sensors; equal readings of the gyroscope in all rests, else adjacent columns."""
 
 
 def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
-    """What speaks for two triads together; None where they cannot be these sensors."""
+    """Evidence for two triads together; None if they cannot be these sensors."""
     if {*rate.columns} & {*force.columns} or called(rate.words) == "acc":
         return None
     name, force_name = _called_as(rate, "gyr"), _called_as(force, "acc")
@@ -221,7 +221,7 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     turned = 2 if rate.is_along(force) or (turn and sure and turn.axes == OWN) else int(sure)
     names = list(rate.pool.columns)
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
-    beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # behind it more often than before
+    beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # more often after it than before
     plain = force_name > 0 or (force_name == 0 and _is_gravity(force))
     alike = turn is None and rate.is_alike
     believed = name > 0 or (name == 0 and turn is None and (alike or beside > 0))
@@ -235,11 +235,11 @@ def _is_gravity(force: PossibleTriad) -> bool:
 
 
 def _called_as(triad: PossibleTriad, sensor: str) -> int:
-    """2 where names say that columns are of a sensor, 1 where that of the file does, -1 where they
-    say something else, else 0.
+    """2 if the columns' names state the sensor, 1 if the file's name does, -1 if they state another
+    one, else 0.
 
-    A word that is not understood says something else of a gyroscope only: what has the length of
-    gravity in every attitude is an accelerometer whatever it is called.
+    An unknown word counts against a gyroscope only: columns with gravity's length in every attitude
+    are an accelerometer, whatever their names.
     """
     words, hint = triad.words, triad.pool.hint
     if words.stem == "g" and triad.gravity and triad.gravity.is_sure and triad.gravity.unit == "g":
@@ -253,12 +253,12 @@ def _called_as(triad: PossibleTriad, sensor: str) -> int:
 
 
 def _may_be_gyroscope(rate: PossibleTriad) -> bool:
-    """Whether columns are a sensor's, or are called a gyroscope and read anything at all."""
+    """Whether columns may be a sensor, or are named as a gyroscope and are not all 0."""
     return rate.is_sensor or (rate.words.quantity == "gyr" and bool(rate.values.any()))
 
 
 def _may_be_accelerometer(force: PossibleTriad) -> bool:
-    """Whether columns are gravity in some unit and nothing says that they are something else."""
+    """Whether columns are gravity in some unit and no name states another quantity."""
     words, unit = force.words, force.gravity
     if unit is None or (words.gravity_free and not unit.is_sure):
         return False

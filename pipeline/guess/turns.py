@@ -1,9 +1,9 @@
-"""How a gyroscope turns gravity: the size of its unit, and the axes about which it turns.
+"""Unit and axes of a gyroscope from the turns of gravity in an accelerometer.
 
-The direction u of gravity in an accelerometer moves as ``du/dt = -ω × u``, whatever the axes were
-before. What two blocks of samples differ by shows the order and the signs of a gyroscope's axes and
-their hand. The size of its unit (times that of the clock) follows from the whole way between two
-rests: in neither of them a hand pushes.
+The direction u of gravity in an accelerometer moves as ``du/dt = -ω × u``, independent of earlier
+attitudes. Its change between two blocks of samples shows the order, signs and handedness of the
+gyroscope's axes. The size of the unit (times that of the clock) follows from the whole rotation
+between two rests, in which no force of a hand acts.
 """
 
 import math
@@ -25,42 +25,42 @@ from pipeline.guess.pool import (
 )
 
 AGREEMENT = 0.7
-"""Correlation of the turns by three columns and by gravity that makes them a gyroscope whatever
-they are called. A judgement: those of sound logs in ``tests`` are 0.9 or more."""
+"""Least correlation of the turns by three columns and by gravity that shows a gyroscope whatever
+the names. A judgement: the correlations of sound logs in ``tests`` are 0.9 or more."""
 LEAST_TURN = 0.02
-"""Change of the direction of gravity from block to block, rad, that is no noise."""
+"""Least change of the direction of gravity from block to block, rad, that is not noise."""
 
 BLOCK_S = 0.1
-"""Within it a hand turns by less than a right angle, and noise averages out. Tuned:
-``tests.bench.study_import``, half changes two and double three of 37 sets."""
+"""Length of a block, s: a hand turns by less than a right angle in it, and noise averages out.
+Tuned: ``tests.bench.study_import``, half changes two and double three of 37 sets."""
 FEWEST_TURNS = 8
-"""Blocks that turn. Derived: among their 24 components a correlation of ``AGREEMENT`` with one of
-48 ways to turn is chance in one of 300 (t = 4.6)."""
+"""Least number of turning blocks. Derived: among their 24 components a correlation of ``AGREEMENT``
+with one of 48 arrangements of axes is chance in one of 300 (t = 4.6)."""
 FEWEST_WAYS = 4
-"""Ways from rest to rest that show the size of a unit. Derived: the sd of one is that of a rest
-that gives way by a degree over a turn of one radian, 2 %, of four 1 %."""
+"""Least number of rotations between rests that show the size of a unit. Derived: the sd by one is
+that of a rest that shifts by a degree over a turn of one radian, 2 %, by four 1 %."""
 PUSHED = math.log(1.4)
-"""Logarithm of what the blocks of a pushing hand err by, at most: four times the error of the
-loosest of 54 simulated logs, 8 %. A judgement."""
+"""Largest log error of the unit by blocks, in which a hand pushes: four times the error of the
+worst of 54 simulated logs, 8 %. A judgement."""
 WIDEST_MISS = 0.5
-"""Angle, rad, from which a way that ends elsewhere counts no more: its clock has a gap. A
-judgement: sound ways end within 0.02."""
+"""Angle, rad, at which the misclosure of a rotation is capped: its clock has a gap. A judgement:
+sound rotations close within 0.02."""
 NEAREST = math.cos(math.radians(22.5))
-"""Cosine of the angle, at most, between gravity and what a gyroscope reads on the plate. Derived:
-half of the 45° between neighbouring attitudes of a calibration."""
+"""Cosine of the largest angle between gravity and a gyroscope's reading on the plate. Derived: half
+of the 45° between neighbouring attitudes of a calibration."""
 OWN = ", ".join(f"+{axis}" for axis in AXES)  #: axes as those of the accelerometer
 WAYS = Rotation.create_group("O").as_matrix().round()
-"""Every order and sign of right-handed axes, (24, 3, 3); those of the other hand have the other
+"""Every order and sign of right-handed axes, (24, 3, 3); left-handed ones have the opposite
 sign."""
 
 
 @dataclass(frozen=True)
 class Turn:
-    """What the turns of gravity show of three columns.
+    """Comparison of three columns with the turns of gravity.
 
     ``si_per_unit`` is rad/s per unit by the clock of the log, ``axes`` are those of the
-    accelerometer about which they turn it, and ``agreement`` is the correlation. ``is_exact`` says
-    that the size follows from the ways between rests, to a percent: with a push it is a tenth off.
+    accelerometer about which they turn, and ``agreement`` is the correlation. ``is_exact``: the
+    size follows from rotations between rests, to a percent; else a hand's push biases it by 10 %.
     """
 
     si_per_unit: float
@@ -70,14 +70,14 @@ class Turn:
 
     @property
     def is_sure(self) -> bool:
-        """Whether the columns are a gyroscope by it."""
+        """Whether it shows that the columns are a gyroscope."""
         return self.agreement >= AGREEMENT
 
 
 def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float) -> Turn | None:
-    """What a gyroscope makes of the turns of gravity; None where gravity does not turn.
+    """Comparison of a gyroscope with the turns of gravity; None if gravity does not turn.
 
-    Its own axes are those of the accelerometer where these agree, else the ones that agree best.
+    The axes are the accelerometer's own if these agree, else those that agree best.
 
     Parameters
     ----------
@@ -91,21 +91,21 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
         Time from row to row, s.
     """
     block = max(1, round(BLOCK_S / step_s))
-    rows, of = block_rows(table, block)
+    rows, tables = block_rows(table, block)
     if len(rows) < FEWEST_TURNS:
         return None
     up = force[rows] / np.maximum(np.linalg.norm(force[rows], axis=2, keepdims=True),
                                   np.finfo(float).tiny)
     moved = np.diff(up.mean(axis=1), axis=0)
-    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (of[1:] == of[:-1])
+    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (tables[1:] == tables[:-1])
     if turning.sum() < FEWEST_TURNS:
         return None
-    # What two block means differ by is the motion under a triangle over both.
+    # The difference of two block means is the motion weighted by a triangle over both.
     both = np.concatenate([rows[:-1], rows[1:]], axis=1)[turning]
     direction = np.concatenate([up[:-1], up[1:]], axis=1)[turning]
     rise = (np.arange(block) + 0.5) / block
     weight = step_s * np.concatenate([rise, 1 - rise])
-    # What a way W predicts is the sum of direction × (W reading), linear in its nine elements.
+    # The prediction of axes W is the sum of direction × (W reading), linear in its nine elements.
     products = np.einsum("j,kjb,kjc->kbc", weight, direction, rate[both] - np.median(rate, axis=0))
     cross = np.cross(np.eye(3)[:, None], np.eye(3))
     linear = np.einsum("bda,kbc->kadc", cross, products).reshape(-1, 9)
@@ -125,16 +125,17 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
         return shown
     rests = np.flatnonzero(are_still(force[rows]))
     turned = (rate - np.median(rate[rows[rests]], axis=(0, 1))) @ WAYS[best].T
-    size = _size_between_rests(turned * (hand * shown.si_per_unit * step_s), force, rows, rests, of)
+    size = _size_between_rests(
+        turned * (hand * shown.si_per_unit * step_s), force, rows, rests, tables)
     return shown if size is None else replace(
         shown, si_per_unit=shown.si_per_unit * size, is_exact=True)
 
 
 def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bool:
-    """Whether columns read along gravity on a turning plate, and alike at rest.
+    """Whether columns are parallel to gravity on a turning plate, and equal in all poses at rest.
 
-    Both triads are steady in every table then. A magnetometer goes round on the plate, and
-    no accelerometer reads alike in all rests.
+    Both triads must be steady in every table. This excludes a magnetometer, which rotates on the
+    plate, and an accelerometer, which differs between poses at rest.
 
     Parameters
     ----------
@@ -162,14 +163,14 @@ def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bo
 
 
 def _size_between_rests(
-    turned: FloatArray, force: FloatArray, rows: IntArray, rests: IntArray, of: IntArray
+    turned: FloatArray, force: FloatArray, rows: IntArray, rests: IntArray, tables: IntArray
 ) -> float | None:
     """The factor by which turns from row to row (t, 3), rad, are too small; None without rests.
 
-    ``rows`` (k, size) are the blocks, ``rests`` (r,) the still ones and ``of`` (k,) their tables.
+    ``rows`` (k, size) and ``tables`` (k,) are those of the blocks, ``rests`` (r,) the still blocks.
     """
     begin, end = rests[:-1], rests[1:]
-    ways = np.flatnonzero((end - begin > 1) & (of[end] == of[begin]))
+    ways = np.flatnonzero((end - begin > 1) & (tables[end] == tables[begin]))
     if len(ways) < FEWEST_WAYS:
         return None
     means = force[rows[rests]].mean(axis=1)

@@ -1,4 +1,4 @@
-"""What the numbers of a triad are: its unit or counts, why, and what is not sure of it."""
+"""The unit or counts of a triad, with the reason and the doubts."""
 
 import math
 from collections.abc import Sequence
@@ -33,39 +33,39 @@ from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
 from pipeline.logs.header_words import read_name
 
 BITS, MORE_BITS = 16, 32
-"""Facts: of the converters in use; a smaller one gives words of 16 bits, one of 24 those of 32."""
-USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: what gyroscopes are written in
-WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s")  #: fact: in which whole numbers are written
+"""Facts: word lengths of converters in use: 16 bits for smaller ones, 32 bits for those of 24."""
+USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: usual units of a gyroscope
+WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s")  #: fact: units that are logged as whole numbers
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
-"""Noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, and 2 °/s, ten times
-that of an MPU-6050."""
+"""Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,
+ten times that of an MPU-6050."""
 
-SHORTEST_LOG_S = 10.0  #: length of a log that holds turns between rests: six poses; a judgement
+SHORTEST_LOG_S = 10.0  #: least duration of a log with turns between rests: six poses; a judgement
 
 
 @dataclass(frozen=True)
 class TriadGuess:
-    """What the numbers of a triad are.
+    """Guess of the unit or counts of a triad.
 
     Parameters
     ----------
     columns : tuple of str
-        Their names in the file, x, y, z.
+        Names of x, y, z in the file.
     sheet : tuple of (str, value) pairs
-        What a configuration states under ``sensor:``.
+        Its entry under ``sensor:`` in a configuration.
     unit : str
         The same in words.
     because : str
-        Why.
+        Reason for the guess.
     si_per_unit : float
-        Roughly, SI units per unit of the log.
+        Approximate SI units per unit of the log.
     doubt : str
-        What is not sure of it; empty where nothing is.
+        Doubts about the guess; empty if there are none.
     choices : tuple of float
-        Units per °/s among which nothing in the table decides; empty where one is known.
+        Possible units per °/s that remain; empty if the unit is known.
     encoding : str
-        How it is written as whole numbers; empty for numbers that are no counts.
+        Encoding of counts; empty for numbers that are not counts.
     is_unusual : bool
         Whether no sensor and no program in use writes such a unit.
     """
@@ -81,7 +81,7 @@ class TriadGuess:
     is_unusual: bool = False
 
     def scaled(self, per_deg: float, because: str) -> "TriadGuess":
-        """The gyroscope with ``per_deg`` of its units per °/s."""
+        """The gyroscope with a scale of ``per_deg`` units per °/s."""
         return rate_triad(self.columns, per_deg, self.encoding, f"{self.because}; {because}",
                           self.doubt, int(dict(self.sheet).get("bits", BITS)))
 
@@ -91,7 +91,7 @@ class TriadGuess:
 
 
 def accelerometer_in(force: PossibleTriad) -> TriadGuess:
-    """The accelerometer in the unit in which it reads gravity."""
+    """The guess of an accelerometer, in the unit in which it reads gravity."""
     unit, words = force.gravity, force.words
     assert unit is not None
     named = triples_by_name(list(force.pool.columns), "acc")
@@ -121,13 +121,13 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
 def gyroscope_in(
     rate: PossibleTriad, force: PossibleTriad | None, accelerometer: TriadGuess | None
 ) -> TriadGuess:
-    """The gyroscope in the unit that its name or the turns of gravity shows, or in several."""
+    """The guess of a gyroscope, in the unit that names or turns of gravity show, or in several."""
     words, encoding = rate.words, rate.encoding
     because = ("their names" if called(words) == "gyr" else "their file"
                if rate.pool.hint == "gyr" else "they read as one beside the accelerometer")
     whole = np.array_equal(rate.values, np.rint(rate.values))
     if not encoding and whole and accelerometer and accelerometer.encoding == "twos-complement":
-        encoding = "twos-complement"  # a few counts at rest look like any small numbers
+        encoding = "twos-complement"  # a few counts at rest are not recognised by size
     turn = rate.turns(force) if force else None
     mounted = (f"the gyroscope's x, y, z turn gravity as rates about the accelerometer's "
                f"{turn.axes} would: the two sensors are mounted differently"
@@ -159,9 +159,9 @@ def gyroscope_in(
 
 
 def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float, ...]:
-    """Units per °/s of a gyroscope that its noise and its largest reading do not rule out.
+    """Possible units per °/s of a gyroscope by its noise and its largest reading.
 
-    Whole numbers are counts of a usual range, or of a small unit beside an accelerometer in mg.
+    Whole numbers are counts of a usual range, or also a small unit if the accelerometer is in mg.
     """
     if encoding:
         known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
@@ -178,9 +178,9 @@ def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float
 def clocked_by_turns(
     clocks: Sequence[ClockGuess], rate: PossibleTriad, force: PossibleTriad, gyroscope: TriadGuess
 ) -> tuple[TriadGuess, list[ClockGuess]]:
-    """The sample rate at which the gyroscope turns gravity as far as the accelerometer sees.
+    """The gyroscope, and clocks at the rate at which it turns gravity as the accelerometer does.
 
-    Of the units that are open those are left in which the log is sampled and lasts as one does.
+    Of its possible units only those remain that give a usual sample rate and a plausible duration.
     """
     turn = rate.turns(force)
     if turn is None or not turn.is_exact:
@@ -211,8 +211,8 @@ def clocked_by_turns(
 def per_sample(
     force: TriadGuess, rate: TriadGuess, step_s: float
 ) -> tuple[TriadGuess, TriadGuess]:
-    """Both triads in m/s and rad from sample to sample, as navigation sensors give them, where that
-    is what they nearly are; else as they are."""
+    """Both triads as increments of velocity and angle, in m/s and rad per sample, if their scales
+    are near these (navigation sensors); else unchanged."""
     off = max(abs(math.log(triad.si_per_unit * step_s)) for triad in (force, rate))
     if off > GRAVITY_TOLERANCE or "unit" in dict(rate.sheet):
         return force, rate
@@ -227,7 +227,7 @@ def rate_triad(
     triple: Triple, per_deg: float, encoding: str, because: str, doubt: str,
     bits: int = BITS, choices: tuple[float, ...] = (),
 ) -> TriadGuess:
-    """A gyroscope of whose unit or counts so many are 1 °/s."""
+    """The guess of a gyroscope with ``per_deg`` units or counts per °/s."""
     unit, size = rate_unit(per_deg), math.radians(1) / per_deg
     if not unit:
         scale = "of a range that is open" if choices else f"{per_deg:g} per °/s"
@@ -239,27 +239,27 @@ def rate_triad(
 
 
 def per_deg_of(stated: str | float | None) -> float | None:
-    """How many of a unit, or of the counts of a sensor of 16 bits with a full scale, are 1 °/s."""
+    """Units per °/s of a stated unit, or counts per °/s of a 16-bit sensor with that full scale."""
     if stated is None:
         return None
     return math.radians(1) / RATE_UNITS[stated] if isinstance(stated, str) else CODES / 2 / stated
 
 
 def rate_unit(per_deg: float) -> str:
-    """The unit of which so many are 1 °/s; empty where none is."""
+    """The unit with ``per_deg`` units per °/s; empty if there is none."""
     return next((unit for unit, size in RATE_UNITS.items()
                  if math.isclose(size * per_deg, math.radians(1))), "")
 
 
 def _bits(triad: PossibleTriad) -> int:
-    """The bits of the words that hold all readings."""
+    """Word length in bits that holds all readings."""
     return BITS if np.abs(triad.values).max() <= CODES / 2 else MORE_BITS
 
 
 def _counts(
     key: str, value: float, encoding: str, bits: int
 ) -> tuple[tuple[str, str | float], ...]:
-    """Counts with their converter; means of counts have none."""
+    """Entries of a data sheet for counts, with those of the converter if there is an encoding."""
     stated: tuple[tuple[str, str | float], ...] = ((key, value),)
     return (*stated, ("bits", bits), ("encoding", encoding)) if encoding else stated
 
