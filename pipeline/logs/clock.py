@@ -1,7 +1,7 @@
-"""Sample times from what a log states: a column in some unit, a counter, or a rate.
+"""Sample times from a column in some unit, a counter, or a sample rate.
 
-A clock that makes no sense is refused with the unit that would: a column of milliseconds read as
-seconds makes a log of 100 Hz one of 0.1 Hz whose poses last an hour.
+An implausible clock is refused with the unit that would be plausible: milliseconds read as seconds
+turn a log of 100 Hz into one of 0.1 Hz whose poses last an hour.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,35 +14,35 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import COUNTER, SECONDS_PER, TIME, TimeUnit
 
 COUNTER_PERIOD = 65536  #: the Xsens packet counter has 16 bits; others never jump that far
-#: Where counters of 8 to 32 bits begin again, the parts of a second, and the clock at midnight.
+#: Periods of counters of 8 to 32 bits, of the parts of a second, and of the time of the day.
 PERIODS = (2.0**32, 1e9, 2.0**24, 1e6, 2.0**16, 1e3, 2.0**8, 86_400.0, 86_400_000.0)
 EPOCH_S = (1e9, 5e9)  #: seconds since 1970 from 2001 to 2128
 FEWEST_ROWS = 100
-"""Rows of a clock between two steps back. A judgement: a board that is reset, a phone whose clock
-is set and poses below each other count on for a second or more, a misplaced row takes one row."""
-MOST_WRAPS = 3.0  #: times a counter begins again, over how often its usual step makes it; judgement
-USUAL_STEPS = 20.0  #: a wrapped step is this many usual steps at most
+"""Least number of rows between two backward steps of a clock. A judgement: after a reset, a new
+time or the next pose it runs on for a second or more; a misplaced row is one row."""
+MOST_WRAPS = 3.0  #: largest number of wraps over that expected by the usual step; a judgement
+USUAL_STEPS = 20.0  #: largest wrapped step, in usual steps
 
-SECONDS_AT_A_TURN = 58  #: fact: of a clock that shows minutes, before the next minute, to a second
+SECONDS_AT_A_TURN = 58  #: fact: least seconds shown just before a new minute, to a second
 
 SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
-"""The slowest sketch prints twice a second; no MEMS sensor gives more than 32 kHz."""
+"""Range of rates: the slowest sketch prints twice a second; no MEMS sensor exceeds 32 kHz."""
 SLOW_HZ, LONGEST_SLOW_S = 5.0, 1800.0
-"""Slow logs exist, and long ones; one that is both is a faster one in milliseconds. At 1 kHz that
-already shows in a log of two seconds, at 250 Hz the rate itself does."""
+"""Limits of sample rate and duration: a log both slower and longer has times in milliseconds. At
+1 kHz this already shows in a log of two seconds, at 250 Hz by the rate itself."""
 ASSUMED_HZ = 100.0
 """Sample rate of poses without a clock: the usual rate of a logger. It decides only whether poses
 count as too short for their sds."""
 USUAL_HZ = (5.0, 20_000.0)
-"""What the likely unit would make of a clock that is out of these bounds."""
+"""Range of sample rates by which the likely unit of an implausible clock is found."""
 
 
 @dataclass(frozen=True)
 class StatedClock:
-    """What the configuration or the caller says of a log's time.
+    """The clock of a log as the configuration or the caller states it.
 
-    ``rate_hz`` where there is no column of times; ``unit`` of that column, which settles it.
-    Where the clock is not ``needed`` and there is none, samples count as :data:`ASSUMED_HZ`.
+    ``rate_hz`` replaces a missing column of times; ``unit`` is the unit of that column.
+    If the clock is not ``needed`` and there is none, the rate is :data:`ASSUMED_HZ`.
     """
 
     rate_hz: float | None = None
@@ -58,16 +58,16 @@ def sample_times(
     head_rate_hz: float | None,
     place: Callable[[int], str],
 ) -> tuple[FloatArray, tuple[str, ...]]:
-    """Sample times in seconds, shape (t,), and what was changed in them, in words.
+    """Sample times in seconds, shape (t,), and notes on the changes made to them.
 
     Parameters
     ----------
     label : str
-        What messages call the log.
+        Name of the log in messages.
     values : mapping of str to array, shape (t,)
-        The log's columns as they stand in the file, by our names.
+        The log's columns as in the file, by our names.
     factor : float
-        Seconds per unit of the column of times by its name.
+        Seconds per unit of the column of times, by its name.
     stated : StatedClock
     head_rate_hz : float or None
         The sample rate that the file's head states.
@@ -77,7 +77,7 @@ def sample_times(
     Raises
     ------
     UnreadableInput
-        No clock, two clocks, one that goes backwards, or one that makes no sense.
+        No clock, two clocks, a clock that goes backwards, or an implausible one.
     """
     if TIME in values and stated.rate_hz is not None:
         raise UnreadableInput(f"{label}: the log has {TIME}, and sample_rate_hz is given as "
@@ -107,16 +107,16 @@ def sample_times(
 
 
 def continued_clock(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Times (t,) of a clock that was set back or began again, as if it had gone on.
+    """Times (t,) of a clock that was set back or restarted, continued without the step.
 
-    Every stretch between two steps has to be long, or a step is a misplaced row; such times are
-    returned as they are.
+    Every part between two steps must be long; a short part is a misplaced row, and such times are
+    returned unchanged.
 
     Returns
     -------
     time_s : array, shape (t,)
     notes : tuple of str
-        Where the steps are, in words that end a sentence.
+        Places of the steps, as the end of a sentence.
     """
     step = np.diff(time_s)
     back = np.flatnonzero(step < 0)
@@ -132,10 +132,10 @@ def continued_clock(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
 
 
 def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
-    """A counter's values as if it never began again.
+    """Values of a counter without its wraps.
 
-    A step back is a wrap where it is one whole period of a counter (or a day) short of a usual
-    step; any other step back is left for the caller to refuse.
+    A backward step is a wrap if it is one period of a counter (or a day) short of a usual step; any
+    other backward step is left for the caller to refuse.
 
     Parameters
     ----------
@@ -156,14 +156,14 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
     for i in back:
         period = next((p for p in PERIODS if 0 < step[i] + p <= USUAL_STEPS * usual), None)
         if period is None or len(back) > 1 + MOST_WRAPS * usual * len(step) / period:
-            return ticks  # noise, which steps back in every second row
+            return ticks  # noise, which steps back in half of the rows
         turned[i + 1] = period
     return np.asarray(ticks + np.cumsum(turned))
 
 
 def _without_clock_face(ticks: FloatArray) -> FloatArray:
-    """Seconds of the day of times (t,) like 100059.99, which is followed by 100100.00, as
-    receivers of satellites write them; other times as they are."""
+    """Seconds of the day for times (t,) like 100059.99, followed by 100100.00, as satellite
+    receivers write them; other times unchanged."""
     hours, minutes, seconds = ticks // 10_000, ticks // 100 % 100, ticks % 100
     turns = np.flatnonzero(np.diff(minutes))
     is_face = len(turns) and (minutes < 60).all() and (seconds < 60).all() and (hours < 24).all()
@@ -190,7 +190,7 @@ def _require_increasing(time_s: FloatArray, place: Callable[[int], str]) -> None
 
 
 def _require_sense(label: str, time_s: FloatArray, factor: float) -> None:
-    """Refuse a clock that no logger has, and name the unit that the column is likely in."""
+    """Refuse a clock that no logger has, and name the likely unit of the column."""
     if len(time_s) < 3:
         return
     length = float(time_s[-1] - time_s[0])

@@ -1,4 +1,4 @@
-"""Names of log columns: ours, and the names in well-known programs that mean the same."""
+"""Names of log columns: ours, and those of well-known programs with the same meaning."""
 
 from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
@@ -8,7 +8,7 @@ from typing import Literal
 ACCELEROMETER = ("acc_x", "acc_y", "acc_z")
 GYROSCOPE = ("gyr_x", "gyr_y", "gyr_z")
 TIME = "time_s"
-COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, gaps included
+COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, including gaps
 READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
 
@@ -16,7 +16,7 @@ TimeUnit = Literal["s", "ms", "us", "ns", "min", "d"]
 SECONDS_PER: Mapping[TimeUnit, float] = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86_400.0}
 
-#: Per program: its header's names (in lower case) -> our name and the factor to our unit.
+#: For each program: names in its header (in lower case) -> our name and the factor to our unit.
 DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "ours": {name: (name, 1.0) for name in READINGS},
     "other units of time": {f"time_{unit}": (TIME, SECONDS_PER[unit])
@@ -36,7 +36,7 @@ DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
 
 _OURS = {name: ours for dialect in DIALECTS.values() for name, ours in dialect.items()}
 
-#: What a log without a header often holds, by its number of columns: suggested, never assumed.
+#: Usual columns of a log without a header, by their number: suggested, never assumed.
 #: imu_tk writes seven as here; a phone's uncalibrated gyroscope log has seven others.
 USUAL: Mapping[int, tuple[str, ...]] = {
     3: ACCELEROMETER,
@@ -48,7 +48,7 @@ USUAL: Mapping[int, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Renamed:
-    """Columns that a configuration picks by the names in the file: pairs of ours and theirs."""
+    """Columns that a configuration selects by their names in the file: pairs (ours, theirs)."""
 
     pairs: tuple[tuple[str, str], ...]
 
@@ -58,9 +58,9 @@ class Renamed:
         return tuple(ours for ours, _ in self.pairs)
 
     def apply(self, names: Sequence[str]) -> list[str] | None:
-        """``names`` of a file with ours in the place of theirs; None where one is not among them.
+        """``names`` of a file with theirs replaced by ours; None if one of theirs is absent.
 
-        A column that is not picked but has one of our names keeps out of the way.
+        A column that is not selected but has one of our names is skipped.
         """
         by_theirs = {bare(theirs): ours for ours, theirs in self.pairs}
         if not by_theirs.keys() <= {bare(name) for name in names}:
@@ -69,17 +69,17 @@ class Renamed:
                 for name in names]
 
 
-#: What a configuration may state of the columns of a file.
+#: Names of a file's columns in a configuration.
 ColumnNames = Sequence[str] | Renamed
 
 
 def bare(name: str) -> str:
-    """A header's name without blanks and quotation marks around it."""
+    """A name of a header without enclosing blanks and quotation marks."""
     return name.strip().strip('"').strip()
 
 
 def our_name(theirs: str) -> tuple[str, float]:
-    """Our name of a header's column, and the factor that brings it to our unit.
+    """Our name of a header's column, and the factor to our unit.
 
     A column that no dialect knows keeps its name and its unit; one without a name is skipped.
     """
@@ -87,7 +87,7 @@ def our_name(theirs: str) -> tuple[str, float]:
 
 
 def parts_missing(names: Container[str]) -> Iterator[str]:
-    """What is missing of every triad that ``names`` hold in part, in words."""
+    """A phrase on the missing columns of each incomplete triad in ``names``."""
     for triad in (ACCELEROMETER, GYROSCOPE):
         lacking = [name for name in triad if name not in names]
         if 0 < len(lacking) < len(triad):
@@ -95,9 +95,9 @@ def parts_missing(names: Container[str]) -> Iterator[str]:
 
 
 def missing_columns(names: Sequence[str]) -> str | None:
-    """What a log with columns of these names lacks to be one, in words; None if nothing.
+    """A phrase on what these columns lack for a log; None if nothing.
 
-    A log needs at least one whole triad, and no name of a reading or of the time twice.
+    A log needs at least one complete triad, and no repeated name except ``skip``.
     """
     counts = Counter(names)
     repeated = [name for name in counts if name != SKIP and counts[name] > 1]

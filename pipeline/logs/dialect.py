@@ -1,4 +1,4 @@
-"""How one line of a text table is cut into cells, and which numbers and times cells hold."""
+"""Cells of a line of a text table, and the numbers and times in them."""
 
 import csv
 import re
@@ -9,18 +9,18 @@ from datetime import UTC, datetime
 
 DELIMITERS = ("\t", ";", "|", ",")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-FLAGS = re.compile(r"(?<=[A-Za-z])\|(?=[A-Za-z])")  #: between words in a cell: ``ANGLE|ARM``
-COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: no part of a name: ``Tick#``, ``Run #1``
+FLAGS = re.compile(r"(?<=[A-Za-z])\|(?=[A-Za-z])")  #: a bar between words of a cell: ``ANGLE|ARM``
+COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: not part of a name: ``Tick#``, ``Run #1``
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
                          re.IGNORECASE)
-"""``21-Mar-2024 14:05:00.123``, as MATLAB writes dates."""
+"""Date in the format of MATLAB: ``21-Mar-2024 14:05:00.123``."""
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """What separates the columns of a line (None: any blanks), and the decimal sign."""
+    """The delimiter of the columns of a line (None: any blanks), and the decimal sign."""
 
     delimiter: str | None
     decimal_comma: bool = False
@@ -63,20 +63,20 @@ def split_cells(line: str, delimiter: str | None) -> list[str]:
     if '"' in line and delimiter is not None:
         try:
             return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]
-        except csv.Error:  # a control character: no table, as its cells will show
+        except csv.Error:  # a control character: not a table, which its cells will show
             return line.split(delimiter)
     return [cell.strip() for cell in line.split(delimiter)] if line.strip() else []
 
 
 def delimiter_of(line: str) -> str | None:
-    """The sign between the cells of a line of names, None for blanks."""
+    """The delimiter of the cells of a line of names, None for blanks."""
     if "|" in line and "," in line:
         line = FLAGS.sub(" ", line)
     return next((sign for sign in DELIMITERS if sign in line), None)
 
 
 def dialect_of(line: str) -> Dialect:
-    """The dialect of a row: that in which most of its cells are numbers."""
+    """The dialect in which most cells of a row are numbers."""
     delimiter = delimiter_of(line)
     if delimiter != ",":
         commas = any(DECIMAL_COMMA.fullmatch(cell) for cell in split_cells(line, delimiter))
@@ -91,7 +91,7 @@ def dialect_of(line: str) -> Dialect:
 
 
 def dialect_of_rows(lines: Sequence[str]) -> Dialect:
-    """The dialect of many rows; the first may hold no decimal comma while later ones do."""
+    """The dialect of many rows; a decimal comma may be absent in the first of them."""
     first = dialect_of(lines[0])
     if first.decimal_comma or first.delimiter == ",":
         return first
@@ -100,7 +100,7 @@ def dialect_of_rows(lines: Sequence[str]) -> Dialect:
 
 
 def seconds_of(cell: str) -> float | None:
-    """A date and a time, or a time of the day, as seconds; None where it is neither.
+    """A date and a time, or a time of the day, as seconds; None if it is neither.
 
     >>> seconds_of("00:01:00.25"), seconds_of("1970-01-02 00:00:01")
     (60.25, 86401.0)
@@ -120,9 +120,9 @@ def seconds_of(cell: str) -> float | None:
 
 
 def local_date_seconds(cell: str) -> tuple[str, float] | None:
-    """The date as written and the time of the day, of ``3.4.2024 12:00:00``; None if neither.
+    """The date as a text and the time of the day of ``3.4.2024 12:00:00``; else None.
 
-    Which number is the day differs from country to country, so the date is only compared.
+    The position of the day differs between countries, so the date is only compared.
     """
     date, _, clock = cell.strip().strip('"').partition(" ")
     match = CLOCK.fullmatch(clock.strip())

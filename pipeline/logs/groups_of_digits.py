@@ -1,4 +1,4 @@
-"""Points and commas in numbers that may stand between thousands: such a table is refused."""
+"""Refusal of tables in which points or commas may separate thousands."""
 
 import re
 from collections.abc import Sequence
@@ -6,16 +6,16 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 
-#: "16,384" is sixteen or sixteen thousand; a log in which every comma stands so is refused.
+#: "16,384" is sixteen or sixteen thousand; a log with only such commas is refused.
 MAYBE_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+")
 FEWEST_POINTED = 20
-"""Cells with a point, of a column that has some without, which all have three digits behind it. A
-judgement: decimals of any length would have other numbers of digits too."""
+"""Least number of cells with a point, all followed by three digits, in a column that also has cells
+without. A judgement: among so many decimals other numbers of digits would occur."""
 
 
 def require_decimal_commas(path: Path, cells: Sequence[str]) -> None:
-    """Refuse cells of a table in which every comma may separate thousands.
+    """Refuse a table in which every comma may separate thousands.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def require_decimal_commas(path: Path, cells: Sequence[str]) -> None:
 
 
 def require_no_thousands(path: Path, rows: Sequence[Sequence[str]]) -> None:
-    """Refuse rows with a column in which points separate thousands: ``16.384`` beside ``512``.
+    """Refuse rows with a column in which points separate thousands: ``16.384`` and ``512``.
 
     Raises
     ------

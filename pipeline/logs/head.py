@@ -1,4 +1,4 @@
-"""The head and the foot of a text log: where the rows begin and end, and the names above them."""
+"""The head and the foot of a text log: the first and last row, and the names above them."""
 
 import re
 from collections import Counter
@@ -26,33 +26,33 @@ from pipeline.logs.header import MISSING_TRIAD, our_names, wrong_header
 from pipeline.logs.header_words import spelled_unit
 
 COMMENT_SIGNS = ("#", "//", "%")
-#: Written by MT Manager among its comments; missing in some exports, so never assumed.
+#: Comment of MT Manager; missing in some exports, so never assumed.
 UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
-#: Settings that loggers write above the header ("Fs,100") take a few lines, not more.
+#: Largest number of lines of a head; settings above the header ("Fs,100") take a few lines.
 LONGEST_HEAD = 200
-LONGEST_FOOTER = 100  #: lines below the rows, of words and sums; of text
-OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units beside readings
-FEWEST_NUMBERS = 3  #: numbers in a row: a triad
+LONGEST_FOOTER = 100  #: largest number of lines of text and sums below the rows
+OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units of other columns
+FEWEST_NUMBERS = 3  #: least number of numbers in a row: a triad
 
-#: In front of the names, of which there is then one more than cells; C is Fortran's.
+#: Comment signs that count as a name before the others; C is Fortran's.
 OF_COMMENTS = ("", "#", "//", "%", "C", "c", "!", "*")
 REMARKS = ("comment", "comments", "remark", "notes")
-"""Names of a last column that rows end before where there is nothing to say: LabVIEW's."""
+"""Names of a last column of LabVIEW, which rows omit if it is empty."""
 
 @dataclass(frozen=True)
 class Head:
-    """What stands above the rows of a text table.
+    """The lines above the rows of a text table.
 
     Parameters
     ----------
     first : int or None
-        Index of the first row; None where no line is one.
+        Index of the first row; None if no line is a row.
     names : list of str or None
-        The cells of the header, None where there is none.
+        The cells of the header, None if there is no header.
     names_line : int
         Index of the header's line, or of the first row.
     rate_hz : float or None
-        The sample rate, where the head states one.
+        The sample rate, if the head states one.
     """
 
     first: int | None
@@ -64,9 +64,9 @@ class Head:
 def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     """Find the first row of numbers and the header above it.
 
-    A line that names a log in our words is the header wherever it stands; without such a line it
-    is the last line above the rows that has as many cells as they have. A line of units between
-    the two is passed over.
+    A line with our names of a log's columns is the header wherever it is; without such a line the
+    header is the last line above the rows with as many cells as they have. A line of units between
+    the two is skipped.
     """
     header: tuple[int, list[str]] | None = None
     above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
@@ -92,10 +92,10 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
             if header is None:
                 usual = usual or _usual_shape(lines)
             if header is None and usual not in (None, _shape(dialect, row)):
-                continue  # a setting, or the end of a line that the logger began amid
+                continue  # a setting, or the end of a truncated line
             if header and width_of_numbers(text) == 0:
                 continue  # a line of units, or the title of the rows
-            if delimiter_of(text):  # what a board says between blanks is no header of such rows
+            if delimiter_of(text):  # words separated by blanks are not the header of such rows
                 above = [line for line in above if delimiter_of(lines[line[0]])]
             above = [(at, names) for at, names in above if len(names) != len(row) - 1
                      or delimiter_of(lines[at].lstrip("#/% ")) == delimiter_of(text)]
@@ -107,9 +107,9 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
 
 
 def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
-    """The number of lines that state the start and the rate in every column, and that rate in Hz.
+    """Number of lines with the start and the rate in every column, and that rate in Hz.
 
-    Empatica writes them so above its readings; elsewhere there are none.
+    Empatica writes these lines above its readings; other logs have none.
     """
     rows = [split_cells(line, ",") for line in lines[:2]]
     if len(rows) < 2 or any(len(cells) < FEWEST_NUMBERS or len({*cells}) > 1
@@ -121,7 +121,7 @@ def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
 
 
 def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
-    """The shape of most rows in the middle of a text; None where there are no rows."""
+    """The most frequent shape of rows in the second half of a text; None without rows."""
     shapes: Counter[tuple[int, bool]] = Counter()
     for line in map(str.strip, lines[len(lines) // 2 :][:LONGEST_HEAD]):
         dialect = dialect_of(line)
@@ -132,7 +132,7 @@ def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
 
 
 def _shape(dialect: Dialect, cells: Sequence[str]) -> tuple[int, bool]:
-    """How many cells a row has, and whether the first is a number or a time."""
+    """Number of cells of a row, and whether the first is a number or a time."""
     return len(cells), bool(cells) and is_time(dialect.decimal_points(cells[0]))
 
 
@@ -166,7 +166,7 @@ def _bare_unit(cell: str) -> str:
 
 
 def width_of_numbers(line: str) -> int:
-    """How many cells of a line are numbers."""
+    """Number of cells of a line that are numbers."""
     dialect = dialect_of(line)
     return sum(map(dialect.holds_number, dialect.cells(line)))
 
@@ -190,8 +190,7 @@ def is_time(cell: str) -> bool:
 
 
 def without_footer(lines: list[str], dialect: Dialect, width: int) -> list[str]:
-    """``lines`` without what a report says below its rows: a title first, then words and numbers.
-    """
+    """``lines`` without the footer of a report: a title, then words and numbers."""
     end = len(lines)
     for i in range(len(lines) - 1, max(len(lines) - LONGEST_FOOTER, 0) - 1, -1):
         cells = dialect.cells(lines[i])
@@ -205,9 +204,9 @@ def without_footer(lines: list[str], dialect: Dialect, width: int) -> list[str]:
 def without_sign(
     names: Sequence[str] | None, cells: int, shifted: bool = False
 ) -> Sequence[str] | None:
-    """The names of so many cells without a sign of a comment in front, or a column of remarks.
+    """The names for ``cells`` cells, without a leading comment sign or a last column of remarks.
 
-    ``shifted`` says that a name too few is that of the first column, as R writes row names.
+    ``shifted``: if one name is missing, it is that of the first column, as R writes row names.
     """
     if names is not None and shifted and len(names) == cells - 1:
         return ["", *names]
@@ -220,14 +219,14 @@ def without_sign(
 def moving_columns(
     dialect: Dialect, cells: Sequence[str], rows: Sequence[str]
 ) -> Sequence[int]:
-    """The columns whose cell in the last row is another than in ``cells``: a start is no clock."""
+    """Columns whose cell in the last row differs from ``cells``: a constant start is no clock."""
     last = next((other for row in reversed(rows)
                  if len(other := dialect.cells(row)) == len(cells)), cells)
     return [i for i, cell in enumerate(cells) if cell != last[i]] or range(len(cells))
 
 
 def date_column(dialect: Dialect, cells: Sequence[str], places: Iterable[int]) -> int | None:
-    """The first of the columns ``places`` that holds a date or a time of the day in a row."""
+    """The first of the columns ``places`` whose cell is a date or a time of the day."""
     return next((i for i in places
                  if not dialect.holds_number(cells[i]) and is_time(cells[i])), None)
 

@@ -1,4 +1,4 @@
-"""Names of a header as ours: exactly, or by the words in them where these leave no doubt."""
+"""Our names for those of a header: exactly, or by their words if these are unambiguous."""
 
 from collections.abc import Sequence
 
@@ -30,7 +30,7 @@ Named = tuple[str, float]  #: our name, and the factor to our unit
 
 
 def our_names(header: Sequence[str]) -> list[Named]:
-    """Our name and the factor of every column; a name that says nothing stays as it is.
+    """Our name and the factor of every column; an unknown name is unchanged.
 
     >>> our_names(["millis", "AcX", "AcY", "AcZ"])[0]
     ('time_s', 0.001)
@@ -52,7 +52,7 @@ def our_names(header: Sequence[str]) -> list[Named]:
 
 
 def _name_the_time(read: list[Named], words: Sequence[Words]) -> None:
-    """The one column of times; of several the one whose name states a unit."""
+    """Name the single column of times; of several, the only one whose name states a unit."""
     times = [i for i, word in enumerate(words) if word.quantity == "time"]
     if len(times) > 1:
         times = [i for i in times if words[i].unit in SECONDS_PER]
@@ -65,7 +65,7 @@ def _name_the_time(read: list[Named], words: Sequence[Words]) -> None:
 def _name_a_triad(
     read: list[Named], words: Sequence[Words], quantity: str, ours: Sequence[str]
 ) -> None:
-    """The one triple of a quantity whose names differ in nothing but the axis."""
+    """Name the single triple of a quantity whose names differ only in the axis."""
     whole = [places for free, places in whole_triples(words, quantity) if not free]
     if len(whole) == 1 and not {name for name, _ in read} & set(ours):
         for name, i in zip(ours, whole[0], strict=True):
@@ -73,7 +73,7 @@ def _name_a_triad(
 
 
 def _name_the_temperature(read: list[Named], words: Sequence[Words]) -> None:
-    """The one temperature that is stated in °C."""
+    """Name the single temperature in °C."""
     warmth = [i for i, word in enumerate(words)
               if word.quantity == "temperature" and word.unit == "celsius"]
     if len(warmth) == 1 and all(name != TEMPERATURE for name, _ in read):
@@ -89,20 +89,20 @@ def named_columns(
     Parameters
     ----------
     where : str
-        File, and line where it has lines, for messages.
+        File, and line if it has lines, for messages.
     header : sequence of str or None
-        Their names in the file.
+        Names of the columns in the file.
     width : int
-        Their number.
+        Number of columns.
     columns : sequence of str or Renamed or None
-        What the configuration states of them.
+        Names of the columns in the configuration.
     ends_open : bool
-        Whether the last one is only what follows the last delimiter.
+        Whether rows end with a delimiter, so that the last column is empty.
 
     Raises
     ------
     UnreadableInput
-        They hold no whole triad, have no names, or the names are too few or too many.
+        The columns hold no complete triad, or have no names, or too few or too many.
     """
     if isinstance(columns, Renamed):
         renamed = columns.apply(header or ())
@@ -132,7 +132,7 @@ def named_columns(
 
 
 def _renamed(name: str, theirs: str, columns: Renamed) -> tuple[str, float]:
-    """A renamed column with its factor; a known program's time keeps the program's factor."""
+    """A renamed column with its factor; the time of a known program keeps that program's factor."""
     known, factor = our_name(theirs)
     if name == known == TIME:
         return name, factor
@@ -140,7 +140,7 @@ def _renamed(name: str, theirs: str, columns: Renamed) -> tuple[str, float]:
 
 
 def _headerless(where: str, n: int) -> UnreadableInput:
-    """The error for rows without a header: what they mean is asked, not guessed."""
+    """The error for rows without a header, whose names the user must state."""
     usual = ", ".join(USUAL.get(n, USUAL[7]))
     return UnreadableInput(
         f"{where}: {n} column{'' if n == 1 else 's'} of numbers without a header. Name them "
@@ -161,7 +161,7 @@ def wrong_header(where: str, cells: Sequence[str]) -> UnreadableInput:
 
 
 def _not_among(where: str, header: Sequence[str], columns: Renamed) -> UnreadableInput:
-    """The error for a configuration that picks a column that the file does not have."""
+    """The error for a configuration that selects a column that the file does not have."""
     names = [bare(name) for name in header]
     absent = [theirs for _, theirs in columns.pairs if bare(theirs) not in names]
     return UnreadableInput(

@@ -1,4 +1,4 @@
-"""What the name of a column says: the quantity, the axis, the unit."""
+"""The meaning of a column's name: the quantity, the axis, the unit."""
 
 import re
 from collections.abc import Sequence
@@ -64,7 +64,7 @@ GYR = {"gyr", "gyro", "gyroscope", "g", "gy", "w", "ω", "omega", "gyroadc", "gy
 TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "temperatura",
                "température", "tempcelsius", "dietemp", "t_c", "温度",
                "температура"}
-#: A word that makes a column something else, whatever the others are.
+#: Words that mark a column as another quantity, whatever the other words are.
 OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
          "q", "qua", "quaternions", "dcm", "euler", "roll", "pitch", "yaw", "setpoint", "pos",
          "position", "axisp", "axisi", "axisd", "axisf", "debug", "motor", "bias",
@@ -72,24 +72,23 @@ OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "
 WITH_GRAVITY = {"including", "incl", "with"}  #: before "gravity": a browser's, phyphox's
 TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "x", "beta": "y", "gamma": "z",
          "p": "x", "q": "y", "r": "z"}
-"""Axes of a rate in aerospace and in a browser, where the name or its unit says that it is one."""
+"""Axes of a rate in aerospace and in a browser, if the name or its unit shows that it is a rate."""
 RATES = {"rate", "rotationrate", "rotation", "speed", "velocity", "vel", "gyro"}
 SD = {"sd", "std", "stddev", "sigma"}
 ENDS_OF_TIME = ("time", "timestamp", "millis", "micros")  #: ``sensortime``, ``boot_millis``
 CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)")
-"""A time with its unit in front: ``ustime``, ``ms_stamp``."""
+"""A time preceded by its unit: ``ustime``, ``ms_stamp``."""
 QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
-"""``qx``, ``q0``, ``quat_w``: no axis of a sensor."""
-POSITION = re.compile(r":\d+$")  #: a column of an array, which its name says nothing of
+"""Elements of a quaternion, not axes of a sensor: ``qx``, ``q0``, ``quat_w``."""
+POSITION = re.compile(r":\d+$")  #: a column of an array, whose name has no meaning
 WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я]+|[一-鿿]+|[α-ω]+|\d+|[°µ]")
 
 
 @dataclass(frozen=True)
 class Words:
-    """What a name says; empty where it does not.
+    """The meaning of a name; empty fields are not stated.
 
-    ``axis`` is 0, 1, 2 or None; ``whole`` whether nothing in the name is unknown; ``stem`` is the
-    name without its axis.
+    ``axis`` is 0, 1, 2 or None; ``stem`` is the name without its axis.
     """
 
     quantity: Quantity = ""
@@ -134,16 +133,16 @@ def read_name(name: str) -> Words:
 
 
 def spelled_unit(text: str) -> str:
-    """The unit that a text spells, empty where it spells none."""
+    """The unit that a text spells, empty if it spells none."""
     return _UNIT.get(text.strip().lower(), "")
 
 
 def whole_triples(
     words: Sequence[Words], quantity: str
 ) -> list[tuple[bool, tuple[int, int, int]]]:
-    """Places of every x, y, z of one quantity whose names differ in nothing but the axis.
+    """Positions of all x, y, z of one quantity whose names differ only in the axis.
 
-    Before them whether gravity is removed from their readings.
+    Each is preceded by a flag: whether gravity is removed from their readings.
     """
     stems: dict[tuple[str, bool], dict[int, int]] = {}
     for i, word in enumerate(words):
@@ -171,7 +170,7 @@ def _split_index(name: str) -> tuple[str, int | None]:
 
 
 def _split_axis(words: list[str]) -> tuple[list[str], int | None]:
-    """The axis is a word of one letter, or the end or the beginning of a short word."""
+    """Words without the axis, and the axis: a word of one letter, or the end of a short word."""
     for i in (-1, 0):
         if words and words[i] in AXES:
             axis = AXES.index(words[i])
@@ -211,7 +210,7 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
 
 
 def _quantity_by_unit(words: list[str], axis: int | None, unit: str, in_brackets: bool) -> Quantity:
-    """What a name that says nothing else says by its unit: "x-axis (deg/s)", "X_Value (s)"."""
+    """The quantity of a name by its unit alone: "x-axis (deg/s)", "X_Value (s)"."""
     if {*words} & OTHER or not in_brackets:
         return ""
     if unit in SECONDS_PER:
@@ -224,5 +223,5 @@ def _quantity_by_unit(words: list[str], axis: int | None, unit: str, in_brackets
 
 
 def _gravity_free(text: str, words: list[str]) -> bool:
-    """Phone apps call the acceleration without gravity linear; ROS's holds gravity."""
+    """Whether gravity is removed: "linear" in phone apps, but not in ROS."""
     return "user" in words or ("linear" in words and "_" not in text)

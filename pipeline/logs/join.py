@@ -1,4 +1,4 @@
-"""Logs of one sensor put together: one triad beside the other, or poses beside poses."""
+"""Joining of logs of one sensor: one triad with the other, or separate recordings."""
 
 from collections.abc import Sequence
 
@@ -7,15 +7,15 @@ import numpy as np
 from calib.poses.imu_log import TRIADS, FloatArray, ImuLog
 from pipeline.errors import UnreadableInput
 
-#: A pause of the second log longer than this many of its usual steps is not interpolated over.
+#: Longest pause of the second log that is interpolated over, in its usual steps.
 LONGEST_GAP_STEPS = 10
 
 
 def group_logs(logs: Sequence[ImuLog]) -> list[list[ImuLog]]:
-    """Logs in groups to be joined in time; a triad that comes again begins the next group.
+    """Groups of logs to be joined in time; a repeated triad begins the next group.
 
     ``[a, g]`` are the two triads of one recording, ``[a1, g1, a2, g2]`` those of two, and
-    ``[one, two]`` that hold the same triads are two recordings, each with poses of its own.
+    ``[one, two]`` with the same triads are two recordings with different poses.
     """
     groups: list[list[ImuLog]] = []
     for log in logs:
@@ -28,16 +28,16 @@ def group_logs(logs: Sequence[ImuLog]) -> list[list[ImuLog]]:
 
 
 def join_logs(logs: Sequence[ImuLog]) -> ImuLog:
-    """One log from separate accelerometer and gyroscope logs of the same stretch of time.
+    """One log from separate accelerometer and gyroscope logs of the same period.
 
-    Where the time stamps agree the readings are put side by side. Otherwise those of the later
-    logs are interpolated linearly at the first one's times; samples of the first log that lie
-    outside the other, or in a pause of it, are left out.
+    If the time stamps agree, the readings are put side by side. Otherwise those of the later logs
+    are interpolated linearly at the times of the first; samples of the first log that are outside
+    another log, or in a pause of it, are left out.
 
     Raises
     ------
     UnreadableInput
-        Two logs hold the same triad, or they share less than two samples of time.
+        Two logs hold the same triad, or have fewer than two samples in their common time.
     """
     joined = logs[0]
     for other in logs[1:]:
@@ -79,7 +79,7 @@ def _joined(one: ImuLog, other: ImuLog) -> ImuLog:
 
 
 def _covered(time_s: FloatArray, other_s: FloatArray) -> np.ndarray:
-    """Which of ``time_s`` (t,) lie within ``other_s`` and not in a pause of it."""
+    """Whether each of ``time_s`` (t,) is within ``other_s`` and not in a pause of it."""
     step = np.diff(other_s)
     after = np.clip(np.searchsorted(other_s, time_s, side="left"), 1, len(step))
     in_pause = (step > LONGEST_GAP_STEPS * np.median(step))[after - 1]

@@ -1,9 +1,9 @@
-"""Lines of text around numbers, as sketches print them, made into rows of a table.
+"""Rows of a table from lines with text around numbers, as sketches print them.
 
-Read are a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also when a sample
-takes a few lines), the clock of a serial monitor before an arrow (``12:00:00.010 -> 1,2,3``), rows
-whose first cell names their kind, documents of YAML, sentences of NMEA, and what
-:mod:`pipeline.logs.sentences` reads. Rows keep their lines in the file.
+The formats are a name before every number (``ax:12 ay:-7``, ``aX = 1.2, aY = 0.3``, also with a few
+lines per sample), the clock of a serial monitor before an arrow (``12:00:00.010 -> 1,2,3``), rows
+whose first cell names their kind, documents of YAML, sentences of NMEA, and those of
+:mod:`pipeline.logs.sentences`. Rows keep their line numbers in the file.
 """
 
 import re
@@ -16,7 +16,7 @@ from pipeline.logs.dialect import delimiter_of
 from pipeline.logs.header_words import spelled_unit
 from pipeline.logs.sentences import DAY, FEWEST, LEAST_SHARE, NUMBER, SLOT, rows_of_sentences
 
-LOOKED_AT = 60  #: lines, behind what a sketch says when it starts
+LOOKED_AT = 60  #: number of last lines, after the words of a sketch at its start
 LABEL = re.compile(rf"(?<![\w:])([A-Za-zµ°][\w ./\[\]()²^°-]{{0,60}}?)"
                    rf"['\"]?\s*[:=]\s*['\"]?({NUMBER})(?![\w:.])")
 ARROW = re.compile(r"\s*\[?(\d{1,2}:\d{2}:\d{2}[.:,]\d+)\]?\s*->\s*(.*)")
@@ -24,21 +24,20 @@ NUMBERED = re.compile(rf"\s*({NUMBER}):\s+(?={NUMBER})")
 STAMPED = re.compile(rf"\s*\[?{DAY}")  #: a line that begins with a time
 TITLE = re.compile(r"^\s*+([A-Za-z ]++):\s*(?=[A-Za-z]\s*[:=])")  #: "Acceleration: X:0.1, Y: 0.2"
 TAG = re.compile(rf"\s*[A-Za-z][\w/ ]*[:>]\s+(?={NUMBER}[\s,;]+{NUMBER}[\s,;]+{NUMBER})")
-"""A word before a row that names no number of it: ``a/g: 1 2 3``."""
+"""A word before a row that is not the name of a number: ``a/g: 1 2 3``."""
 SENTENCE = re.compile(r"\s*+\$(\w++),(.*)\*[0-9A-Fa-f]{2}\s*+")  #: a sentence of NMEA 0183
 KIND = re.compile(r"([A-Z][A-Z0-9_]*)\s*,")  #: a first cell that names the kind of a row
 END_OF_DOCUMENT = "---"
 KEY = re.compile(r"( *)([A-Za-z_]\w*):\s*(.*?)\s*")  #: a line of YAML
-MOST_LINES = 12  #: lines of a sample, a value in each, of three sensors and their times
+MOST_LINES = 12  #: largest number of lines of a sample: values of three sensors and their times
 PLOTTED = re.compile(rf">([A-Za-z]\w*):(?:(\d+):)?({NUMBER})\S*\s*")
 """A value for Teleplot: ``>ax:0.1``, or ``>ax:1714557600000:0.1`` with its time in ms."""
 
 
 def unlabelled_lines(lines: list[str]) -> list[str]:
-    """``lines`` as rows of numbers under a header, or unchanged where no manner fits.
+    """``lines`` as rows of numbers under a header, or unchanged if no format fits.
 
-    The header stands in the place of the line before the first row; without such a line it takes
-    the place of the first row.
+    The header replaces the line before the first row or, without such a line, the first row.
     """
     lines = _without_colons(lines)
     shown = list(islice((line for line in reversed(lines) if line.strip()), LOOKED_AT))[::-1]
@@ -60,7 +59,7 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
         without = numbers - sum(len(labels_of(line)) for line in shown)
         if without <= 0 or (without <= len(shown) and not any(map(STAMPED.match, shown))):
             return _table_rows(lines, cycle)
-        # A name of a triad, or numbers with units behind them: "Acc[mg]: 12 -3 1001".
+        # A name of a triad, or numbers followed by units: "Acc[mg]: 12 -3 1001".
         samples = [sample.replace("#", " ") for sample in _samples(lines, cycle)]
         return (rows_of_sentences(samples, [*filter(None, samples)][-LOOKED_AT:])
                 or _table_rows(lines, cycle))
@@ -72,14 +71,14 @@ def unlabelled_lines(lines: list[str]) -> list[str]:
 
 
 def _without_colons(lines: list[str]) -> list[str]:
-    """Lines without the colon behind a number in front of all of them: ``1200: 1 2 3``."""
+    """Lines without the colon after a leading number, if nearly all have one: ``1200: 1 2 3``."""
     fits = _share(lines, lambda line: NUMBERED.match(line) is not None) >= LEAST_SHARE
     return [NUMBERED.sub(r"\1 ", line) for line in lines] if fits else lines
 
 
 def labels_of(line: str) -> tuple[str, ...]:
-    """The names before the numbers of a line; an axis alone belongs to the name before it, and the
-    unit at the end of three to all of them.
+    """The names before the numbers of a line; a single axis belongs to the name before it, and a
+    unit after the last of three numbers to all of them.
 
     >>> labels_of("Gyro X: 0.1 Y: 0.2 Z: 0.3")
     ('Gyro X', 'Gyro Y', 'Gyro Z')
@@ -99,7 +98,7 @@ def labels_of(line: str) -> tuple[str, ...]:
 
 
 def _named_values(lines: Sequence[str], first: str) -> list[str]:
-    """Values for Teleplot under their names, with the time of that which is called ``first``."""
+    """Values for Teleplot with their names, and with the time of the one named ``first``."""
     return [line if (match := PLOTTED.fullmatch(line)) is None else
             f"{f't_ms={match[2]}, ' if match[2] and match[1] == first else ''}{match[1]}={match[3]}"
             for line in lines]
@@ -110,7 +109,7 @@ def _share(lines: Sequence[str], fits: Callable[[str], bool]) -> float:
 
 
 def _clocked_rows(lines: Sequence[str], shown: Sequence[str]) -> list[str]:
-    """Lines with the clock of the monitor as their first cell, or as a label before the others."""
+    """Lines with the clock of the monitor as their first cell, or as their first label."""
     if all(len(labels_of(line)) >= FEWEST for line in shown):
         return unlabelled_lines([
             f"t={_day_seconds(match[1])}, {match[2]}" if (match := ARROW.fullmatch(line)) else line
@@ -129,10 +128,10 @@ def _day_seconds(clock: str) -> str:
 
 
 def _documents(lines: list[str]) -> list[str] | None:
-    """Documents of YAML, as ``ros2 topic echo`` prints them, as rows; None where these are none.
+    """Rows from documents of YAML, as ``ros2 topic echo`` prints them; None if there are none.
 
-    A row stands in the place of the line that ends its document, and of the keys of a document
-    those that hold a number are columns, with the keys that they stand below.
+    A row replaces the line that ends its document. The keys with a number are its columns, each
+    preceded by the keys above it.
     """
     ends = [i for i, line in enumerate(lines) if line.strip() == END_OF_DOCUMENT]
     if len(ends) < FEWEST:
@@ -159,10 +158,10 @@ def _documents(lines: list[str]) -> list[str] | None:
 
 
 def _of_one_kind(lines: Sequence[str], shown: Sequence[str]) -> list[str] | None:
-    """Lines of which the first cell names the kind of row: those of the most frequent kind.
+    """Lines of the most frequent kind, if the first cell names the kind of each line.
 
-    Kinds of other widths are left out, as an autopilot's messages beside those of its sensors;
-    None where there are none, or a kind of the same width may be another sensor.
+    Kinds of other widths are left out, such as an autopilot's messages among its sensors' rows;
+    None if there is only one kind, or a kind of the same width may be another sensor.
     """
     kinds = Counter((match[1], line.count(",")) for line in shown
                     if (match := KIND.match(line)) is not None)
@@ -171,7 +170,7 @@ def _of_one_kind(lines: Sequence[str], shown: Sequence[str]) -> list[str] | None
         return None
     main, width = kinds.most_common(1)[0][0]
     rows = [line if line.count(",") == width and line.startswith(main) else "" for line in lines]
-    for i, line in enumerate(lines):  # "FMT, 163, 58, IMU, QBff, TimeUS, GyrX, ..." names them
+    for i, line in enumerate(lines):  # "FMT, 163, 58, IMU, QBff, TimeUS, GyrX, ..."
         cells = [cell.strip() for cell in line.split(",")]
         if main in cells[1:] and len(cells) > width and not any(
                 SLOT.fullmatch(cell) for cell in cells[-width:]):
@@ -181,7 +180,7 @@ def _of_one_kind(lines: Sequence[str], shown: Sequence[str]) -> list[str] | None
 
 
 def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-    """The labels of the lines that make a sample, one line or a few; empty where none recur."""
+    """The labels of the one or few lines of a sample; empty if they do not recur."""
     labels = [labels_of(line) for line in shown if not _is_of_words(line)]
     cycle = tuple(dict.fromkeys(labels[: 2 * MOST_LINES]))
     if not labels or len(cycle) > MOST_LINES or () in cycle:
@@ -192,12 +191,12 @@ def _cycle(shown: Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
 
 def _is_of_words(line: str) -> bool:
-    """Whether a line has no label and no triad of numbers: words between the lines of a sample."""
+    """Whether a line has no label and no triad of numbers: text between the lines of a sample."""
     return not labels_of(line) and len(SLOT.findall(line)) < FEWEST
 
 
 def _samples(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
-    """The lines of each sample in one, in the place of the last of them; the others empty."""
+    """The lines of each sample joined in place of its last line; the other lines empty."""
     rows = []
     sample: list[str] = []
     for line in lines:
@@ -213,7 +212,7 @@ def _samples(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[s
 
 
 def _table_rows(lines: Sequence[str], cycle: tuple[tuple[str, ...], ...]) -> list[str]:
-    """A row in the place of the last line of each sample, comments in place of its other lines."""
+    """A row in place of the last line of each sample, comments in place of all other lines."""
     rows = [",".join(number for _, number in LABEL.findall(sample)) if sample else f"# {line}"
             for line, sample in zip(lines, _samples(lines, cycle), strict=True)]
     first = next((i for i, row in enumerate(rows) if not row.startswith("#")), None)

@@ -1,8 +1,8 @@
-"""How large a log may be, from the memory that is free: refused before the memory is full.
+"""Largest size of a log by the free memory; a larger one is refused before it is read.
 
-A byte of text takes eleven bytes in memory while it becomes arrays: the bytes, the text, its lines,
-the table and the columns (measured on logs of seven columns with 30 to 80 bytes a row; short rows
-take more). At most half of what is free is used.
+A byte of text takes eleven bytes of memory during its conversion to arrays: the bytes, the text,
+its lines, the table and the columns (measured on logs of seven columns with 30 to 80 bytes a row;
+short rows take more). At most half of the free memory is used.
 """
 
 import os
@@ -10,15 +10,15 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 
-MEMORY_PER_BYTE = 16  #: the eleven that were measured, and half as many for short rows
-SHARE = 0.5  #: share of the free memory; chosen: as much again stays for the calibration
-LEAST_FREE = 256 << 20  #: bytes; a system that states less still has it, in pages it can give back
-#: Where Linux states the memory that is free, and the limit of a container.
+MEMORY_PER_BYTE = 16  #: the measured eleven, and half as many more for short rows
+SHARE = 0.5  #: share of the free memory; chosen: as much remains for the calibration
+LEAST_FREE = 256 << 20  #: bytes; a system that states less has them in pages that it can free
+#: Files in which Linux states the free memory, and the limit of a container.
 MEMINFO, CGROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup/memory.max")
 
 
 def largest_text() -> int:
-    """Bytes of text, unpacked, that may be read."""
+    """Largest number of bytes of text, unpacked, that may be read."""
     return int(SHARE * max(_free(), LEAST_FREE) / MEMORY_PER_BYTE)
 
 

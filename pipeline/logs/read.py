@@ -1,8 +1,8 @@
-"""Log files in, :class:`calib.poses.imu_log.ImuLog` out.
+"""Conversion of log files to :class:`calib.poses.imu_log.ImuLog`.
 
-NumPy's C parser reads the rows of a text. Only where it fails, or finds something that cannot be,
-the file is read again line by line to say exactly where. Files of other kinds are read by the
-library of their format (:mod:`pipeline.logs.formats`).
+NumPy's C parser reads the rows of a text. Only if it fails or returns impossible values, the file
+is read again line by line to locate the fault. Files of other kinds are read by the library of
+their format (:mod:`pipeline.logs.formats`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,8 +34,8 @@ from pipeline.logs.text import MOST_LACKING, LogText, log_text, numbers_of
 from pipeline.text.names import nearest_name
 
 MOST_DISTINCT = 0.9
-"""Share of distinct rows in a log that is no copy of itself in part. A judgement: the readings of a
-board that was reset differ by noise, whatever its clock does."""
+"""Least share of distinct rows in a log without copies of its own rows. A judgement: the readings
+of a board that was reset differ by noise, whatever its clock does."""
 TABLES = 6  #: tables that a message lists
 
 
@@ -46,12 +46,12 @@ class LogTable:
     Parameters
     ----------
     label : str
-        What messages call it.
+        Its name in messages.
     values : mapping of str to array, shape (t,)
     time_factor : float
         Seconds per unit of the column of times, by its name in the file.
     rate_hz : float or None
-        The sample rate, where the file states one.
+        The sample rate, if the file states one.
     place : callable
         File and line (or row) of a row, for messages.
     """
@@ -77,21 +77,21 @@ def read_log(
         blanks, with decimal points or commas; lines that begin with ``#``, ``//`` or ``%`` are
         comments.
     columns : sequence of str or Renamed, optional
-        Names of all columns in their order, which replace a header (``skip`` is a column not to be
-        read); or the names in the header that stand for ours.
+        Names of all columns in their order, which replace a header (``skip`` marks a column that is
+        not read); or the names in the header that correspond to ours.
     clock : StatedClock, optional
         The sample rate of files without ``time_s`` (a ``counter`` column then shows lost samples),
-        or the unit of the column of times, where its name does not state it.
+        or the unit of the column of times, if its name does not state it.
 
     Returns
     -------
     ImuLog
-        Every numeric column of the file; a triad that is not there is NaN.
+        Every numeric column of the file; an absent triad is NaN.
 
     Raises
     ------
     UnreadableInput
-        With file, line, column, what was found, what was expected, what to do.
+        The message has file, line, column, the found and the expected content, and advice.
     """
     stated = clock or StatedClock()
     logs = [_imu_log(table, stated, path.name) for table in read_tables(path, columns)]
@@ -99,12 +99,12 @@ def read_log(
 
 
 def column_names(path: Path, columns: ColumnNames | None = None) -> list[str]:
-    """The names of a log's columns, ours where they are ours; a text is not read whole for them.
+    """The names of a log's columns, ours where known, without parsing the rows of a text.
 
     Raises
     ------
     UnreadableInput
-        As of :func:`read_log`.
+        As in :func:`read_log`.
     """
     if path.is_file() and kind_of(path) is None:
         names = log_text(path, text_lines(path, read_bytes(path)), columns).names
@@ -113,14 +113,14 @@ def column_names(path: Path, columns: ColumnNames | None = None) -> list[str]:
 
 
 def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable]:
-    """Read the columns of one log file; several tables where its triads stand apart.
+    """Read the columns of one log file, as several tables if its triads are separate.
 
     Parameters are those of :func:`read_log`.
 
     Raises
     ------
     UnreadableInput
-        As :func:`read_log`, or the file is one table of text and ``path`` names a member of it.
+        As in :func:`read_log`, or ``path`` names a member of a file that is one table of text.
     """
     file, member = split_member(path)
     kind = kind_of(file)
@@ -137,7 +137,7 @@ def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable
 def _picked(
     path: Path, member: str, tables: Sequence[FileTable], columns: ColumnNames | None
 ) -> list[LogTable]:
-    """The table that is named, or else those that hold each triad once."""
+    """The table with the name ``member``, else the tables that hold each triad once."""
     if member:
         named = [table for table in tables if table.name == member]
         if not named:
@@ -162,7 +162,7 @@ def _picked(
 
 
 def _named_table(path: Path, table: FileTable, columns: ColumnNames | None) -> LogTable:
-    """A table of a file with its columns named."""
+    """A table of a file, with our names for its columns."""
     theirs = list(table.columns)
     names = named_columns(str(path), theirs, len(theirs), columns)
     return _log_table(str(path), names, list(table.columns.values()), None,
@@ -175,7 +175,7 @@ def _text_table(text: LogText) -> LogTable:
 
 
 def _by_rate(table: LogTable) -> list[LogTable]:
-    """One table for each triad, where the rows of one are empty while the other is read."""
+    """One table for each triad if their readings are in different rows, else the table."""
     there = {triad: ~np.isnan([table.values[name] for name in triad]).all(axis=0)
              for triad in (ACCELEROMETER, GYROSCOPE) if triad[0] in table.values}
     if len({rows.tobytes() for rows in there.values()}) < 2:
@@ -190,7 +190,7 @@ def _by_rate(table: LogTable) -> list[LogTable]:
 
 
 def _row_of(table: LogTable, at: IntArray) -> Callable[[int], str]:
-    """The place of a row of those ``at`` in a table."""
+    """The place function for a table of the rows ``at`` of ``table``."""
     return lambda row: table.place(int(at[row]))
 
 
@@ -201,7 +201,7 @@ def _log_table(
     rate_hz: float | None,
     place: Callable[[int], str],
 ) -> LogTable:
-    """Columns in our units, but for the time, whose unit the configuration may overrule."""
+    """A table in our units, except the time, whose unit the configuration may override."""
     values: dict[str, FloatArray] = {}
     time_factor = 1.0
     for (name, factor), column in zip(names, columns, strict=True):
@@ -227,7 +227,7 @@ def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
 
 
 def _require_no_copy(table: LogTable) -> None:
-    """Refuse a log that begins again with the same times and readings: it was joined to itself."""
+    """Refuse a log that repeats its times and readings, because it was joined to itself."""
     rows = np.column_stack([table.values[name] for name in READINGS if name in table.values])
     distinct = len(np.unique(rows, axis=0))
     if distinct < MOST_DISTINCT * len(rows):
@@ -237,9 +237,9 @@ def _require_no_copy(table: LogTable) -> None:
 
 
 def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
-    """The table without the few rows that lack a time or a reading, and how many these are.
+    """The table without the few rows that lack a time or a reading, and a note on their number.
 
-    Further columns may be NaN, as absent telemetry is.
+    Other columns may be NaN, as absent telemetry is.
     """
     read = [name for name in READINGS if name in table.values]
     lacking = ~np.isfinite(np.array([table.values[name] for name in read]))

@@ -1,8 +1,8 @@
-"""Rows out of sentences: lines whose words and signs are the same and whose numbers change.
+"""Rows from sentences: lines with the same words and signs and different numbers.
 
-``I (1312) IMU: acc=0.01,-0.02,0.98 gyr=1.2,0.3,-0.5``, cells that hold vectors
-(``0.02,"[0.1, 0.2, 9.8]"``) and numbers with their units (``0.02s, 0.98g``) are such lines. The
-text between the numbers names them, or the header does, whose cells are as many as the line's.
+Examples are ``I (1312) IMU: acc=0.01,-0.02,0.98 gyr=1.2,0.3,-0.5``, cells with vectors
+(``0.02,"[0.1, 0.2, 9.8]"``) and numbers with units (``0.02s, 0.98g``). The names are in the text
+between the numbers, or in a header with as many cells as the line.
 """
 
 import re
@@ -21,28 +21,28 @@ from pipeline.logs.dialect import (
 )
 from pipeline.logs.header_words import spelled_unit
 
-LEAST_SHARE = 0.9  #: share of the lines that are written in one manner
-FEWEST = 3  #: numbers of a row: a triad
-#: Repetitions take all they can at once (``++``), or a long line would be searched for minutes.
+LEAST_SHARE = 0.9  #: least share of the lines with one format
+FEWEST = 3  #: least number of numbers in a row: a triad
+#: Repetitions are possessive (``++``), or the search of a long line would take minutes.
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
 DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:\.\d++|,\d{3}(?![\d.,]))?"
 SLOT = re.compile(rf"(?<![\w.^])(?<!\d:)(?:{DAY}(?![\w:])|{NUMBER})")
-COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: codes of a terminal
-PADDING = re.compile(r"(?<=[\[({]) | (?=[\])}])")  #: blanks of a fixed width in brackets
+COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal
+PADDING = re.compile(r"(?<=[\[({]) | (?=[\])}])")  #: padding blanks inside brackets
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|"
 BEHIND = {"[": "]", "(": ")"}
 LIST = re.compile(r"-?[\d.]+(?:[|]-?[\d.]+){4,}")  #: samples of one channel in one cell
 COMMA = re.compile(r"(\d),(\d)")  #: a decimal comma
-NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: beside decimal points, or commas between numbers
-MARK = "\0"  #: stands for a number
+NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: a decimal point, or commas between numbers
+MARK = "\0"  #: placeholder of a number
 VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbers in brackets
 
 
 def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | None:
-    """``lines`` as rows under a header, a line for a line; None where they are no sentences.
+    """``lines`` as rows under a header, one row per line; None if they are not sentences.
 
-    ``shown`` are the lines by which the manner is judged. Other lines become comments.
+    ``shown`` are the lines that determine the format. Lines of other formats become comments.
     """
     if shown and delimiter_of(shown[-1]) in (";", "\t") and not any(map(NO_COMMA.search, shown)):
         lines, shown = ([COMMA.sub(r"\1.\2", line) for line in each] for each in (lines, shown))
@@ -58,25 +58,25 @@ def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | Non
     clock = TIME if ":" in rows[first].split(",")[0] else "t" if _grows(shown) else ""
     above = next((line for line in reversed(lines[:first]) if line.strip()), "")
     names = _names_of_header(text, above) or _names_of_text(text, clock)
-    if not all(map(str.isdecimal, names)):  # places alone would be a row of numbers
+    if not all(map(str.isdecimal, names)):  # positions alone would be a row of numbers
         rows[max(first - 1, 0)] = ",".join(names)
     return rows
 
 
 def _text(line: str) -> str:
-    """The line with marks in the place of its numbers, and one blank for many."""
+    """The line with marks in place of its numbers, and single blanks."""
     return PADDING.sub("", " ".join(SLOT.sub(MARK, COLOURS.sub("", line)).split()))
 
 
 def _grows(lines: Sequence[str]) -> bool:
-    """Whether the first number of the lines grows from line to line, as a clock does."""
+    """Whether the first number increases from line to line, as a clock does."""
     firsts = [float(match[0].replace(",", ".")) for line in lines
               if (match := SLOT.search(COLOURS.sub("", line))) and ":" not in match[0]]
     return len(firsts) > FEWEST and all(one < other for one, other in pairwise(firsts))
 
 
 def _hides_numbers(line: str) -> bool:
-    """Whether the line is no plain table: numbers stand with their units or in vectors."""
+    """Whether the line is not a plain table: numbers have units or are in vectors."""
     plain = COLOURS.sub("", line)
     dialect = dialect_of(plain)
     hidden = [cell for cell in dialect.cells(plain)
@@ -92,7 +92,7 @@ def _hides_numbers(line: str) -> bool:
 
 
 def _names_of_header(text: str, above: str) -> list[str]:
-    """Names by the cells of the line above, with the units behind the numbers."""
+    """Names from the cells of the line above, with the units that follow the numbers."""
     sign = max(DELIMITERS, key=text.count)
     whole = IN_BRACKETS.sub(lambda vector: vector[0].replace(sign, " "), text)
     cells, names = whole.split(sign), [name.strip(' "') for name in above.split(sign)]
@@ -109,9 +109,9 @@ def _names_of_header(text: str, above: str) -> list[str]:
 
 
 def _names_of_text(text: str, first: str) -> list[str]:
-    """Names by the words before the numbers; a number without any goes on with the last name.
+    """Names from the words before the numbers; a number without words continues the last name.
 
-    ``first`` is the name of a first number without any.
+    ``first`` is the name of the first number if it has no words.
     """
     labels: list[str] = []
     units: dict[int, str] = {}
@@ -145,7 +145,7 @@ def _names_of_text(text: str, first: str) -> list[str]:
 
 
 def _spread(name: str, count: int) -> list[str]:
-    """Names of several numbers under one: the axes of a triad, else their places alone."""
+    """Names of several numbers with one name: with the axes for a triad, else their positions."""
     if count == len(AXES):
         return [f"{name} {axis}" for axis in AXES]
     return [str(place) for place in range(1, count + 1)]

@@ -1,4 +1,4 @@
-"""The bytes of a log file and the lines of its text, before anything is known of its columns."""
+"""The bytes of a log file and the lines of its text, before its columns are known."""
 
 import gzip
 import re
@@ -18,29 +18,29 @@ from pipeline.text.names import word
 REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
-"""Signs that a word processor makes of a minus."""
+"""Signs that a word processor writes for a minus."""
 THOUSANDS = re.compile(r"(?<=\d)[\u00a0\u202f\u2009'\u2019](?=\d{3}(?!\d))")
-"""Signs that a spreadsheet puts between thousands, and no table between columns."""
+"""Separators of thousands in spreadsheets, which no table uses as delimiter."""
 NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
-"""Between decimal numbers of a fixed width where the sign of the second touches the first."""
+"""Boundary of two decimal numbers of fixed width without a blank before the second one's sign."""
 SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
-"""What a spreadsheet writes where there is no value: no comment begins there."""
-UNIT_BEHIND = re.compile(r"[\[(].*")  #: in brackets, which any code page has
+"""Error values of a spreadsheet, whose ``#`` begins no comment."""
+UNIT_BEHIND = re.compile(r"[\[(].*")  #: a unit in brackets, which are the same in any code page
 CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
-"""Code pages of Windows in the west, in Russia, China and Japan; a tie goes to the first, which has
-the letters of units."""
+"""Code pages of Windows in the West, Russia, China and Japan; in a tie the first is taken, which
+has the letters of units."""
 GZIP_MAGIC = b"\x1f\x8b"
-TAR_AT, TAR_MAGIC = 257, b"ustar"  #: facts: where the mark of an archive of tar stands
+TAR_AT, TAR_MAGIC = 257, b"ustar"  #: facts: position and mark of a tar archive
 
 
 def read_bytes(path: Path) -> bytes:
-    """The content of a file, unpacked where it is compressed with gzip.
+    """The content of a file, unpacked if it is compressed with gzip.
 
     Raises
     ------
     UnreadableInput
-        The file is missing or empty, is no file, is larger than the memory allows, or the
-        compression is damaged.
+        The file is missing or empty, is not a regular file, is larger than the memory allows, or
+        its compression is damaged.
     """
     limit = largest_text()
     try:
@@ -61,14 +61,14 @@ def read_bytes(path: Path) -> bytes:
 
 
 def require_file(path: Path) -> None:
-    """Refuse pipes, sockets and devices, which may wait for ever or never end.
+    """Refuse pipes, sockets and devices, which may block or never end.
 
     Raises
     ------
     UnreadableInput
         ``path`` is neither a file nor a folder.
     OSError
-        It is missing, or cannot be looked at.
+        It is missing, or its type cannot be read.
     """
     if may_never_end(path):
         raise UnreadableInput(f"{path}: is a pipe or a device; a file is expected. Save the log to "
@@ -76,7 +76,7 @@ def require_file(path: Path) -> None:
 
 
 def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
-    """At most one byte more than ``limit``, however much was packed into the file."""
+    """The unpacked bytes of a file, at most one more than ``limit``."""
     try:
         with gzip.GzipFile(fileobj=file) as unpacked:
             return unpacked.read(limit + 1)
@@ -88,15 +88,15 @@ def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
 
 
 def text_lines(path: Path, data: bytes) -> list[str]:
-    """The lines of a text, in UTF-8 or in UTF-16, whose first letter shows the order of bytes.
+    """The lines of a text in UTF-8, or in UTF-16, whose byte order follows from the first letter.
 
-    Letters and signs such as ² and ° may be those of Windows in another country, outside of the
-    rows of numbers: the first code page that gives a header its letters is taken.
+    Outside the rows of numbers, letters and signs such as ² and ° may be in a code page of Windows:
+    the one in which most names of a header are known is taken.
 
     Raises
     ------
     UnreadableInput
-        It is not text; with file and line.
+        It is not text; the message has the file and the line.
     """
     utf_16 = ("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else
               "utf-16-be" if all(data[1:8:2]) and not any(data[:8:2]) else
@@ -116,7 +116,7 @@ def text_lines(path: Path, data: bytes) -> list[str]:
 
 
 def _in_code_page(data: bytes) -> str:
-    """Text that is not in UTF-8, by the code page in which most of its names are known."""
+    """Text that is not in UTF-8, decoded by the code page in which most of its names are known."""
     head = b"\n".join(line for line in data.split(b"\n", LONGEST_HEAD)[:LONGEST_HEAD]
                       if not line.isascii())  # the others are the same in all of them
 
@@ -129,7 +129,7 @@ def _in_code_page(data: bytes) -> str:
 
 
 def decimal_numbers(text: str) -> str:
-    """``text`` with registers in hexadecimal, Fortran's exponents and printed minuses read.
+    """``text`` with hexadecimal registers, Fortran's exponents and typographic minuses converted.
 
     Registers of two and four bytes are signed, as inertial sensors deliver them.
 

@@ -1,4 +1,4 @@
-"""A log as lines of text: its columns, and the rows of numbers in them."""
+"""A log as lines of text, with its columns and rows of numbers."""
 
 import math
 from collections import Counter
@@ -30,13 +30,13 @@ from pipeline.logs.head import (
 )
 from pipeline.logs.header import named_columns
 
-DIALECT_ROWS = 1000  #: in which a decimal comma shows
+DIALECT_ROWS = 1000  #: number of rows that show a decimal comma
 MOST_LACKING = 0.1
-"""Share of rows that a log may have without a time or a reading, of lines that are no samples, and
-of words in a column of numbers. A judgement: a card or a radio that loses more is broken, and of
-checksums in hexadecimal half are letters."""
+"""Largest share of rows without a time or a reading, of lines that are not samples, and of words in
+a column of numbers. A judgement: a card or radio that loses more is broken, and half of the
+characters of a hexadecimal checksum are letters."""
 IN_TRIADS = (*ACCELEROMETER, *GYROSCOPE)
-#: What loggers write, in lower case, where there is no value.
+#: Words for a missing value, in lower case.
 MISSING = frozenset(("", "nan", "null", "none", "na", "n/a", "-", "--"))
 
 
@@ -47,19 +47,19 @@ class LogText:
     Parameters
     ----------
     path : Path
-        What messages call the file.
+        The file's name in messages.
     lines : list of str
         All lines of the file, without line ends.
     first : int
         Index of the first line that may hold a row.
     names : tuple of str
-        Our name of every column, ``skip`` for those not to be read.
+        Our name of every column, ``skip`` for those that are not read.
     factors : tuple of float
-        What brings each column to our unit.
+        Factor of each column to our unit.
     dialect : Dialect
-        Between the columns and inside the numbers.
+        Delimiter of the columns and decimal sign.
     rate_hz : float or None
-        The sample rate, where the head states one.
+        The sample rate, if the head states one.
     dated : int or None
         The column that holds dates or times of the day, which are read as seconds.
     """
@@ -74,17 +74,16 @@ class LogText:
     dated: int | None = None
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
-        """Line in the file, from 1, and cells of every row; the slow way, for messages."""
+        """Line number in the file, from 1, and cells of every row; slow, for messages."""
         for number, line in enumerate(self.lines[self.first :], self.first + 1):
             cells = self.dialect.cells(line)
             if cells and self.is_sample(cells):
                 yield number, cells
 
     def is_sample(self, cells: Sequence[str]) -> bool:
-        """Whether a line is a row: it holds a number, and where the readings are known one of them.
+        """Whether a line is a row: it holds a number, and a reading if these columns are known.
 
-        What a sketch says between the rows is none, and no row of a slower sensor that a logger has
-        merged with those of this one.
+        This excludes words of a sketch between the rows, and merged rows of a slower sensor.
         """
         if not any(self.dialect.holds_number(cell) for cell in cells):
             return False
@@ -95,7 +94,7 @@ class LogText:
 
     @property
     def is_rewritten(self) -> bool:
-        """Whether NumPy gets rows of tabs instead: dates, and commas of both kinds in one file."""
+        """Whether rows are rewritten with tabs for NumPy: dates, or commas with both meanings."""
         return self.dated is not None or (
             self.dialect.decimal_comma and self.dialect.delimiter == ",")
 
@@ -110,7 +109,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     Raises
     ------
     UnreadableInput
-        No header names a triad, or rows have no header and no ``columns``.
+        No header names a triad, or there is neither a header nor ``columns``.
     """
     head = find_head(lines, columns)
     if head.first is None:
@@ -131,7 +130,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
 def raw_text(path: Path, lines: list[str]) -> LogText | None:
     """The table in ``lines`` under the names of the file, or ``1``, ``2``, ... without a header.
 
-    None where no line is a row. Columns of text are skipped, but for one of dates. Points between
+    None if no line is a row. Columns of text are skipped, except one of dates. Points between
     thousands raise UnreadableInput.
     """
     head = find_head(lines)
@@ -140,7 +139,7 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     dialect, cells = _first_row(path, lines, head.first)
     names = [bare(name) for name in without_sign(
         head.names, len(cells), cells[0][:1] == '"') or ()]
-    if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # twice names nothing
+    if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # repeated: no names
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
     lines = without_footer(lines, dialect, len(cells))
@@ -153,8 +152,8 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
 
 
 def _first_row(path: Path, lines: list[str], first: int) -> tuple[Dialect, list[str]]:
-    """The dialect of the rows from line ``first`` on, and of each column a cell that shows what it
-    holds: the first that is not empty, or one of text where a column has more than a few.
+    """The dialect of the rows from line ``first`` on, and a representative cell of each column: the
+    first that is not empty, or one of text if the column has more than a few.
 
     Points between thousands are refused.
     """
@@ -175,12 +174,12 @@ def _first_row(path: Path, lines: list[str], first: int) -> tuple[Dialect, list[
 
 
 def columns_of_text(text: LogText) -> dict[str, FloatArray]:
-    """The columns of a text that are read, as they stand in the file, each of shape (t,).
+    """The columns of a text that are read, unchanged, each of shape (t,).
 
     Raises
     ------
     UnreadableInput
-        As of :func:`numbers_of`.
+        As in :func:`numbers_of`.
     """
     table = numbers_of(text)
     table = table[~np.isnan(table).all(axis=1)]
@@ -191,19 +190,19 @@ def columns_of_text(text: LogText) -> dict[str, FloatArray]:
 def numbers_of(text: LogText) -> FloatArray:
     """The rows as an array (t, columns), each in its unit; skipped columns are NaN.
 
-    A row that is no sample is NaN whole: an event, a marker, a last line that is cut off.
+    A row that is not a sample is all NaN: an event, a marker, a truncated last line.
 
     Raises
     ------
     UnreadableInput
-        More than a tenth of the rows have another number of cells, or a cell that is no number;
-        with the first line of them.
+        More than a tenth of the rows have another number of cells, or a cell that is not a number;
+        the message has the first such line.
     """
     wanted = [i for i, name in enumerate(text.names) if name != SKIP]
     all_wanted = len(wanted) == len(text.names)
     rows = _plain_rows(text)
     try:
-        # With usecols NumPy no longer minds ragged rows: these are counted here.
+        # With usecols NumPy accepts ragged rows, so these are counted here.
         if not all_wanted and any(len(cells) != len(text.names) for _, cells in text.rows()):
             raise ValueError("ragged rows")
         table = np.loadtxt(rows, delimiter="\t" if text.is_rewritten else text.dialect.delimiter,
@@ -224,8 +223,8 @@ def numbers_of(text: LogText) -> FloatArray:
 
 
 def _row_by_row(text: LogText) -> tuple[FloatArray, BoolArray]:
-    """The rows as numbers (t, columns), NaN for what is skipped or missing, and which (t,) are no
-    samples."""
+    """The rows as numbers (t, columns), NaN for skipped or missing cells, and a mask (t,) of rows
+    that are not samples."""
     every = list(_timed_rows(text))
     table = np.full((len(every), len(text.names)), math.nan)
     lost = np.zeros(len(every), bool)
@@ -245,7 +244,7 @@ def _row_by_row(text: LogText) -> tuple[FloatArray, BoolArray]:
 
 
 def _plain_rows(text: LogText) -> list[str]:
-    """The rows with decimal points, and seconds in the place of dates."""
+    """The rows with decimal points, and with seconds in place of dates."""
     if text.dialect.decimal_comma:
         require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
     if text.is_rewritten:
@@ -255,7 +254,7 @@ def _plain_rows(text: LogText) -> list[str]:
 
 
 def _timed_rows(text: LogText) -> Iterator[tuple[int, list[str]]]:
-    """Rows whose time is in seconds, from dates; after midnight a time of the day goes on."""
+    """Rows with dates or times of the day converted to seconds, and their line numbers."""
     first_date: str | None = None
     at = text.dated
     for line, cells in text.rows():
@@ -277,7 +276,7 @@ def _timed_rows(text: LogText) -> Iterator[tuple[int, list[str]]]:
 
 
 def _fault(text: LogText, cells: Sequence[str]) -> str:
-    """Why a row is too short, too long, or holds a cell that cannot be read; empty for a sample."""
+    """The fault of a row: too short, too long, or an unreadable cell; empty for a sample."""
     if len(cells) != len(text.names):
         if joined := next((cell for cell in cells if cell.count(".") > 1
                            and not is_time(cell)), None):

@@ -1,4 +1,4 @@
-"""Columns of numbers as rows of text."""
+"""Conversion of columns of numbers to rows of text."""
 
 from collections.abc import Iterator, Sequence
 
@@ -6,12 +6,12 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
-LARGEST = 2.0**63  #: size of a number counted in its last decimal
-BLOCK_ROWS = 20_000  #: rows that are formatted at once, a few megabytes of text
+LARGEST = 2.0**63  #: limit of a number in units of its last decimal
+BLOCK_ROWS = 20_000  #: number of rows that are formatted at once, a few megabytes of text
 
 
 def csv_rows(columns: Sequence[FloatArray], decimals: Sequence[int]) -> Iterator[bytes]:
-    """The rows of ``columns`` (t,) each, as lines of comma-separated numbers, block by block.
+    """The rows of ``columns``, each (t,), as lines of comma-separated numbers, block by block.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def csv_rows(columns: Sequence[FloatArray], decimals: Sequence[int]) -> Iterator
         largest = float(np.nanmax(np.abs(block) * 10.0 ** np.array(decimals), initial=0.0))
         if not largest < LARGEST:
             raise ValueError(f"{largest:g}, in the last decimal, is too large to be written out")
-        # What rounds to zero has no sign.
+        # A number that rounds to zero has no sign.
         block[np.abs(block) * 10.0 ** np.array(decimals) <= 0.5] = 0.0
         text = line * len(block) % tuple(block.ravel().tolist())
         yield text.replace("nan", "").encode()

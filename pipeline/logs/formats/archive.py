@@ -1,4 +1,4 @@
-"""Archives (zip): what phone apps export, one table of text per sensor; and NumPy's .npz."""
+"""Archives (zip): exports of phone apps with one table of text per sensor; and NumPy's .npz."""
 
 import io
 import zipfile
@@ -12,12 +12,12 @@ from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import text_lines
 from pipeline.logs.text import columns_of_text, raw_text
 
-ENCRYPTED = 1  #: bit of a member's flags
+ENCRYPTED = 1  #: bit in a member's flags
 TEXT = (".csv", ".txt", ".tsv", ".log")
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The tables of text in an archive, by the names of their files; arrays of .npz by length."""
+    """The tables of text in an archive, with the names of their files; arrays grouped by length."""
     try:
         with zipfile.ZipFile(path) as archive:
             return _tables(path, archive)
@@ -26,7 +26,7 @@ def tables(path: Path) -> list[FileTable]:
 
 
 def member_lines(path: Path, name: str) -> list[str] | None:
-    """The lines of a table of text in an archive; None where it has no text of that name."""
+    """The lines of a table of text in an archive; None if it has no text with that name."""
     try:
         with zipfile.ZipFile(path) as archive:
             members = {member.filename: member for member in _wanted(path, archive)}

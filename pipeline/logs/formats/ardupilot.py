@@ -1,4 +1,4 @@
-"""ArduPilot logs (DataFlash .bin): ACC and GYR, or IMU where these were not logged."""
+"""ArduPilot logs (DataFlash .bin): ACC and GYR, or IMU if these were not logged."""
 
 import struct
 from pathlib import Path
@@ -12,21 +12,21 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.logs.formats.file_table import FileTable
 
 AXES = {"Acc": ACCELEROMETER, "Gyr": GYROSCOPE}
-#: Message -> the field of its time, in microseconds: that of the sample where there is one.
+#: Message -> the field of its time, in microseconds, preferably that of the sample.
 MESSAGES = {"ACC": "SampleUS", "GYR": "SampleUS", "IMU": "TimeUS", "IMU2": "TimeUS",
             "IMU3": "TimeUS"}
 
 
-BEGINS = b"\xa3\x95"  #: every message; its type follows
-DEFINITION = 0x80  #: the type of a message that defines another
+BEGINS = b"\xa3\x95"  #: first bytes of every message; its type follows
+DEFINITION = 0x80  #: type of a message that defines another type
 BODY = struct.Struct("<BB4s16s64s")  #: layout of a definition: type, length, name, format, labels
 LARGEST_DAMAGE = 0.01
-"""Share of the bytes that belong to no message. A judgement: a log that lost power misses its last
-message, and a file of another kind is no message from end to end. Half and twice change none of the
+"""Largest share of bytes that belong to no message. A judgement: a log that lost power lacks its
+last message, and a file of another kind has no messages at all. Half and twice change none of the
 136 cases of ``tests.pipeline.logs``."""
 
 LAST_PAGE = 528
-"""Bytes that block-based logs may leave unwritten at their end. A fact of the library."""
+"""Number of bytes that block-based logs may leave unwritten at their end. A fact of the library."""
 
 
 def tables(path: Path) -> list[FileTable]:
@@ -44,7 +44,7 @@ def tables(path: Path) -> list[FileTable]:
 
 
 def _require_sound(path: Path) -> None:
-    """Refuse what the library ends on with an error of no kind, or prints a line for each byte of.
+    """Refuse files on which the library fails with an unspecific error, or prints a line per byte.
 
     Raises
     ------

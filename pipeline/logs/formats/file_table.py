@@ -1,4 +1,4 @@
-"""What a reader makes of a file: tables of numbers under names."""
+"""The result of a reader of files: tables of numbers with names."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 
-REAL = "iuf"  #: kinds of NumPy's types: no complex numbers, whose second half would be lost
+REAL = "iuf"  #: kinds of NumPy's types, without complex ones, whose imaginary part would be lost
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,9 +17,9 @@ class FileTable:
     Parameters
     ----------
     name : str
-        By which a configuration picks it, as in ``flight.ulg/sensor_accel_0``.
+        Name by which a configuration selects it, as in ``flight.ulg/sensor_accel_0``.
     columns : mapping of str to array, shape (t,)
-        In the order of the file, under its names, or under ours where the format states its units.
+        In the order of the file, with its names, or with ours if the format states its units.
     """
 
     name: str
@@ -27,10 +27,10 @@ class FileTable:
 
 
 def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
-    """The columns of an array (t,) or (t, k); (k, t) is turned, since a log is longer than wide.
+    """The columns of an array (t,) or (t, k); (k, t) is transposed: a log is longer than wide.
 
-    A structured array has names of its own. Three columns are axes, ``name[0]`` to ``name[2]``;
-    of other arrays the columns are called by their position, ``name:1``, ``name:2``, ...
+    A structured array has its own names. Three columns are axes, ``name[0]`` to ``name[2]``; other
+    columns are named by their position, ``name:1``, ``name:2``, ...
     """
     if array.dtype.names:
         return {field: np.asarray(array[field], float).ravel() for field in array.dtype.names
@@ -48,9 +48,9 @@ def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
 
 
 def tables_by_length(columns: Mapping[str, FloatArray]) -> list[FileTable]:
-    """Columns of one file as tables: columns of one length stand beside each other.
+    """Tables of the columns of one file that have the same length.
 
-    A table is called by what the names of its columns share, or by its first column.
+    The name of a table is the array of all its columns, or its number of rows.
     """
     lengths = dict.fromkeys(len(values) for values in columns.values())
     tables = []

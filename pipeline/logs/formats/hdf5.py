@@ -1,4 +1,4 @@
-"""HDF5 files, MATLAB 7.3 among them."""
+"""HDF5 files, including those of MATLAB 7.3."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The numeric data sets of a file; sets of one length stand beside each other."""
+    """The numeric data sets of a file, with those of one length in one table."""
     columns: dict[str, np.ndarray] = {}
 
     def visit(name: str, item: object) -> None:

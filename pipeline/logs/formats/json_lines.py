@@ -1,6 +1,6 @@
-"""JSON lines, one object per sample, a list of such objects, in an object or not, and columns.
+"""JSON: lines with one object per sample, lists of such objects (also in an object), and columns.
 
-A dictionary as Python prints it is read as a line of JSON is.
+A dictionary printed by Python is read like a line of JSON.
 """
 
 import ast
@@ -20,15 +20,15 @@ from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.header_words import read_name
 
-INTERVAL = re.compile(r"(?:interval|period)_(us|ms|s)$")  #: from one row to the next
-MOST_KINDS, LEAST_TURNS = 12, 0.25  #: sensors of a phone, and the share of rows of another one
-FEWEST_ROWS = 3  #: rows from which it shows that each holds several samples
+INTERVAL = re.compile(r"(?:interval|period)_(us|ms|s)$")  #: time from row to row
+MOST_KINDS, LEAST_TURNS = 12, 0.25  #: number of sensors of a phone, share of changes between rows
+FEWEST_ROWS = 3  #: least number of rows that show that each holds several samples
 
 
 def tables(path: Path) -> list[FileTable]:
-    """A table of the numbers that every object has, lists and objects inside unrolled.
+    """A table of the numbers that every object has, with nested lists and objects flattened.
 
-    An object with several lists of objects has a table for each.
+    An object with several lists of objects gives a table for each list.
     """
     text = path.read_text(encoding="utf-8-sig")
     with suppress(json.JSONDecodeError):
@@ -42,7 +42,7 @@ def tables(path: Path) -> list[FileTable]:
 
 
 def _table(name: str, rows: list[Any]) -> list[FileTable]:
-    """The tables of such rows: one, one of each kind where a word names it, or none."""
+    """The tables of rows: one, or one for each kind that a text in the rows names, or none."""
     rows = [_flat(row) if isinstance(row, dict) else row for row in rows]
     words = [key for key in (rows[0] if rows and isinstance(rows[0], dict) else ())
              if all(isinstance(row, dict) and isinstance(row.get(key), str) for row in rows)]
@@ -70,7 +70,7 @@ def _samples(path: Path, text: str) -> Iterator[Any]:
 
 
 def _object(line: str) -> Any:
-    """What a line holds in JSON, or as Python prints a dictionary."""
+    """The value of a line, in JSON or in the format in which Python prints a dictionary."""
     try:
         return json.loads(line)
     except json.JSONDecodeError:
@@ -80,7 +80,7 @@ def _object(line: str) -> Any:
 
 
 def _rows(value: Any) -> Iterator[Any]:
-    """The samples in a value: of a list, of the longest list in an object, or of its columns."""
+    """The samples in a list, in the longest list of an object, or in an object's columns."""
     if not isinstance(value, dict):
         yield from value
         return
@@ -108,7 +108,7 @@ def _rows(value: Any) -> Iterator[Any]:
 
 
 def _flat(value: dict[str, Any]) -> dict[str, Any]:
-    """An object with what the objects in it hold under names like ``acc.x``."""
+    """An object with the items of nested objects under names like ``acc.x``."""
     flat: dict[str, Any] = {}
     for key, inner in value.items():
         if isinstance(inner, str) and inner.startswith("{"):
@@ -120,7 +120,7 @@ def _flat(value: dict[str, Any]) -> dict[str, Any]:
 
 
 def _names(value: list[Any]) -> list[str]:
-    """The names that a list holds, or its objects with their units; empty where it holds none."""
+    """The names in a list, or those of its objects with their units; empty if there are none."""
     objects = [one for one in value if isinstance(one, dict) and isinstance(one.get("name"), str)]
     named = [f"{one['name']} ({one['units']})" if "units" in one else one["name"]
              for one in objects]
@@ -128,7 +128,7 @@ def _names(value: list[Any]) -> list[str]:
 
 
 def _columns(name: str, value: dict[str, Any]) -> Iterator[tuple[str, list[Any]]]:
-    """Every list of plain values in an object and the objects in it, with its name."""
+    """Every list of plain values in an object and its nested objects, with its name."""
     for key, inner in value.items():
         below = f"{name}.{key}" if name else key
         if isinstance(inner, dict):
@@ -138,11 +138,11 @@ def _columns(name: str, value: dict[str, Any]) -> Iterator[tuple[str, list[Any]]
 
 
 def _unrolled(rows: list[Any]) -> list[Any]:
-    """Rows that hold several samples each, in lists of one length, as a row for each sample.
+    """One row for each sample, from rows that hold several samples in lists of equal length.
 
-    Lists of vectors are such, and lists of numbers whose name says which axis they are. The rest of
-    a row goes with each of them, and numbers that grow from row to row, as clocks do, go on in
-    equal steps to those of the following row.
+    The lists contain vectors, or numbers if their name states an axis. Each sample keeps the other
+    items of its row; numbers that increase from row to row, as clocks do, are interpolated in equal
+    steps to those of the next row.
     """
     inside = [_lists_of_samples(row) if isinstance(row, dict) else [] for row in rows]
     if len(rows) < FEWEST_ROWS or not all(inside) or any(
@@ -163,7 +163,7 @@ def _unrolled(rows: list[Any]) -> list[Any]:
 
 
 def _lists_of_samples(row: dict[str, Any]) -> list[str]:
-    """The names in a row below which several samples stand."""
+    """The names of the lists in a row that hold several samples."""
     return [name for name, value in row.items() if isinstance(value, list) and len(value) > 1
             and (isinstance(value[0], dict | list) or read_name(name).axis is not None)]
 
@@ -171,7 +171,7 @@ def _lists_of_samples(row: dict[str, Any]) -> list[str]:
 def _numbers(name: str, value: object) -> Iterator[tuple[str, float]]:
     """Every number in a value, under a name like ``acc.x`` or ``acc[0]``; dates in seconds.
 
-    A number may be quoted, and so may several with commas between them."""
+    Quoted numbers count, also several separated by commas."""
     if isinstance(value, str) and is_number(value):
         value = float(value)
     elif isinstance(value, str) and all(map(is_number, cells := value.split(","))):

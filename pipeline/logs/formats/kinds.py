@@ -1,4 +1,4 @@
-"""What a file is, by its first bytes, and which module reads it."""
+"""The format of a file, by its first bytes, and the module that reads it."""
 
 import re
 from collections.abc import Mapping
@@ -13,9 +13,9 @@ from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
 from pipeline.text.names import DISTRIBUTION
 
-BAG_FOLDER_MARK = "metadata.yaml"  #: makes a folder a ROS 2 bag
-BAG_SUFFIX = ".db3"  #: end of the name of a database that is a ROS 2 bag
-HEAD_BYTES = 16  #: the longest mark below has 15; the blanks before a brace take the rest
+BAG_FOLDER_MARK = "metadata.yaml"  #: file that marks a folder as a ROS 2 bag
+BAG_SUFFIX = ".db3"  #: suffix of a database that is a ROS 2 bag
+HEAD_BYTES = 16  #: the longest mark below has 15; JSON may have blanks before its brace
 JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
 
 
@@ -33,7 +33,7 @@ class Kind:
 
     @property
     def one(self) -> str:
-        """With its article, as it is spoken."""
+        """The name with its indefinite article."""
         return f"{'an' if self.name[0] in 'aAH' else 'a'} {self.name}"
 
 
@@ -54,9 +54,9 @@ KINDS: Mapping[bytes, Kind] = {
     b"ULog\x01\x12\x35": Kind("PX4 log", "px4", "px4", si=True),
     b"\xa3\x95": Kind("ArduPilot log", "ardupilot", "ardupilot", si=True),
     b"PK\x03\x04": ARCHIVE,
-    b"PK\x05\x06": ARCHIVE,  # with nothing in it
+    b"PK\x05\x06": ARCHIVE,  # empty
 }
-#: Not read here, with what to do instead.
+#: Formats that are not read, with advice.
 OTHERS: Mapping[bytes, str] = {
     b"\xd0\xcf\x11\xe0": "a spreadsheet of Excel 97. Save the sheet as CSV",
     b"H Product:": "a Betaflight or INAV log as the flash memory holds it. Decode it with "
@@ -76,7 +76,7 @@ def kind_of(path: Path) -> Kind | None:
     Raises
     ------
     UnreadableInput
-        It cannot be read, or is of a kind that is known and not read here.
+        It cannot be read, or is of a known kind that is not supported.
     """
     if path.is_dir():
         if not (path / BAG_FOLDER_MARK).is_file():
@@ -99,9 +99,9 @@ def kind_of(path: Path) -> Kind | None:
 
 
 class _LibraryCode:
-    """A stretch in which the library of a format reads: whatever it raises says that it cannot.
+    """Context of a call of a format's library: any error of it means that the file is unreadable.
 
-    Of a damaged file each library raises what it happens to stumble over, bugs of its own included.
+    Libraries raise arbitrary errors on a damaged file, including those of their own bugs.
     """
 
     def __init__(self, path: Path, kind: Kind) -> None:
@@ -153,9 +153,9 @@ def is_log_file(path: Path) -> bool:
 
 
 def split_member(path: Path) -> tuple[Path, str]:
-    """A file and the name of one of its tables, of ``phone.zip/Accelerometer.csv``.
+    """A file and the name of one of its tables, from a path like ``phone.zip/Accelerometer.csv``.
 
-    The name is empty where the path is that of the file.
+    The name is empty if the path is that of the file.
     """
     file = _file_in(path)
     if file is None or file == path:
@@ -164,7 +164,7 @@ def split_member(path: Path) -> tuple[Path, str]:
 
 
 def _file_in(path: Path) -> Path | None:
-    """The file or bag at ``path``, or the one whose table it names; None without either."""
+    """The file or bag at ``path``, or the one whose table it names; None if there is none."""
     for file in (path, *path.parents):
         if file.is_file():
             return file

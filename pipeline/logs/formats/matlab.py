@@ -9,7 +9,7 @@ from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The numeric arrays of a file; arrays of one length stand beside each other."""
+    """The numeric arrays of a file, with those of one length in one table."""
     columns: dict[str, np.ndarray] = {}
     with path.open("rb") as file:
         variables = loadmat(file, squeeze_me=False, struct_as_record=False)

@@ -1,4 +1,4 @@
-"""Files of Apache Parquet and Arrow, as pandas and R write them."""
+"""Files of Apache Parquet and Arrow, written for example by pandas and R."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ ARROW = b"ARROW1"  #: first bytes of a file of Arrow, or Feather
 
 
 def tables(path: Path) -> list[FileTable]:
-    """The numeric columns and the time stamps, which become seconds since 1970."""
+    """The numeric columns, and the time stamps as seconds since 1970."""
     columns = {}
     with path.open("rb") as file:
         is_arrow = file.read(len(ARROW)) == ARROW

@@ -1,4 +1,4 @@
-"""PX4 logs (ULog): sensor_accel and sensor_gyro, which are not corrected yet."""
+"""PX4 logs (ULog): sensor_accel and sensor_gyro, the uncorrected readings."""
 
 from pathlib import Path
 
@@ -12,14 +12,14 @@ from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
 from pipeline.logs.formats.file_table import FileTable
 
 TOPICS = {"sensor_accel": ACCELEROMETER, "sensor_gyro": GYROSCOPE}
-#: Already corrected by the autopilot's own calibration: no sensor's readings.
+#: Topic whose readings the autopilot's own calibration has corrected.
 CORRECTED = "sensor_combined"
 
 
 def tables(path: Path) -> list[FileTable]:
     """A table for each instance of each sensor, in m/s², rad/s and seconds."""
     try:
-        with path.open("rb") as file:  # the library leaves what it refuses open
+        with path.open("rb") as file:  # the library does not close files that it refuses
             log = ULog(file, [*TOPICS, CORRECTED])
     except ULogException as error:
         raise UnreadableInput(f"{path}: is no complete PX4 log ({error}). Copy it again from the "

@@ -16,7 +16,7 @@ NANOSECOND = 1e-9  #: s
 
 
 def tables(path: Path) -> list[FileTable]:
-    """A table for each topic, in m/s², rad/s and seconds of the header's stamp."""
+    """A table for each topic, in m/s², rad/s and seconds by the header's stamp."""
     try:
         return _tables(path)
     except AnyReaderError as error:
@@ -26,7 +26,7 @@ def tables(path: Path) -> list[FileTable]:
 
 def _tables(path: Path) -> list[FileTable]:
     rows: dict[str, list[tuple[float, ...]]] = {}
-    # Bags of ROS 2 before Iron hold no definitions; that of Imu has not changed since.
+    # Bags of ROS 2 before Iron have no definitions; that of Imu has not changed since then.
     with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_FOXY)) as bag:
         topics = [connection for connection in bag.connections if connection.msgtype == IMU]
         if not topics:
