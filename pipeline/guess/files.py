@@ -66,7 +66,7 @@ def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRa
     Raises
     ------
     UnreadableInput, UnreadableVideo, RateRefused
-        The first clip that shows no turning plate raises it.
+        For the first clip, in their order, that shows no turning plate.
     """
     if not clips:
         return []

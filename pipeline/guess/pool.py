@@ -25,9 +25,9 @@ FLATTEST = 0.2
 """Least ratio of the smallest to the largest extent of points that determine a sphere. A judgement:
 it is 0 for two faces and the edges between them, 0.3 for six faces and a cone of 30 degrees."""
 LARGEST_CENTRE, ROUNDEST = 0.7, 0.03
-"""Largest distance of the centre over the radius if the misfit of the points is above the second
-number: a bias of 0.7 g, or of 70 °/s at 17 rpm. Points that fit better may be volts, whose zero is
-far from 0. A judgement."""
+"""Largest distance of the centre over the radius, and the misfit above which it limits a sphere: a
+bias of 0.7 g, or of 70 °/s at 17 rpm. Points that fit better may be volts, whose zero is far from
+0. A judgement."""
 AT_REST = 0.1
 """Distance of two mean rates over the largest, below which both are at rest or in one attitude.
 A judgement: on the plate the attitudes of a calibration lie 45 or 90 degrees apart."""

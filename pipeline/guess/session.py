@@ -164,7 +164,7 @@ def _source(
 
 
 def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
-    """The tables without second recordings of the same motion, and a note on each of these.
+    """The tables without repeated sensors of one kind at the same times, and a note on each.
 
     A phone's app writes the same sensor two or three times, and a flight controller has several
     sensors, whose poses must not be mixed.
@@ -217,7 +217,7 @@ def _layout(tables: Sequence[TableGuess]) -> Layout:
 
 
 def _are_poses(tables: Sequence[TableGuess]) -> bool:
-    """Whether each of most tables is a single pose."""
+    """Whether more than half of the tables are single poses."""
     return sum(map(_is_pose, tables)) > len(tables) / 2
 
 
@@ -250,7 +250,7 @@ def _gyroscopes_beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGu
 def _paired(
     tables: Sequence[TableGuess], beside: Mapping[TableGuess, TableGuess]
 ) -> list[TableGuess]:
-    """Tables in pairs of accelerometer and gyroscope of the same times, unpaired ones last."""
+    """The tables with each accelerometer before its gyroscope, and other gyroscopes last."""
     waiting = [table for table in tables if table.accelerometer is None]
     ordered = []
     for table in tables:

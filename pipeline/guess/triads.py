@@ -57,7 +57,7 @@ def possible_triples(columns: Sequence[str]) -> list[Triple]:
     free = [name for name, word in words.items() if word.quantity in ("", "acc", "gyr")]
     by_name = [triple for quantity in ("acc", "gyr", "")
                for triple in triples_by_name(free, quantity)]
-    unnamed = [name for name in free if words[name].axis is None]  # x of two sensors, y of both
+    unnamed = [name for name in free if words[name].axis is None]  # or x, x, y, y, z, z of two
     return list(dict.fromkeys([*by_name, *_in_a_row(free, words),
                                *_in_a_row(unnamed[::2], words), *_in_a_row(unnamed[1::2], words)]))
 

@@ -3,7 +3,7 @@
 The direction u of gravity in an accelerometer moves as ``du/dt = -ω × u``, independent of earlier
 attitudes. Its change between two blocks of samples shows the order, signs and handedness of the
 gyroscope's axes. The size of the unit (times that of the clock) follows from the whole rotation
-between two rests, in which no force of a hand acts.
+between two rests, at which no hand pushes the sensor.
 """
 
 import math
