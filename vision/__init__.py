@@ -19,17 +19,17 @@ The way of the data
     clip ─ video ─ plate ─ tracking ─ phase_track ─ rate ─ RateMeasurement
                    geometry                         camera ─ clip (live)
 
-``video``         a clip as luma frames with their time stamps, turned as they are to be shown
+``video``         a clip as luma frames with their time stamps, in display orientation
 ``geometry``      the view: plate coordinates to pixels and back
 ``plate``         where the plate is and what it looks like (``PlateModel``)
 ``tracking``      the plate's angle in every frame (``track_phase``: clip to ``PhaseTrack``)
-``phase_track``   what the tracking hands on: arrays only
-``image_return``  after what time the picture is itself again, without a plate
+``phase_track``   the result of the tracking: arrays only
+``image_return``  the period after which the picture repeats, without a plate
 ``rate``          the rate and its standard deviation (``measure_rate``), with NumPy alone
 ``overlay``       the clip with the measurement drawn on it
-``live_plate``    what a camera sees now, with rim and mark
+``live_plate``    the present picture of a camera, with rim and mark
 ``camera``        films a clip with a live camera
-``errors``        what can go wrong, by what the user can do about it
+``errors``        the failures, by what the user can do about them
 ``numbers``       facts: of units and of the normal distribution
 ``clip_rate``     all of this in one call, for a notebook (``vision.measure_rate``)
 """
@@ -43,12 +43,12 @@ __all__ = ["measure_rate"]
 
 
 def __dir__() -> list[str]:
-    """What a notebook completes."""
+    """Names that a notebook completes."""
     return list(__all__)
 
 
 def __getattr__(name: str) -> Any:
-    """Load what a notebook asks for when it asks: the command line imports this package too."""
+    """Load a name on its first use: the command line imports this package too."""
     if name != "measure_rate":
         raise AttributeError(f"module 'vision' has no attribute {name!r}")
     from vision.clip_rate import measure_rate

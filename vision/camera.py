@@ -1,9 +1,9 @@
-"""Films a plate with a live camera: frames with the time at which each was taken.
+"""A live camera that films a plate: frames with the time at which each was taken.
 
 A camera's own count of frames is a poor clock: webcams drop frames and change their rate
-with the light. Every frame is stamped when it comes, by the driver's own stamp where the driver
-has one that keeps pace with the computer's clock. The clip is Matroska with Motion JPEG: the stamps
-stand in the container, to the millisecond, and what was written before a crash can be read.
+with the light. Every frame is stamped on arrival, with the driver's own stamp if that keeps pace
+with the computer's clock. The clip is Matroska with Motion JPEG: the container holds the stamps, to
+the millisecond, and frames written before a crash can be read.
 """
 
 import os
@@ -22,28 +22,28 @@ from vision.errors import VisionError
 SUFFIX = ".mkv"
 TICKS_PER_S = 1000  #: ticks of the container's stamps
 JPEG_QUALITY = 90  #: quality of frames that are stored as images; not seen by the tracker
-PROBED = 12  #: frames by which the driver's stamps are judged
-PACE = 0.2  #: the driver's clock may differ by so much from the computer's over the probe
-START_S = 10.0  #: for the first frame; some cameras take seconds to wake up
+PROBED = 12  #: frames from which the driver's stamps are judged
+PACE = 0.2  #: largest difference of the driver's clock from the computer's over the probe
+START_S = 10.0  #: wait for the first frame; some cameras take seconds to wake up
 
 
 Watch = Callable[[NDArray[np.uint8], float], None]  #: takes a frame (h, w, 3) and its time, s
 
 
 class CameraFailed(VisionError):
-    """The camera cannot be opened, or gives no frames."""
+    """The camera cannot be opened, or delivers no frames."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """A clip that was filmed.
+    """A filmed clip.
 
     Attributes
     ----------
     path : Path
     frames : int
     seconds : float
-        From the first frame to the last.
+        Time from the first frame to the last.
     """
 
     path: Path
@@ -52,21 +52,21 @@ class Clip:
 
 
 class Camera:
-    """A camera that runs all the time, and writes clips of chosen stretches.
+    """A camera that runs continuously, and writes clips of chosen stretches.
 
     Parameters
     ----------
     source : int or Path
         Number of the camera; or a clip that is played in real time, over and over, for trials.
     clock : callable
-        The clock that the sensor's log is kept on, in seconds.
+        The clock of the sensor's log, in seconds.
     watch : callable (image, time_s), optional
-        Sees every frame as it comes.
+        Receives every frame on arrival.
 
     Raises
     ------
     CameraFailed
-        There is no such camera, or it gives no frame.
+        There is no such camera, or it delivers no frame.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Camera:
                                               f"{START_S:g} s. Close other programs that use it.")
 
     def start(self, path: Path) -> None:
-        """Begin a clip; it gets its name when it is stopped and kept.
+        """Begin a clip; it receives its name when it is stopped and kept.
 
         Parameters
         ----------
@@ -107,12 +107,12 @@ class Camera:
             self._writer = ClipWriter(path)
 
     def stop(self, keep: bool) -> Clip | None:
-        """End the clip; ``None`` where there is none, or it is not kept.
+        """End the clip; ``None`` if there is none, or it is not kept.
 
         Raises
         ------
         CameraFailed
-            The camera ended in the midst of it.
+            The camera failed during the clip.
         """
         with self._lock:
             writer, self._writer = self._writer, None
@@ -124,7 +124,7 @@ class Camera:
         return clip
 
     def close(self) -> None:
-        """Give the camera back."""
+        """Release the camera."""
         self._stop.set()
         self._thread.join()
         self.stop(keep=False)
@@ -166,7 +166,7 @@ class Camera:
 
 
 class _Stamp:
-    """Time of each frame: the driver's, moved to our clock, once it has proved to keep pace."""
+    """Time of each frame: the driver's, shifted to our clock, once it proves to keep pace."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
@@ -183,7 +183,7 @@ class _Stamp:
                 self._judge()
         time_s = now
         if self._trusted and self._offset is not None:
-            # A frame is never heard of before it was taken: the least delay is the offset.
+            # A frame never arrives before it was taken: the least delay is the offset.
             self._offset = min(self._offset, now - driver_s)
             time_s = driver_s + self._offset
         time_s = max(time_s, self._last + 1 / TICKS_PER_S)
@@ -200,7 +200,7 @@ class _Stamp:
 
 
 class _Playback:
-    """A clip in real time: waits for each frame's own stamp."""
+    """Playback of a clip in real time: waits for the stamp of each frame."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self._clock, self._begun_s = clock, clock()
@@ -213,7 +213,7 @@ class _Playback:
 
 
 class ClipWriter:
-    """One clip, under a hidden name until it is kept; the stamps beside it as text."""
+    """Writer of one clip, under a hidden name until it is kept; its stamps in a text file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -223,7 +223,7 @@ class ClipWriter:
         self._ticks = -1
 
     def write(self, image: NDArray[np.uint8], time_s: float) -> None:
-        """Append a frame; the first one gives the size."""
+        """Append a frame; the first one sets the size."""
         if self._writer is None:
             self._writer = self._open(image)
         ok, jpeg = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
@@ -248,7 +248,7 @@ class ClipWriter:
         return writer
 
     def end(self, keep: bool) -> Clip | None:
-        """Close the clip; it gets its name, or is removed."""
+        """Close the clip; rename it to its final name, or remove it."""
         if self._writer is not None:
             self._writer.release()
         if not keep or len(self._times_s) < 2:

@@ -1,4 +1,4 @@
-"""The whole way from a clip to the rate of its plate, for a notebook or a program of one's own."""
+"""From a clip to the rate of its plate in one call, for notebooks and other programs."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,16 +28,16 @@ def measure_rate(
     clip : path
         A video file of the turning plate, filmed from above.
     nominal_rpm : float, optional
-        What the plate should do; chooses among rates that give the same frames.
+        Expected rate; chooses among rates that give the same frames.
     fps : float, optional
-        Frames per second while filming, where the file's time stamps are not to be used.
+        Frames per second while filming, to replace the file's time stamps.
     ppm : float, optional
         Sd of the clock that stamps the frames, parts per million.
     model : sequence of str
         ``constant_rate`` and any of ``vision.rate.terms.TERMS``.
     part : (from_s, to_s)
         Seconds of the clip that are measured; None is its beginning or its end. By default the
-        whole clip, or what of it turns steadily between the motor's start and stop.
+        whole clip, or its steady part between the motor's start and stop.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def measure_rate(
     Raises
     ------
     UnreadableVideo
-        The file is no clip.
+        The file is not a clip.
     RateRefused
         Nothing in the clip turns steadily about a fixed axis.
     """

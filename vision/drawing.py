@@ -11,8 +11,8 @@ Image = NDArray[np.uint8]
 
 RIM, CENTRE, HAND, UNUSED = (  # blue, green, red
     (80, 220, 80), (60, 60, 255), (255, 200, 0), (150, 150, 150))
-STANDING = np.eye(3)  #: motion of a camera that stands; definition
-JPEG_QUALITY = 80  #: quality of pictures to look at; chosen
+STANDING = np.eye(3)  #: motion of a camera that stands still; definition
+JPEG_QUALITY = 80  #: quality of pictures for display; chosen
 THUMBNAIL = 240  #: px; layout
 WIDEST = 640  #: pixels of the annotated frame; layout
 KEPT_BITS = 5  #: bits of its channels that are kept; layout
@@ -22,7 +22,7 @@ FAST_PNG = (cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE,
 
 
 def mark_of(plate: PlateLayout) -> tuple[float, float]:
-    """Radius, and azimuth at plate angle zero, of the mark; of any place where there is none."""
+    """Radius, and azimuth at plate angle zero, of the mark; of an arbitrary place without one."""
     if np.isnan(plate.mark_radius):
         return USUAL_MARK_RADIUS, 0.0
     return plate.mark_radius, plate.mark_azimuth_rad
@@ -37,16 +37,16 @@ def draw_plate(
     Parameters
     ----------
     canvas : array of uint8, shape (h, w, 3)
-        Blue-green-red; it is drawn on.
+        Blue-green-red; changed in place.
     plate : PlateLayout
     angle_rad : float
-        Of the plate; NaN draws the rim alone.
+        Plate angle; NaN draws the rim alone.
     scale : float
-        Size of the frame over that of the frames that the plate was found in.
+        Size of the frame over the size of the frames in which the plate was found.
     motion : array, shape (3, 3)
-        Pixels of the plate's view to those of the frame it was found in.
+        Pixels of the plate's view to pixels of this frame.
     used : bool
-        The hand is grey where it is not.
+        Whether the rate uses the frame; otherwise the hand is grey.
     """
     view = PlateView(plate.view)
 
@@ -69,7 +69,7 @@ def draw_plate(
 
 
 def annotated(image: Image, plate: PlateLayout, angle_rad: float) -> Image:
-    """A frame that was measured, with the plate drawn on it.
+    """A measured frame with the plate drawn on it.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def annotated(image: Image, plate: PlateLayout, angle_rad: float) -> Image:
         Blue-green-red.
     plate : PlateLayout
     angle_rad : float
-        Of the plate; NaN draws the rim alone.
+        Plate angle; NaN draws the rim alone.
 
     Returns
     -------
@@ -110,8 +110,8 @@ def thumbnail(png: Image) -> bytes:
 def png(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Encode an image (h, w, 3), blue-green-red, as the bytes (b,) of a PNG.
 
-    Every channel keeps its ``KEPT_BITS`` highest bits: the noise of a frame is most of what a PNG
-    has to store, and without the lowest bits it takes a third of the space.
+    Every channel keeps its ``KEPT_BITS`` highest bits: noise is most of the content of a PNG, and
+    without the lowest bits the file takes a third of the space.
     """
     step = 1 << (8 - KEPT_BITS)
     coarse = (image & (256 - step)) | (step // 2)

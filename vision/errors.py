@@ -1,4 +1,4 @@
-"""What can go wrong with a clip, by what the user can do about it.
+"""Failures of a clip, by what the user can do about them.
 
 Every message is one paragraph: where, what was found, what was expected, what to do next.
 """
@@ -24,9 +24,9 @@ class RateRefused(VisionError):
     Attributes
     ----------
     history : RateHistory or None
-        Rate against time, where the plate was followed but does not turn steadily.
+        Rate against time, if the plate was tracked but does not turn steadily.
     returns : ImageReturn or None
-        What the picture repeats after, where it does.
+        Period of the picture, if it repeats.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class RateRefused(VisionError):
 
 
 class NoSuchPart(RateRefused):
-    """The clip has no frames, or too few, in the part that was stated."""
+    """The clip has no frames, or too few, in the stated part."""
 
 
 class NothingMoves(RateRefused):
@@ -46,17 +46,17 @@ class NothingMoves(RateRefused):
 
 
 class NoPlate(RateRefused):
-    """Much changes in the picture, and nothing of it comes back, or what does so cannot turn."""
+    """Much changes in the picture, and nothing repeats, or the repeating part cannot turn."""
 
 
 class OnlyShifts(NoPlate):
-    """What is seen shifts in one direction: the camera moves, or something passes by it."""
+    """The picture shifts in one direction: the camera moves, or something passes in front of it."""
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:
     """The first of two refusals, unless nothing moved there and something did later.
 
-    Without its traceback, which would hold on to the frames that were looked at.
+    Its traceback is removed, because that would keep the frames in memory.
     """
     if first is None or isinstance(first, NothingMoves) > isinstance(later, NothingMoves):
         return later.with_traceback(None)

@@ -7,9 +7,9 @@ A pinhole camera maps the plane of the plate by a homography,
 with the spindle at u = v = 0 and the rim at √(u² + v²) = 1. Turning and scaling the plate leaves
 six numbers that matter: the two of the centre, two of the foreshortening, two of the perspective.
 
-Most cameras read a frame row by row, and the plate turns meanwhile: what stands at azimuth φ in
-the row of the spindle appears at φ + λ (y - y_spindle) in row y, with λ the rate times the time
-per row. That is the seventh number.
+Most cameras read a frame row by row, and the plate turns meanwhile: a point that is at azimuth φ
+when the row of the spindle is read appears at φ + λ (y - y_spindle) in row y, with λ the rate times
+the time per row. That is the seventh number.
 """
 
 from dataclasses import dataclass, replace
@@ -32,7 +32,7 @@ class PlateView:
     matrix : array, shape (3, 3)
         H of the module's equation.
     lag_rad_px : float
-        λ, how far the plate turns from one row to the next.
+        λ, rotation of the plate from one row to the next.
     """
 
     matrix: FloatArray
@@ -40,7 +40,7 @@ class PlateView:
 
     @property
     def at_rest(self) -> "PlateView":
-        """The view of what does not turn: the read-out does not move it."""
+        """The view of the parts that do not turn: the read-out does not move them."""
         return replace(self, lag_rad_px=0.0)
 
     @property
@@ -51,7 +51,7 @@ class PlateView:
 
     @property
     def radius_px(self) -> float:
-        """Semi-major axis of the rim as seen, about."""
+        """Approximate semi-major axis of the rim in the frame."""
         x, y = self.pixels(np.ones(72), np.linspace(0, 2 * np.pi, 72, endpoint=False))
         return float(np.hypot(x - x.mean(), y - y.mean()).max())
 
@@ -90,15 +90,15 @@ class PlateView:
 
     @property
     def down(self) -> FloatArray:
-        """Direction on the plate that runs down the frame, times its pixels, shape (2,)."""
+        """Direction on the plate that points down in the frame, times its pixels, shape (2,)."""
         return np.asarray(self.jacobian_at_centre()[1])
 
     def adjusted(self, change: FloatArray) -> "PlateView":
         """The view after a small change, shape (7,).
 
-        Shift u, v; stretch; shear; perspective u, v; lag over as many rows as a radius down the
-        frame has. A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), over
-        1 + p_u u + p_v v.
+        Shift u, v; stretch; shear; perspective u, v; lag over the rows of one plate radius down
+        the frame. A point (u, v) moves to (u, v) + shift + stretch (u, -v) + shear (v, u), divided
+        by 1 + p_u u + p_v v.
         """
         du, dv, stretch, shear, pu, pv, lag = change
         step = np.array([[1 + stretch, shear, du], [shear, 1 - stretch, dv], [pu, pv, 1.0]])
@@ -138,7 +138,7 @@ def view_of_ellipse(
     """
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     along, across = np.array([c, s]), np.array([-s, c])
-    # Symmetric, so that azimuth zero stays to the right and the frame is not turned.
+    # Symmetric, so that azimuth zero stays on the right and the frame is not rotated.
     shape = axes_px[0] * np.outer(along, along) + axes_px[1] * np.outer(across, across)
     matrix = np.eye(3)
     matrix[:2, :2] = shape @ np.diag([1.0, -1.0])  # v upwards
@@ -157,7 +157,7 @@ class PlateOverride:
     radius_px : float
         Its semi-major axis.
     minor_px : float, optional
-        Its semi-minor axis; a circle without.
+        Its semi-minor axis; a circle without it.
     angle_deg : float
         Direction of the major axis, from x to the right towards y down.
     """

@@ -1,17 +1,17 @@
-"""After what time a film is itself again: no plate, no mark, no view.
+"""The period after which a film repeats: no plate, no mark, no view.
 
-Small frames, less what is slow and what flickers, are cut into blocks, and every block is compared
+Small frames, without slow changes and flicker, are cut into blocks, and every block is correlated
 with itself a lag later,
 
     r_b(l) = Σ_t V_b(t)·V_b(t + l) / √(Σ_t V_b(t)² Σ_t V_b(t + l)²).
 
-What turns returns after every multiple of its period and not half way between two, so the period is
-the lag P with the largest mean of r_b(mP) - r_b((m - 1/2)P) in the blocks that return best. The
-peaks near its multiples, read off to parts of a frame, then give the period.
+A turning object returns after every multiple of its period and not half way between two, so the
+period is the lag P with the largest mean of r_b(mP) - r_b((m - 1/2)P) in the blocks that return
+best. The peaks near its multiples, located to a fraction of a frame, then give the period.
 
-Less what is slow, what shifts through the picture evenly seems to return a few times. Where returns
-are few the frames as they are must return too: of their mean square difference half way between two
-returns, less noise, at least a half is gone at each.
+Without the slow changes, an even shift through the picture seems to return a few times. If returns
+are few, the unfiltered frames must return too: at each return, at most half remains of their mean
+square difference half way between two returns, less noise.
 """
 
 from collections.abc import Sequence
@@ -24,30 +24,30 @@ from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD, median
 
 BLOCK = 8  #: pixels, each way
-FINER_BLOCK = 3  # pixels: the label of a plate far away fills one, and is noise in a larger one
-SLOW_S = 2.2  #: seconds: what is slower is light or a camera that drifts; numerical
-MOST_BLOCKS = 40  # of all blocks, one in so many is looked at
-STRONGEST = 72  #: blocks, by what varies in them; a limit of time
+FINER_BLOCK = 3  # pixels: the label of a distant plate fills one, and is noise in a larger one
+SLOW_S = 2.2  #: seconds: slower changes are light or a camera that drifts; numerical
+MOST_BLOCKS = 40  # one block in so many is examined
+STRONGEST = 72  #: blocks, those that vary most; a limit of time
 NOISE_FROM = 100  # frames, for the noise of a pixel: known to a tenth
-ENOUGH = 20.0  # times the noise: what varies more counts as much
-FEWEST_BLOCKS = 6  # that are looked at
-ABOUT = 0.08  #: share of a period, to both sides of where a return is expected
+ENOUGH = 20.0  # times the noise: larger variation counts no more
+FEWEST_BLOCKS = 6  # that are examined
+ABOUT = 0.08  #: share of a period, on both sides of an expected return
 READ_OFF = 0.2  # frames: the parabola through a narrow peak leans to the whole frame
-FEWEST_RETURNS = 2  # one alone may be chance
-SEVERAL_RETURNS = 4  # that an even motion, less what is slow, does not show
+FEWEST_RETURNS = 2  # a single one may be chance
+SEVERAL_RETURNS = 4  # an even motion, without slow changes, shows fewer
 LEAST_FRAMES = 3  # of a period
-FIRST_TURNS = 3  # returns that make the period more exact for those that follow
-MOSTLY = 0.8  # of the clip, in which a trial period is looked at
-MOST_FRAMES = 600  #: in which another period is looked for; a limit of time
-LATEST = 0.85  # of the clip: less of it overlaps with itself after the latest return
-PARTS = (5, 4, 3, 2)  # of what was found, in which the picture may return already
+FIRST_TURNS = 3  # returns that refine the period for the later ones
+MOSTLY = 0.8  # share of the clip in which a trial period is tested
+MOST_FRAMES = 600  #: frames in which another period is searched; a limit of time
+LATEST = 0.85  # share of the clip up to the latest return; beyond, too little overlaps
+PARTS = (5, 4, 3, 2)  # parts of the found period after which the picture may return already
 SAME_RETURN = 0.01  #: relative difference of periods; derived: five sds of one
 BIAS = 2e-3  #: fact: of the period, by which the peak leans where the picture changes in the clip
 
 
 @dataclass(frozen=True)
 class ReturnThresholds:
-    """When a picture returns.
+    """Conditions for a return of the picture.
 
     Attributes
     ----------
@@ -55,16 +55,17 @@ class ReturnThresholds:
         Mean correlation of the best blocks with themselves a period later. Tuned on the real clips
         of tests.vision.test_real_clips and on ``tests.bench.clip_study``.
     beyond_noise : float
-        Mean square of a block over that of its noise, for it to be looked at. Derived: with less
-        a correlation of ``clear`` cannot be.
+        Least mean square of an examined block over that of its noise. Derived: with less, a
+        correlation of ``clear`` is impossible.
     shorter : float
-        Times the score that a longer period must have, for it to be the period: every multiple of
-        the period returns too.
+        Factor by which a longer period must score better to be the period: every multiple of the
+        period returns too.
     gone : float
-        Of the difference half way between two returns, that is left at a return. Derived: half.
+        Largest share of the difference half way between two returns that remains at a return.
+        Derived: half.
     same : float
-        Of the correlation after the period, and of the number of returns, that a part of it must
-        have to be the period. Tuned on ``tests.bench.clip_study``: a narrow mark returns best after
+        Least share of the correlation after the period, and of the number of returns, that makes a
+        part of it the period. Tuned on ``tests.bench.clip_study``: a narrow mark returns best after
         the three turns that take a whole number of frames.
     """
 
@@ -80,14 +81,14 @@ THRESHOLDS = ReturnThresholds()
 
 @dataclass(frozen=True, eq=False)
 class ImageReturn:
-    """A picture that is itself again after some time.
+    """A picture that repeats after some time.
 
     Attributes
     ----------
     period_s, sd_s : float
         Seconds.
     turns : int
-        Periods to the latest clear return.
+        Number of periods to the latest clear return.
     """
 
     period_s: float
@@ -103,21 +104,21 @@ class ImageReturn:
 def image_return(
     small: NDArray[np.uint8], frame_s: float, blocks: Sequence[int] = (BLOCK, FINER_BLOCK)
 ) -> ImageReturn | None:
-    """Find the time after which the picture is itself again.
+    """Find the time after which the picture repeats.
 
     Parameters
     ----------
     small : array of uint8, shape (f, h, w)
         Frames of a hundred pixels or so, evenly spaced.
     frame_s : float
-        From one to the next, s.
+        Time from one to the next, s.
     blocks : sequence of int
-        Pixels, each way, of the blocks that are looked at one after the other.
+        Sizes of the blocks that are tried in turn, pixels each way.
 
     Returns
     -------
     ImageReturn or None
-        None where nothing returns twice.
+        None if nothing returns twice.
     """
     if len(small) < 2 * FEWEST_RETURNS * LEAST_FRAMES:
         return None
@@ -144,7 +145,7 @@ def _return_in_blocks(
     weight = strength[best] * np.maximum(score[best], 0.01)
     together = weight @ correlation[best] / weight.sum()
     lags, count, shown = returns_near(together, period)
-    for parts in PARTS:  # every multiple of a period that is no whole number of frames
+    for parts in PARTS:  # the found period may be a multiple of a fractional one
         in_parts = returns_near(together, period / parts)
         often = THRESHOLDS.same * int(LATEST * f * parts / period)
         if len(in_parts[0]) > often and in_parts[2].mean() > THRESHOLDS.same * shown.mean():
@@ -162,7 +163,7 @@ def _return_in_blocks(
 
 
 def _varying(small: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """What is not the flicker of all pixels together, in sds of each pixel's noise."""
+    """Values without the common flicker of all pixels, in sds of each pixel's noise."""
     values = small.astype(np.float32)
     light = values.mean(axis=(1, 2), keepdims=True)
     values *= light.mean() / np.maximum(light, 1.0)
@@ -182,7 +183,7 @@ def _in_blocks(values: NDArray[np.float32], block: int) -> NDArray[np.float32]:
 
 
 def _returns_whole(blocks: NDArray[np.float32], lags: FloatArray, period: float) -> bool:
-    """Whether blocks (b, f, p), in sds of noise, are themselves again after the lags, (m,)."""
+    """Whether blocks (b, f, p), in sds of noise, repeat after the lags, (m,)."""
     def difference(after: FloatArray) -> float:
         squares = [float(((blocks[:, lag:] - blocks[:, :-lag]) ** 2).mean())
                    for lag in np.round(after).astype(int)]
@@ -206,7 +207,7 @@ def _without_slow(values: NDArray[np.float32], half: int) -> NDArray[np.float32]
 
 
 def autocorrelation(blocks: NDArray[np.float32]) -> FloatArray:
-    """The correlation of blocks (b, f, p) with themselves by lag, r of the module, (b, f)."""
+    """Correlation of blocks (b, f, p) with themselves by lag, r of the module, (b, f)."""
     f = blocks.shape[1]
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
     power = (np.abs(np.fft.rfft(blocks, 2 * f, axis=1)) ** 2).sum(axis=2)
@@ -219,7 +220,7 @@ def autocorrelation(blocks: NDArray[np.float32]) -> FloatArray:
 
 
 def _period(correlation: FloatArray, best: int) -> tuple[float, FloatArray]:
-    """The period in frames, and how much more each block is itself after it than half way, (b,)."""
+    """The period in frames, and the gain of each block in correlation over half way, (b,)."""
     f = correlation.shape[1]
     trials = np.arange(LEAST_FRAMES, (f - 3) / 2.2, 0.5)
     at, between = np.zeros((2, f, len(trials)))
@@ -251,7 +252,7 @@ def returns_near(
     Returns
     -------
     lags, turns, correlation : array, shape (m,)
-        Of each peak: its lag in frames, the turns that it is after, how high it is.
+        Lag of each peak in frames, the number of turns after which it is, and its height.
     """
     peaks = []
     for turns in range(1, int(LATEST * len(correlation) / period) + 1):
@@ -273,7 +274,7 @@ def returns_near(
 
 
 def fitted_period(lags: FloatArray, turns: FloatArray) -> tuple[float, float]:
-    """The period and its sd, frames, from the lags (m,) after some turns (m,), two at least."""
+    """The period and its sd, frames, from the lags (m,) after given turns (m,), two at least."""
     period = float((turns * lags).sum() / (turns**2).sum())
     scatter = float(np.sqrt(((lags - turns * period) ** 2).sum() / (len(lags) - 1)))
     return period, max(scatter, READ_OFF) / float(np.sqrt((turns**2).sum()))

@@ -1,8 +1,7 @@
-"""What a camera sees now, with rim and mark as its last seconds show the plate.
+"""The present picture of a camera, with rim and mark found in its last seconds.
 
-The last seconds are kept as a film; in a thread of its own it is measured as any clip is, again and
-again. In between the hand goes on at the rate that was measured: if it stays on the mark, the rate
-is right.
+The last seconds are kept as a film; a separate thread measures it repeatedly, like any clip. In
+between, the drawn hand turns at the measured rate: if it stays on the mark, the rate is right.
 """
 
 import tempfile
@@ -25,10 +24,10 @@ from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 FILM_S = 10.0  #: length of the film: almost three turns of the slowest plates. Derived
-PAUSE_S = 3.0  #: between two measurements, so that most of the time is the sensor's. Chosen
-FEWEST = 30  #: frames of a film that is measured; chosen
+PAUSE_S = 3.0  #: pause between measurements, which leaves most of the time to the sensor. Chosen
+FEWEST = 30  #: least number of frames of a measured film; chosen
 WIDTH_PX = 640  #: width of a picture; layout
-END_S = 5.0  #: for the thread to end; chosen
+END_S = 5.0  #: wait for the thread to end; chosen
 
 Image = NDArray[np.uint8]
 
@@ -41,9 +40,9 @@ class SeenPlate:
     ----------
     plate : PlateLayout
     time_s, angle_rad : float
-        A moment, by the camera's clock, and the angle then.
+        A time, by the camera's clock, and the angle at that time.
     rate_rad_s : float
-        Signed; NaN where the film shows none yet.
+        Signed; NaN if the film shows none yet.
     """
 
     plate: PlateLayout
@@ -53,7 +52,7 @@ class SeenPlate:
 
 
 class LivePlate:
-    """Watches a camera: :meth:`watch` takes its frames, :meth:`picture` shows the latest."""
+    """Observer of a camera: :meth:`watch` takes its frames, :meth:`picture` shows the latest."""
 
     def __init__(self) -> None:
         self._film: deque[tuple[float, Image]] = deque()
@@ -65,7 +64,7 @@ class LivePlate:
         self._thread.start()
 
     def close(self) -> None:
-        """Measure no more."""
+        """Stop measuring."""
         self._end.set()
         self._thread.join(END_S)
 
@@ -80,7 +79,7 @@ class LivePlate:
 
     @property
     def words(self) -> str:
-        """What is seen, in a sentence; empty before the first frame."""
+        """State of the plate, in a sentence; empty before the first frame."""
         with self._lock:
             seen, latest = self._seen, self._latest
         if latest is None:
@@ -117,7 +116,7 @@ class LivePlate:
 
 
 def _plate_in(film: list[tuple[float, Image]]) -> SeenPlate | None:
-    """The plate in a film of JPEGs; None where none turns."""
+    """The plate in a film of JPEGs; None if none turns."""
     with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
         writer = ClipWriter(Path(folder) / f"film{SUFFIX}")
         for time_s, jpeg in film:

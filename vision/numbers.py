@@ -1,4 +1,4 @@
-"""Numbers that are facts: of units and of the normal distribution."""
+"""Facts: units and the normal distribution."""
 
 import math
 from typing import Any
@@ -9,14 +9,14 @@ from numpy.typing import ArrayLike
 RPM = 2 * math.pi / 60  #: rad/s
 
 FASTEST_USUAL = 100 * RPM
-"""Rad/s, of record players; what looks faster may be light that flickers."""
+"""Fastest usual rate of record players, rad/s; a faster one may be flickering light."""
 
 SD_PER_MAD = 1.4826
 """Sd of a normal distribution over its median absolute deviation."""
 
 
 def quantile(values: ArrayLike, share: float, axis: int | None = None) -> Any:
-    """Quantile, linear between two values; NumPy's own loads masked arrays, 25 ms of a short clip.
+    """Quantile, linear between two values; NumPy's imports masked arrays, 25 ms of a short clip.
 
     Parameters
     ----------
@@ -24,12 +24,12 @@ def quantile(values: ArrayLike, share: float, axis: int | None = None) -> Any:
     share : float
         0 to 1.
     axis : int, optional
-        Of all values where None.
+        None for all values.
 
     Returns
     -------
     float or array
-        NaN where one of the values is, or there are none.
+        NaN if a value is NaN, or without values.
     """
     values = np.asarray(values)
     if not values.size:
@@ -44,5 +44,5 @@ def quantile(values: ArrayLike, share: float, axis: int | None = None) -> Any:
 
 
 def median(values: ArrayLike, axis: int | None = None) -> Any:
-    """Quantile of one half, along an axis or of all values."""
+    """Median along an axis or of all values."""
     return quantile(values, 0.5, axis)

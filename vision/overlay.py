@@ -1,10 +1,10 @@
-"""The clip with what was measured drawn on it: a user believes a rate that is seen to go along.
+"""The clip with the measurement drawn on it, so that the user can see whether the rate is right.
 
-In every frame stand the rim, the spindle, a hand at the measured angle (through the mark where
-there is one), the angle of this hand, counter-clockwise from the right as seen on the plate, and
-the rate. Where the rate does not use a frame, the hand is grey, the frame has a border, and the
-text says so; frames in which the plate was not followed have the border alone. Of a clip that was
-refused, what was followed is drawn, all of it in grey.
+Every frame shows the rim, the spindle, a hand at the measured angle (through the mark if there is
+one), the angle of this hand, counter-clockwise from the right as seen on the plate, and the rate.
+If the rate does not use a frame, the hand is grey, the frame has a border, and the text says so;
+frames in which the plate was not tracked have the border alone. In a refused clip everything that
+was tracked is drawn in grey.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,9 +28,9 @@ Image = NDArray[np.uint8]
 
 TEXT = (255, 255, 255)  # blue, green, red
 LINE_PX = 22  #: height of text, in a frame of the width below
-TEXT_WIDTH = 640  #: px; layout: the text grows with frames that are wider
+TEXT_WIDTH = 640  #: px; layout: the text grows with wider frames
 FONT = cv2.FONT_HERSHEY_SIMPLEX
-SAME_S = 1e-4  #: stamps of one frame
+SAME_S = 1e-4  #: seconds within which two stamps belong to one frame
 BORDER_PX = 6  #: border of a frame that the rate does not use; layout
 EVEN = 2  # pixels: encoders of 4:2:0 take even sizes only
 
@@ -52,11 +52,11 @@ def write_overlay(
     ----------
     clip : Path
     track : PhaseTrack
-        Of this clip, whole.
+        Track of the whole clip.
     rate : RateMeasurement or None
-        From this track; None where it was refused.
+        From this track; None if it was refused.
     target : Path
-        An .mp4; what is there is overwritten.
+        An .mp4; an existing file is overwritten.
     on_frame : callable (frames done, frames in all)
 
     Raises
@@ -98,11 +98,12 @@ def still_frames(
     Parameters
     ----------
     clip, track, rate
-        As :func:`write_overlay` takes them.
+        As for :func:`write_overlay`.
     width_px : int
         Wider frames are reduced to it.
     most : int
-        Of a longer clip every second frame is drawn, or every third, and so on.
+        Largest number of pictures: of a longer clip every second frame is drawn, or every third,
+        and so on.
 
     Raises
     ------
@@ -128,7 +129,7 @@ def _drawn(
 
 
 class _Drawing:
-    """Draws on the frames of a track, which are ``scale`` times as large as those it is from."""
+    """Drawing on the frames of a track, ``scale`` times as large as the tracked ones."""
 
     def __init__(self, track: PhaseTrack, rate: RateMeasurement | None, scale: float) -> None:
         self._track, self._scale = track, scale
@@ -146,7 +147,7 @@ class _Drawing:
     def on(self, frame: Frame, i: int | None) -> Image:
         """The i-th frame of the track with everything drawn, shape (h, w, 3), sides even.
 
-        Where ``i`` is None, the plate was not followed in the frame.
+        If ``i`` is None, the plate was not tracked in the frame.
         """
         image = frame.bgr
         h, w = (side // EVEN * EVEN for side in image.shape[:2])
@@ -175,9 +176,9 @@ class _Drawing:
 
 
 def _turning(track: PhaseTrack, rate_rad_s: float) -> FloatArray:
-    """The angles, (f,), of a plate that looks the same several times per turn at the rate chosen.
+    """The angles, (f,), of a plate that looks the same several times per turn, at the chosen rate.
 
-    Which of its parts is which no frame shows; the hand stays on one of them.
+    No frame identifies its parts; the hand stays on one of them.
     """
     part = 2 * np.pi / track.plate.symmetry
     seen = np.flatnonzero(np.isfinite(track.phase_rad))

@@ -1,4 +1,4 @@
-"""What the tracking hands on: arrays, numbers and strings only, so that it can be stored.
+"""The result of the tracking: arrays, numbers and strings only, so that it can be stored.
 
 ``PhaseTrack`` is the plate angle as measured in each frame, within one turn; ``PlateAngle`` the
 continuous angle that ``vision.rate`` makes of it; ``RateHistory`` the rate from turn to turn.
@@ -20,7 +20,7 @@ LUMA = "luma"  #: the usual channel
 
 @dataclass(frozen=True, eq=False)
 class PlateLayout:
-    """Where the plate lies in the frames of a clip, and what was recognised on it.
+    """Position of the plate in the frames of a clip, and its recognised features.
 
     Attributes
     ----------
@@ -31,13 +31,13 @@ class PlateLayout:
     size_px : (int, int)
         Width and height of the clip as displayed, before the reduction.
     channel : str
-        What of the frames was measured: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
+        Measured quantity of the frames: "luma", or an axis of colour, "0.99 Cr + 0.12 Cb".
     symmetry : int
         The plate looks the same after a turn of 2π/symmetry.
     mark_azimuth_rad, mark_radius : float
         The mark at plate angle zero, the radius in plate radii; NaN without a mark.
     explained : float
-        Share of what varies in it that turning about its axis explains; NaN where not measured.
+        Share of its variation that rotation about its axis explains; NaN if not measured.
     """
 
     view: FloatArray
@@ -50,11 +50,11 @@ class PlateLayout:
     explained: float = np.nan
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
-        """How far below the spindle the mark stands at plate angles of shape (f,).
+        """Distance of the mark below the spindle at plate angles of shape (f,).
 
-        In pixels of the reduced frame, shape (f,). Without a mark, that of a place on the plate
-        where one would be; 0 where the plate looks the same several times per turn, and no frame
-        shows which of the places is which.
+        In pixels of the reduced frame, shape (f,). Without a mark, that of its usual place on the
+        plate; 0 if the plate looks the same several times per turn, because no frame identifies
+        the places.
         """
         if self.symmetry > 1:
             return np.zeros_like(angle_rad)
@@ -78,30 +78,30 @@ class PhaseTrack:
         Time stamps of the container, seconds from the first frame.
     phase_rad : array, shape (f,)
         Refined plate angle in (-π, π], zero where the template has its azimuth zero, at the time
-        when the row of the mark was read; NaN where the plate was not seen.
+        when the row of the mark was read; NaN if the plate was not seen.
     quality : array, shape (f,)
         Correlation of the frame with the template, -1 to 1.
     duplicate : array of bool, shape (f,)
         The frame repeats the one before.
     coding : array of uint8, shape (f,)
         ASCII code of I, P or B: coded by itself, predicted from frames before it, or from both
-        sides; any other where that is not known.
+        sides; any other if that is not known.
     thumbnail : array of uint8, shape (f, m)
         The luma of a few hundred pixels on and around the plate, for the rate by autocorrelation.
     smear_rad2 : array, shape (f,)
-        Variance of the smear along the turn beyond that of the template, rad²: with the time that
-        the shutter is open the smear grows. NaN where the plate was not seen.
+        Variance of the motion blur along the turn beyond that of the template, rad²: the blur
+        grows with the exposure time. NaN if the plate was not seen.
     brightness : array, shape (f,)
         Mean luma of those pixels.
     motion : array, shape (f, 3, 3)
-        Pixels of the plate's view to those of each frame, homogeneous; the identity where the
-        camera stood still.
+        Pixels of the plate's view to pixels of each frame, homogeneous; the identity if the camera
+        stood still.
     annotated : array of uint8, shape (b,)
         A PNG of one frame with plate, centre, marks and radii drawn in.
     notes : tuple of str
-        What the user should know about the tracking.
+        Notes for the user about the tracking.
     leaning_frames : float
-        Sd of what the angle gains in the clip, beside that of the frames, frame times.
+        Sd of the drift of the angle over the clip, beside the noise of the frames, frame times.
     """
 
     source: str
@@ -121,9 +121,9 @@ class PhaseTrack:
 
     @property
     def apparent_turns(self) -> float:
-        """Turns from the first frame to the last, the shortest way from each to the next.
+        """Turns from the first frame to the last, by the shortest way from frame to frame.
 
-        Where frames between them show no angle, the plate went on at the mean rate of the others.
+        Over frames without an angle the plate is taken to turn at the mean rate of the others.
         """
         step = np.angle(np.exp(1j * np.diff(self.phase_rad)))
         shown = np.isfinite(step)
@@ -144,23 +144,23 @@ class PhaseTrack:
 
     @property
     def forward(self) -> BoolArray:
-        """Frames predicted from those before, no neighbour being from both sides; shape (f,)."""
+        """Frames predicted from earlier ones, without a bidirectional neighbour; shape (f,)."""
         both = np.pad(self.coding == ord("B"), 1)
         return np.asarray((self.coding == ord("P")) & ~both[:-2] & ~both[2:])
 
 
 @dataclass(frozen=True, eq=False)
 class PlateAngle:
-    """The continuous angle, on the frames that can be used.
+    """The continuous angle, on the usable frames.
 
     Attributes
     ----------
     time_s, angle_rad : array, shape (u,)
-        Positive angle counter-clockwise as filmed; time as the time base has it.
+        Positive angle counter-clockwise as filmed; time by the time base.
     index : array of int, shape (u,)
         Frame number.
     dropped : array of int, shape (u,)
-        Frames dropped silently between the one before and this one.
+        Frames dropped silently between the previous one and this one.
     frame_s : float
         Usual time from frame to frame.
     """
@@ -173,11 +173,11 @@ class PlateAngle:
 
     @property
     def repaired_time_s(self) -> FloatArray:
-        """Time with that of the dropped frames put back, shape (u,)."""
+        """Time with the time of the dropped frames added, shape (u,)."""
         return np.asarray(self.time_s + self.frame_s * np.cumsum(self.dropped))
 
     def without(self, some: BoolArray) -> "PlateAngle":
-        """The angle without some frames, shape (u,); what was dropped before them stays dropped."""
+        """The angle without some frames, shape (u,); frames dropped before them stay counted."""
         kept = ~some
         return replace(
             self,
@@ -195,10 +195,10 @@ class RateHistory:
     Attributes
     ----------
     time_s, rate_rad_s : array, shape (m,)
-        Mean rate over about one turn and the middle of it; signed.
+        Middle of about one turn, and the mean rate over it; signed.
     angle : PlateAngle
     phase_noise_rad : float
-        White noise of a single angle, from third differences, which no smooth motion enters.
+        White noise of a single angle, from third differences, free of smooth motion.
     """
 
     time_s: FloatArray
@@ -213,10 +213,10 @@ class RateHistory:
 
     @property
     def rate_so_far_rad_s(self) -> FloatArray:
-        """Rate by the angles up to each frame, unsigned, shape (u,); NaN before the first turn.
+        """Rate from the angles up to each frame, unsigned, shape (u,); NaN before the first turn.
 
-        It is the slope of the straight line through them; the rate itself also fits the waves once
-        and twice per turn.
+        It is the slope of the straight line through them; the measured rate also fits the waves
+        once and twice per turn.
         """
         time_s = self.angle.repaired_time_s - self.angle.repaired_time_s[0]
         turned = np.abs(self.angle.angle_rad - self.angle.angle_rad[0])

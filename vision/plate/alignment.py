@@ -2,15 +2,15 @@
 
 The model is D_i = S + T(φ - θ_i) (``vision.plate.template``), the view that of
 ``vision.plate.view_refinement``. Each iteration takes the mean of the frames turned back as T,
-their correlation with it as θ_i, what is left on average as a change of S, and moves the view to
-where the residual has no part that turns backwards.
+their correlation with it as θ_i, the mean residual as a change of S, and moves the view to where
+the residual has no part that turns backwards.
 
-Where frames come at a nearly whole number per turn (27 at 15 fps and 33 1/3 rpm), waves of that
-many periods per turn stand nearly still: they fit S as well as T. Left to the way the iteration
-begins, some of the plate's own texture would be taken off as standing still, and the slow drift of
-the plate through its places would look larger than it is; or what stands would count as texture,
-and the drift look smaller. So such orders are solved for with what S and T take from each other in
-mind, or belong to S alone.
+If the number of frames per turn is nearly whole (27 at 15 fps and 33 1/3 rpm), waves of that many
+periods per turn are nearly stationary: they fit S as well as T. Depending on the start of the
+iteration, S would then absorb some of the plate's own texture, and the slow drift of the plate
+through its places would look larger than it is; or T would absorb some of the background, and the
+drift would look smaller. Such orders are therefore solved with the coupling of S and T, or belong
+to S alone.
 """
 
 from collections.abc import Callable
@@ -40,36 +40,35 @@ from vision.plate.view_refinement import view_change
 
 NEIGHBOURHOOD = 3  # rings and azimuths
 HALF = 0.5
-"""Share of the energy of the frame that shows most; derived: midway between a mark that is in the
-frame and one that is not."""
-MARGIN = (3, 5)  # rings and azimuths left out about a covered place, whose edges are mixed
+"""Share of the largest energy of a frame; derived: midway between a mark inside the frame and one
+outside it."""
+MARGIN = (3, 5)  # rings and azimuths left out around a covered place, whose edges are mixed
 
 
 @dataclass(frozen=True)
 class AlignmentThresholds:
-    """What enters the template. Tuned on tests.bench.vision_scenes but where stated.
+    """Limits for the template. Tuned on tests.bench.vision_scenes unless stated otherwise.
 
     Attributes
     ----------
     outlier : float
-        Times the median misfit: a hand, a flash.
+        Misfit of an outlier (a hand, a flash) over the median misfit.
     share_sd : float
-        Sd of the share seen, above which a place is not judged covered. Derived: a share of one
-        half is six of them away from the whole.
+        Sd of the visible share above which a place is not judged covered. Derived: a share of one
+        half is six such sds below the whole.
     passing : float
-        Of the ring's mean expected energy: a place that less passes is not judged.
+        Share of the ring's mean expected energy; a place with less is not judged.
     shown : float
-        Of the expected change, below which a place counts as covered.
+        Share of the expected change below which a place counts as covered.
     hidden : float
-        Times the turning energy: a frame whose mark is covered misfits by less. Tuned on the
-        grazing clip of tests.vision.test_real_clips.
+        Largest misfit of a frame with a covered mark over the turning energy. Tuned on the grazing
+        clip of tests.vision.test_real_clips.
     separated : float
-        Of the misfit's energy, that still moves from what turns to the background.
+        Share of the misfit's energy that still moves from the turning part to the background.
     largest_step : float
-        Of the radius, change of the view per iteration at most.
+        Largest change of the view per iteration, as a share of the radius.
     least_change : float
-        Share of a background error that the misfit shows at least, where part of the plate is not
-        seen.
+        Least share of a background error in the misfit, if part of the plate is not visible.
     """
 
     outlier: float = 3.0
@@ -87,19 +86,19 @@ THRESHOLDS = AlignmentThresholds()
 
 @dataclass(frozen=True)
 class Effort:
-    """How far the iteration goes.
+    """Extent of the iteration.
 
     Attributes
     ----------
     iterations : int
-        At most.
+        Largest number of iterations.
     smallest_step : float
-        Of the radius: it ends where the view would change by less.
+        Share of the radius; the iteration ends when the view would change by less.
     find_covered : bool
-        Leave out, at the end, where something stands in front of the plate.
+        Leave out, at the end, the places that something in front of the plate covers.
     find_readout : bool
-        Estimate the lag of the read-out too. It looks much like an axis that is off, so only once
-        the axis is nearly right.
+        Estimate the lag of the read-out too. Its effect resembles that of a wrong axis, so this
+        needs an axis that is nearly right.
     """
 
     iterations: int
@@ -117,10 +116,10 @@ def align(
     ----------
     frames : RoughlyAligned
     grid : Grid
-        In the view to begin with.
+        In the initial view.
     effort : Effort
     on_step : callable
-        What it raises ends the work.
+        An exception that it raises ends the work.
     """
     fit = _Fit(frames, grid)
     for iteration in range(effort.iterations):
@@ -145,7 +144,7 @@ class _Fit:
         self._shows = frames.shows
         self._angles_hold = bool(frames.first.all())
         self._background = grid.strip(frames.background).astype(np.float32)
-        self._beyond_median = np.zeros_like(self._background)  # of the background
+        self._beyond_median = np.zeros_like(self._background)  # background over the median image
         self._difference = grid.differences(self._background, frames.images)
         self._standing = np.zeros(grid.azimuths // 2 + 1, np.float32)
         self._standing[np.arange(len(self._standing)) % frames.parts != 0] = 1
@@ -157,7 +156,7 @@ class _Fit:
         self._misfit_energy: NDArray[np.float32]
 
     def estimate_template(self, *, first: bool) -> None:
-        """T, the angles, S and what they leave."""
+        """Estimate T, the angles and S, and compute their residual."""
         grid = self._grid
         spectra = pattern_spectra(self._difference)
         turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
@@ -172,7 +171,7 @@ class _Fit:
         self.turning = mean_turning(spectra, self._angle, self._used, grid, self._standing)
         self._turned = turned(self.turning, self._angle, grid)
         self._misfit = self._difference - self._turned
-        # What the model leaves, averaged over all angles, stood still after all.
+        # The residual averaged over all angles belongs to the background.
         self._stood = self._misfit[self._used].mean(axis=0)
         self._misfit -= self._stood
         change = _background_change(self._stood, self._standing, grid.seen)
@@ -181,14 +180,14 @@ class _Fit:
         self._difference -= change
 
     def _mark_leaves(self, turning: Spectra) -> bool:
-        """Whether most of what turns is out of sight at some of the angles."""
+        """Whether most of the turning part is invisible at some of the angles."""
         if self._grid.seen.all():
             return False
         shown = energy(turned(turning, self._angle, self._grid), self._grid)
         return bool(shown.min() < HALF * shown.max())
 
     def _carry_on(self, angle_rad: FloatArray) -> None:
-        """Take the angles that the frames show; elsewhere those that a plate has meanwhile."""
+        """Take the angles that the frames show; in other frames continue the plate's rotation."""
         rough = self._frames.angle_rad
         self._shows = self._frames.shows if self._angles_hold else turns_on(angle_rad, rough)
         if not self._shows.any():  # none to carry on from
@@ -198,7 +197,7 @@ class _Fit:
     def reject_outliers(self) -> None:
         """Leave out frames with something in the way.
 
-        The misfit is noise, and a share of what turns and is seen: of a mark that is in the frame
+        The misfit is noise and a share of the visible turning part: for a mark that is in the frame
         for a part of each turn it is large there, and nowhere else.
         """
         self._misfit_energy = energy(self._misfit, self._grid)
@@ -209,10 +208,10 @@ class _Fit:
         self._used = self._misfit_energy <= THRESHOLDS.outlier * usual
 
     def refine_view(self, effort: Effort) -> bool:
-        """Move the view to where the misfit is least; True where it stays within the last step."""
+        """Move the view to the least misfit; True if it stays within the last step."""
         usual = float(median(self._misfit_energy))
         if usual > self._best_misfit:
-            # What does not turn with the plate (a hand) pulls the view away; go back and stay.
+            # An object that does not turn with the plate (a hand) pulls the view away; go back.
             self._view_settled = True
             self._move(self._best_view)
         elif not self._view_settled:
@@ -243,14 +242,14 @@ class _Fit:
         self._difference = self._grid.differences(self._background, images)
 
     def leave_out_covered(self) -> None:
-        """Mark in the grid where something stands in front of the plate."""
-        # A mark that is hidden is missing once; a hand adds more than that.
+        """Mark the places in the grid that something in front of the plate covers."""
+        # A hidden mark adds its energy to the misfit once; a hand adds more.
         fair = self._misfit_energy <= THRESHOLDS.hidden * energy(self._turned, self._grid)
         if fair.any():
             self._grid = _without_covered(self._grid, self._difference[fair], self._turned[fair])
 
     def alignment(self) -> Alignment:
-        """The template as it stands."""
+        """The present template."""
         grid, used = self._grid, self._used
         varying = (self._difference[used] - self._difference[used].mean(axis=0)) * grid.seen
         total = float(energy(varying, grid).sum()) / len(used)
@@ -263,11 +262,11 @@ class _Fit:
 
 
 def _background_change(misfit: Strips, standing: NDArray[np.float32], seen: Strips) -> Strips:
-    """Change of S from the mean misfit, for which T has made room.
+    """Change of S from the mean misfit, corrected for the share absorbed by T.
 
-    Where S is wrong by δ, T has taken its turning share mean exp(ikθ) of it, and the mean misfit
-    shows (1 - |mean exp(ikθ)|²) δ only. Where part of the plate is not seen it shows δ more or
-    less, up to the whole, and a step that is twice too long would go to and fro for good.
+    If S is wrong by δ, T has absorbed its turning share mean exp(ikθ) of it, and the mean misfit
+    shows only (1 - |mean exp(ikθ)|²) δ. If part of the plate is not visible, it shows more of δ, up
+    to the whole, and a step that is twice too long would oscillate forever.
     """
     shown = np.where(standing > STANDS.standing, 1, 1 - standing)
     if not seen.all():
@@ -277,9 +276,9 @@ def _background_change(misfit: Strips, standing: NDArray[np.float32], seen: Stri
 
 
 def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
-    """Leave out where the plate is covered: what should turn through there does not show.
+    """Leave out covered places of the plate, where the expected change is not visible.
 
-    The share of the expected frame that is seen, Σ seen·expected / Σ expected², over a
+    The visible share of the expected frame, Σ seen·expected / Σ expected², over a
     neighbourhood: 1 in the open, 0 under a tonearm, with the variance σ² / Σ expected² from the
     frame noise σ.
     """
@@ -288,10 +287,10 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
     shown = cv2.boxFilter((seen * expected).sum(axis=0), -1, around, normalize=False)
     noise = float(((seen - expected) ** 2).mean())
     clear = passed * THRESHOLDS.share_sd**2 > noise
-    # Of a plate that keeps step with the frames hardly anything passes between its places.
+    # If a plate keeps step with the frames, hardly anything passes between its places.
     clear &= passed > THRESHOLDS.passing * passed.mean(axis=1, keepdims=True)
     covered = (clear & (shown < THRESHOLDS.shown * passed)).astype(np.uint8)
-    # A single sample is noise. The strip closes on itself in azimuth.
+    # A single sample is noise. The strip is periodic in azimuth.
     ends = MARGIN[1]
     covered = np.pad(covered, ((0, 0), (ends, ends)), mode="wrap")
     covered = cv2.morphologyEx(covered, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))

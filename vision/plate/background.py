@@ -1,4 +1,4 @@
-"""What does not move in the first frames of a clip, and which of the frames are used for that."""
+"""The stationary background of the first frames of a clip, and the frames used for it."""
 
 import math
 from collections.abc import Sequence
@@ -15,35 +15,35 @@ from vision.phase_track import BoolArray
 from vision.video.reader import Luma
 from vision.video.reduction import reduced
 
-SMALL_SIDE = 300  # pixels at most, by halving; what moves is larger than one of them
+SMALL_SIDE = 300  # pixels at most, by halving; moving objects are larger than one of them
 BLURRED = (3, 3)  # pixels
-CALM = 0.1  # quantile of the sds of the change that is that of calm places: a plate leaves corners
+CALM = 0.1  # quantile of the sds of the change that belongs to calm places: a plate leaves corners
 OFTEN = 0.75  # quantile of the largest changes: a mark may be out of sight for most of a turn
-SMOOTH_PER_ROUGH = 8**-0.5  # fact: sds of white noise, the mean of 9 pixels over what is beyond it
-#: Largest change from frame to frame that is noise, sds of that of calm places. Derived: 4.4 in
-#: 20 000 places of Gaussian noise in three frames of four, 1.7 times the noise in bright places.
+SMOOTH_PER_ROUGH = 8**-0.5  # fact: sds of white noise, the mean of 9 pixels over the rest
+#: Largest noise from frame to frame, in sds of calm places. Derived: 4.4 in 20 000 places of
+#: Gaussian noise in three frames of four, 1.7 times the noise in bright places.
 BEYOND = 7.5
-LEAST = 3.0  # luma steps, blurred: a mark of no more cannot be measured; encoders leave up to 2.7
-MEDIAN_OF = 31  # frames; something in the way for a third of them leaves the median alone
+LEAST = 3.0  # luma steps, blurred: a weaker mark cannot be measured; encoders leave up to 2.7
+MEDIAN_OF = 31  # frames; an obstacle in a third of them does not change the median
 GOLDEN = (np.sqrt(5) - 1) / 2  #: fraction of the golden ratio: its multiples spread evenly
 
 
 @dataclass(frozen=True)
 class RepeatThresholds:
-    """Which frames are the one before again.
+    """Limits for repeated frames.
 
     Attributes
     ----------
     most : float
-        Of the usual change from frame to frame; more is no repetition, whatever gap lies above.
-        Derived: half, with which a plate at half its rate shows.
+        Share of the usual change from frame to frame; a larger change is not a repetition,
+        whatever gap lies above. Derived: half, with which a plate at half its rate shows.
     gap : float
-        Ratio of the two changes beside the widest gap, from which it separates repeats. Tuned on
+        Least ratio of the two changes beside the widest gap that separates repeats. Tuned on
         ``tests.bench.clip_study --only pulldown,recorder,plain``.
     never : float
-        Of the usual change; less is a repetition without a gap too.
+        Share of the usual change; a smaller change is a repetition even without a gap.
     usual : float
-        Quantile of the changes that is the usual one: a camera slower than its clip repeats every
+        Quantile of the changes that counts as usual: a camera slower than its clip repeats every
         other frame. Derived: above 0.5, below 1.
     """
 
@@ -57,7 +57,7 @@ THRESHOLDS = RepeatThresholds()
 
 
 def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
-    """Indices spread over a range without a period, in order, shape (≤ wanted,).
+    """Indices spread aperiodically over a range, in order, shape (≤ wanted,).
 
     An even stride could keep step with the plate (27 frames per turn at 15 fps and 33 1/3 rpm)
     and show the mark always in the same places.
@@ -69,10 +69,10 @@ def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
 
 
 def repeated(change: FloatArray) -> BoolArray:
-    """Which frames are the one before again, by their mean change since that one, shape (f,).
+    """Which frames repeat the previous one, from their mean change since it, shape (f,).
 
-    An encoder leaves something of its own in a repeated frame, more or less of it: repeats are told
-    by the widest gap of the changes.
+    An encoder leaves a varying change in a repeated frame: the widest gap of the changes separates
+    the repeats.
     """
     usual = float(quantile(change, THRESHOLDS.usual))
     limit = THRESHOLDS.never * usual
@@ -88,9 +88,9 @@ def repeated(change: FloatArray) -> BoolArray:
 
 
 def stands_still(images: Sequence[Luma]) -> bool:
-    """Whether nothing changes but by the noise of the camera.
+    """Whether nothing changes except by the noise of the camera.
 
-    What turns changes the frames again and again, what an encoder renews does so once.
+    A turning object changes the frames repeatedly, a refresh by the encoder only once.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def stands_still(images: Sequence[Luma]) -> bool:
         change = cv2.subtract(after, before, dtype=cv2.CV_32F)
         smooth = cv2.blur(change, BLURRED)
         largest.append(cv2.norm(smooth, cv2.NORM_INF))
-        # What differs from pixel to pixel is noise; a lamp that flickers does not.
+        # Differences from pixel to pixel are noise; a flickering lamp does not differ.
         cv2.accumulateSquare(cv2.subtract(change, smooth), square)
     calm = float(quantile(np.sqrt(square / len(largest)), CALM)) * SMOOTH_PER_ROUGH
     return float(quantile(largest, OFTEN)) < max(BEYOND * calm, LEAST)
@@ -116,10 +116,10 @@ def halved(image: Luma) -> Luma:
 
 
 def every_nth(count: int, nth: int) -> NDArray[np.intp]:
-    """Indices (≈ count / nth,) of every n-th frame, a frame later after each n-th of the stretch.
+    """Indices (≈ count / nth,) of every n-th frame, shifted by one after each n-th of the stretch.
 
-    Of a plate that makes a turn in 20 frames, every other one shows it in ten places only, and a
-    wave of ten periods as standing still.
+    If a plate makes a turn in 20 frames, every other frame shows it in ten places only, and a wave
+    of ten periods looks stationary.
     """
     index = np.arange(count)
     return np.flatnonzero(index % nth == index * nth // count)
@@ -129,8 +129,8 @@ def median_image(images: Sequence[Luma]) -> Luma:
     """Median over time of each pixel, (h, w), from an odd number of frames spread over the time.
 
     Compare-exchange of whole frames: a thirtieth of the time of sorting pixel by pixel. Of any
-    n/2 + 2 values neither the smallest nor the largest is the median of n; both are let go, the
-    next value is taken in, and so on.
+    n/2 + 2 values neither the smallest nor the largest is the median of n; both are dropped, the
+    next value is added, and so on.
     """
     chosen = spread_choice(len(images), MEDIAN_OF)
     chosen = chosen[: len(chosen) - (len(chosen) + 1) % 2]

@@ -1,4 +1,4 @@
-"""What is measured of a frame: its brightness, or where that shows nothing an axis of colour.
+"""The measured quantity of a frame: its brightness, or an axis of colour if that shows nothing.
 
 The colour of a pixel apart from its brightness is a point c = (Cr, Cb) of the chroma plane. Where a
 mark of another colour passes, c moves along the line between the two colours, and that line is the
@@ -6,8 +6,8 @@ principal axis of the covariance in time, summed over the frame,
 
     Σ_p (cov_t c_p - N),
 
-with the noise N that of a place where nothing moves, the median over the frame. What is measured
-is the coordinate along the axis, a frame like any other: 128 + a·(c - 128).
+with the noise N of a place where nothing moves, the median over the frame. The measured quantity is
+the coordinate along the axis, a frame like any other: 128 + a·(c - 128).
 """
 
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ from vision.phase_track import LUMA
 from vision.plate.background import spread_choice
 from vision.video.reader import Frame, Luma
 
-GREY = 128  # Cr and Cb of what has no colour
+GREY = 128  # Cr and Cb without colour
 MOMENTS_OF = 60  # frames
-#: Share of the strongest axis, along the line between two colours. Derived: a third in contrast.
+#: Least strength of an axis, as a share of the strongest. Derived: a third in contrast.
 WEAKEST = 0.1
 
 

@@ -1,9 +1,9 @@
-"""Which of the outlines is the plate: that in which most turns, and little else varies.
+"""Choice of the plate: the outline in which most turns, and little else varies.
 
-Of what varies in an outline, E in luma steps squared times pixels and frames, its template explains
-the share s. An outline about a label alone has less that turns, s E, than one about the record; one
-whose axis is off explains less of the same, and sets frames aside; in one that takes in what stands
-beside the plate s is less. The plate is where s · s E is largest.
+Of the variation in an outline, E in luma steps squared times pixels and frames, its template
+explains the share s. An outline around a label alone has less turning energy, s E, than one around
+the record; one with a wrong axis explains less of it, and sets frames aside; one that includes the
+surroundings of the plate has a smaller s. The plate is the outline with the largest s · s E.
 """
 
 import math
@@ -18,10 +18,10 @@ from vision.plate.learning_frames import LearningFrames
 from vision.plate.rotation import WINDOW, CoarseRotation
 from vision.plate.template import Alignment
 
-#: Share of what varies that turns together, and that a template explains, for no other proposal to
-#: be looked into. Derived: with one that explains all, what turns is not known much better.
+#: Share of the variation that turns together, and that a template explains, from which no further
+#: proposal is examined. Derived: one that explains everything determines the plate hardly better.
 CERTAIN = 0.8
-#: Tilt, rad, from which the spindle is sought beside the middle of the rim's ellipse. Derived: at
+#: Tilt, rad, from which the spindle is searched beside the centre of the rim's ellipse. Derived: at
 #: 8° from three radii away it is 5 % of the radius off.
 STEEP_RAD = math.radians(8)
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
@@ -33,7 +33,7 @@ Outline = tuple[PlateView, CoarseRotation]
 class PlateCandidate:
     """An outline in which something turns.
 
-    Its coarse template, the share of what varies that turns together, of how many equal parts.
+    Its coarse template, the share of the variation that turns together, the number of equal parts.
     """
 
     coarse: Alignment
@@ -47,26 +47,26 @@ class PlateCandidate:
 
     @property
     def is_certain(self) -> bool:
-        """Whether nearly all that varies turns, and the template explains it."""
+        """Whether nearly all of the variation turns, and the template explains it."""
         return min(self.coherence, self.coarse.template.explained) > CERTAIN
 
     @property
     def is_believed(self) -> bool:
-        """Whether it explains more than a template of noise does."""
+        """Whether it explains more than a template of noise."""
         return believed(self.coarse.template.explained, int(self.coarse.used.sum()))
 
 
 def turns_together(rotation: CoarseRotation) -> bool:
-    """Whether what varies in a window of frames turns together by more than noise does."""
+    """Whether the variation in a window of frames turns together more than noise would."""
     return believed(rotation.coherence, min(WINDOW, len(rotation.angle_rad)))
 
 
 def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
-    """The view with the spindle where most turns together, and that rotation.
+    """The view with the spindle at the largest coherence, and its rotation.
 
-    From D radii away, at a tilt α, the spindle appears off the middle of the rim's ellipse by
-    sin α / D radii of the plate, on the minor axis. About the middle a label may turn, a rim seen
-    steeply does not. Not sought where the coherence is certain at once.
+    From D radii away, at a tilt α, the spindle appears off the centre of the rim's ellipse by
+    sin α / D radii of the plate, on the minor axis. A label may turn about the centre, a rim seen
+    steeply does not. If the coherence is already certain, nothing is searched.
     """
     best, rotation = view, frames.rotation(view)
     if rotation.coherence > CERTAIN or view.tilt_rad < STEEP_RAD:
@@ -87,8 +87,8 @@ def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
 def chosen_plate(
     outlines: list[Outline], learning: LearningFrames
 ) -> tuple[PlateCandidate | None, Alignment | None]:
-    """The plate among the outlines, and one whose angle goes by jumps."""
-    # Of outlines around the same turning plate the largest is the rim.
+    """The plate among the outlines, and an outline whose angle jumps."""
+    # The largest of the outlines around one turning plate is the rim.
     largest_first = sorted(outlines, key=lambda outline: -outline[0].radius_px)
     plate: PlateCandidate | None = None
     jumping: Alignment | None = None
@@ -112,7 +112,7 @@ def or_of_parts(
 ) -> PlateCandidate | None:
     """The plate, or one of equal parts around it or in its place, that turns more clearly.
 
-    Of such a plate the low orders may show no more than a stain near the spindle.
+    The low orders of such a plate may show no more than a stain near the spindle.
     """
     if plate is not None and plate.is_certain:
         return plate

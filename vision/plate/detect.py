@@ -1,9 +1,9 @@
-"""Where a plate may be: ellipses in the background, and along which a mark moves.
+"""Possible positions of a plate: ellipses in the background, and ellipses that a mark follows.
 
-A plate that is small, as dark as what it stands on, or partly hidden may have no outline in the
+A plate that is small, as dark as its surroundings, or partly hidden may have no outline in the
 background.
 
-These are proposals. Which of them turns, and where exactly its axis is, the motion itself decides
+These are proposals. The motion itself decides which of them turns, and where exactly its axis is
 (``vision.plate.template``).
 """
 
@@ -25,39 +25,39 @@ from vision.video.reduction import reduced
 LARGEST_SIDE = 400  # pixels; a proposal needs no more
 MOST = 8  #: outlines that are tried; a limit of time
 LEVELS = 9  # brightness thresholds tried
-FEWEST_POINTS = 20  # of a contour: that many make an ellipse
-BORDER = 2  # pixels of the reduced frame, in which a contour is the frame's own
-SPOT_REACH = 8  # pixels about the most changed one
-MOVING_FRAMES = 120  #: in which what moves is looked for; a limit of time
+FEWEST_POINTS = 20  # of a contour, to determine an ellipse
+BORDER = 2  # pixels of the reduced frame; a contour this near is that of the frame
+SPOT_REACH = 8  # pixels around the most changed one
+MOVING_FRAMES = 120  #: frames in which motion is searched; a limit of time
 FEWEST_SPOTS = 12  # two per parameter of an ellipse and spindle
 SAMPLE = 6  # spots; five make an ellipse
 TRACK_TRIALS = 300  #: random samples; a limit of time
-MISSED = 1e-3  #: probability that no sample was of spots on the best track alone; numerical
+MISSED = 1e-3  #: probability that no sample lies entirely on the best track; numerical
 
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 
 
 @dataclass(frozen=True)
 class DetectionThresholds:
-    """Which ellipses are proposed. All tuned on tests.bench.vision_scenes.
+    """Limits for the proposed ellipses. All tuned on tests.bench.vision_scenes.
 
     Attributes
     ----------
     smallest_area : float
-        Of the frame, within an ellipse: a plate of 50 pixels in a frame of 640. Tuned on
-        tests.bench.clip_study small.
+        Least area of an ellipse over that of the frame: a plate of 50 pixels in a frame of 640.
+        Tuned on tests.bench.clip_study small.
     flattest : float
-        Minor over major axis; flatter is more than 78° of tilt.
+        Least ratio of minor to major axis; a smaller one is more than 78° of tilt.
     opening : float
-        Of the shorter side of the frame: cuts what touches the rim (tonearm, rod).
+        Its size over the shorter side of the frame: cuts off tonearm and rod at the rim.
     misfit : float
-        Of the mean axis, rms of a contour about its ellipse, at most.
+        Largest rms distance of a contour from its ellipse, over the mean axis.
     same : float
-        Of the axes: ellipses closer than this in centre and axes are one.
+        Difference in centre and axes, over the axes, below which two ellipses are the same.
     track_misfit : float
-        Of the mean axis, of a spot on its track.
+        Largest distance of a spot from its track, over the mean axis.
     rim_over_track : float
-        Times the track's axes: a mark is put near the rim.
+        Axes of the rim over those of the track: a mark is placed near the rim.
     """
 
     smallest_area: float = 0.004
@@ -73,7 +73,7 @@ THRESHOLDS = DetectionThresholds()
 
 
 def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
-    """Views of possible plates, the unit circle about on the rim, largest first.
+    """Views of possible plates, the unit circle approximately on the rim, largest first.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
 
 
 def _views(ellipses: Sequence[Ellipse], factor: int) -> list[PlateView]:
-    """Views of the ellipses that differ, the first of those alike, the largest first."""
+    """Views of the distinct ellipses, the first of similar ones, the largest first."""
     distinct: list[Ellipse] = []
     for ellipse in ellipses:
         if not any(_same(ellipse, other) for other in distinct):
@@ -170,7 +170,7 @@ def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
 
 
 def _resampled(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points a pixel apart: the hull keeps the ends of straight runs only, which pull at a fit."""
+    """Points a pixel apart: the hull keeps only the ends of straight runs, which bias a fit."""
     closed = np.vstack([polygon, polygon[:1]])
     along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
     at = np.arange(0, along[-1])
@@ -188,7 +188,7 @@ def _distance(ellipse: Ellipse, points: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
-    """The ellipse along which the most conspicuous moving spot runs, grown to the rim."""
+    """The ellipse that the most conspicuous moving spot follows, enlarged to the rim."""
     spots = []
     for image in images:
         change = cv2.GaussianBlur(cv2.absdiff(image, background), (5, 5), 0)
@@ -212,7 +212,7 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
             continue
         near = _distance(ellipse, points) < THRESHOLDS.track_misfit
         while near.sum() >= max(best.sum() + 1, FEWEST_SPOTS):
-            # The ellipse of all spots on a track finds more of them than that of a sample.
+            # The ellipse through all spots on a track includes more spots than that of a sample.
             best = near
             near = _distance(_fitted(points[best]), points) < THRESHOLDS.track_misfit
     if not best.any():

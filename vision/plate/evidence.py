@@ -1,12 +1,12 @@
-"""Whether a model of something that turns is believed: what it explains against what it leaves.
+"""Test of a model of rotation: the explained variation against the residual.
 
-Of values seen in n frames, a model of p parameters each explains the share s of what varies. Per
-degree of freedom that is
+A model with p parameters per value, for values in n frames, explains the share s of their
+variation. Per degree of freedom that is
 
     F = (s / p) / ((1 - s) / (n - p)),
 
-about 1 where a model was fitted to noise (Fisher's variance ratio), whatever the share of the noise
-in a film is: of a dark one it is most of what varies.
+about 1 for a model fitted to noise (Fisher's variance ratio), whatever the share of noise in a film
+is: in a dark one it is most of the variation.
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class EvidenceThresholds:
-    """What is believed.
+    """Limits of the test.
 
     Attributes
     ----------
     beyond_noise : float
-        F of a model, at least. Derived: ten. Noise of a window of frames is below 2, but what goes
-        to and fro, or only comes and goes, turns by chance for a part of a window.
+        Least F of an accepted model. Derived: ten. Noise in a window of frames is below 2, but an
+        object that moves to and fro, or appears and disappears, turns for part of it by chance.
     """
 
     beyond_noise: float = 10.0
@@ -30,7 +30,7 @@ THRESHOLDS = EvidenceThresholds()
 
 
 def evidence(share: float, frames: int, parameters: int = 1) -> float:
-    """The ratio F for what a model explains of all that varies, 0 to 1, in some frames.
+    """The ratio F for the share of the variation that a model explains, 0 to 1, in some frames.
 
     >>> round(evidence(0.5, 21), 1)
     20.0
@@ -40,5 +40,5 @@ def evidence(share: float, frames: int, parameters: int = 1) -> float:
 
 
 def believed(share: float, frames: int, parameters: int = 1) -> bool:
-    """Whether what a model explains is beyond the noise that it leaves."""
+    """Whether the variation that a model explains is beyond the residual noise."""
     return evidence(share, frames, parameters) > THRESHOLDS.beyond_noise

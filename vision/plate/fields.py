@@ -1,13 +1,13 @@
 """Interlaced frames: two fields of alternate rows, the second half a frame time later.
 
-Where something moves, the rows of the two fields stand apart like the teeth of two combs: a row
-differs more from its neighbours, which are of the other field, than from the rows beyond them. Each
-field is a frame of its own, at twice the rate. The field that comes first in a frame is the one
-that is nearer to the frame before.
+Where something moves, the rows of the two fields are offset like the teeth of two combs: a row
+differs more from its neighbours, which belong to the other field, than from the rows beyond them.
+Each field is a separate frame, at twice the rate. The first field of a frame is the one that is
+nearer to the previous frame.
 
-Fine print differs from row to row as much as the teeth do. What tells them then is the change to
-the next frame: the teeth of both frames together are that change where the fields stand half a
-frame apart, and have nothing to do with it in whole frames.
+Fine print differs from row to row as much as the teeth do. The change to the next frame then
+separates them: if the fields are half a frame apart, the teeth of both frames together are that
+change; in whole frames they have nothing to do with it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,13 +30,13 @@ MOVES = 0.98  # quantile of the change beyond which a pixel belongs to what move
 
 @dataclass(frozen=True)
 class FieldThresholds:
-    """When frames are interlaced.
+    """Limits for interlaced frames.
 
     Attributes
     ----------
     combed : float
-        Change from row to row over that from each row to the next but one. Derived: 1 in noise and
-        below in any image of one moment; above where the fields stand apart.
+        Change from row to row over that from each row to the next but one. Derived: 1 in noise,
+        less in any image of one moment, more if the fields differ in time.
     follows : float
         Teeth of two frames over the change between them. Derived: 1 in fields, 0 in whole frames,
         and compression takes the teeth first. Tuned on ``tests.bench.clip_study`` from seed 310000
@@ -52,7 +52,7 @@ THRESHOLDS = FieldThresholds()
 
 @dataclass(frozen=True)
 class Interlacing:
-    """Which rows come first, 0 for even ones, and how much later the others are, s."""
+    """The rows that come first, 0 for even ones, and the delay of the others, s."""
 
     first_row: int
     later_s: float
@@ -72,12 +72,12 @@ class Interlacing:
         ]
 
     def note(self, source: str) -> str:
-        """How the clip was read, for the user."""
+        """A note for the user on the reading of the clip."""
         return f"{source}: the clip is interlaced; its fields are used as frames of their own."
 
 
 def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
-    """How the frames are interlaced; None where they are not.
+    """The interlacing of the frames; None if they are not interlaced.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
         far += float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
     if near <= THRESHOLDS.combed * far and abs(teeth) <= THRESHOLDS.follows * moved:
         return None
-    # The later field is farther from the frame before.
+    # The later field is farther from the previous frame.
     odd_later, even_later = (
         sum(float(np.abs(_field(after, row) - _field(before, 1 - row)).sum())
             for before, after in pairs)

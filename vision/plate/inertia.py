@@ -1,9 +1,9 @@
-"""Whether angles are those of a plate: it has inertia, and turns on between neighbouring frames.
+"""Test of angles against inertia: a plate continues to turn between neighbouring frames.
 
-A frame in which no mark is seen has an angle all the same: that at which the template looks most
-like noise, or like what stands still and was not told from the plate. Such an angle does not
-advance with the rough rotation. Taken as it is, it writes what stands into the template, which then
-explains such frames well at the wrong angle. The angle of the frames before and after is carried on
+A frame without a visible mark has an angle nevertheless: the one at which the template looks most
+like noise, or like background that was not separated from the plate. Such an angle does not advance
+with the rough rotation. Used unchanged, it writes the background into the template, which then
+explains such frames well at the wrong angle. The angle of the frames before and after is extended
 to such a frame, which then shows the background alone.
 """
 
@@ -19,26 +19,26 @@ from vision.phase_track import BoolArray
 
 @dataclass(frozen=True)
 class InertiaThresholds:
-    """How a plate turns on. Tuned on tests.bench.vision_scenes but where stated.
+    """Limits of inertia. Tuned on tests.bench.vision_scenes unless stated otherwise.
 
     Attributes
     ----------
     smooth_rad : float
-        Median second difference from the coarse angle, rad, at most: a plate has inertia. Tuned on
+        Largest median second difference from the coarse angle, rad: a plate has inertia. Tuned on
         tests.bench.vision_films and the slow cameras of tests.vision.test_clips.
     slipping : float
-        Of the rough rotation: what stands or goes slowly took the place of the plate. Derived: half
-        way between what turns and what stands.
+        Slip over the rough rotation from which a stationary or slow object replaced the plate.
+        Derived: half way between turning and stationary.
     far_rad : float
-        Beyond it an angle has lost the rough one, rad, however fast the plate.
+        Difference beyond which an angle has lost the rough one, rad, at any rate of the plate.
     near_rad : float
-        Within it no angle has. Derived: two samples of azimuth of the coarse template.
+        Difference within which none has. Derived: two samples of azimuth of the coarse template.
     usual : float
-        Times the lower quartile of all differences from the rough rotation, which is that of the
-        frames that show their angle best. Derived: 4 sds, of which 0.32 hold a quarter of Gaussian
-        values, of frames that show a label with a quarter of the mark's contrast.
+        Factor of the lower quartile of all differences from the rough rotation, which belongs to
+        the frames that show their angle best. Derived: 4 sds, of which 0.32 hold a quarter of
+        Gaussian values, of frames that show a label with a quarter of the mark's contrast.
     apart_rad : float
-        Rotation by the rough rate, rad, over which frames are compared: twelve samples of azimuth
+        Rotation at the rough rate, rad, over which frames are compared: twelve samples of azimuth
         of the coarse template. Tuned on ``tests.bench.clip_study --only mark_leaves``.
     """
 
@@ -54,22 +54,22 @@ THRESHOLDS = InertiaThresholds()
 
 
 def smooth(angle_rad: FloatArray, rough_rad: FloatArray) -> bool:
-    """Whether refined angles go with rough ones, both of shape (f,), without jumps."""
+    """Whether refined angles follow rough ones, both of shape (f,), without jumps."""
     beyond = angle_rad - rough_rad
     step = float(median(np.abs(np.diff(rough_rad))))
     slip = abs(float(median(np.diff(beyond))))
-    # Stamps may come early and late in turn; then the plate goes on evenly over two frames.
+    # Stamps may be alternately early and late; then the plate advances evenly over two frames.
     each, over_two = (float(median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
     return min(each, over_two) < THRESHOLDS.smooth_rad and slip < THRESHOLDS.slipping * step
 
 
 def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
-    """Frames whose angle advances like the rough one from the frames before or to those after.
+    """Frames whose angle advances like the rough one from earlier frames or to later ones.
 
     Parameters
     ----------
     angle_rad, rough_rad : array, shape (f,)
-        Of neighbours in time. The rough ones hold over some frames; over many they drift.
+        Angles of neighbours in time. The rough ones hold over some frames; over many they drift.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
 
 
 def carried_on(angle_rad: FloatArray, rough_rad: FloatArray, shows: BoolArray) -> FloatArray:
-    """The angles, and where a frame shows none that of its neighbours, rad, shape (f,).
+    """The angles, extended from the neighbours to frames that show none, rad, shape (f,).
 
     Parameters
     ----------

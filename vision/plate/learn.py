@@ -1,4 +1,4 @@
-"""Finds the plate among the proposals and learns what it looks like, from the first frames."""
+"""Choice of the plate among the proposals and its template, from the first frames."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,27 +24,27 @@ from vision.plate.second_rate import turns_itself
 from vision.plate.template import Alignment, Template
 from vision.video.reader import Frame, Luma
 
-CHANGE_OF = 60  # frames, for whether anything changes
+CHANGE_OF = 60  # frames that are tested for any change
 
 
 @dataclass(frozen=True, eq=False)
 class PlateModel:
-    """The plate as it was learned.
+    """The learned plate.
 
     Attributes
     ----------
     channel : Channel
-        What of the frames is measured.
+        Measured quantity of the frames.
     background : array of uint8, shape (h, w)
-        What stands still, in brightness.
+        The stationary background, in brightness.
     template : Template
         On the rings that carry the angle.
     rate_rad_s : float
         Rough rate, counter-clockwise as filmed.
     symmetry : int
-        How many times per turn the plate looks the same.
+        Number of times per turn that the plate looks the same.
     notes : tuple of str
-        For the user.
+        Notes for the user.
     """
 
     channel: Channel
@@ -67,15 +67,15 @@ def learn(
     Parameters
     ----------
     name : str
-        Of the clip, for messages.
+        Name of the clip, for messages.
     frames : list of Frame
-        Of two turns or so.
+        Frames of about two turns.
     seen : sequence of Channel
-        What of the frames is looked at, one after the other.
+        Channels that are tried in turn.
     rim : PlateView, optional
-        As the user measured it; proposed from the frames where None.
+        Rim measured by the user; None proposes rims from the frames.
     on_step : callable
-        Called often; what it raises ends the work.
+        Called often; an exception that it raises ends the work.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def _others_turning(
     name: str, rate_rad_s: float, view: PlateView, outlines: list[Outline],
     learning: LearningFrames, whole: Alignment | None,
 ) -> tuple[str, ...]:
-    """A note on what else turns: beside the plate, or about its spindle where that is ``whole``."""
+    """A note on another rotation: beside the plate, or of a ``whole`` plate about its spindle."""
     lasts_s = float(np.ptp(learning.time_s))
     where, second = "beside it", max(
         (rotation for rim, rotation in outlines

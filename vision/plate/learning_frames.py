@@ -1,4 +1,4 @@
-"""The frames that a plate is learned from: rough motion about an axis, coarse and fine template."""
+"""Frames from which a plate is learned: rough motion about an axis, coarse and fine template."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,15 +26,15 @@ COARSE_FRAMES = 100  #: at most; a limit of time
 FINE_FRAMES = 28  #: frames of the fine template; a limit of time
 #: The number of azimuths of the fine template, by the radius in pixels above which it holds.
 FINE_AZIMUTHS = {60: 1024, 0: 512}
-#: The coarse template leaves to the fine one what is left of the view's error.
+#: The fine template corrects the remaining error of the view.
 COARSE = Effort(iterations=8, smallest_step=1e-3, find_covered=True, find_readout=False)
-#: The fine template refines what the coarse one has, and adds the read-out of the rows.
+#: The fine template refines the coarse one, and adds the read-out of the rows.
 FINE = Effort(iterations=3, smallest_step=0.0, find_covered=False, find_readout=True)
 
 
 @dataclass(frozen=True, eq=False)
 class LearningFrames:
-    """The frames that are learned from."""
+    """The frames from which the plate is learned."""
 
     images: list[Luma]
     time_s: FloatArray
@@ -51,7 +51,7 @@ class LearningFrames:
 
     @property
     def chosen(self) -> NDArray[np.intp]:
-        """Indices (≤ COARSE_FRAMES,) of the frames that templates are made from."""
+        """Indices (≤ COARSE_FRAMES,) of the frames for the templates."""
         return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
 
     def rotation(self, view: PlateView) -> CoarseRotation:
@@ -60,14 +60,14 @@ class LearningFrames:
         return self._search.about(self._series.low_orders(view, COARSE_RADII), COARSE_WEIGHT)
 
     def remainder(self, view: PlateView, coarse: Alignment) -> tuple[CoarseRotation, FloatArray]:
-        """Rough motion about a plate's spindle of what does not turn with it; its angles, (f,)."""
+        """Rough motion about a plate's spindle of all that slips on it; plate angles, (f,)."""
         angle = np.interp(self.time_s, self.time_s[self.chosen], coarse.angle_rad)
         spectra = self._series.low_orders(view, AROUND_RADII)
         weight = AROUND_RADII.astype(np.float32)
         return self._search.about(left_by(spectra, angle), weight), angle
 
     def parts(self, view: PlateView) -> EqualParts | None:
-        """Equal parts that pass about an axis; None where there are none."""
+        """Equal parts that pass around an axis; None without any."""
 
         def sample(about: PlateView, azimuths: int, frames: slice) -> tuple[Grid, Strips]:
             self.on_step()
@@ -78,9 +78,9 @@ class LearningFrames:
         return equal_parts(view, sample, fine_azimuths(view), self.time_s)
 
     def coarse(self, view: PlateView, rotation: CoarseRotation, parts: int = 1) -> Alignment:
-        """The template on a coarse grid, the view refined on the way.
+        """The template on a coarse grid, with a refined view.
 
-        Of equal parts, ``rotation`` has the angle of every frame, and the grid shows each of them.
+        For equal parts, ``rotation`` has the angle of every frame, and the grid resolves each part.
         """
         chosen = self.chosen
         clearest = (chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop)

@@ -1,8 +1,8 @@
-"""The low angular orders of all frames about any axis that is proposed.
+"""The low angular orders of all frames about any proposed axis.
 
-Whether something turns about an axis shows in the first few orders (``vision.plate.rotation``), and
-these need no more pixels than a reduced frame has. The values of a pixel in all frames stand side
-by side, so a sample on a ring, bilinear between four pixels, is taken of all frames at once:
+The first few orders show whether something turns about an axis (``vision.plate.rotation``), and
+a reduced frame has enough pixels for them. The values of a pixel in all frames are contiguous, so a
+sample on a ring, bilinear between four pixels, is taken from all frames at once:
 
     F_k(r, t) = 1/n Σ_j P(r, φ_j, t) exp(-ikφ_j),        φ_j = 2πj/n.
 """
@@ -17,13 +17,13 @@ from vision.plate.background import halved
 from vision.video.reader import Luma
 
 AZIMUTHS = 64  #: per ring, eight in a wave of the highest order
-ORDERS = 8  #: angular orders 1 ... that are added up
+ORDERS = 8  #: number of angular orders 1 ... in the sums
 
 Orders = NDArray[np.complex64]  # (orders, rings, frames)
 
 
 class PixelSeries:
-    """What every pixel of reduced frames shows over time.
+    """Values of every pixel of reduced frames over time.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class PixelSeries:
         Returns
         -------
         array of complex64, shape (orders, r, f)
-            In luma steps; what lies outside the frame counts as dark.
+            In luma steps; places outside the frame count as dark.
         """
         azimuth = np.arange(AZIMUTHS) * 2 * np.pi / AZIMUTHS
         strips = self._strips(*view.pixels(radius[:, None], azimuth))

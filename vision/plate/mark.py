@@ -9,23 +9,23 @@ from vision.geometry import FloatArray
 from vision.plate.polar import ring_spectra
 from vision.plate.template import Template
 
-APART = 0.5  # correlation, where a mark does not overlap itself
-MOST_FOLD = 12  # turns into itself, with more a plate has no mark
-NARROWEST = 3  # samples of azimuth, of a mark
+APART = 0.5  # correlation below which a mark does not overlap itself
+MOST_FOLD = 12  # largest symmetry of a plate with a mark
+NARROWEST = 3  # samples of azimuth, width of a mark
 
 
 @dataclass(frozen=True)
 class MarkThresholds:
-    """What is a mark. Tuned on tests.bench.vision_scenes.
+    """Limits for a mark. Tuned on tests.bench.vision_scenes.
 
     Attributes
     ----------
     edge : float
-        Of the highest contrast: what belongs to the mark.
+        Share of the highest contrast from which a place belongs to the mark.
     widest_rad : float
-        Width of a mark in rad, at most.
+        Largest width of a mark, rad.
     alike : float
-        Correlation of the template with itself turned by a part of a turn, for it to be symmetric.
+        Least correlation of a symmetric template with itself turned by a part of a turn.
     """
 
     edge: float = 0.5
@@ -71,10 +71,10 @@ def find_mark(template: Template) -> PlateMark | None:
 
 
 def symmetry(template: Template) -> int:
-    """How many times per turn the plate looks the same."""
+    """Number of times per turn that the plate looks the same."""
     alike = _likeness(template)
     half = len(alike) // 2 + 1
-    beside = int(np.argmax(alike < APART))  # turned by less, a mark lies over itself
+    beside = int(np.argmax(alike < APART))  # at smaller turns a mark overlaps itself
     peak = beside + int(np.argmax(alike[beside:half] > THRESHOLDS.alike))
     if beside == 0 or alike[peak] <= THRESHOLDS.alike:
         return 1

@@ -1,14 +1,14 @@
 """A pattern that repeats around the plate: strobe dots, the ribs of a mat.
 
 Turned by one of its N equal parts the plate looks the same, and the low angular orders, which
-``vision.plate.rotation`` adds up, show nothing. But every place sees the same number of parts pass
-per second, f = N ω / 2π: a line in the spectrum over time,
+``vision.plate.rotation`` sums, show nothing. But the same number of parts passes every place per
+second, f = N ω / 2π: a line in the spectrum over time,
 
     D(r, φ, t) = Re X(r, φ) exp(2πift) + …,        arg X = ∓N φ_plate + const.
 
-Along a ring about the spindle the phase of X goes around N times, however the camera looks at it;
-which way tells the sense of rotation. It is N times the azimuth on the plate, so what it is beyond
-N times the azimuth of the ring shows by how much the view is off,
+Along a ring about the spindle the phase of X winds N times, from any viewpoint of the camera; its
+direction is the sense of rotation. It is N times the azimuth on the plate, so its difference from
+N times the azimuth of the ring shows the error of the view,
 
     φ_plate - φ = (u sin φ - v cos φ) / r + s sin 2φ - h cos 2φ,
 
@@ -30,14 +30,14 @@ from vision.plate.polar import Grid, Strips
 from vision.plate.rotation import WINDOW, CoarseRotation
 
 ROUNDS = 6  #: rounds of the view at most; numerical
-SETTLED = 0.1  # of a part: a smaller change of the view need not be made
-THINNED = 64  # azimuths at least, at which the line is looked for
-#: Frames in which a line is looked for at first. Derived: one that lasts has in a part of the
-#: frames the share that it has in all, and noise a tenth of what makes a line.
+SETTLED = 0.1  # of a part: smaller changes of the view are not made
+THINNED = 64  # azimuths at least, at which the line is searched
+#: Frames in which a line is searched at first. Derived: a lasting line has the same share in some
+#: of the frames as in all, and noise a tenth of the share of a line.
 GLIMPSE = 64
-FIRST_LOOK = 256  # azimuths, whether it is of parts at all
-FEWEST_PARTS = ORDERS + 1  # fewer have orders that are added up for any plate
-LARGEST_STEP = 0.1  # of the radius, change of the view per round at most
+FIRST_LOOK = 256  # azimuths for the test whether there are parts at all
+FEWEST_PARTS = ORDERS + 1  # fewer parts show in the orders that are summed for any plate
+LARGEST_STEP = 0.1  # of the radius, largest change of the view per round
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class EqualParts:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """What varies at one frequency: X, shape (r, n), and its share of all that varies."""
+    """Variation at one frequency: X, shape (r, n), and its share of all variation."""
 
     hertz: float
     wave: NDArray[np.complex64]
@@ -71,16 +71,16 @@ def equal_parts(
     view: PlateView, sample: Callable[[PlateView, int, slice], tuple[Grid, Strips]],
     azimuths: int, time_s: FloatArray,
 ) -> EqualParts | None:
-    """The parts that pass about the spindle of a view, and the view as they show it.
+    """The parts that pass around the spindle of a view, and the view determined from them.
 
     Parameters
     ----------
     view : PlateView
     sample : callable
-        Frames less what stands still along rings about a view at n azimuths: the grid, and an array
-        of shape (f, r, n).
+        Samples frames less the background along rings of a view at n azimuths: the grid, and an
+        array of shape (f, r, n).
     azimuths : int
-        That show every part.
+        Enough to resolve every part.
     time_s : array, shape (f,)
     """
     first = max(0, len(time_s) - GLIMPSE) // 2
@@ -126,7 +126,7 @@ def _at(hertz: FloatArray, time_s: FloatArray) -> NDArray[np.complex64]:
 
 
 def _steps_around(line: _Line, weight: NDArray[np.float32]) -> FloatArray:
-    """Change of the phase from azimuth to azimuth, rad, shape (n,); the stronger rings say more."""
+    """Change of the phase between azimuths, rad, shape (n,); stronger rings have more weight."""
     following = np.roll(line.wave, -1, axis=1) * np.conj(line.wave)
     return np.asarray(np.angle(weight @ following), float)
 
@@ -140,7 +140,7 @@ def _rotation(
     phase += np.unwrap(np.angle(seen * np.exp(-1j * phase)))
     angle = -(phase - phase[0]) / count
     square = float(((varying**2).sum(axis=(0, 2)) @ weight) / (f * n))
-    # Of as many frames as the coarse rotation adds up, on one side of the spectrum (Parseval).
+    # For as many frames as the coarse rotation sums, on one side of the spectrum (Parseval).
     energy = 0.5 * min(WINDOW, f) * square
     return CoarseRotation(angle, line.share, energy, slice(0, f))
 
@@ -163,7 +163,7 @@ def _view_change(line: _Line, grid: Grid, count: int) -> FloatArray:
 
 
 def _in_step(line: _Line, grid: Grid, count: int) -> float:
-    """Share of the line's energy that goes around with the parts."""
+    """Share of the line's energy that turns with the parts."""
     azimuth = np.arange(grid.azimuths) * 2 * np.pi / grid.azimuths
     together = np.abs(line.wave @ np.exp(-1j * count * azimuth)) ** 2 / grid.azimuths
     every = grid.weight() @ (np.abs(line.wave) ** 2).sum(axis=1)

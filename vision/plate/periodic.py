@@ -1,18 +1,18 @@
-"""Every pixel its own periodic function of one phase: no rim, no spindle, no view.
+"""Every pixel as a periodic function of one phase: no rim, no spindle, no view.
 
 A plate seen from the side, from near by or in part shows in every pixel p a function of its angle
-that comes back after a turn,
+with the period of a turn,
 
     V_p(t) = f_p(θ_t) + noise,      f_p(θ) = a_p0 + Σ_k a_pk cos kθ + b_pk sin kθ,
 
-whatever the lens, the rim and the light are. The angles θ_t and the coefficients are found in turn:
-the coefficients by least squares for given angles, each order shrunk by what of it stands out from
-noise (Wiener), and the angles by Newton's step θ → θ + Σ_p V' f'/Σ_p f'².
+for any lens, rim and light. The angles θ_t and the coefficients are estimated in turn: the
+coefficients by least squares for given angles, each order shrunk to its share above the noise
+(Wiener), and the angles by Newton's step θ → θ + Σ_p V' f'/Σ_p f'².
 
-With N frames in a turn an order N - k looks like k, but for what N θ advances beside the frames. A
-mark that is narrow against the angle between two frames has such orders; where every turn shows the
-same angles, |⟨e^(iNθ)⟩| near 1, nothing separates them, and the angle leans to N whole frames per
-turn. What a plate gains or loses in the clip is then known to a frame time, evenly spread.
+With N frames in a turn an order N - k looks like k, except for the advance of N θ against the
+frames. A mark that is narrow against the angle between two frames has such orders; if every turn
+shows the same angles, |⟨e^(iNθ)⟩| near 1, nothing separates them, and the angle is biased towards
+N whole frames per turn. The drift of a plate in the clip is then known to a frame time, uniformly.
 """
 
 from dataclasses import dataclass
@@ -25,31 +25,31 @@ from vision.image_return import NOISE_FROM
 from vision.numbers import SD_PER_MAD, median
 
 FEW_ROUNDS, ROUNDS = 2, 4  #: rounds of angles and coefficients; numerical
-THINNED = 1000  # pixels, with which the period is made exact
+THINNED = 1000  # pixels, for the refinement of the period
 SHOWN = 0.05  # of the usual information on the angle: a frame with less shows none
-FEWEST_EVEN = 1.5  # turns, from which waves in a turn are told from the line
-MISFIT = 3.0  # times the usual rest: something is in the way
+FEWEST_EVEN = 1.5  # turns, from which waves in a turn are separated from the line
+MISFIT = 3.0  # times the usual residual: something is in the way
 PER_STEP = 0.42  #: orders per frame of a turn: half is the limit of sampling
 MOST_ORDERS = 48  #: a limit of time
-FEW_ORDERS = 8  #: with which the period is made exact; numerical
+FEW_ORDERS = 8  #: orders for the refinement of the period; numerical
 LONGEST_STEP = 0.3  #: rad, of one round; numerical
 REACH = 3.0  #: sds of the period to both sides
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicPixels:
-    """The angle of every frame, and what every pixel shows at each angle.
+    """The angle of every frame, and the value of every pixel at each angle.
 
     Attributes
     ----------
     angle_rad : array, shape (f,)
         Continuous, growing with time; a turn of the picture is 2π.
     match : array, shape (f,)
-        Correlation of the frame with what the pixels show at that angle.
+        Correlation of the frame with the expected values at that angle.
     smear_rad2 : array, shape (f,)
-        Variance of the smear along the turn beyond the mean one, rad².
+        Variance of the motion blur along the turn beyond the mean one, rad².
     leaning_frames : float
-        Sd of what the angle gains in the clip, by orders that no frame separates, frame times.
+        Sd of the drift of the angle over the clip by orders that no frame separates, frame times.
     coefficients : array, shape (2k + 1, p)
         Mean, cosines and sines, in the unit of the values.
     """
@@ -69,10 +69,10 @@ def periodic_pixels(
     Parameters
     ----------
     values : array of uint8, shape (f, p)
-        What the pixels show.
+        Values of the pixels.
     time_s : array, shape (f,)
     period_s, period_sd_s : float
-        After which the picture returns, about.
+        Approximate period of the picture.
     """
     shown = values.astype(np.float32)
     light = shown.mean(axis=1, keepdims=True)
@@ -94,7 +94,7 @@ def periodic_pixels(
     angle = _even(angle, time_s, used, few)
     per_turn = 2 * np.pi * np.ptp(time_s) / frame_s / np.ptp(angle)
     leaning = 0.0
-    if most >= int(PER_STEP * per_turn):  # else the orders that look alike are far apart
+    if most >= int(PER_STEP * per_turn):  # otherwise orders with the same samples are far apart
         same = abs(complex(np.exp(1j * round(per_turn) * angle).mean()))
         leaning = same * float(np.sqrt(fit.highest_shown / 12))
     return PeriodicPixels(angle, fit.match, fit.smear, leaning, coefficients)
@@ -103,7 +103,7 @@ def periodic_pixels(
 def informative(
     values: NDArray[np.uint8], time_s: FloatArray, period_s: float, most: int
 ) -> NDArray[np.intp]:
-    """The pixels that tell the angle best, at most so many, in order.
+    """The pixels with most information on the angle, at most ``most``, in order.
 
     Parameters
     ----------
@@ -128,10 +128,10 @@ def informative(
 def _even(
     angle: FloatArray, time_s: FloatArray, used: NDArray[np.bool_], orders: int
 ) -> FloatArray:
-    """The same angles on the scale on which the turns are even.
+    """The same angles on the scale on which the turns are uniform.
 
-    Any function of the angle that grows by a turn per turn would do as well: how fast the plate is
-    within a turn these pixels cannot show.
+    Any function of the angle that grows by a turn per turn would fit equally well: these pixels
+    cannot show the rate within a turn.
     """
     turns = float(np.ptp(angle)) / (2 * np.pi)
     if turns < FEWEST_EVEN:
@@ -164,7 +164,7 @@ def _exact_period(
 
 
 class _HarmonicFit:
-    """The coefficients for given angles, and what the frames show beyond them."""
+    """The coefficients for given angles, and the deviation of the frames from them."""
 
     def __init__(
         self, shown: NDArray[np.float32], angle: FloatArray, orders: int,
@@ -176,13 +176,13 @@ class _HarmonicFit:
         count = len(rows)
         normal = rows.T @ rows + 1e-3 * count / 2 * np.eye(len(k), dtype=np.float32)
         free = np.linalg.solve(normal, rows.T @ shown[used])
-        # Of each order, what is beyond the noise of its coefficients, of all pixels together.
+        # Power of each order over the noise of its coefficients, for all pixels together.
         power = ((free / noise) ** 2).mean(axis=1)
         power[1:] = np.tile(power[1 : orders + 1] + power[orders + 1 :], 2) / 2
         floor = np.diag(np.linalg.inv(normal))
         kept = np.maximum(1 - floor / np.maximum(power, 1e-12), 0)
         kept[0] = 1
-        self.highest_shown = float(kept[orders])  # share of its power that is no noise
+        self.highest_shown = float(kept[orders])  # share of its power that is not noise
         self.coefficients = np.asarray(free * kept[:, None], np.float32)
         swapped = np.concatenate([np.zeros_like(free[:1]), self.coefficients[orders + 1 :],
                                   -self.coefficients[1 : orders + 1]])

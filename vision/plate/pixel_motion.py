@@ -1,15 +1,15 @@
-"""Whether pixels that return show a plate that turns, about what spindle and which way.
+"""Test whether periodic pixels show a turning plate; its spindle and sense of rotation.
 
 With f the periodic functions of ``vision.plate.periodic``, a point of the plate passes at v per
 radian, and ∂f/∂θ + v·∇f = 0 with v = A x + b about the spindle -A⁻¹b. A has the eigenvalues ±i/N,
-and so the determinant 1/N², where the picture returns N times per turn; of what passes by in one
-direction b alone explains as much as A and b. The sign of the curl is the sense of rotation, and
-the ellipses along which points run are the view. Noise in ∇f makes least squares find A too small,
-by the share of ∂f/∂θ that it explains.
+and so the determinant 1/N², if the picture returns N times per turn; for an object that passes in
+one direction b alone explains as much as A and b. The sign of the curl is the sense of rotation,
+and the ellipses that points follow are the view. Noise in ∇f biases A towards zero, by the share of
+∂f/∂θ that it explains.
 
-What goes to and fro, or comes and goes, shows the same played backwards, f(θ₀ + θ) = f(θ₀ - θ).
-With c_k = a_k - i b_k of the pixels p that is Re Σ c_pk² exp(-2ikθ₀) = Σ |c_pk|² for some θ₀; of a
-plate, whose pixels are at all phases, the left side is near 0.
+An object that moves to and fro, or appears and disappears, looks the same played backwards,
+f(θ₀ + θ) = f(θ₀ - θ). With c_k = a_k - i b_k of the pixels p that is Re Σ c_pk² exp(-2ikθ₀) =
+Σ |c_pk|² for some θ₀; for a plate, whose pixels have all phases, the left side is near 0.
 """
 
 from dataclasses import dataclass
@@ -21,32 +21,33 @@ from vision.errors import NoPlate, OnlyShifts
 from vision.geometry import FloatArray, PlateView, view_of_ellipse
 from vision.plate.periodic import PeriodicPixels
 
-MOTION_ORDERS = 5  #: from which the motion is read; numerical, 3 to 12 give the same
+MOTION_ORDERS = 5  #: number of orders for the motion; numerical, 3 to 12 give the same
 MOMENTS = 8  #: per period of the highest order; numerical
-RIM = 0.95  # quantile of the radii of what turns
+RIM = 0.95  # quantile of the radii of turning pixels
 
 
 @dataclass(frozen=True)
 class TurningThresholds:
-    """When what returns is a turning plate.
+    """Limits for a turning plate.
 
     Attributes
     ----------
     backwards : float
-        Of the energy, that is the same played backwards. Tuned on rendered films: of what goes to
-        and fro 0.93 and more is, of a plate 0.03 and less, of five real clips up to 0.49.
+        Share of the energy that is the same played backwards. Tuned on rendered films: 0.93 and
+        more for motion to and fro, 0.03 and less for a plate, up to 0.49 in five real clips.
     once : float
-        det A, and its inverse, of a plate that looks the same once per turn. Derived: 1, and 1/4 of
-        one that looks the same twice; half way by ratio.
+        det A, and its inverse, of a plate that looks the same once per turn. Derived: 1, and 1/4
+        for one that looks the same twice; half way by ratio.
     explained : float
-        Of the change of the pixels, that the motion explains: with less its determinant is not
-        known to a third. Tuned on ``tests.bench.clip_study --only cut,edge_on,from_the_side``.
+        Least share of the change of the pixels that the motion explains: with less, its determinant
+        is not known to a third. Tuned on ``tests.bench.clip_study --only
+        cut,edge_on,from_the_side``.
     passes : float
-        Of what the motion explains, that one shift of all explains. Derived: nine tenths; of a
-        plate it is the turning that explains, unless its spindle is far outside the frame.
+        Share of the explained change that one common shift explains. Derived: nine tenths; for a
+        plate it is the rotation that explains, unless its spindle is far outside the frame.
     mostly : float
-        Of the change of the pixels, that this shift explains. Derived: half; with less, what
-        passes by is not most of what changes, and a plate may be in the rest.
+        Share of the change of the pixels that this shift explains. Derived: half; with less, the
+        passing object is not most of the change, and a plate may be in the rest.
     """
 
     backwards: float = 0.7
@@ -61,14 +62,14 @@ THRESHOLDS = TurningThresholds()
 
 @dataclass(frozen=True, eq=False)
 class Turning:
-    """How the picture turns as the phase grows.
+    """Rotation of the picture with growing phase.
 
     Attributes
     ----------
     view : PlateView
-        Without perspective; the unit circle is about the outline of what tells the angle.
+        Without perspective; the unit circle is approximately the outline of the turning pixels.
     way : int
-        1 where it turns counter-clockwise as filmed, -1 clockwise.
+        1 if it turns counter-clockwise as filmed, -1 clockwise.
     """
 
     view: PlateView
@@ -76,18 +77,18 @@ class Turning:
 
 
 def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
-    """The rotation that the pixels show; None where their motion is not one turn per return.
+    """The rotation that the pixels show; None if their motion is not one turn per return.
 
     Parameters
     ----------
     pixels : PeriodicPixels
     mask : array of bool, shape (h, w)
-        Where the pixels lie in the frame, row by row.
+        Positions of the pixels in the frame, row by row.
 
     Raises
     ------
     NoPlate
-        They move as no plate does, however often per turn it looks the same.
+        They move as no plate can, with any symmetry.
     """
     backwards = _same_backwards(pixels)
     if backwards > THRESHOLDS.backwards:
@@ -118,7 +119,7 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
             raise OnlyShifts(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
                              f"how it changes, turning {explained - by_shift:.0%} more)")
         return None
-    # The points run along x' Q x = constant, with Q A antisymmetric.
+    # The points follow x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2
     form = np.array([[-flow[1, 0], skew], [skew, flow[0, 1]]]) * np.sign(flow[0, 1])
     squared, axes = np.linalg.eigh(form)
@@ -145,7 +146,7 @@ def _same_backwards(pixels: PeriodicPixels) -> float:
 
 
 def _explained(rows: FloatArray, change: FloatArray) -> tuple[FloatArray, float]:
-    """The motion (k,) that explains a change (n,) best by its rows (n, k), and the share."""
+    """The motion (k,) that best explains a change (n,) by its rows (n, k), and the share."""
     beta = np.linalg.lstsq(rows.T @ rows, rows.T @ change)[0]
     missed, of_all = float(((change - rows @ beta) ** 2).sum()), float((change**2).sum())
     return np.asarray(beta), 1 - missed / of_all if of_all > 0 else 0.0

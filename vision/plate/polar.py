@@ -26,7 +26,7 @@ class Grid:
     x, y : array, shape (r, n)
         Pixels of the samples.
     inside, uncovered : array, shape (r, n)
-        1 where the point is inside the frame; where nothing stands in front of it; else 0.
+        1 if the point is inside the frame; if nothing covers it; else 0.
     """
 
     view: PlateView
@@ -42,7 +42,7 @@ class Grid:
         return np.asarray(cv2.remap(image, self.x, self.y, cv2.INTER_LINEAR), np.uint8)
 
     def differences(self, background: Strips, images: Sequence[Luma]) -> Strips:
-        """The frames less a background strip, 0 where nothing is seen; shape (f, r, n)."""
+        """The frames less a background strip, 0 where nothing is visible; shape (f, r, n)."""
         differences = np.empty((len(images), *self.x.shape), np.float32)
         seen = self.seen
         partly = not seen.all()
@@ -67,7 +67,7 @@ class Grid:
 
     @property
     def seen(self) -> Strips:
-        """1 where the point is inside the frame and not covered, else 0; shape (r, n)."""
+        """1 if the point is inside the frame and not covered, else 0; shape (r, n)."""
         return self.inside * self.uncovered
 
     def weight(self) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""The messages where no plate can be learned."""
+"""The messages if no plate can be learned."""
 
 from collections.abc import Sequence
 
@@ -12,11 +12,11 @@ from vision.video.reader import Luma
 
 DARK = 48.0  # luma of the brightest twentieth; black is 16; it chooses the words only
 BRIGHTEST = 0.95  # quantile
-LIGHT = 0.05  # of the mean luma, that a light changes from frame to frame; likewise
+LIGHT = 0.05  # of the mean luma, change by a light from frame to frame; likewise
 
 
 def why_nothing_moves(seen: Sequence[Luma]) -> str:
-    """Frames, (h, w) each, differ by noise, or by the light alone."""
+    """The message for frames, (h, w) each, that differ by noise, or by the light alone."""
     light = np.array([float(frame.mean()) for frame in seen])
     if np.ptp(light) > LIGHT * light.mean():
         return (f"nothing in the frame turns about a fixed axis: the light changes (the mean of "
@@ -27,7 +27,7 @@ def why_nothing_moves(seen: Sequence[Luma]) -> str:
 
 
 def why_nothing_turns(rotations: Sequence[CoarseRotation], seen: Luma) -> str:
-    """No outline shows enough that turns together; a frame (h, w) shows how bright it is."""
+    """The message for outlines without common rotation; a frame (h, w) shows the brightness."""
     coherence = max((rotation.coherence for rotation in rotations), default=0.0)
     return (
         f"nothing in the frame turns about a fixed axis: {len(rotations)} round outline(s) were "
@@ -47,7 +47,7 @@ def _to_change(seen: Luma) -> str:
 
 
 def why_it_jumps(template: Template) -> str:
-    """Something turns together, but its angle does not advance evenly."""
+    """The message for a common rotation whose angle does not advance evenly."""
     if symmetry(template) > 1:
         return (
             "what turns in the frame repeats itself around its axis (blades, strobe dots, ribs of "

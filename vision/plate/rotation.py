@@ -1,7 +1,7 @@
-"""Whether and how fast something turns about a proposed axis: rough rate in short windows.
+"""Rotation about a proposed axis, if there is any: rough rate in short windows.
 
 No mark, no first guess, no memory of earlier frames: in each window the rate is the one at which
-most of what varies adds up (``vision.plate.window_rate``).
+most of the variation adds up coherently (``vision.plate.window_rate``).
 """
 
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ class CoarseRotation:
     angle_rad : array, shape (f,)
         Plate angle at each frame, zero at the first, continuous.
     coherence : float
-        Share of the varying energy that turns together, what would as well turn the other way not
-        counted; median over the windows, 0 to 1.
+        Share of the varying energy that turns together, less the energy that turns equally well
+        the other way; median over the windows, 0 to 1.
     varying : float
-        Energy that varies, whether it turns or not: luma steps squared times the samples' weight.
+        Varying energy, turning or not: luma steps squared times the samples' weight.
     clearest : slice
-        Frames of the window that turns together best. Between windows frames may be missing,
+        Frames of the window with the largest coherence. Between windows frames may be missing,
         and the angle with them.
     """
 
@@ -42,7 +42,7 @@ class CoarseRotation:
 
 
 class RotationSearch:
-    """Finds the rough motion of the same frames about one axis after the other.
+    """Search for the rough motion of the same frames about several axes in turn.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class RotationSearch:
         spectra : array of complex64, shape (orders, r, f)
             Angular orders 1 ... of every ring and frame, in luma steps.
         weight : array, shape (r,)
-            Of the rings, no unit.
+            Weights of the rings, no unit.
         """
         results = [window.best(spectra[:, :, part], weight)
                    for window, part in zip(self._windows, self._parts, strict=True)]

@@ -1,11 +1,11 @@
-"""What turns at a rate of its own, beside a plate or about its spindle: a label that slips.
+"""A second rotation, beside a plate or about its spindle: a label that slips.
 
-What turns with the plate, and what stands, is taken off every order k of the rings,
+The part that turns with the plate, and the background, are removed from every order k of the rings,
 
-    F_k(r, t) = S_k(r) + T_k(r) exp(-ikθ_t) + left,
+    F_k(r, t) = S_k(r) + T_k(r) exp(-ikθ_t) + residual,
 
-and what is left is searched for a rate as the frames themselves are (``vision.plate.rotation``).
-Errors of the view leave single orders, each at a rate of its own.
+and the residual is searched for a rate like the frames themselves (``vision.plate.rotation``).
+Errors of the view leave single orders, each at a different rate.
 """
 
 from dataclasses import dataclass
@@ -20,16 +20,16 @@ from vision.plate.rotation import CoarseRotation
 
 @dataclass(frozen=True)
 class SecondRateThresholds:
-    """When something turns beside a plate, or in what it leaves.
+    """Limits for a rotation beside a plate, or in its residual.
 
     Attributes
     ----------
     mostly : float
-        Of what varies there, that turns together. Derived: half. Of what 70 plates leave at most
-        0.45 does, of those with a second thing about the spindle 0.77 and more.
+        Share of the variation there that turns together. Derived: half. It is at most 0.45 in the
+        residual of 70 plates, and 0.77 and more in those with a second rotation about the spindle.
     apart_turns : float
-        Between the two in the frames that are learned from. Derived: from a quarter of a turn on
-        the waves of order four do not look alike.
+        Difference between the two in the learning frames. Derived: from a quarter of a turn on
+        the waves of order four are distinct.
     """
 
     mostly: float = 0.5
@@ -40,7 +40,7 @@ THRESHOLDS = SecondRateThresholds()
 
 
 def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
-    """Spectra of rings, (orders, r, f), without what stands and what turns by the angles, (f,)."""
+    """Ring spectra, (orders, r, f), without the background and the part at the angles, (f,)."""
     rest = np.empty_like(spectra)
     for k, of_order in enumerate(spectra, start=1):
         turns = np.exp(-1j * k * angle_rad)
@@ -52,7 +52,7 @@ def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
 def turns_itself(
     seen: CoarseRotation, lasts_s: float, plate_rad: FloatArray | None = None
 ) -> bool:
-    """Whether what is seen in some seconds turns, and not by the angles of a plate there, (f,)."""
+    """Whether a motion over some seconds turns, and differs from the angles of a plate, (f,)."""
     if seen.coherence < THRESHOLDS.mostly or abs(seen.angle_rad[-1]) > FASTEST_USUAL * lasts_s:
         return False
     if plate_rad is None:

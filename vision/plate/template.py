@@ -1,11 +1,11 @@
-"""The plate as it would look standing still.
+"""The appearance of the plate at rest.
 
-In polar plate coordinates frame i is a background that stands still plus what turns,
+In polar plate coordinates frame i is a stationary background plus a turning part,
 
     D_i(r, φ) = S(r, φ) + T(r, φ - θ_i).
 
-Here are S and T and the operations on them; ``vision.plate.alignment`` estimates them together with
-the angles θ_i and the view.
+This module has S and T and the operations on them; ``vision.plate.alignment`` estimates them
+together with the angles θ_i and the view.
 """
 
 from collections.abc import Sequence
@@ -20,27 +20,27 @@ from vision.phase_track import BoolArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips, turns
 from vision.video.reader import Luma
 
-SMALL_STEP = 0.1  # quantile of the steps from frame to frame, some of which are left out
-RING_SPACING_PX = 1.0  #: between rings: no pixel is passed over
+SMALL_STEP = 0.1  # quantile of the steps from frame to frame, because some frames are left out
+RING_SPACING_PX = 1.0  #: between rings: no pixel is skipped
 RINGS = (4, 32)  # at least and at most
-INFORMATION = 0.97  # of that on the angle, on the rings that are measured
+INFORMATION = 0.97  # share of the information on the angle that the measured rings carry
 OVERSAMPLED = 4  # correlations per sample of azimuth
-NEAR = 1 / 12  # of a turn, about the expected angle
+NEAR = 1 / 12  # of a turn, around the expected angle
 
 
 @dataclass(frozen=True)
 class StandingThresholds:
-    """Which orders of the pattern belong to the background alone, by |mean exp(ikθ)|².
+    """Limits of |mean exp(ikθ)|² above which an order belongs to the background alone.
 
     Attributes
     ----------
     standing : float
-        Above it order k does not show whether it turns or stands.
+        Above it, order k does not show whether it turns or is stationary.
     strobed : float
-        The same of an order that turns by more than half a wave from frame to frame, where the
-        mark does not leave the frame. Tuned on ``tests.bench.clip_study --only edge_on``, seed 1001
+        The same for an order that turns by more than half a wave from frame to frame, if the mark
+        does not leave the frame. Tuned on ``tests.bench.clip_study --only edge_on``, seed 1001
         (33.05 frames per turn), which errs by 1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075
-        chance takes one order in eight out of 28 frames.
+        chance removes one order in eight from 28 frames.
     """
 
     standing: float = 0.9
@@ -52,7 +52,7 @@ THRESHOLDS = StandingThresholds()
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """What stands still and what turns, on a grid.
+    """The stationary and the turning part of the frames, on a grid.
 
     Attributes
     ----------
@@ -62,10 +62,10 @@ class Template:
     turning : array, shape (r, n)
         T, azimuth counted from plate angle zero; no mean along a ring.
     explained : float
-        Share of the variation in time that the turning explains, at most 1.
+        Share of the variation in time that the turning part explains, at most 1.
     varying : float
-        That variation, luma steps squared times pixels, up to a factor that all grids share; of
-        frames set aside it is nothing.
+        That variation, luma steps squared times pixels, up to a factor common to all grids, without
+        the frames set aside.
     """
 
     grid: Grid
@@ -85,15 +85,15 @@ class RoughlyAligned:
     background : array of uint8, shape (h, w)
         Their median.
     angle_rad : array, shape (f,)
-        Rough plate angles. They hold among neighbours only: where frames are missing in between,
-        two images of the plate would lie over each other for good.
+        Rough plate angles. They hold among neighbours only: across missing frames, two images of
+        the plate would stay superposed.
     first : array of bool, shape (f,)
-        Frames that make the first template, to which the others are turned. Where they are all the
-        frames, their angles hold until the background has been separated from what turns.
+        Frames of the first template, to which the others are turned. If they are all the frames,
+        their angles are kept until the background has been separated from the turning part.
     shows : array of bool, shape (f,)
         Frames that show their angle. Others keep the rough one; they show the background.
     parts : int
-        Turned by one of so many equal parts the plate looks the same.
+        Number of equal parts; turned by one of them the plate looks the same.
     """
 
     images: Sequence[Luma]
@@ -106,7 +106,7 @@ class RoughlyAligned:
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
-    """A template together with the frames it was made from.
+    """A template together with its frames.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Alignment:
     used : array of bool, shape (f,)
         Frames that are no outliers.
     shows : array of bool, shape (f,)
-        Frames that show their angle; of the others it is carried on.
+        Frames that show their angle; in the others it is extended from their neighbours.
     """
 
     template: Template
@@ -128,13 +128,13 @@ class Alignment:
 def standing_share(
     angle_rad: FloatArray, orders: int, parts: int = 1, *, leaves: bool = False
 ) -> NDArray[np.float32]:
-    """Share of a turning wave of each order that looks standing, |mean exp(ikθ)|², (orders,).
+    """Share of a turning wave of each order that looks stationary, |mean exp(ikθ)|², (orders,).
 
-    One for orders of which the frames do not show whether they turn or stand. Of equal parts, the
-    frames have shown how the orders turn that are multiples of their number; no other does. Where
-    the mark ``leaves`` the frame, a part of the ring is seen, in which the orders are not
-    orthogonal: one that turns, and is taken for background, pulls at the angle by all others. Then
-    only those count as standing that cannot be told at all.
+    One for orders that do not show whether they turn or are stationary. With equal parts, the
+    frames show the rotation of orders that are multiples of their number; no other order turns. If
+    the mark ``leaves`` the frame, only a part of the ring is visible, in which the orders are not
+    orthogonal: a turning order that is taken for background biases the angle through all others.
+    Then only orders that cannot be separated at all count as stationary.
     """
     share = np.abs(turns(angle_rad, orders).mean(axis=(0, 1))) ** 2
     step = quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
@@ -145,7 +145,7 @@ def standing_share(
 
 
 def pattern_spectra(strips: Strips) -> Spectra:
-    """Ring spectra without the mean of each ring, which has no angle."""
+    """Ring spectra without the mean of each ring, which carries no angle."""
     spectra = ring_spectra(strips)
     spectra[..., 0] = 0
     return spectra
@@ -163,17 +163,17 @@ def mean_turning(
     grid: Grid,
     standing: NDArray[np.float32],
 ) -> Spectra:
-    """Spectrum of T, shape (r, k): the mean of the frames turned back, where they were seen.
+    """Spectrum of T, shape (r, k): the mean of the frames turned back, where they are visible.
 
     Parameters
     ----------
     spectra : array, shape (f, r, k)
-        Of what the frames show beyond the background.
+        Spectra of the frames less the background.
     angle_rad : array, shape (f,)
     used : array of bool, shape (f,)
     grid : Grid
     standing : array, shape (k,)
-        ``standing_share``: orders that look standing belong to the background alone.
+        ``standing_share``: orders that look stationary belong to the background alone.
     """
     back_by = turns(angle_rad, spectra.shape[-1])
     if grid.seen.all():
@@ -190,7 +190,7 @@ def mean_turning(
 
 
 def turned(turning: Spectra, angle_rad: FloatArray, grid: Grid) -> Strips:
-    """T(φ - θ_i) for every frame, where it can be seen, shape (f, r, n)."""
+    """T(φ - θ_i) for every frame, where it is visible, shape (f, r, n)."""
     forth_by = np.conj(turns(angle_rad, turning.shape[-1]))
     strips = ring_strips(turning[None] * forth_by, grid.azimuths)
     return strips if grid.seen.all() else strips * grid.seen
@@ -207,8 +207,8 @@ def correlated_angle(
 ) -> FloatArray:
     """Angle of each frame against T, with the whole turns of the expected one, rad, (f,).
 
-    The highest peak, or where ``near`` that near the expected angle; of a plate of equal parts, the
-    one within half a part.
+    The highest peak, or with ``near`` the one near the expected angle; for a plate of equal parts,
+    the one within half a part.
     """
     cross = (spectra * (np.conj(turning) * grid.weight()[:, None])).sum(axis=1)
     n = OVERSAMPLED * grid.azimuths

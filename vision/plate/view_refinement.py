@@ -1,14 +1,14 @@
-"""How wrong the view is, from the plate's own motion.
+"""Error of the view, from the plate's own motion.
 
-D_i = S + T(φ - θ_i) is the model of frame i (``vision.plate.template``). Where the view is wrong
-by a small change p (shift, stretch, perspective, read-out: ``PlateView.adjusted``) the frame
-differs from it, in plate coordinates, by
+D_i = S + T(φ - θ_i) is the model of frame i (``vision.plate.template``). If the view is wrong by
+a small change p (shift, stretch, perspective, read-out: ``PlateView.adjusted``) the frame differs
+from it, in plate coordinates, by
 
     e_i = d_i - T = -Σ_j B_j (R(θ_i) p)_j - δθ_i ∂T/∂φ,
 
 because an error fixed to the camera turns backwards as seen from the plate. B_j, the change of T
 per unit of each parameter, does not depend on i, so that one small matrix serves all frames, and
-no outline or calibration pattern is needed to find the axis: the motion shows where it is.
+no outline or calibration pattern is needed to find the axis: the motion determines it.
 """
 
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips,
 
 @dataclass(frozen=True)
 class RefinementThresholds:
-    """Which changes of the view the frames show.
+    """Limit for the changes of the view that the frames determine.
 
     Attributes
     ----------
     ridge : float
         Relative to the mean diagonal of the normal matrix; keeps parameters that the frames do not
-        show at zero. Tuned on tests.bench.vision_scenes.
+        determine at zero. Tuned on tests.bench.vision_scenes.
     """
 
     ridge: float = 0.0001
@@ -40,7 +40,7 @@ THRESHOLDS = RefinementThresholds()
 def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
     """Change of T per unit of each distortion and of the angle, shape (9, r, n).
 
-    Shift, stretch, perspective and a turn that grows along a direction, two of each.
+    Shift, stretch, perspective and a rotation that grows along a direction, two of each.
     """
     k = np.arange(turning.shape[-1])
     image = np.fft.irfft(turning, azimuths, axis=-1)
@@ -73,7 +73,7 @@ def view_change(
     Parameters
     ----------
     misfit : array, shape (f, r, n)
-        Frames less the model.
+        Residual of the frames.
     angle_rad : array, shape (f,)
     turning : array, shape (r, k)
         Spectrum of T.
@@ -84,14 +84,14 @@ def view_change(
     Returns
     -------
     array, shape (7,)
-        As ``PlateView.adjusted`` takes it, on the plate: in plate radii.
+        The argument of ``PlateView.adjusted``, on the plate: in plate radii.
     """
     basis = motion_basis(turning, grid.radius, grid.azimuths)
     weighted = basis * grid.weight()[:, None]
     normal = np.vecdot(weighted[:, None], basis).sum(axis=-1).astype(float)
     spectra = ring_spectra(misfit) * turns(angle_rad, turning.shape[-1])
     back = ring_strips(spectra, grid.azimuths)
-    # Ring by ring: a product so small stays on one thread, beside the decoder's.
+    # Ring by ring: so small a product stays on one thread, beside the decoder's.
     shown = -np.vecdot(back[:, None], weighted).sum(axis=-1).astype(float)  # (f, 9)
 
     # The frame's own angle, the last column, is eliminated.
@@ -105,7 +105,7 @@ def view_change(
         c, s = np.cos(order * angle_rad), np.sin(order * angle_rad)
         turn[:, first, first], turn[:, first, first + 1] = c, s
         turn[:, first + 1, first], turn[:, first + 1, first + 1] = -s, c
-    # Frames are read out downwards: of the last two distortions one direction is possible.
+    # Frames are read out downwards: the last two distortions have one possible direction.
     possible = np.zeros((angle, VIEW_PARAMETERS))
     possible[:6, :6] = np.eye(6)
     possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)

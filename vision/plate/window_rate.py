@@ -1,16 +1,16 @@
-"""The rate at which what varies in a window of frames turns together.
+"""The rate at which the variation in a window of frames turns together.
 
 A pattern turning at rate ω gives its k-th angular Fourier coefficient the phase -kωt. The energy
 that adds up coherently for a trial rate, over all orders and rings,
 
     P(ω) = Σ_r w_r Σ_k |Σ_i F_i(r, k) exp(ikωt_i)|²,
 
-is a share of the whole energy close to one at the true rate. What brightens and fades in place, as
-flicker, reflections and the blocks of a compressed clip do, is a real amplitude times a pattern and
-has the same power at ω and -ω; what turns has it at one of them. So P(ω) - P(-ω) is looked at.
+is a share of the whole energy close to one at the true rate. Light that varies in place (flicker,
+reflections, the blocks of a compressed clip) is a real amplitude times a pattern and has the same
+power at ω and -ω; a turning pattern has it at one of them. So P(ω) - P(-ω) is used.
 
-All trial rates are multiples of one step, and the times are put onto an even grid, with gaps where
-frames are missing. The rings enter by their products of two frames only: the sum over all pairs
+All trial rates are multiples of one step, and the times are placed on an even grid, with gaps for
+missing frames. The rings enter only through their products of two frames: the sum over all pairs
 that are l steps apart is a covariance C_k(l), and one Fourier transform over l gives
 
     P(ω) - P(-ω) = 2 Re Σ_k Σ_l i Im C_k(l) exp(ikωl)
@@ -27,26 +27,26 @@ from vision.geometry import FloatArray
 from vision.numbers import median
 from vision.plate.low_orders import ORDERS, Orders
 
-#: Frame times that a stamp may lie off an even grid. Derived: at the eighth order and 0.5 rad per
-#: frame its phase errs by 0.2 rad, which costs 2 % of the power.
+#: Largest distance of a stamp from an even grid, frame times. Derived: at the eighth order and
+#: 0.5 rad per frame its phase errs by 0.2 rad, which costs 2 % of the power.
 EVEN = 0.05
-FINER = 4  #: slots per frame of the grid for stamps that do
-SLOTS = 16  #: the grid is as long as a multiple of it, for the sake of the transform
+FINER = 4  #: slots per frame of the grid for stamps farther from it
+SLOTS = 16  #: the length of the grid is a multiple of it, for the transform
 
 
 @dataclass(frozen=True)
 class WindowThresholds:
-    """When something turns in a window. Tuned on tests.bench.vision_scenes but where stated.
+    """Limits for rotation in a window. Tuned on tests.bench.vision_scenes unless stated otherwise.
 
     Attributes
     ----------
     calm : float
-        Mean square change, luma steps squared, that is rounding of the transforms. Derived: single
+        Mean square change, luma steps squared, due to rounding of the transforms. Derived: single
         precision of 8 bits.
     least_shown : float
-        Of the energy, that shows a direction however slow the plate.
+        Least share of the energy that shows a direction, however slow the plate.
     favour_slow : float
-        Share of the power taken off the fastest trial rate, for a symmetric plate to have the
+        Share of the power subtracted at the fastest trial rate, so that a symmetric plate gets the
         slowest of its aliases.
     """
 
@@ -59,7 +59,7 @@ THRESHOLDS = WindowThresholds()
 
 
 class WindowRate:
-    """Finds the best rate of a window of frames, about one axis after the other.
+    """Search for the best rate of a window of frames, about several axes in turn.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class WindowRate:
         order = np.arange(1, ORDERS + 1)
         self._time_s = time_s - time_s.mean()
         self._trial_rad_s = np.asarray(trial * between, float)
-        # A plate that looks the same twice per turn ties with its aliases; take the slowest always.
+        # The aliases of a plate that looks the same twice per turn tie; always take the slowest.
         self._favour = 1 - THRESHOLDS.favour_slow * np.abs(self._trial_rad_s) / limit_rad_s
         each = self._length * (order - 1)[:, None]
         self._at_trial = np.outer(order, trial) % self._length + each
@@ -86,14 +86,14 @@ class WindowRate:
     def best(
         self, spectra: Orders, weight: NDArray[np.float32]
     ) -> tuple[float, float, float]:
-        """The best rate, rad/s; the share of the varying energy that turns with it; that energy.
+        """The best rate, rad/s; the share of the varying energy that turns at it; that energy.
 
         Parameters
         ----------
         spectra : array of complex64, shape (orders, r, f)
             In luma steps.
         weight : array, shape (r,)
-            Of the rings, no unit.
+            Weights of the rings, no unit.
         """
         varying = spectra - spectra.mean(axis=-1, keepdims=True)
         varying *= np.sqrt(weight)[:, None]
@@ -115,14 +115,14 @@ class WindowRate:
     def _one_way_power(self, varying: Orders) -> FloatArray:
         """P(ω) - P(-ω) at the trial rates."""
         half = varying.imag.swapaxes(1, 2) @ varying.real  # (orders, f, f)
-        imaginary = half - half.swapaxes(1, 2)  # of the products of every two frames
+        imaginary = half - half.swapaxes(1, 2)  # part of the products of every two frames
         covariance = np.bincount(self._apart, imaginary.ravel(), ORDERS * self._length)
         transform = np.fft.fft(covariance.reshape(ORDERS, -1), axis=-1).imag
         return np.asarray(2 * transform.ravel()[self._at_trial].sum(axis=0))
 
 
 def _slots(time_s: FloatArray) -> tuple[NDArray[np.intp], float]:
-    """Places of times on an even grid that begins with the first, and its step, s."""
+    """Slots of times on an even grid that begins with the first, and its step, s."""
     frame_s = max(float(median(np.diff(time_s))), 1e-4)
     for step_s in (frame_s, frame_s / FINER):
         place = (time_s - time_s[0]) / step_s
@@ -133,10 +133,10 @@ def _slots(time_s: FloatArray) -> tuple[NDArray[np.intp], float]:
 
 
 def _if_it_only_turns(rate: float, time_s: FloatArray) -> FloatArray:
-    """(P(ω) - P(-ω)) / (f Σ|F|²) of something that does nothing but turn, for each order.
+    """(P(ω) - P(-ω)) / (f Σ|F|²) of a pure rotation, for each order.
 
-    One, but for a plate so slow that a window sees only a part of a turn: a part of its wave is
-    taken off with the mean, and a part turns backwards as well.
+    One, except for a plate so slow that a window shows only a part of a turn: part of its wave is
+    removed with the mean, and part turns backwards as well.
     """
     turn = np.exp(1j * rate * np.outer(np.arange(1, ORDERS + 1), time_s))
     mean, of_twice = turn.mean(axis=1), (turn**2).mean(axis=1)
