@@ -182,9 +182,9 @@ class Sets:
     def _over_sizes_of(self, k: int, taus: FloatArray) -> FloatArray:
         """Log density (taus, B) for every size of block ``k``, the others' as of ``taus``."""
         n, sets = len(TAUS), len(taus)
-        if k < len(self.widths) - 1 or self.widths[k] < max(n, self.gram.shape[1]):
+        if k < len(self.widths) - 1 or self.widths[k] < max(n, 2 * self.gram.shape[1]):
             return self._of_sizes(k, taus, np.asarray(TAUS[:, None]))
-        # The last block is large and diagonal, and the matrix of all others smaller than its own.
+        # The last block is large and diagonal, the matrix of all others at most half as large.
         many = np.tile(taus, (n, 1))
         many[:, k] = np.repeat(TAUS, sets)
         every = self.take(np.tile(np.arange(sets), n))
@@ -239,7 +239,9 @@ class Sets:
 def width_for(seen: int) -> int:
     """The width to which a block of so many columns is filled up: few widths are few groups.
 
-    >>> [width_for(seen) for seen in (1, 3, 5, 7, 33)]
-    [3, 3, 6, 12, 48]
+    What a wide block costs grows with the cube of its width.
+
+    >>> [width_for(seen) for seen in (1, 3, 5, 7, 33, 98)]
+    [3, 3, 6, 12, 36, 108]
     """
-    return 3 << max(-(-seen // 3) - 1, 0).bit_length()
+    return min(3 << max(-(-seen // 3) - 1, 0).bit_length(), 12 * -(-seen // 12))
