@@ -1,4 +1,4 @@
-"""A phase track to a rate with its uncertainty. NumPy only; no OpenCV.
+"""From a phase track to a rate with its uncertainty. NumPy only; no OpenCV.
 
     timebase, unwrap ─ slow_camera ─ aliases ─ dropped_frames ─┐
     cross_checks ───────────────────────────────────────────── checks ─┐

@@ -1,10 +1,10 @@
-"""Wow and flutter of a platter as AES6-2008 counts them: two-sigma figures, weighted and not.
+"""Wow and flutter of a platter by AES6-2008: two-sigma figures, weighted and unweighted.
 
 The standard (the same as IEC 60386, DIN 45507, CCIR 409) demodulates a tone of a test record,
-weights the relative deviation δ(t) of its frequency by how well listeners hear it, and states the
-value that |δ| stays below for 95 % of the time. Here δ is that of the platter itself, δ = Ω(t)/Ω̄ -
-1, without the groove: the figures are called "platter", and a record with an eccentric hole adds to
-them. A sine of amplitude A has the figure sin(0.95·90°) A = 0.997 A.
+weights the relative deviation δ(t) of its frequency by audibility, and states the value that |δ|
+stays below for 95 % of the time. Here δ is that of the platter itself, δ = Ω(t)/Ω̄ - 1, without the
+groove: the figures are called "platter", and a record with an eccentric hole adds to them. A sine
+of amplitude A has the figure sin(0.95·90°) A = 0.997 A.
 """
 
 from collections.abc import Callable
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 Gain = Callable[[FloatArray], FloatArray]
 
 CURVE_HZ = (0.1, 0.2, 0.315, 0.4, 0.63, 0.8, 1.0, 1.6, 2.0, 4.0, 6.3, 10.0, 20.0, 40.0, 63.0, 100.0,
-            200.0)  #: fact: of the standard's curve, with the gains below
+            200.0)  #: fact: frequencies of the standard's curve, with the gains below
 CURVE_DB = (-48.0, -30.6, -19.7, -15.0, -8.4, -6.0, -4.2, -1.8, -0.9, 0.0, -0.9, -2.1, -5.9, -10.4,
             -14.2, -17.3, -23.0)  #: fact
-LOWEST_HZ, HIGHEST_HZ = 0.2, 200.0  #: definition: the band that is counted
-TWO_SIGMA = 0.95  #: definition: share of the time that the figure holds
-GAUSSIAN = 1.96  #: definition: that share of a Gaussian, in sds
+LOWEST_HZ, HIGHEST_HZ = 0.2, 200.0  #: definition: the evaluated band
+TWO_SIGMA = 0.95  #: definition: share of the time for which the figure holds
+GAUSSIAN = 1.96  #: definition: limit of that share of a Gaussian, in sds
 
-#: Terms of the rate's model that are motion; others are of the camera.
+#: Terms of the rate's model that are motion of the platter; others belong to the camera.
 OF_THE_PLATTER = ("once_per_rev", "twice_per_rev", "rate_drift")
 
 WITHIN_FRAME_RATE = 0.45
-"""Share of the sample rate up to which waves are counted. Numerical: 2.2 samples per wave."""
+"""Share of the sample rate up to which waves are included. Numerical: 2.2 samples per wave."""
 
-FINER = 4  #: steps between two samples, or a fast wave is seen at a few of its phases: numerical
+FINER = 4  #: steps between two samples, to sample a fast wave at enough phases: numerical
 SHORTEST_S = 5.0  #: definition: the standard's least length
 
 
@@ -53,9 +53,9 @@ class SpeedCourse:
     deviation : array, shape (n,)
         Relative deviation δ from the mean rate.
     rate_rad_s : float
-        That mean, positive.
+        The mean rate, positive.
     noise_rad : float
-        White noise of a single angle that δ was taken from; 0 where it was measured as a rate.
+        White noise of a single angle behind δ; 0 if δ was measured as a rate.
     across : array, shape (n, k)
         Readings across the axis of the platter, over its rate, of a sensor that turns with it.
     """
@@ -69,32 +69,32 @@ class SpeedCourse:
 
     @property
     def time_s(self) -> FloatArray:
-        """Since the first sample, (n,)."""
+        """Time since the first sample, (n,)."""
         return np.asarray(np.arange(len(self.deviation)) * self.step_s, float)
 
     @property
     def seconds(self) -> float:
-        """Length."""
+        """Duration."""
         return len(self.deviation) * self.step_s
 
     @property
     def top_hz(self) -> float:
-        """Up to which waves are counted."""
+        """Highest frequency of the included waves."""
         return min(HIGHEST_HZ, WITHIN_FRAME_RATE / self.step_s)
 
 
 @dataclass(frozen=True, eq=False)
 class PlatterFlutter:
-    """The figures; relative, of a deviation to both sides.
+    """The figures; relative, of a two-sided deviation.
 
     Attributes
     ----------
     weighted, unweighted : float
         Two-sigma figures.
     weighted_noise, unweighted_noise : float
-        What the noise of the angles, or of the gyroscope, would give alone.
+        Figures of the noise of the angles, or of the gyroscope, alone.
     lowest_hz, highest_hz : float
-        The band that could be counted.
+        The evaluated band.
     drift_per_s : float
         Relative change of the rate per second.
     hz, amplitude : array, shape (m,)
@@ -115,7 +115,7 @@ class PlatterFlutter:
 def weighting(hz: FloatArray) -> FloatArray:
     """Gain of the standard's curve at frequencies (m,), shape (m,), without a unit.
 
-    Straight in dB over the logarithm of the frequency.
+    Linear in dB over the logarithm of the frequency.
 
     >>> weighting(np.array([4.0, 10.0])).round(3).tolist()
     [1.0, 0.785]
@@ -132,7 +132,7 @@ def weighting(hz: FloatArray) -> FloatArray:
 def course_of_clip(rate: "RateMeasurement") -> SpeedCourse:
     """The speed from the angles of a clip, at the frame rate.
 
-    Frames that were set aside are bridged. What the stated model holds of the platter is in it.
+    Frames that were set aside are interpolated. Stated terms of the platter are included.
     """
     fit, angle = rate.fit, rate.history.angle
     step = float(median(np.diff(fit.time_s)))
@@ -152,7 +152,7 @@ def course_of_rates(
 ) -> SpeedCourse:
     """The speed from rates (n,) about the axis of the platter, of a sensor that turns with it.
 
-    The platter does not turn about the axes across, (n, k): what they read is noise.
+    The platter does not turn about the axes across, (n, k): their readings are noise.
     """
     step = float(median(np.diff(time_s)))
     even = np.arange(time_s[0], time_s[-1], step)
@@ -217,8 +217,8 @@ def platter_flutter(course: SpeedCourse, source: str) -> PlatterFlutter:
 def _without_drift(course: SpeedCourse) -> tuple[float, FloatArray]:
     """The drift per second, and the deviation (n,) without it and without its mean.
 
-    Fitted to the angle beyond the mean rate, in which noise weighs least, beside the waves once and
-    twice per turn, whose last one is cut.
+    Fitted to the angle beyond the mean rate, where noise has least effect, together with the waves
+    once and twice per turn, whose last period is incomplete.
     """
     time_s = course.time_s - course.seconds / 2
     beyond = np.cumsum(course.deviation) * course.step_s
@@ -229,10 +229,10 @@ def _without_drift(course: SpeedCourse) -> tuple[float, FloatArray]:
 
 
 def _noise_figure(course: SpeedCourse, gain: Gain) -> float:
-    """Two-sigma figure of white noise of the angles, or of what is read across the axis.
+    """Two-sigma figure of white noise of the angles, or of the readings across the axis.
 
-    What stands still in the room, the Earth's rate or a leaning table, is seen across the axis as a
-    wave once per turn, and is no noise.
+    Stationary quantities, the Earth's rate or a tilted table, appear across the axis as a wave once
+    per turn, which is not noise.
     """
     if course.across.size:
         columns = np.column_stack([np.ones(len(course.across)), waves_per_turn(course.angle_rad)])
@@ -247,7 +247,7 @@ def _noise_figure(course: SpeedCourse, gain: Gain) -> float:
 def _derivative(values: FloatArray, step_s: float) -> FloatArray:
     """Derivative of values (n,) at even steps, up to ``WITHIN_FRAME_RATE``, per second."""
     n = len(values)
-    # Turned round about its ends, the course goes on without a jump or a bend.
+    # Reflected through its ends, the course continues without a jump or a kink.
     before, after = 2 * values[0] - values[:0:-1], 2 * values[-1] - values[-2::-1]
     line = np.concatenate([before, values, after])
     ends = np.linspace(line[0], line[-1], len(line))
@@ -258,7 +258,7 @@ def _derivative(values: FloatArray, step_s: float) -> FloatArray:
 
 
 def _filtered(values: FloatArray, step_s: float, gain: Gain) -> FloatArray:
-    """Values (n,) with a gain that depends on the frequency, mirrored at both ends, (FINER n,)."""
+    """Values (n,) filtered by a gain over frequency, mirrored at both ends, (FINER n,)."""
     n = len(values)
     line = np.concatenate([values[:0:-1], values, values[-2::-1]])
     hz = np.asarray(np.fft.rfftfreq(len(line), step_s), float)

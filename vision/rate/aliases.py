@@ -1,8 +1,8 @@
 """Rates that give the same frames.
 
-Between two frames the plate may have made any number of whole turns more (or, on a plate that looks
-the same S times per turn, of S-th parts of a turn) in either direction. With frames evenly spaced
-by Δt all rates Ω + 2πm/(SΔt) look alike; uneven spacing separates them.
+Between two frames the plate may have made any number of additional turns (or, if it looks the same
+S times per turn, of S-th parts of a turn) in either direction. With frames evenly spaced by Δt all
+rates Ω + 2πm/(SΔt) look the same; uneven spacing separates them.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from vision.phase_track import PhaseTrack
 from vision.rate.cross_checks import PictureReturns
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
-REACH = 3  # aliases that are listed to either side, at least
+REACH = 3  # least number of listed aliases on either side
 RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
     29.97 / 240: "filmed at 240 frames per second and stamped as 29.97",
     30 / 240: "filmed at 240 frames per second and stamped as 30",
@@ -33,21 +33,21 @@ RETIMED = {  # playback rate over capture rate of clips that were retimed, and h
 
 @dataclass(frozen=True)
 class AliasThresholds:
-    """Which rates look alike, and which of them is near the nominal one.
+    """Limits for aliases, and for their distance from the nominal rate.
 
     Attributes
     ----------
     worse : float
-        Of the smallest scatter of the steps; an alias that leaves so much more is excluded.
+        Relative excess over the smallest scatter of the steps that excludes an alias.
     near_nominal : float
-        Relative; a nominal rate further away does not choose. Fact: pitch controls usually reach
-        8 %.
+        Relative difference beyond which a nominal rate does not choose. Fact: pitch controls
+        usually reach 8 %.
     far_from_nominal : float
-        Relative difference that is worth a warning. Fact: a drive without a pitch control
+        Relative difference that justifies a warning. Fact: a drive without a pitch control
         keeps it.
     retimed_within : float
-        Relative; a ratio of frame rates this near is named. Derived: half of what lies between the
-        nearest ratios of the list, 24/30 and 25/30 (4 % apart), less one for the drive.
+        Relative difference within which a ratio of frame rates is named. Derived: half the distance
+        of the nearest ratios of the list, 24/30 and 25/30 (4 % apart), less one for the drive.
     """
 
     worse: float = 0.5
@@ -68,7 +68,7 @@ class Aliases:
     rates_rad_s : tuple of float
         Signed, positive counter-clockwise as filmed; the chosen one first.
     reason : str
-        Which was chosen and why.
+        The reason for the choice.
     warnings : tuple of str
     """
 
@@ -83,7 +83,7 @@ class Aliases:
 
     @property
     def advice(self) -> str:
-        """What to do where the chosen rate is too small to be measured."""
+        """Advice if the chosen rate is too small to be measured."""
         usual = [rate for rate in self.rates_rad_s[1:] if abs(rate) < FASTEST_USUAL]
         if not usual:
             return "Check that it turns, then film for a minute."
@@ -94,7 +94,7 @@ class Aliases:
         )
 
     def about(self, rate_rad_s: float) -> "Aliases":
-        """The same about the measured rate, signed, at the same distances from it."""
+        """The same aliases around the measured rate, signed, at the same distances from it."""
         shift = rate_rad_s - self.chosen_rad_s
         return replace(self, rates_rad_s=tuple(rate + shift for rate in self.rates_rad_s))
 
@@ -109,25 +109,25 @@ def list_aliases(
     ----------
     track : PhaseTrack
     time_s : array, shape (f,)
-        Of every frame of the track, s.
+        Times of every frame of the track, s.
     rough_rad_s : float
-        The smallest, signed.
+        The smallest rate, signed.
     nominal_rpm : float, optional
-        What the plate should do, turns per minute; the nearest rate is chosen.
+        Expected rate, turns per minute; the nearest rate is chosen.
     returns : PictureReturns
-        Without a nominal rate the one is chosen after whose turns a plate of equal parts returns:
-        print on its label, a scratch.
+        Without a nominal rate, a plate of equal parts gets the rate after whose turns its picture
+        returns: print on its label, a scratch.
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
     frame_s = frame_time(time_s[good])
     if stamped_in_bursts(time_s[good]):
-        step_s = np.full_like(step_s, frame_s)  # stamps that are no times exclude no rate
+        step_s = np.full_like(step_s, frame_s)  # invalid stamps exclude no rate
     spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
     wanted = (nominal_rpm or 0.0) * RPM
     if not wanted and track.plate.symmetry > 1 and returns.strongest is not None:
         wanted = returns.strongest.rate_rad_s
-    # Of many equal parts the nominal rate may be farther away.
+    # With many equal parts the nominal rate may be farther away.
     reach = max(REACH, int(np.ceil(wanted / spacing)))
     rates = rough_rad_s + spacing * np.arange(-reach, reach + 1)
     period = 2 * np.pi / track.plate.symmetry
@@ -140,7 +140,7 @@ def list_aliases(
     alike = alike[np.argsort(np.abs(alike))]
     nearest = float(alike[np.argmin(np.abs(np.abs(alike) - wanted))])
     if nominal_rpm is None:
-        # A plate nearly in step with the frames would turn as fast the other way.
+        # A plate nearly in step with the frames could turn equally fast the other way.
         by_return = int((np.abs(np.abs(alike) - wanted) < SAME_RETURN * wanted).sum()) == 1
         chosen = nearest if by_return else float(alike[0])
         reason = (
@@ -165,7 +165,7 @@ def list_aliases(
 
 
 def _undecided(track: PhaseTrack, rates_rad_s: tuple[float, ...]) -> tuple[str, ...]:
-    """A paragraph where another of the rates, smallest first, may as well be that of the plate."""
+    """A paragraph if another of the rates, smallest first, is equally possible."""
     chosen, *others = (f"{abs(rate) / RPM:.4g}" for rate in rates_rad_s)
     folds = track.plate.symmetry
     if not others or (folds == 1 and abs(rates_rad_s[1]) > FASTEST_USUAL):

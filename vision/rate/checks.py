@@ -1,4 +1,4 @@
-"""Whether one number can stand for the rate of a clip: one table of checks of what was measured.
+"""Whether one number can represent the rate of a clip: one table of checks of the measurement.
 
 Each check is a size over the size from which it matters, and a sentence. The first check of
 ``REFUSALS`` that reaches one refuses the clip; each one of ``WARNINGS`` that does adds a paragraph.
@@ -19,7 +19,7 @@ from vision.rate.cross_checks import CrossChecks
 from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.steady_part import noise_of_turns, steady_advice
 
-FEWEST_STRETCHES = 3  # that a clip is averaged in
+FEWEST_STRETCHES = 3  # least number of averages in a clip
 
 
 @dataclass(frozen=True)
@@ -29,25 +29,26 @@ class CheckThresholds:
     Attributes
     ----------
     turns : float
-        That the plate must make. Fact: less shows no point of the plate twice.
+        Least number of turns. Fact: fewer show no point of the plate twice.
     unsteady : float
         Relative change of the rate within a clip that is refused. Fact: the scale of a sensor
         calibrated against a mean rate errs by up to as much.
     uneven : float
-        Relative change that is worth a warning. Fact: ten times a poor clock (100 ppm).
+        Relative change that justifies a warning. Fact: ten times a poor clock (100 ppm).
     stopped : float
         Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
-        Of the way: a plate that goes back by as much goes to and fro. It chooses the words, not the
-        refusal.
+        Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
+        not the refusal.
     hidden_drop : float
-        Of the angle from frame to frame: a scatter that hides a dropped frame.
+        Scatter that hides a dropped frame, over the angle from frame to frame.
     wandering : float
-        Times the noise of single frames: a scatter that is no noise.
+        Scatter that is not noise, over the noise of single frames.
     mostly : float
-        Of what varies in a plate, that turning explains; it chooses the words, not the refusal.
-        Fact: 26 of 27 plates of an independent renderer have 0.55 and more, a dark one 0.32.
+        Share of the variation in a plate that rotation explains; it chooses the words, not the
+        refusal. Fact: 26 of 27 plates of an independent renderer have 0.55 or more, a dark one
+        0.32.
     scattered_rad : float
-        Scatter about an even rotation worth a warning, rad. Ten times that of a poor clip
+        Scatter about an even rotation that justifies a warning, rad. Ten times that of a poor clip
         (``tests.bench.vision_films``).
     """
 
@@ -66,7 +67,7 @@ THRESHOLDS = CheckThresholds()
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """What of a clip the checks look at.
+    """Quantities of a clip that the checks use.
 
     Attributes
     ----------
@@ -77,9 +78,9 @@ class Seen:
     scatter_rad : float
         Noise of the rate's fit, rad; NaN before the fit.
     rate_rad_s : float
-        Of the fit, signed; NaN before it.
+        Rate of the fit, signed; NaN before it.
     others : CrossChecks or None
-        The rate by other ways; None before the fit.
+        The rate by other methods; None before the fit.
     """
 
     track: PhaseTrack
@@ -94,13 +95,13 @@ class Seen:
     def even_history(self) -> tuple[FloatArray, float]:
         """Rates from turn to turn, (m,) in rad/s, and the relative range of noise alone.
 
-        Positive in the direction of most of them; averaged over as many turns as it takes to see an
-        unsteady plate through the noise of single frames.
+        Positive in the direction of most of them; averaged over enough turns to detect an unsteady
+        plate above the noise of single frames.
         """
         rate = self.history.rate_rad_s
         if len(rate) >= 5:  # without strays
             rate = median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
-        # The mean over n windows of a turn, half a turn apart, keeps the noise of two frames at
+        # The mean over n windows of a turn, half a turn apart, retains the noise of two frames at
         # either end, over n half turns.
         spread = noise_of_turns(self.history)
         wanted = int(np.ceil(spread / THRESHOLDS.unsteady))
@@ -116,7 +117,7 @@ class Seen:
 
     @cached_property
     def unsteady(self) -> float:
-        """The change over the largest that a constant rate, or the noise of frames, may have."""
+        """The change over the largest one of a constant rate, or of the noise of frames."""
         return self.change / max(THRESHOLDS.unsteady, self.even_history[1])
 
     @cached_property
@@ -126,11 +127,11 @@ class Seen:
 
     @property
     def is_plate(self) -> bool:
-        """Whether turning explains most of what varies in it, or nothing is known of that."""
+        """Whether rotation explains most of its variation, or this share is unknown."""
         return not self.track.plate.explained < THRESHOLDS.mostly
 
     def advice(self, usual: str) -> str:
-        """What to do: the usual, or about something that hardly turns as a plate does."""
+        """Advice: the usual one, or one for something that hardly turns like a plate."""
         return usual if self.is_plate else (
             f"It may be no plate: turning explains {self.track.plate.explained:.0%} of what "
             f"changes in it, of a plate in good light 50 to 100 %. Keep what else moves out of the "
@@ -139,12 +140,12 @@ class Seen:
         )
 
 
-#: How far something goes, 1 and more where it matters, and what is said then.
+#: Size, 1 and more if it matters, and the sentence for that case.
 Check = tuple[Callable[[Seen], float], Callable[[Seen], str]]
 
 
 def refuse(seen: Seen) -> None:
-    """Raise for the first refusal that a clip gives cause for.
+    """Raise the first refusal that applies to a clip.
 
     Raises
     ------
@@ -157,7 +158,7 @@ def refuse(seen: Seen) -> None:
 
 
 def warnings(seen: Seen) -> tuple[str, ...]:
-    """A paragraph for everything that is worth a warning."""
+    """A paragraph for each warning that applies."""
     return tuple(f"{seen.track.source}: {sentence(seen)}" for size, sentence in WARNINGS
                  if size(seen) >= 1)
 

@@ -1,9 +1,9 @@
-"""Two more ways to the rate, none as exact, that would show if the first went wrong.
+"""Two other methods for the rate, less exact, that reveal an error of the first.
 
 The count of frames between alignments, and the return of the picture (``vision.image_return``),
-which knows of no plate and no mark. What returns after something else than turns of the plate, or
-parts of them, turns at a rate of its own. Both use the time stamps as they are, without the time of
-dropped frames, and are compared with the rate on these, not averaged with it.
+which uses no plate and no mark. A return after a time that is not a multiple or a part of a turn of
+the plate belongs to another rotation. Both use the time stamps unchanged, without the time of
+dropped frames, and are compared with the rate on these stamps, not averaged with it.
 """
 
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ from vision.image_return import MOST_FRAMES, SAME_RETURN, ImageReturn, image_ret
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.unwrap import frame_time
 
-END_SD = 1 / np.sqrt(6.0)  # frames: the difference of two ends rounded to whole frames
+END_SD = 1 / np.sqrt(6.0)  # frames: sd of the difference of two ends rounded to whole frames
 EVEN = 0.05  # of the frame time: stamps nearer to a grid are evenly spaced
-GAP = 1.5  # frame times; derived: between one and two, in more nobody sees an alignment
+GAP = 1.5  # frame times; derived: between one and two, a longer gap hides an alignment
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class FrameCount:
 
 @dataclass(frozen=True, eq=False)
 class CrossChecks:
-    """The rate by other ways, on the time stamps as they are.
+    """The rate by other methods, on the time stamps unchanged.
 
     Attributes
     ----------
@@ -46,10 +46,10 @@ class CrossChecks:
     frame_count : FrameCount or None
         None with fewer than two alignments of the marks.
     lag : ImageReturn or None
-        After a turn of the plate; None where the frames have no clear return or the stamps are not
-        evenly spaced.
+        Return after a turn of the plate; None if the frames have no clear return or the stamps are
+        not evenly spaced.
     second : ImageReturn or None
-        Of something else that turns.
+        Return of another rotation.
     """
 
     by_stamps_rad_s: float
@@ -60,7 +60,7 @@ class CrossChecks:
 
 @dataclass(frozen=True, eq=False)
 class PictureReturns:
-    """What the frames of a track return after.
+    """Returns of the picture in the frames of a track.
 
     Attributes
     ----------
@@ -74,34 +74,34 @@ class PictureReturns:
 
     @cached_property
     def frame_s(self) -> float:
-        """Time from frame to frame; NaN where they are not evenly spaced."""
+        """Time from frame to frame; NaN if they are not evenly spaced."""
         frame_s = frame_time(self.time_s)
         is_even = np.abs(np.diff(self.time_s) - frame_s).max() <= EVEN * frame_s
         return frame_s if is_even else np.nan
 
     @cached_property
     def strongest(self) -> ImageReturn | None:
-        """The return of what varies most; None where nothing returns."""
+        """The return of the strongest variation; None if nothing returns."""
         if np.isnan(self.frame_s):
             return None
         return image_return(np.ascontiguousarray(self.track.thumbnail[:MOST_FRAMES, :, None]),
                             self.frame_s, (1,))
 
     def of_a_turn(self, turn_s: float) -> tuple[ImageReturn | None, ImageReturn | None]:
-        """The return after a turn of the plate, as long as ``turn_s``, or after something else."""
+        """The return after a turn of the plate, which takes ``turn_s``, or after another time."""
         first = self.strongest
         if first is None:
             return None, None
-        # A plate of equal parts is itself again after each of them.
+        # A plate of equal parts looks the same after each of them.
         share = max(1, round(turn_s / first.period_s)) / max(1, round(first.period_s / turn_s))
         turn = replace(first, period_s=share * first.period_s, sd_s=share * first.sd_s)
         if abs(turn.period_s / turn_s - 1) <= SAME_RETURN:
             return turn, None
-        return None, first if self.track.plate.symmetry == 1 else None  # parts return by some
+        return None, first if self.track.plate.symmetry == 1 else None  # returns of some parts
 
 
 def cross_check(angle: PlateAngle, rate_rad_s: float, returns: PictureReturns) -> CrossChecks:
-    """Measure the rate by other ways and compare.
+    """Measure the rate by other methods, for comparison.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def count_frames(angle: PlateAngle) -> FrameCount | None:
     progress = np.maximum.accumulate(turns if turns[-1] >= turns[0] else -turns)
     whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
     after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
-    # Nobody sees an alignment that falls where frames are missing.
+    # An alignment among missing frames is not visible.
     frame_s = frame_time(angle.time_s)
     seen = np.diff(angle.time_s)[after - 1] < GAP * frame_s
     whole, after = whole[seen], after[seen]

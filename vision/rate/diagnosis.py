@@ -1,6 +1,6 @@
-"""Which term the stated model of the phase track misses.
+"""Diagnosis of the phase track: the term that the stated model lacks.
 
-Every hypothesis is a covariance of what the stated model leaves: with X the term's columns, the
+Every hypothesis is a covariance of the residual of the stated model: with X the term's columns, the
 model's columns projected out and scaled to unit rms, and residuals r in units of the noise of an
 independent residual,
 
@@ -8,9 +8,9 @@ independent residual,
 
 closed form from the decomposition of XᵀX (Bayes factors with a mean over the size of the effect:
 Kass and Raftery, JASA 90, 1995). The noise is that of the fullest model, all hypotheses at once,
-raised by its correlation time. The names are those of ``calib.diagnosis``, which weighs the effects
-of a sensor in the same way: prior probabilities of nothing, of a listed term and of an unknown
-shape; aliases, which look the same; blind, what these data cannot see.
+scaled up by its correlation time. The names are those of ``calib.diagnosis``, which weighs the
+effects of a sensor in the same way: prior probabilities of nothing, of a listed term and of an
+unknown shape; aliases, which look the same; blind, a term that these data cannot show.
 """
 
 from collections.abc import Sequence
@@ -25,30 +25,30 @@ from vision.rate.terms import MEANING, TERMS, Regressors, columns, design
 
 TAUS = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effect's size
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15  #: probabilities before the data; chosen
-TINY = 1e-10  # relative; directions that waves too close to each other do not span
+TINY = 1e-10  # relative; below it, directions that too similar waves do not span
 ANGLE_ORDERS = range(3, 9)  #: per turn, beyond the two that have names
 TIME_WAVES = range(1, 9)  #: half cosines over the clip
 
 
 @dataclass(frozen=True)
 class PhaseDiagnosisThresholds:
-    """When a term is named.
+    """Limits for naming a term.
 
     Attributes
     ----------
     blind_share : float
-        Of a signature that the stated model does not absorb; less is not seen. As in
+        Least share of a visible signature that the stated model does not absorb. As in
         ``calib.diagnosis``.
     alias_correlation : float
         Canonical correlation above which two terms are one group. As in ``calib.diagnosis``.
     clear_odds : float
         Probability of the leader and its aliases from which they are named alone.
     clearly_less : float
-        Times the leader's residual that an alias must leave to be ruled out.
+        Residual of an alias over the leader's from which the alias is ruled out.
     smallest_share : float
-        Of the residual's variance, that a term must explain to be worth its name.
+        Least share of the residual's variance that a named term explains.
     shape_share : float
-        Of the residual's variance, that an unlisted shape must explain.
+        Least share of the residual's variance that an unlisted shape explains.
     """
 
     blind_share: float = 0.02
@@ -83,11 +83,11 @@ class TermCandidate:
     log_evidence : float
         Log Bayes factor against nothing.
     chi2_drop : float
-        What adding it takes off the residual's chi-square.
+        Decrease of the residual's chi-square when it is added.
     size, sd : array, shape (k,)
-        Of its parameters, in the term's unit; of a shape the rms in rad, without sd.
+        Sizes of its parameters, in the term's unit; for a shape the rms in rad, without sd.
     rms_after_rad : float
-        Of the residual with it added.
+        Rms of the residual with it added.
     blind : bool
         The stated model absorbs it.
     aliases : tuple of str
@@ -121,7 +121,7 @@ class PhaseDiagnosis:
     record_next : str or None
     ranking : tuple of TermCandidate
     together : str
-        Why all clips of the session decide what this one cannot, the same for all of them.
+        Reason why all clips of the session decide jointly, the same for all of them.
     """
 
     verdict: str
@@ -136,18 +136,18 @@ class PhaseDiagnosis:
 def diagnose(
     model: Sequence[str], base: Regressors, angle_rad: FloatArray, dropped: int
 ) -> PhaseDiagnosis:
-    """Judge what the stated model leaves.
+    """Diagnose the residual of the stated model.
 
     Parameters
     ----------
     model : sequence of str
         Terms already in the model, besides the constant rate.
     base : Regressors
-        On the rows of the residual.
+        Regressors on the rows of the residual.
     angle_rad : array, shape (u,)
         The measured angle.
     dropped : int
-        Frames dropped silently; without any there is no ``frame_steps`` to add.
+        Number of frames dropped silently; without any, ``frame_steps`` cannot be added.
     """
     shapes = _unlisted(base)
     unit = _unit(base, angle_rad, shapes)
@@ -162,9 +162,9 @@ def diagnose(
 
 
 def _unit(base: Regressors, angle_rad: FloatArray, shapes: dict[str, FloatArray]) -> float:
-    """Noise of an independent residual of the fullest model: no hypothesis is in it."""
+    """Noise of an independent residual of the fullest model, which has every hypothesis."""
     listed = design(("once_per_rev", "twice_per_rev", "rate_drift"), base, base.time_s)
-    # A fast plate has few frames per turn, and some of the waves look alike on them.
+    # A fast plate has few frames per turn, on which some of the waves look the same.
     basis = independent(np.concatenate([listed, *shapes.values()], axis=1))
     fit = least_squares(basis, angle_rad - base.line_rad)
     return float(fit.noise * np.sqrt(fit.correlation_time))
@@ -203,7 +203,7 @@ def _canonical(one: FloatArray, other: FloatArray) -> float:
 
 
 def _evidence(x: FloatArray, r: FloatArray) -> tuple[float, float]:
-    """Log evidence against nothing, and the fall of chi-square."""
+    """Log evidence against nothing, and the decrease of chi-square."""
     squared, axes = np.linalg.eigh(x.T @ x)
     clear = squared > TINY * squared[-1]
     squared = squared[clear]
@@ -289,10 +289,10 @@ def _decide(
 
 
 def _much_better(leader: TermCandidate, ranking: list[TermCandidate]) -> bool:
-    """The leader explains what none of its aliases can.
+    """Whether the leader explains more than any of its aliases can.
 
-    By the size of what is left, not by evidence: long clips would separate two nearly equal waves
-    by view errors far smaller than either.
+    The test is the size of the residual, not evidence: long clips would separate two nearly equal
+    waves by view errors far smaller than either.
     """
     others = [c for c in ranking if c.name in leader.aliases]
     limit = THRESHOLDS.clearly_less * leader.rms_after_rad

@@ -1,25 +1,25 @@
 """Frames that a recorder dropped without a gap in its time stamps: a switching model of the angle.
 
-What the plate turns beyond its usual rate, r, has a level that wanders slowly, grows by whole frame
-times where frames were dropped, and is left by single frames that are mismeasured, repeated, or
-blended by an encoder,
+The rotation beyond the usual rate, r, has a level that wanders slowly and grows by whole frame
+times at dropped frames; single frames that are mismeasured, repeated, or blended by an encoder
+deviate from it,
 
     L_i = L_(i-1) + {0 | ±Δ/8 slow wander | nΔ where n frames were dropped},      Δ = Ω T,
     r_i = L_i + {noise | anything, of a stray frame}.
 
 The probabilities of all levels in every frame follow from those before and after it (forward and
-backward sums: Rabiner, Proc. IEEE 77, 1989), and with them which frames are likely stray ones. That
-the level grew is not yet that frames were dropped: a plate that shows little at one angle jumps
-there as well, once per turn, and creeps back. Two things tell them apart. What the angle errs by at
-each place of the plate comes again with every turn, so that the time of a turn, t_i - t(θ_i - 2π),
-is free of it; where K frames were dropped within it the stamps make it K T too short. So A in
+backward sums: Rabiner, Proc. IEEE 77, 1989), and with them the probable stray frames. A growing
+level does not prove dropped frames: the angle of a plate with little texture at one angle jumps
+there too, once per turn, and drifts back. Two things separate them. The error of the angle at each
+place of the plate repeats with every turn, so that the time of a turn, t_i - t(θ_i - 2π), is free
+of it; if K frames were dropped within the turn, the stamps make it K T too short. So A in
 
     t_i - t(θ_i - 2π) = P - A T K_i + noise
 
 is 1 for dropped frames and 0 for errors of the angle. And frames are dropped at any angle of the
-plate, errors come at one: the resultant R of n jumps has the probability exp(-n R²) of chance
-(Mardia and Jupp, Directional Statistics, 2000, section 6.3). Both together are the odds of dropped
-frames.
+plate, errors occur at one: the resultant R of n jumps occurs by chance with the probability
+exp(-n R²) (Mardia and Jupp, Directional Statistics, 2000, section 6.3). Both together are the odds
+of dropped frames.
 """
 
 from dataclasses import dataclass, replace
@@ -32,42 +32,42 @@ from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
-FEWEST_FRAMES = 6  #: frames a turn after another one, to determine a share; a judgement
-LOCAL_S = 1.0  # over which the usual rate is taken, at least
+FEWEST_FRAMES = 6  #: frames one turn after another, to determine a share; a judgement
+LOCAL_S = 1.0  # least time over which the usual rate is determined
 LEVELS = 8  #: steps of the level in a frame time; numerical
-MOST_AT_ONCE = 6  #: frames dropped, or mismeasured, in one place, at most; a judgement
-MOST_DROPPED = 100  #: frame times that the level grows in a stretch, at most; a limit of memory
-STRETCH, MARGIN = 480, 32  #: frames that are looked at together, and to both sides; numerical
+MOST_AT_ONCE = 6  #: largest number of frames dropped, or mismeasured, in one place; a judgement
+MOST_DROPPED = 100  #: largest growth of the level in a stretch, frame times; a limit of memory
+STRETCH, MARGIN = 480, 32  #: frames that are processed together, and on both sides; numerical
 LIKELY = 0.5  #: probability from which a frame counts as stray; definition: likelier than not
-POSSIBLE = 0.01  # frames: less is expected dropped where nothing speaks for it
-SEEN = 0.25  # frame times: of a jump that an encoder spreads over three steps, one is larger
-SURE = 30.0  # of the logarithm of odds, beyond which nothing changes
+POSSIBLE = 0.01  # frames: the prior alone expects fewer dropped ones
+SEEN = 0.25  # frame times: if an encoder spreads a jump over three steps, one is larger
+SURE = 30.0  # logarithm of odds beyond which nothing changes
 
 
 @dataclass(frozen=True)
 class DroppedFrameThresholds:
-    """Probabilities before the angles are looked at, and what they can show.
+    """Prior probabilities, and limits of what the angles can show.
 
     Attributes
     ----------
     drops : float
-        That frames are dropped before a frame. A judgement: one in a thousand is.
+        Probability that frames are dropped before a frame. A judgement: one in a thousand.
     wanders : float
-        That the level goes an eighth of a frame time up or down. Derived: a frame time in 80
-        frames, what the usual rate is off where it is taken over some dozen of them.
+        Probability that the level moves an eighth of a frame time up or down. Derived: a frame time
+        in 80 frames, the error of a usual rate that is determined over some dozen frames.
     stray, stays : float
-        That a frame is a stray one; that the next one is too. A judgement.
+        Probability that a frame is stray; that the next one is too. A judgement.
     clear : float
-        Times the noise of a level, that a frame time must be for a jump to be seen. Derived: half
-        of it is then three sds.
+        Least frame time over the noise of a level at which a jump is visible. Derived: half of it
+        is then three sds.
     amiss : float
-        Sd of the share: where frames were dropped one jump in ten may be none, where the angle errs
-        it does not quite come again. Measured: 0.87 to 1.00, and -0.03 to 0.19 (300 tracks each of
+        Sd of the share: with dropped frames one jump in ten may be false, with errors of the angle
+        they do not repeat exactly. Measured: 0.87 to 1.00, and -0.03 to 0.19 (300 tracks each of
         ``tests.bench.simulated_tracks``).
     blind : float
-        Frames from one that shows its angle to the next; over more of them the angle is carried on
-        by the usual rate, which a view that is off by some degrees makes a few per cent too large
-        or too small along an arc. Derived: a quarter of a frame time at 4 %.
+        Frames from one that shows its angle to the next; over more of them the angle is continued
+        at the usual rate, which a view wrong by some degrees makes a few per cent too large or too
+        small along an arc. Derived: a quarter of a frame time at 4 %.
     """
 
     drops: float = 1e-3
@@ -84,20 +84,20 @@ THRESHOLDS = DroppedFrameThresholds()
 
 @dataclass(frozen=True, eq=False)
 class DroppedFrames:
-    """The angle with the time of dropped frames put back where that is the likelier.
+    """The angle with the time of dropped frames added if that is more probable.
 
     Attributes
     ----------
     angle : PlateAngle
-        Counts the dropped frames, or none.
+        Angle with the dropped frames counted, or none.
     stray : array of bool, shape (u,)
         Frames whose angle is likely mismeasured.
     jumps : int
-        Frame times by which the angle jumps in all.
+        Total jump of the angle, frame times.
     probability : float
-        That frames were dropped, and not the angle mismeasured; 0 without jumps.
+        Probability that frames were dropped, and not the angle mismeasured; 0 without jumps.
     share, share_sd : float
-        A of the module's equation; NaN without jumps, sd infinite where not determined.
+        A of the module's equation; NaN without jumps, sd infinite if not determined.
     at_rad : float
         Mean plate angle of the jumps.
     """
@@ -112,7 +112,7 @@ class DroppedFrames:
 
     @property
     def count(self) -> int:
-        """Frames dropped."""
+        """Number of dropped frames."""
         return int(self.angle.dropped.sum())
 
     @property
@@ -122,7 +122,7 @@ class DroppedFrames:
 
     @property
     def sd_of_rate(self) -> float:
-        """Relative sd of the rate, by what the less likely of the two would change."""
+        """Relative sd of the rate, from the change by the less probable of the two causes."""
         return float(np.sqrt(min(self.probability, 1 - self.probability))) * self.change
 
 
@@ -132,7 +132,7 @@ def dropped_frames(angle: PlateAngle) -> DroppedFrames:
     Parameters
     ----------
     angle : PlateAngle
-        On the stamps as they are, without dropped frames.
+        Angle on the stamps unchanged, without dropped frames.
     """
     count, stray = frame_jumps(angle)
     repaired = replace(angle, dropped=count)
@@ -150,9 +150,9 @@ def dropped_frames(angle: PlateAngle) -> DroppedFrames:
 
 
 def frame_jumps(angle: PlateAngle) -> tuple[NDArray[np.int64], BoolArray]:
-    """Whole frame times by which the angle jumps before each frame, and stray frames, (u,) both."""
+    """Jump of the angle before each frame, whole frame times, and stray frames, (u,) both."""
     step, step_s = np.diff(angle.angle_rad), np.diff(angle.time_s)
-    # Of a fast camera, more steps: each has all the noise and less of the motion.
+    # A fast camera needs more steps: each has all the noise and less of the motion.
     over = max(LOCAL_STEPS, 2 * round(LOCAL_S / angle.frame_s / 2) + 1)
     rate = running_median(step / step_s, over)
     blind = np.diff(angle.index) > THRESHOLDS.blind
@@ -171,14 +171,14 @@ def frame_jumps(angle: PlateAngle) -> tuple[NDArray[np.int64], BoolArray]:
             states = _states(beyond[part], max(noise, 0.5 / LEVELS), blind[part])
             for values, shown in zip((expected, stray), states, strict=True):
                 values[start + 1 : start + STRETCH + 1] = shown[start - first + 1 :][:STRETCH]
-    # Beside a stray frame, which of two steps it was does not show, but how many there were. What
-    # the odds beforehand leave everywhere adds up to no jump.
+    # Beside a stray frame, the sum of two steps is visible, but not each of them. The contribution
+    # of the prior in all frames adds up to no jump.
     count = np.zeros(len(expected), np.int64)
     for first, stop in _runs(expected > POSSIBLE):
         whole = np.round(np.cumsum(expected[first:stop]))
         count[first:stop] = np.diff(whole, prepend=0.0)
     is_stray = stray > LIKELY
-    for first, stop in _runs(is_stray):  # more in a row are a plate that changes its rate
+    for first, stop in _runs(is_stray):  # a longer run is a plate that changes its rate
         is_stray[first:stop] = stop - first <= MOST_AT_ONCE
     return count, is_stray
 
@@ -191,7 +191,7 @@ def _runs(chosen: BoolArray) -> NDArray[np.intp]:
 def _states(
     beyond: FloatArray, noise: float, blind: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Frames dropped before each frame, (s + 1,), and the probability that it is a stray one.
+    """Frames dropped before each frame, (s + 1,), and the probability that it is stray.
 
     Both are forward and backward sums of the switching model.
 
@@ -266,7 +266,7 @@ def confirmed_share(angle: PlateAngle) -> tuple[float, float]:
     counted = np.cumsum(angle.dropped)
     took, lost = (now[later] - np.interp(turned[later] - 2 * np.pi, turned, now)
                   for now in (angle.time_s, counted))
-    between = lost != np.round(lost)  # a turn ago was within a jump
+    between = lost != np.round(lost)  # one turn earlier lies within a jump
     took, lost = took[~between], lost[~between]
     if len(took) < FEWEST_FRAMES or not np.ptp(lost):
         return np.nan, np.inf

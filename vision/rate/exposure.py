@@ -1,22 +1,22 @@
-"""Whether the shutter changed while filming, and what that does to the rate.
+"""Changes of the exposure time while filming, and their effect on the rate.
 
-Cameras stamp a frame where its exposure begins, in its middle or where it ends, and do not say
-which; what a frame shows is the middle. With an exposure e(t) the angle is therefore that of
+Cameras stamp a frame at the start, in the middle or at the end of its exposure, and do not state
+which; a frame shows the middle. With an exposure e(t) the angle is therefore that of
 
     t + δ e(t),   δ between -1/2 and 1/2,
 
-and a shutter that drifts adds up to slope(e)/2 to the relative rate. The smear along the turn has
-the variance (Ω e)²/12, so its change shows c, that of e²; of e itself the largest change that goes
-with it is the one from a closed shutter, √|c|. No exposure lasts longer than a frame, T, so c lies
-between -T² and T², everywhere alike before the smear is looked at. With s the change that it shows,
-known to σ, the odds O of any change against none are
+and a drift of the exposure adds up to slope(e)/2 to the relative rate. The motion blur along the
+turn has the variance (Ω e)²/12, so its change shows c, the change of e²; the largest compatible
+change of e itself is the one from zero exposure, √|c|. No exposure lasts longer than a frame, T, so
+c lies between -T² and T², with a uniform prior. With s the change that the blur shows, known to σ,
+the odds O of any change against none are
 
     O = o/(2 T²) ∫ e^((s² - (s - c)²)/(2 σ²)) dc
 
-(Jeffreys, Theory of Probability, 1961, section 5.2), o the odds beforehand, even where the light
-changed. The less a clip can show, the less it takes to doubt it. The variance of the rate holds the
-mean of |c|, weighed by the same integrand, at the probability O/(1 + O): a smear that shows little
-leaves room for much, and no threshold decides between all of the drift and nothing.
+(Jeffreys, Theory of Probability, 1961, section 5.2), o the prior odds, even if the light changed.
+The less a clip can show, the less it takes to doubt it. The variance of the rate contains the mean
+of |c|, weighted by the same integrand, at the probability O/(1 + O): a blur that shows little
+permits large changes, and no threshold decides between all of the drift and nothing.
 """
 
 from dataclasses import dataclass
@@ -29,28 +29,28 @@ from vision.rate.least_squares import least_squares
 from vision.rate.unwrap import waves_per_turn
 
 BLACK = 16.0  # luma
-GAMMA = 2.2  # of the luma's own scale against light
-LIKELY = 0.5  # probability from which the user is told; it chooses the words only
-FEWEST = 40  # frames in which the smear was seen
-REACH, POINTS = 6.0, 401  # sds on both sides, and places, of the integral; numerical
+GAMMA = 2.2  # of luma against light
+LIKELY = 0.5  # probability from which the user is warned; it chooses the words only
+FEWEST = 40  # least number of frames with a measured blur
+REACH, POINTS = 6.0, 401  # sds on both sides, and points, of the integral; numerical
 
 
 @dataclass(frozen=True)
 class ExposureThresholds:
-    """When the exposure counts as changed.
+    """Limits for a changed exposure.
 
     Attributes
     ----------
     usual : float
-        Odds, before the smear is looked at, that a camera changed its exposure while filming,
-        where the light in the frames stays. An estimate for cameras that are not locked; tuned so
-        that it does not widen sound films, tests.bench.clip_study from seed 310000 on.
+        Prior odds that a camera changed its exposure while filming, if the light in the frames is
+        constant. An estimate for cameras that are not locked; tuned so that it does not widen
+        sound films, tests.bench.clip_study from seed 310000 on.
     brighter : float
         Relative change of the light in the frames. Fact: an auto-exposure corrects in steps of a
         third or a sixth of a stop, 12 to 26 %.
     least_s : float
-        A change of the exposure, s, that is worth a word. Fact: over 10 s it changes the rate by a
-        tenth of a poor clock.
+        Change of the exposure, s, that justifies a warning. Fact: over 10 s it changes the rate by
+        a tenth of a poor clock.
     """
 
     usual: float = 0.02
@@ -63,18 +63,18 @@ THRESHOLDS = ExposureThresholds()
 
 @dataclass(frozen=True)
 class ExposureDrift:
-    """An exposure that changed.
+    """A changed exposure.
 
     Attributes
     ----------
     change_s : float
-        At most, from the beginning of the clip to its end, if it changed.
+        Largest change from the beginning of the clip to its end, if there is one.
     relative_sd : float
-        Of the rate: half that change over the time, weighed by the probability.
+        Relative sd of the rate: half that change over the time, weighted by the probability.
     probability : float
-        That the exposure changed at all.
+        Probability that the exposure changed at all.
     evidence : str
-        What shows it.
+        Evidence of the change.
     """
 
     change_s: float
@@ -86,13 +86,13 @@ class ExposureDrift:
 def exposure_drift(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float
 ) -> ExposureDrift | None:
-    """How far the exposure may have changed; None where neither smear nor brightness did.
+    """Possible change of the exposure; None if neither blur nor brightness changed.
 
     Parameters
     ----------
     track : PhaseTrack
     angle : PlateAngle
-        Frames that are used, and their times.
+        Used frames, and their times.
     rate_rad_s : float
     """
     square = 12 * track.smear_rad2[angle.index] / rate_rad_s**2  # e² beyond that of the template
@@ -105,7 +105,7 @@ def exposure_drift(
     light = np.log(np.maximum(track.brightness[angle.index][seen] - BLACK, 1.0)) * GAMMA
     brighter, _ = _slope(time, light, angle.angle_rad[seen])
     ratio = float(np.exp(abs(brighter) * span))
-    # Light that changed makes another shutter as likely as the same one.
+    # If the light changed, another exposure is as probable as the same one.
     shine = ratio > 1 + THRESHOLDS.brighter
     before = 1.0 if shine else THRESHOLDS.usual
     odds, change = _change(smear * span, smear_sd * span, angle.frame_s**2)
@@ -118,7 +118,7 @@ def exposure_drift(
 
 
 def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ...]:
-    """Warn of a shutter that changed."""
+    """Warnings of a changed exposure."""
     if drift is None or drift.probability < LIKELY or drift.change_s < THRESHOLDS.least_s:
         return ()
     return (
@@ -130,12 +130,12 @@ def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ..
 
 
 def _change(shown: float, sd: float, most: float) -> tuple[float, float]:
-    """Odds that e² changed against that it stayed, at even ones before, and by how much then.
+    """Odds of a change of e² against none, at even prior odds, and the mean size of the change.
 
-    All in s²: the change that the smear shows and its sd, the largest possible one, and the mean
-    size of those that are likely.
+    All in s²: the change that the blur shows and its sd, the largest possible one, and the mean
+    size over the posterior.
     """
-    shown = min(max(shown, -most), most)  # what is beyond is noise
+    shown = min(max(shown, -most), most)  # the excess is noise
     sd = max(sd, most * np.finfo(float).eps)
     change = np.linspace(max(-most, shown - REACH * sd), min(most, shown + REACH * sd), POINTS)
     exponent = (2 * shown - change) * change / (2 * sd**2)
@@ -146,7 +146,7 @@ def _change(shown: float, sd: float, most: float) -> tuple[float, float]:
 
 
 def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tuple[float, float]:
-    """Slope against time and its sd, beside what repeats with every turn."""
+    """Slope against time and its sd, beside the part that repeats with every turn."""
     if not np.ptp(values):
         return 0.0, 0.0
     x = np.column_stack([np.ones_like(time_s), time_s - time_s.mean(), waves_per_turn(angle_rad)])

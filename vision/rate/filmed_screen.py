@@ -1,15 +1,15 @@
-"""A camera's clock from the film of a hand that turns on a computer's screen.
+"""A camera's clock from the film of a rotating hand on a computer's screen.
 
-A screen holds each picture until its next refresh, and the hand falls behind the angle of the
-moment, in a saw-tooth of the refresh time that the camera samples once a frame:
+A screen holds each picture until its next refresh, and the hand lags behind the present angle, in a
+saw-tooth with the period of the refresh that the camera samples once a frame:
 
     θ_i / Ω = a + u_i - r L(u_i / r + φ, e) + waves + noise,     u_i = t_i / (1 + ε)
 
 with t the stamps, ε the error of the camera's clock, r the time between refreshes, L the mean of
-the saw-tooth over an exposure of e refreshes, φ when the first comes. All of it is by the clock
-of the page that draws. A camera of almost a whole number of refreshes per frame sees the tooth
-pass slowly, which looks like another rate: a straight line errs by up to 100 ppm in a minute. So
-ε, φ and e are searched together, and ε is the mean over all that explain the film. A read-out line
+the saw-tooth over an exposure of e refreshes, φ the phase of the first refresh. All of it is by the
+clock of the page that draws. With nearly a whole number of refreshes per frame the tooth passes
+slowly, which looks like another rate: a straight line errs by up to 100 ppm in a minute. So ε, φ
+and e are searched jointly, and ε is the mean over all values that explain the film. A read-out line
 by line and a view from the side are waves once and twice per turn; they are fitted, and over many
 turns they change no rate.
 """
@@ -25,7 +25,7 @@ from vision.rate.least_squares import correlation_time
 from vision.rate.measure import RateMeasurement
 
 PHASES = 48
-"""Phases of the refresh that are told apart. Numerical: steps of 0.35 ms at 60 Hz, below the
+"""Number of resolved phases of the refresh. Numerical: steps of 0.35 ms at 60 Hz, below the
 noise."""
 
 EXPOSURES = (0.05, 0.2, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 1.8, 2.2)
@@ -38,19 +38,19 @@ Numerical."""
 
 @dataclass(frozen=True)
 class FilmedScreenThresholds:
-    """What is searched, and what is not believed.
+    """Range of the search, and limits of the result.
 
     Attributes
     ----------
     leak : float
-        Refreshes over the length of the film, by which a straight line may err. Derived: that of a
+        Largest error of a straight line, refreshes over the length of the film. Derived: that of a
         step in its middle.
     unlike : float
-        Of the saw-tooth, by which its form may differ from the modelled one: a read-out line by
+        Share of the saw-tooth by which its form may differ from the model: a read-out line by
         line, a screen that is written line by line, slow liquid crystals. A judgement.
     turns : float
-        Of the hand, at least. Derived: waves of the view leak 12 / (2π 8)² of themselves into the
-        rate.
+        Least number of turns of the hand. Derived: waves of the view leak 12 / (2π 8)² of
+        themselves into the rate.
     """
 
     leak: float = 1.5
@@ -63,7 +63,7 @@ THRESHOLDS = FilmedScreenThresholds()
 
 @dataclass(frozen=True)
 class FilmedScreen:
-    """What a film of the turning hand says of the camera's clock.
+    """The camera's clock by a film of the rotating hand.
 
     Attributes
     ----------
@@ -72,9 +72,9 @@ class FilmedScreen:
     frames_sd, refresh_sd : float
         Its sd by the frames and the modelled saw-tooth, and by a saw-tooth of another form.
     noise_s : float
-        What is left of an angle, as the time in which the hand turns by it.
+        Residual of an angle, as the time in which the hand turns by it.
     beats : float
-        Saw-teeth that pass in the film.
+        Number of saw-teeth that pass in the film.
     seconds, turns : float
         Length of the film.
     """
@@ -96,7 +96,7 @@ def clock_by_screen(
     Parameters
     ----------
     rate : RateMeasurement
-        Of the film, by its own stamps.
+        Rate of the film, by its own stamps.
     source : str
         The film's name, for messages.
     drawn_rad_s : float
@@ -140,7 +140,7 @@ def clock_by_screen(
 def _without_waves(
     time_s: FloatArray, turned: FloatArray, drawn_rad_s: float
 ) -> tuple[FloatArray, float]:
-    """Time that the page drew, from the middle of the film, without waves, (n,); its slope."""
+    """Drawn time, from the middle of the film, without waves, (n,); its slope."""
     drawn_s = turned / drawn_rad_s
     waves = [wave(k * turned) for k in (1, 2) for wave in (np.cos, np.sin)]
     columns = np.column_stack([np.ones_like(time_s), *waves, time_s])
@@ -171,7 +171,7 @@ class _Hold:
         best = np.unravel_index(int(squares.argmin()), squares.shape)
         residual = self._residual(float(slopes[best[0]]), EXPOSURES[best[1]], best[2] / PHASES)
         variance = float((residual**2).mean())
-        # Neighbouring frames err alike where the form is not quite the modelled one.
+        # Errors of neighbouring frames are correlated if the form differs from the model.
         chance = squares / (variance * correlation_time(residual))
         weight = np.exp((chance.min() - chance) / 2).sum(axis=(1, 2))
         weight /= weight.sum()
@@ -213,11 +213,11 @@ def _mean_lag(phase: FloatArray, exposure: float) -> FloatArray:
 
 
 def _leak(per_frame: float, frames: int) -> tuple[float, float]:
-    """Saw-teeth that pass in the film, and what they leak into the slope, refreshes per film.
+    """Saw-teeth that pass in the film, and their leakage into the slope, refreshes per film.
 
-    The mean of n frames sees a tooth of a n-th of the height, which passes by what n frames are
-    off a whole number of refreshes. A wave of M periods leaks 1 / M² of itself, up to one period
-    all of it.
+    The mean of n frames has a tooth of an n-th of the height, which passes at the difference of n
+    frames from a whole number of refreshes. A wave of M periods leaks 1 / M² of itself, up to one
+    period all of it.
     """
     passing = [abs(n * per_frame - round(n * per_frame)) * frames for n in range(1, MOST_FOLD + 1)]
     leaks = [1 / n / max(1.0, beats) ** 2 for n, beats in enumerate(passing, start=1)]

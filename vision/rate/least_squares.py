@@ -1,4 +1,4 @@
-"""Least squares with outliers set aside and standard deviations that know about correlation."""
+"""Least squares with outliers set aside and standard deviations that include correlation."""
 
 from dataclasses import dataclass
 
@@ -9,20 +9,20 @@ from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray
 
 ROUNDS = 8  #: rounds of the weights; numerical limit
-SLOW_WAVES = 4  # over the rows: what is slower weighs in the slope
+SLOW_WAVES = 4  # over the rows: slower ones act on the slope
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
 
 
 @dataclass(frozen=True)
 class FitThresholds:
-    """What a fit sets aside.
+    """Limits for outliers and dependent columns.
 
     Attributes
     ----------
     outlier : float
         Robust sds. Derived: of 10⁵ Gaussian rows less than one lies beyond 4.5.
     clear_span : float
-        Relative singular value; two columns this close are one. Tuned on
+        Relative singular value below which two columns count as one. Tuned on
         ``tests.bench.vision_films mixed`` (fast plates with few frames per turn).
     """
 
@@ -43,12 +43,12 @@ class LeastSquares:
     cov : array, shape (k, k)
         Scaled by the correlation time of the residual.
     residual : array, shape (n,)
-        Of all rows, outliers too.
+        Residual of all rows, including outliers.
     used : array of bool, shape (n,)
     noise : float
         Standard deviation of the used residuals.
     correlation_time : float
-        How many successive residuals carry the information of one; 1 for white noise.
+        Number of successive residuals with the information of one; 1 for white noise.
     """
 
     beta: FloatArray
@@ -98,8 +98,8 @@ def least_squares(x: FloatArray, y: FloatArray) -> LeastSquares:
 
 
 def columns_of_unit_rms(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns (n, k) of any unit over their root mean squares, and these (k,), 1 for a column of
-    zeros.
+    """Columns (n, k) of any unit over their root mean squares, and these (k,), 1 for a zero
+    column.
     """
     rms = np.sqrt((x**2).mean(axis=0))
     scale = np.where(rms > 0, rms, 1.0)
@@ -107,21 +107,21 @@ def columns_of_unit_rms(x: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def independent(x: FloatArray) -> FloatArray:
-    """An orthonormal basis of what the columns clearly span, shape (n, rank)."""
+    """An orthonormal basis of the clear span of the columns, shape (n, rank)."""
     scaled, _ = columns_of_unit_rms(x)
-    # The few columns' own matrix: a singular value decomposition of all rows costs far more.
+    # From the small normal matrix: a singular value decomposition of all rows costs far more.
     squared, axes = np.linalg.eigh(scaled.T @ scaled)
     clear = squared > THRESHOLDS.clear_span**2 * squared[-1]
     return np.asarray(scaled @ axes[:, clear] / np.sqrt(squared[clear]))
 
 
 def correlation_time(residual: FloatArray) -> float:
-    """How many successive residuals carry the information of one; at least 1.
+    """Number of successive residuals with the information of one; at least 1.
 
     The larger of two estimates: 1 + 2 Σ ρ_k, summed over pairs of lags while the pairs are
-    positive (Geyer, Practical Markov chain Monte Carlo, 1992), which sees short memory; and the
-    power of the slowest waves against the mean power, which sees wandering over seconds: a clip
-    is encoded in groups of some hundred frames, and each group errs a little as a whole.
+    positive (Geyer, Practical Markov chain Monte Carlo, 1992), for short correlations; and the
+    power of the slowest waves over the mean power, for wandering over seconds: a clip is encoded in
+    groups of some hundred frames, and each group has a small common error.
     """
     n = len(residual)
     centred = residual - residual.mean()
@@ -135,7 +135,7 @@ def correlation_time(residual: FloatArray) -> float:
     stop = int(negative[0]) if negative.size else len(pairs)
     short = 1 + 2 * float(pairs[:stop].sum())
     waves = np.arange(1, min(SLOW_WAVES, (n - 1) // 2) + 1)
-    # The fitted line took its share of them: its own k-th wave is 1/k, in sine only.
+    # The fitted line removed its share of them: its own k-th wave is 1/k, in sine only.
     rest = len(waves) - 0.5 * 6 / np.pi**2 * float((1.0 / waves**2).sum())
     slow = float(spectrum[2 * waves].sum()) / rest / covariance[0] if len(waves) else 1.0
     return max(1.0, short, slow)

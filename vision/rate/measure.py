@@ -3,11 +3,11 @@
 The rate is the slope of the angle against time, fitted together with a once- and a
 twice-per-revolution wave (omitted, they bias the slope through the partial last turn), with the
 lag of frames that the encoder predicted from earlier ones alone, and with the time of dropped
-frames put back. That treatment is always on. The *stated* model is
+frames added. This treatment is always active. The *stated* model is
 ``constant_rate`` and the terms that the user added: residual, its size and the diagnosis refer to
-it, so that adding the right term shows, while the rate does not hang on it. Only ``rate_drift``
-enters the fit of the rate when it is added; it does not change the mean rate and takes the drift
-out of the uncertainty.
+it, so that the right term has a visible effect, while the rate does not depend on it. Only
+``rate_drift`` enters the fit of the rate when it is added; it does not change the mean rate and
+removes the drift from the uncertainty.
 """
 
 from collections.abc import Sequence
@@ -55,8 +55,8 @@ class RateUncertainty:
     Attributes
     ----------
     image_rad_s : float
-        From the frames: angles, dropped frames that may be none, a shutter that changed, the frame
-        time of a camera slower than its clip, turns that show the same angles.
+        From the frames: angles, doubtful dropped frames, a changed exposure, the frame time of a
+        camera slower than its clip, turns that show the same angles.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -72,7 +72,7 @@ class RateUncertainty:
 
 @dataclass(frozen=True)
 class FrameTally:
-    """How many frames were used, dropped silently by the recorder, and delivered twice."""
+    """Numbers of frames used, dropped silently by the recorder, and delivered twice."""
 
     used: int
     dropped: int
@@ -95,15 +95,15 @@ class RateMeasurement:
     aliases : Aliases
         Signed rates that would give the same frames, the chosen one first.
     cross_checks : CrossChecks
-        The rate by other ways.
+        The rate by other methods.
     history : RateHistory
         The rate from turn to turn.
     diagnosis : PhaseDiagnosis
-        Which term the stated model misses.
+        The term that the stated model lacks.
     channel : str
-        What of the frames was tracked, as in the track.
+        Tracked quantity of the frames, as in the track.
     warnings : tuple of str
-        A paragraph each.
+        One paragraph each.
     """
 
     rate_rad_s: float
@@ -141,18 +141,18 @@ def measure_rate(
     model: Sequence[str] = (CONSTANT_RATE,),
     part: ClipPart = WHOLE,
 ) -> RateMeasurement:
-    """Measure the rate; of a clip with the motor's start or stop, that of the steady part.
+    """Measure the rate; in a clip with the motor's start or stop, that of the steady part.
 
     Parameters
     ----------
     track : PhaseTrack
     timebase : Timebase
     nominal_rpm : float, optional
-        What the plate should do; chooses among the aliases and is compared with the result.
+        Expected rate; chooses among the aliases and is compared with the result.
     model : sequence of str
         ``constant_rate`` and any of ``vision.rate.terms.TERMS``.
     part : ClipPart
-        What of the clip is measured; with it no other part is looked for.
+        Measured part of the clip; if it is stated, no steady part is searched.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def measure_rate(
     ------
     RateRefused
         Less than a turn, not steady, or stamps that cannot be times; with the rate against time
-        where there is one.
+        if there is one.
     ValueError
         A term that does not exist.
     """

@@ -1,14 +1,14 @@
 """A camera that is slower than its clip: the recorder repeats frames to fill the clip's rate.
 
-Such a camera takes its frames evenly, and each is stamped when the clip's next frame was due, up to
+Such a camera takes its frames evenly, and each is stamped when the clip's next frame is due, up to
 one frame time late; only the clip's first frame may be older. With s_k the stamp of the k-th frame
-that is no repetition and T the camera's own frame time,
+that is not a repetition and T the camera's own frame time,
 
     s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
 
-Every line (c, T) that keeps all stamps in that band is as likely as any other. The probability of T
-is therefore proportional to the range of c that it leaves. The plate must turn more evenly by T k
-than by the stamps.
+All lines (c, T) that keep all stamps in that band are equally probable. The probability of T is
+therefore proportional to the remaining range of c. The plate must turn more evenly by T k than by
+the stamps.
 """
 
 from dataclasses import dataclass, replace
@@ -32,22 +32,22 @@ from vision.rate.unwrap import (
 )
 
 FEWEST_FRAMES = 12  #: frames that the camera took; two per parameter of the phase's model
-CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that runs up, stops or is turned
+CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that starts, stops or is turned
 SLOPES, ZOOMS = 51, 6  #: numerical
 
 
 @dataclass(frozen=True)
 class SlowCameraThresholds:
-    """When frames were taken evenly and stamped late.
+    """Limits for frames taken evenly and stamped late.
 
     Attributes
     ----------
     jitter : float
-        Frame times of the clip by which its stamps may be off an even grid. Derived: the band is
-        one frame time wide, and is known to a tenth.
+        Largest deviation of the stamps from an even grid, frame times of the clip. Derived: the
+        band is one frame time wide, and is known to a tenth.
     evener : float
-        Scatter of the angle by the camera's time over that by the stamps, at most. Derived: stamps
-        that are right scatter less, those late by up to a frame several times more.
+        Largest scatter of the angle by the camera's time over that by the stamps. Derived: correct
+        stamps scatter less, stamps late by up to a frame several times more.
     """
 
     jitter: float = 0.1
@@ -64,15 +64,15 @@ class FrameTimes:
     Attributes
     ----------
     track : PhaseTrack
-        Without the repetitions, where they are those of a camera slower than its clip.
+        Without the repetitions, if the camera is slower than its clip.
     time_s : array, shape (f,)
-        Of each of its frames.
+        Time of each of its frames.
     repetitions : array of int, shape (f,)
-        How often the recorder repeated each, or 1 for a repetition that is still in the track.
+        Number of repetitions of each by the recorder, or 1 for a repetition still in the track.
     camera_fps : float or None
-        Of a camera that is slower than its clip.
+        Frame rate of a camera that is slower than its clip.
     relative_sd : float
-        Of ``camera_fps``, by the stamps; else 0.
+        Relative sd of ``camera_fps``, by the stamps; else 0.
     """
 
     track: PhaseTrack
@@ -97,8 +97,8 @@ class FrameTimes:
     def scatter_rad(self) -> float:
         """Robust sd of the angles about an even rotation with a wave once and twice per turn, rad.
 
-        Of a plate that changes its speed, and is seen well, the noise of a frame; infinite where
-        too few frames can be used.
+        For a well visible plate that changes its speed, the noise of a frame; infinite if too few
+        frames can be used.
         """
         if usable(self.track).sum() < FEWEST_FRAMES:
             return np.inf
@@ -123,13 +123,13 @@ class FrameTimes:
 
 
 def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
-    """When the frames were taken: as stamped, or evenly by a camera slower than its clip.
+    """Times of the frames: as stamped, or evenly for a camera slower than its clip.
 
     Parameters
     ----------
     track : PhaseTrack
     stamp_s : array, shape (f,)
-        Of every frame.
+        Stamps of every frame.
     """
     stamped = FrameTimes(track, stamp_s, track.duplicate.astype(np.int64))
     fresh = np.flatnonzero(~track.duplicate)
@@ -159,7 +159,7 @@ def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | Non
     number = np.arange(len(values))
     middle, reach = float(values[-1] - values[0]) / number[-1], width / number[-1]
     low, high = middle - reach, middle + reach
-    for _ in range(ZOOMS):  # what the line's beginning has room for is concave in its slope
+    for _ in range(ZOOMS):  # the range of the intercept is concave in the slope
         tried = np.linspace(low, high, SLOPES)
         room = width - np.ptp(values - np.outer(tried, number), axis=1)
         within = np.flatnonzero(room >= min(room.max(), 0.0))

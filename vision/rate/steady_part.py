@@ -1,15 +1,15 @@
 """The part of a clip in which the plate turns steadily: between the motor's start and its stop.
 
 The rate from turn to turn stays within a small range there, has no trend, and no other part of the
-clip is steady at another rate. A motor approaches its rate ever more slowly; what is left of that
-at the beginning of the part lowers the rate. The angle then holds besides the line and the waves,
-at either end,
+clip is steady at another rate. A motor approaches its rate ever more slowly; the rest of this
+transient at the beginning of the part lowers the rate. The angle then contains, besides the line
+and the waves, at either end,
 
     θ(t) = ... + a e^(-(t - t_0)/τ)
 
 with a and τ unknown. The rates for all τ are averaged with their posterior probabilities (Hoeting
-et al., Bayesian model averaging, 1999), so that the sd holds what the clip leaves open. The
-shortest τ are as good as no transient.
+et al., Bayesian model averaging, 1999), so that the sd includes the uncertainty of τ. The shortest
+τ are equivalent to no transient.
 """
 
 from dataclasses import dataclass
@@ -30,27 +30,27 @@ TIME_CONSTANTS = 8  #: numerical: tried at either end; 6 or 12 give the same
 
 @dataclass(frozen=True)
 class SteadyPartThresholds:
-    """What counts as a steady part.
+    """Limits for a steady part.
 
     Attributes
     ----------
     within : float
         Relative range of the rate from turn to turn. Fact: belt drives wow by up to 0.2 %.
     turns : float
-        That it lasts at least. Derived: what repeats with every turn is separated from a trend over
-        three.
+        Least number of turns. Derived: errors that repeat with every turn are separated from a
+        trend over three.
     trend : float
-        Relative change of the rate from its beginning to its end, at most, beyond four sds of it.
+        Largest relative change of the rate from its beginning to its end, beyond four sds of it.
         Fact: ten times a poor clock (100 ppm).
     other : float
-        Relative difference from which another steady part is one at another speed. Fact: the
-        change that is no constant rate.
+        Relative difference from which another steady part has another speed. Fact: the change that
+        is not a constant rate.
     peak_to_peak : float
         Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
         independent values (Tippett), and a margin for the heavy tails of late stamps.
     longest : float
-        Share of the part that the longest time constant of a transient lasts. Derived: within four
-        time constants 98 % have died away, and the line beside it is seen.
+        Longest time constant of a transient, as a share of the part. Derived: within four time
+        constants 98 % have decayed, and the line beside it is visible.
     """
 
     within: float = 0.002
@@ -62,12 +62,12 @@ class SteadyPartThresholds:
 
 
 THRESHOLDS = SteadyPartThresholds()
-MovingEnds = tuple[bool, bool]  # whether the plate has another rate before, and after the part
+MovingEnds = tuple[bool, bool]  # whether the plate has another rate before and after the part
 
 
 @dataclass(frozen=True)
 class ClipPart:
-    """The seconds of a clip that are measured.
+    """The measured seconds of a clip.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class ClipPart:
     stop_s: float | None = None
 
     def frames(self, source: str, time_s: FloatArray) -> NDArray[np.bool_]:
-        """Which of the frames with these times, shape (f,), lie in the part.
+        """Whether each of the frames with these times, shape (f,), lies in the part.
 
         Raises
         ------
@@ -122,7 +122,7 @@ class SteadyPart:
 
 
 def noise_of_turns(history: RateHistory) -> float:
-    """Relative range of the rate from turn to turn by the noise of the angles alone."""
+    """Relative range of the rate from turn to turn due to the noise of the angles alone."""
     return float(THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi))
 
 
@@ -139,7 +139,7 @@ def steady_parts(history: RateHistory) -> list[SteadyPart]:
         if last - first + 1 < fewest:
             break
         rate = float(history.rate_rad_s[first : last + 1].mean())
-        # The first and last turns of a part hold what is left of a start and a stop.
+        # The first and last turns of a part contain the ends of a start and a stop.
         begins, ends = float(history.angle.time_s[0]), float(history.angle.time_s[-1])
         start = begins if first == 0 else float(history.time_s[first])
         stop = ends if last == len(free) - 1 else float(history.time_s[last])
@@ -162,7 +162,7 @@ def the_steady_part(history: RateHistory) -> SteadyPart | None:
 
 
 def steady_advice(history: RateHistory) -> str:
-    """What to do, with the parts that could be used, if there are some."""
+    """Advice, with the usable parts if there are any."""
     parts = steady_parts(history)
     if not parts:
         return "Let the plate settle and film again."
@@ -205,18 +205,18 @@ def rate_beside_transients(
     time_s: FloatArray,
     ends: MovingEnds,
 ) -> tuple[float, float]:
-    """The rate with what is left of a start or a stop fitted beside it.
+    """The rate, fitted jointly with the transients of a start or a stop.
 
     Parameters
     ----------
     fit : LeastSquares
-        Of the part, without transients; the rows that it set aside stay aside.
+        Fit of the part, without transients; rows that it set aside stay aside.
     x : array, shape (n, k)
         Its columns; column 1 is the time.
     y : array, shape (n,)
         Angle, rad.
     time_s : array, shape (n,)
-        Of the rows, s.
+        Times of the rows, s.
     ends : (bool, bool)
         Whether there may be a transient at the beginning, and at the end.
 
@@ -229,7 +229,7 @@ def rate_beside_transients(
     fits = [least_squares(np.column_stack([x, *pair]), y) for pair in _transients(time_s, ends)]
     best = min(fits, key=lambda one: one.noise)
     noise, rates, sds = np.array([(one.noise, one.beta[1], one.sd[1]) for one in fits]).T
-    # Of the likelihood, with as many rows as are independent.
+    # Likelihood, for the number of independent rows.
     weight = (noise / best.noise) ** (-len(y) / best.correlation_time)
     weight /= weight.sum()
     rate = float(weight @ rates)
@@ -237,7 +237,7 @@ def rate_beside_transients(
 
 
 def _transients(time_s: FloatArray, ends: MovingEnds) -> list[tuple[FloatArray, ...]]:
-    """What may be left at the ends that move: decays of every time constant."""
+    """Possible transients at the ends with another rate: decays of every time constant."""
     length = float(time_s[-1] - time_s[0])
     step = length / (len(time_s) - 1)
     decays = np.geomspace(2 * step, THRESHOLDS.longest * length, TIME_CONSTANTS)

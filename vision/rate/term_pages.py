@@ -1,4 +1,4 @@
-"""What is known of every term of the plate's phase: its formula, its size, how it is separated."""
+"""Facts about every term of the plate's phase: its formula, its size, its separation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ class TermPage:
     Attributes
     ----------
     formula : str
-        What is added to the angle θ_0 + Ω t.
+        The addition to the angle θ_0 + Ω t.
     typical : str
-        How large it is on record players and with webcams.
+        Its size on record players and with webcams.
     source : str
     confounded : str
-        What looks the same.
+        Effects that look the same.
     separates : str
-        The recording that tells them apart.
+        The recording that separates them.
     """
 
     formula: str

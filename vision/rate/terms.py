@@ -1,4 +1,4 @@
-"""What a phase track may hold besides a constant rate: each term is a set of columns.
+"""Terms of a phase track besides a constant rate: each term is a set of columns.
 
     θ_i = θ_0 + Ω t_i + Σ_k X_k(i) β_k + noise
 
@@ -6,9 +6,9 @@
 measured one, so that the noise of an angle does not enter its own regressor.
 
 ``forward_prediction`` has nothing to do with the plate and is not offered to the user: an encoder
-that predicts frame after frame from the one before moves faint texture by coarse motion, and the
-angle lags by up to some mrad at strong compression. It does not beside frames predicted from both
-sides, and encoders change between the two within a clip.
+that predicts each frame from the previous one moves faint texture by coarse motion, and the angle
+lags by up to some mrad at strong compression. Beside frames predicted from both sides there is no
+lag, and encoders change between the two within a clip.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,12 +47,12 @@ MEANING = {
 
 @dataclass(frozen=True, eq=False)
 class Regressors:
-    """What the columns of all terms are made of, on the usable frames.
+    """Inputs of the columns of all terms, on the usable frames.
 
     Attributes
     ----------
     time_s : array, shape (u,)
-        Time with that of dropped frames put back, from the middle of the clip.
+        Time with the time of dropped frames added, from the middle of the clip.
     stamp_s : array, shape (u,)
         Time as stamped, from the middle of the clip.
     line_rad : array, shape (u,)
@@ -60,9 +60,9 @@ class Regressors:
     steps_rad : array, shape (u,)
         Angle turned in the time of the frames dropped so far.
     forward : array, shape (u,)
-        1 where the frame is one of a run predicted from the frames before, else 0.
+        1 if the frame belongs to a run predicted from earlier frames, else 0.
     mark_row_px : array, shape (u,)
-        How far below the spindle the mark stands, pixels of the clip.
+        Distance of the mark below the spindle, pixels of the clip.
     rate_rad_s : float
     """
 
@@ -81,7 +81,7 @@ class Regressors:
 
 
 def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regressors:
-    """What the columns are made of, at a signed rate."""
+    """Inputs of the columns, at a signed rate."""
     time = angle.repaired_time_s - angle.repaired_time_s.mean()
     line = rate_rad_s * time + angle.angle_rad.mean()
     return Regressors(
@@ -103,12 +103,12 @@ def columns(term: str, base: Regressors) -> FloatArray:
         square = 0.5 * base.time_s**2
         return np.asarray((square - square.mean())[:, None])
     if term == "frame_steps":
-        # Against the times as stamped; one per unit is one for every frame counted as dropped.
+        # Against the stamped times; a size of one is one frame for each one counted as dropped.
         return base.steps_rad[:, None]
     if term == FORWARD_PREDICTION:
         return base.forward[:, None]
     if term == "rolling_shutter":
-        # A row lower is read later, when the plate has turned on.
+        # A lower row is read later, when the plate has turned further.
         return np.asarray(base.rate_rad_s * base.mark_row_px[:, None])
     raise KeyError(term)
 
@@ -123,9 +123,9 @@ def design(terms: Sequence[str], base: Regressors, time_s: FloatArray) -> FloatA
 def fit_rate(
     track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, *, with_drift: bool
 ) -> tuple[LeastSquares, Regressors, tuple[str, ...]]:
-    """Fit the rate with what is always fitted together with it, until the line stays.
+    """Fit the rate jointly with the terms that are always fitted, until the line converges.
 
-    It places the waves, and where they are large, misplaced ones bend it.
+    The line places the waves, and if they are large, misplaced ones bias it.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def fit_rate(
     Returns
     -------
     fit : LeastSquares, base : Regressors
-        β of constant, rate and the fitted terms; where the line is.
+        β of constant, rate and the fitted terms; the regressors at the line.
     always : tuple of str
         The terms of ``ALWAYS`` that this clip separates.
 
@@ -152,7 +152,7 @@ def fit_rate(
         base = regressors(track, angle, rate_rad_s)
         always: tuple[str, ...] = ()
         for term in ALWAYS:
-            # A fast plate has few frames per turn, and the waves may look alike on them.
+            # A fast plate has few frames per turn, on which the waves may look the same.
             x = design((*always, term), base, base.time_s)
             if independent(x).shape[1] == x.shape[1]:
                 always = (*always, term)
@@ -179,7 +179,7 @@ def _fit(
 def without_lag(
     angle: PlateAngle, fit: LeastSquares, base: Regressors, always: tuple[str, ...]
 ) -> PlateAngle:
-    """The angle as if every frame were coded alike."""
+    """The angle without the lag of forward-predicted frames."""
     if FORWARD_PREDICTION not in always:
         return angle
     before = design(always[: always.index(FORWARD_PREDICTION)], base, base.time_s)
@@ -214,12 +214,12 @@ class StatedFit:
         constant_rate first.
     terms : tuple of TermValue
     time_s, angle_rad, residual_rad : array, shape (u,)
-        Time from the first frame with that of dropped frames put back, plate angle wrapped to
+        Time from the first frame with the time of dropped frames added, plate angle wrapped to
         (-π, π], and the residual.
     used : array of bool, shape (u,)
         Not an outlier of the fit of the rate.
     columns : mapping of name to array, shape (u, k)
-        Columns of the constant rate (1 and the time) and of every term that the clip can hold,
+        Columns of the constant rate (1 and the time) and of every possible term of the clip,
         stated or not.
     """
 
@@ -250,9 +250,9 @@ def fit_stated(
         Terms besides the constant rate.
     angle : PlateAngle
     base : Regressors
-        On the rows of ``angle``.
+        Regressors on the rows of ``angle``.
     used : array of bool, shape (u,)
-        Rows that are fitted; the residual is on all.
+        Fitted rows; the residual covers all rows.
 
     Raises
     ------

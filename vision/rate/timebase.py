@@ -1,7 +1,7 @@
-"""Which clock the rate is measured against.
+"""The clock against which the rate is measured.
 
-A rate is an angle over a time, and the time is the camera's. Its error is a pure scale of the
-rate that nothing in the clip can show, so it is stated, never estimated.
+A rate is an angle over a time, and the time is the camera's. Its error is a pure scale error of
+the rate that nothing in the clip can show, so it is stated, never estimated.
 """
 
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ from vision.geometry import FloatArray
 from vision.numbers import median
 from vision.phase_track import PhaseTrack
 
-#: Sd of a camera's clock, parts per million, where nobody states it: crystals are good to 20-100;
+#: Sd of a camera's clock, parts per million, by default: crystals are accurate to 20-100;
 #: a stated frame rate ("15 fps") is often a rounded or nominal one.
 CLOCK_PPM = {"container": 100.0, "constant": 500.0}
 
-#: fact: time lapse and high-speed cameras; beyond it is a mistake
+#: fact: time lapse and high-speed cameras; other values are a mistake
 SLOWEST_FPS, FASTEST_FPS = 0.5, 2000.0
 
 
 @dataclass(frozen=True)
 class Timebase:
-    """Where the times of the frames come from, and how well they are known.
+    """Source of the times of the frames, and their uncertainty.
 
     Parameters
     ----------
@@ -36,10 +36,9 @@ class Timebase:
         Standard deviation of the clock's rate, parts per million. A quartz in a camera or phone
         keeps 20 to 100.
     fast_ppm : float
-        The clock runs fast by so much, where that was measured: the rate is larger than by its
-        seconds.
+        Measured excess rate of the clock: the rate of the plate is larger than by its seconds.
     camera : str
-        Whose clock was measured; empty where none was.
+        Camera with the measured clock; empty without one.
     """
 
     source: Literal["container", "constant"] = "container"

@@ -1,4 +1,4 @@
-"""What one clip cannot determine, several clips of a session may: a readout delay or a wave.
+"""Joint decision of several clips of a session between a readout delay and a wave.
 
 A delay of the frame's rows is the same time in every clip of a camera, so that its wave grows with
 the rate and changes its sign with the direction. A wave of the mark, the plate or the view has the
@@ -17,12 +17,12 @@ DELAY, WAVE = "rolling_shutter", "once_per_rev"
 
 @dataclass(frozen=True)
 class TogetherThresholds:
-    """When several clips name what one cannot.
+    """Limits of the joint decision.
 
     Attributes
     ----------
     least_spread : float
-        Relative spread, at least, of what changes from clip to clip. Derived: a delay read as a
+        Least relative spread of the size that changes from clip to clip. Derived: a delay read as a
         wave spreads by 15 % between 33 and 45 rpm, the nearest two speeds of a record player.
     clearly_steadier : float
         Ratio of the two relative spreads below which the steadier is named. Derived: at 33 and
@@ -39,20 +39,20 @@ THRESHOLDS = TogetherThresholds()
 def judge_together(
     clips: Sequence[tuple[str, PhaseDiagnosis, float]],
 ) -> Mapping[str, PhaseDiagnosis]:
-    """Judge the clips that show a delay or a wave by all clips of a session.
+    """Decide on the clips that show a delay or a wave from all clips of a session.
 
-    One clip tells them apart only by what else it shows: a small wave beside the delay looks like a
-    wave alone.
+    A single clip cannot separate them reliably: a small wave beside the delay looks like a wave
+    alone.
 
     Parameters
     ----------
     clips : sequence of (name, PhaseDiagnosis, rate)
-        Of one camera in one place; the rates are signed, rad/s.
+        Clips of one camera in one position; the rates are signed, rad/s.
 
     Returns
     -------
     mapping of name to PhaseDiagnosis
-        The verdicts that all decide; empty where none is open, or none is decided.
+        The joint verdicts; empty if none is open, or none is decided.
     """
     either = [name for name, diagnosis, _ in clips if {DELAY, WAVE} <= set(diagnosis.group)]
     sizes = [(name, *both, rate) for name, diagnosis, rate in clips
@@ -61,7 +61,7 @@ def judge_together(
         return {}
     delay = np.array([size for _, size, _, _ in sizes])
     rate = np.array([each for *_, each in sizes])
-    # As a function of the plate's angle a delay's wave turns its sign over with the direction.
+    # As a function of the plate's angle, the wave of a delay changes its sign with the direction.
     wave = np.array([size for _, _, size, _ in sizes]) * np.sign(delay) * np.sign(rate)
     spreads = {DELAY: _spread(delay), WAVE: _spread(wave)}
     steady, other = sorted(spreads, key=lambda term: spreads[term])

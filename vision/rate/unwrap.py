@@ -8,22 +8,22 @@ from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
-LOCAL_STEPS = 31  # frames that a median is taken over, for a usual step
-BURST = 8.0  # times the usual step, that two steps take; else they take two
-REGULAR = 0.1  # of the usual step, or turn: what belongs to it
+LOCAL_STEPS = 31  # frames of a median, for a usual step
+BURST = 8.0  # least time of two steps in a burst, usual steps; otherwise it is two
+REGULAR = 0.1  # of the usual step, or turn: largest deviation of a regular one
 
 
 @dataclass(frozen=True)
 class FrameThresholds:
-    """Which frames are used.
+    """Limits for usable frames.
 
     Attributes
     ----------
     unexplained : float
-        Times the usual ratio of what the template does not explain of a frame to what it does; more
-        is something in the way.
+        Largest ratio of the unexplained to the explained power of a frame, over the usual ratio;
+        with more, something is in the way.
     least_unexplained : float
-        That ratio in a frame without noise to speak of.
+        That ratio in a frame with negligible noise.
     """
 
     unexplained: float = 3.0
@@ -43,7 +43,7 @@ def usable(track: PhaseTrack) -> BoolArray:
 
 
 def _unexplained(correlation: FloatArray | float) -> FloatArray:
-    """Power of a frame that the template does not explain, over that which it does."""
+    """Power of a frame that the template does not explain, over the explained power."""
     square = np.square(correlation)
     return np.asarray((1 - square) / np.maximum(square, 1e-12))
 
@@ -56,7 +56,7 @@ def frame_time(time_s: FloatArray) -> float:
 
 
 def stamped_in_bursts(time_s: FloatArray) -> bool:
-    """Two frames come at once, then none for long: the stamps are not the times of the frames."""
+    """Whether frames come in pairs with long pauses: the stamps are not the times of the frames."""
     pair = float(median(time_s[2:] - time_s[:-2]))
     return pair > BURST * _usual_step(np.diff(time_s))
 
@@ -90,14 +90,14 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
     ----------
     track : PhaseTrack
     time_s : array, shape (f,)
-        Of every frame of the track, s.
+        Times of every frame of the track, s.
     rate_rad_s : float
         Rate that the angle follows between frames, signed.
 
     Returns
     -------
     PlateAngle
-        On the stamps as they are: no frame counted as dropped.
+        On the stamps unchanged: no frame counted as dropped.
     """
     good = np.flatnonzero(usable(track))
     time, phase = time_s[good], track.phase_rad[good]
@@ -147,19 +147,19 @@ def rate_history(angle: PlateAngle, stray: BoolArray | None = None) -> RateHisto
     """Mean rate in the time of a turn (or over the clip, if that is less), half of it apart.
 
     The turn is the usual one: over a whole turn every error that repeats with the plate's angle
-    drops out, and a plate that rests or turns back has a rate all the same. Stray frames, (u,),
-    have no say in it.
+    cancels, and a plate that rests or turns back has a rate nevertheless. Stray frames, (u,), are
+    ignored.
     """
     shown = angle if stray is None else angle.without(stray)
     time, turned = shown.repaired_time_s, shown.angle_rad - shown.angle_rad[0]
     span_s = float(time[-1] - time[0])
     mean = turned[-1] / span_s
-    # Off the line, so that uneven times are no noise where their stamps tell them, and are noise
-    # where these are wrong.
+    # Relative to the line, so that uneven times are not noise if their stamps are right, and are
+    # noise if these are wrong.
     noise = phase_noise(turned - mean * (time - time[0]))
     rising = np.maximum.accumulate((np.sign(turned[-1]) or 1.0) * turned)
     passed = np.interp(np.arange(0, rising[-1], np.pi), rising, time)
-    # Of an off-centre view one half of every turn is the longer one.
+    # In an off-centre view one half of every turn is the longer one.
     half_s = _usual_mean(passed[2:] - passed[:-2]) / 2 if len(passed) > 2 else np.inf
     if 2 * half_s > span_s:
         return RateHistory(np.array([time.mean()]), np.array([mean]), angle, noise)
