@@ -1,4 +1,4 @@
-"""What is measured in every frame; together, a phase track."""
+"""The measurements of every frame; together, a phase track."""
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from vision.tracking.tracker import MeasuredAngles, PlateTracker
 from vision.video.reader import ClipReader, Frame, Luma
 
 LOOKED_EVERY_S = 0.9  # seconds: a camera moves slowly
-THUMBNAIL = 20  # samples across the plate and what is around it, each way
+THUMBNAIL = 20  # samples across the plate and its surroundings, each way
 
 
 class FrameMeasurements:
-    """The measurements of all frames so far, and what is needed to measure the next.
+    """The measurements of all frames so far, and the state for the next ones.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ class FrameMeasurements:
     shown : Frame
         The frame to annotate.
     shown_index : int
-        Its place among the frames added.
+        Its place among the added frames.
     around : Registration, optional
-        What stands around the plate, of a camera that did not move while the plate was learned.
+        Surroundings of the plate, if the camera did not move while the plate was learned.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class FrameMeasurements:
 
     @property
     def camera_moved(self) -> bool:
-        """What lies around the plate did not stay where it was while the plate was learned."""
+        """Whether the surroundings of the plate moved after the plate was learned."""
         return self._around is not None and self._around.moved
 
     def add(self, frames: list[Frame]) -> None:
@@ -78,17 +78,17 @@ class FrameMeasurements:
         self._brightness += around.mean(axis=(1, 2)).tolist()
 
     def _strip(self, image: Luma) -> Luma:
-        # Copied into the processor's cache as a whole: the rings jump about in a frame, which
-        # was decoded some time ago, and each jump would wait for the memory.
+        # Copied into the processor's cache as a whole: the rings access a frame at scattered
+        # places, and since it was decoded some time ago, each access would wait for the memory.
         self._image[:] = image
         self._thumbnails.append(self._image[self._part].ravel())
         return self._plate.template.grid.strip(self._image)
 
     def track(self, clip: ClipReader, notes: tuple[str, ...]) -> PhaseTrack:
-        """Everything measured so far, with the clip it is from and notes on it."""
+        """All measurements so far, with their clip and notes on it."""
         angles = MeasuredAngles.joined(self._angles)
         layout = self._layout(clip)
-        # The template holds for the row of the spindle; every frame is stamped for its own mark.
+        # The template holds for the row of the spindle; a frame is stamped at the row of its mark.
         lag_rad_px = self._plate.template.grid.view.lag_rad_px
         turned_on = lag_rad_px * layout.mark_row_px(angles.angle_rad)
         return PhaseTrack(

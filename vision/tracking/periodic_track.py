@@ -1,7 +1,7 @@
-"""The angle of a plate whose view no rim and no spindle tells, by the return of the picture.
+"""The angle of a plate without a visible rim or spindle, by the return of the picture.
 
-How long the picture takes to be itself again comes first (``vision.tracking.small_clip``); then
-every pixel is its own periodic function of one phase (``vision.plate.periodic``).
+The period of the picture is determined first (``vision.tracking.small_clip``); then every pixel is
+a periodic function of one phase (``vision.plate.periodic``).
 """
 
 from dataclasses import dataclass, replace
@@ -22,13 +22,13 @@ from vision.tracking.frame_measurement import THUMBNAIL
 from vision.tracking.registration import brought_back
 from vision.tracking.small_clip import SmallClip
 
-#: |mean exp(i(φ - ωt))| of angles that go at a rate. Derived: no second rate reaches it too.
+#: |mean exp(i(φ - ωt))| of angles at one rate. Derived: no second rate can reach it as well.
 TOGETHER = 0.5**0.5
 
 
 @dataclass(frozen=True, eq=False)
 class PictureReturn:
-    """The angle of a picture that returns, in every frame, and what is known of the clip."""
+    """The angle of a periodic picture in every frame, and the known data of the clip."""
 
     small: SmallClip
     returns: ImageReturn
@@ -42,15 +42,14 @@ class PictureReturn:
         Parameters
         ----------
         roughly : PhaseTrack or None
-            Of the plate, where it was followed badly: its view and sense, where the pixels show
-            none.
+            Poor track of the plate, if there is one: its view and sense, if the pixels show none.
         notes : tuple of str
-            On how the frames were read.
+            Notes on the reading of the frames.
 
         Raises
         ------
         RateRefused
-            What returns is no plate that turns once per return; with ``returns``.
+            The periodic picture is not a plate that turns once per return; with ``returns``.
         """
         returns = self.returns
         turns = self.seen or _as_followed(roughly, returns, self.small.factor)
@@ -65,12 +64,12 @@ def picture_return(small: SmallClip) -> PictureReturn:
     Parameters
     ----------
     small : SmallClip
-        Of the whole clip.
+        Small frames of the whole clip.
 
     Raises
     ------
     RateRefused
-        The picture does not return, or not as that of a plate does.
+        The picture does not return, or not like that of a plate.
     """
     small.choose()
     returns, mask = small.returns, small.mask
@@ -81,7 +80,7 @@ def picture_return(small: SmallClip) -> PictureReturn:
     try:
         seen = turning(pixels, mask)
     except NoPlate as error:
-        passes = isinstance(error, OnlyShifts)  # and what comes next need not be as far apart
+        passes = isinstance(error, OnlyShifts)  # and its next features need not be as far apart
         raise type(error)(
             f"the picture repeats every {returns.period_s:.3g} s or so, {returns.turns} times in a "
             f"row, and what returns is no plate: {error}", returns=None if passes else returns
@@ -94,7 +93,7 @@ def _as_followed(
 ) -> Turning | None:
     """The view and the sense of a plate that turns once per return.
 
-    It may have been lost in some frames: the angles of the others go together at its rate.
+    It may have been lost in some frames: the angles of the others agree on its rate.
     """
     if roughly is None or roughly.plate.symmetry > 1:
         return None

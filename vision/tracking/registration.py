@@ -1,11 +1,11 @@
-"""Frames of a camera that moves, brought back onto one of them by what lies around the plate.
+"""Registration of the frames of a moving camera to one of them by the surroundings of the plate.
 
-Corners of a reference frame are looked for again in every frame (Lucas and Kanade's optical flow,
-always from the reference, so that no error adds up). What stands still moves by the homography of
-the camera's motion; what turns with the plate does not, and corners that rarely agree with the
-others are left out. Corners on one side only may be those of a tonearm that rides on a warped
-record, and are no surroundings. The homography of the table's plane serves for the plate too, which
-lies near it.
+Corners of a reference frame are tracked into every frame (Lucas and Kanade's optical flow, always
+from the reference, so that no error adds up). Stationary corners move by the homography of the
+camera's motion; corners that turn with the plate do not, and those that rarely agree with the
+others are left out. Corners on one side only may belong to a tonearm that rides on a warped record,
+and do not count as surroundings. The homography of the table's plane also holds for the plate,
+which lies near it.
 """
 
 from collections.abc import Iterator
@@ -21,35 +21,35 @@ from vision.plate.background import spread_choice
 from vision.video.reader import Frame, Luma
 
 CELLS = 4  # of the frame, each way: a plate full of corners leaves some to its surroundings
-CORNERS = 10  #: followed in each of them at most; a limit of time
-APART_PX = 9  #: from corner to corner
+CORNERS = 10  #: largest number tracked in each of them; a limit of time
+APART_PX = 9  #: least distance from corner to corner
 QUALITY = 0.01  # of the strongest corner
-WINDOW = (21, 21)  #: pixels about a corner
+WINDOW = (21, 21)  #: pixels around a corner
 LEVELS = 3  #: levels of the pyramid: motions of up to eight windows
-LOOKED_AT = 14  # frames, for whether the camera moves and which corners stand still
+LOOKED_AT = 14  # frames, to find whether the camera moves and which corners are stationary
 FEWEST = 8  # corners, twice what determines a homography
-ENOUGH = 24  # for a homography; fewer give shift, roll and scale
-#: Iterations and pixels at which a corner counts as followed.
+ENOUGH = 24  # corners for a homography; fewer give shift, roll and scale
+#: Iterations and pixels at which the tracking of a corner ends.
 ENDS = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 12, 0.01)
-TRIALS = 300  # of a common motion
-LASTING = 3  # frames that are looked at: a hand or a flash is gone by then
-FEWEST_QUARTERS, PER_QUARTER = 3, 3  # of the frame, in which so many corners must stand
+TRIALS = 300  # random samples for a common motion
+LASTING = 3  # examined frames: a hand or a flash does not last as long
+FEWEST_QUARTERS, PER_QUARTER = 3, 3  # of the frame, with so many stationary corners
 
 
 @dataclass(frozen=True)
 class RegistrationThresholds:
-    """What stands still, and when the camera does.
+    """Limits for stationary corners and a stationary camera.
 
     Attributes
     ----------
     agree_px : float
-        Distance from the common motion within which a corner goes with it.
+        Distance from the common motion within which a corner follows it.
     stands : float
         Share of the frames in which a corner must do so. Derived: half, and a margin for frames in
-        which the mark of the plate comes by.
+        which the mark of the plate passes.
     moved_px : float
         Root mean square motion of the surroundings, pixels of the analysed frame, from which the
-        frames are brought back. Tuned on tests.bench.clip_study hand_held.
+        frames are registered. Tuned on tests.bench.clip_study hand_held.
     """
 
     agree_px: float = 1.5
@@ -61,13 +61,13 @@ THRESHOLDS = RegistrationThresholds()
 
 
 class Registration:
-    """Brings frames back onto a reference.
+    """Registration of frames to a reference.
 
     Parameters
     ----------
     reference : array of uint8, shape (h, w)
     corners : array of float32, shape (n, 2)
-        Pixels of the reference that stand still.
+        Stationary pixels of the reference.
     """
 
     def __init__(self, reference: Luma, corners: NDArray[np.float32]) -> None:
@@ -77,13 +77,13 @@ class Registration:
         self.largest_px = self.largest_roll_rad = 0.0
 
     def motion(self, luma: Luma, *, fewest: float = 0.0) -> FloatArray | None:
-        """Homography from the reference to a frame, px to px, (3, 3); None where it is not seen.
+        """Homography from the reference to a frame, px to px, (3, 3); None if it is not visible.
 
         Parameters
         ----------
         luma : array of uint8, shape (h, w)
         fewest : float
-            Share of the corners that go with it, at least.
+            Least share of the corners that follow it.
         """
         onto, seen = _followed(self._reference, luma, self.corners, self._motion)
         if seen.sum() < FEWEST:
@@ -95,25 +95,25 @@ class Registration:
         return motion
 
     def look(self, luma: Luma) -> None:
-        """See in a frame how far the surroundings are from where they were."""
+        """Measure in a frame the displacement of the surroundings."""
         motion = self.motion(luma, fewest=THRESHOLDS.stands)
         if motion is not None:
             away = _moved(self.corners, motion) - self.corners
-            # By shift and roll alone: of few corners in a dark film the rest is noise.
+            # By shift and roll alone: with few corners in a dark film the rest is noise.
             (x, y), (u, v) = (self.corners - self.corners.mean(axis=0)).T, away.T
             by_roll = float((x * v - y * u).sum()) / float(np.sqrt((x**2 + y**2).sum() * len(x)))
             self._away_px.append(float(np.hypot(np.hypot(*away.mean(axis=0)), by_roll)))
 
     @property
     def moved(self) -> bool:
-        """They went elsewhere in the frames looked at, and not only in a frame or two."""
+        """Whether they moved in the examined frames, and not only in a frame or two."""
         if len(self._away_px) < LASTING:
             return False
         lasting = np.lib.stride_tricks.sliding_window_view(self._away_px, LASTING).min(axis=1)
         return bool(lasting.max() > 2 * THRESHOLDS.moved_px)  # a peak, not a root mean square
 
     def note(self, source: str, reduction: int) -> str:
-        """What was taken out, for the user; of a clip whose frames were reduced by a factor."""
+        """A note on the removed motion for the user; ``reduction`` is the factor of the frames."""
         away_px = reduction * self.largest_px
         return (
             f"{source}: the camera moved by up to {away_px:.0f} px and rolled by up to "
@@ -128,7 +128,7 @@ class Registration:
             yield [self.back(frame) for frame in batch]
 
     def back(self, frame: Frame) -> Frame:
-        """A frame as the reference's camera would have taken it; where not seen, as the last."""
+        """A frame as the reference's camera would have taken it; if not visible, like the last."""
         self.motion(frame.luma)
         motion = self._motion
         shift = _moved(self.corners, motion) - self.corners
@@ -140,7 +140,7 @@ class Registration:
 
 
 def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
-    """What brings the frames back, None where too little stands still; how far the camera moves.
+    """Registration of the frames, None if too little is stationary, and motion of the camera.
 
     Parameters
     ----------
@@ -150,9 +150,9 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     Returns
     -------
     Registration or None
-        On the frame in the middle.
+        To the frame in the middle.
     moved_px : float
-        Root mean square of the motion of the surroundings, NaN where it cannot be seen.
+        Root mean square of the motion of the surroundings, NaN if it is not visible.
     """
     reference = frames[len(frames) // 2].luma
     corners = _corners(reference)
@@ -165,7 +165,7 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
         onto, seen = _followed(reference, luma, corners, np.eye(3), levels=0)
         away = np.where(seen, np.linalg.norm(onto - corners, axis=1), np.inf)
         agree = away < THRESHOLDS.agree_px
-        # A camera that stands is known by that; else the motion that most corners share is sought.
+        # Unmoved corners show a fixed camera; otherwise search the motion that most corners share.
         if not _all_around(corners[away < THRESHOLDS.moved_px], reference.shape):
             onto, seen = _followed(reference, luma, corners, np.eye(3))
             agree = np.zeros(len(corners), bool)
@@ -176,10 +176,10 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
         still += away < THRESHOLDS.moved_px
         possible = agreements + len(looked_at) - number >= enough
         if not _all_around(corners[possible], reference.shape):
-            return None, np.nan  # however many agree in the frames to come
+            return None, np.nan  # however many agree in the remaining frames
     stands = agreements >= enough
-    # A camera moves all it sees. Ribs of a mat move alike too, from each to the next, as a camera
-    # that rolls would move them, and may be most of the corners; but others stand still.
+    # A moving camera moves everything. Ribs of a mat, from each to the next, also move as a rolling
+    # camera would move them, and may be most of the corners; but others are stationary.
     if (still >= enough).sum() >= FEWEST:
         stands = still >= enough
     shifts = [median((onto - corners)[seen & stands], axis=0)
@@ -211,7 +211,7 @@ def _followed(
     reference: Luma, luma: Luma, corners: NDArray[np.float32], motion: FloatArray, *,
     levels: int = LEVELS
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Where the corners are in a frame, and which were seen again."""
+    """Positions of the corners in a frame, and which were found again."""
     start = np.asarray(_moved(corners, motion), np.float32)[:, None]
     onto, status, _ = cv2.calcOpticalFlowPyrLK(
         reference, luma, corners[:, None], start.copy(), winSize=WINDOW, maxLevel=levels,
@@ -222,7 +222,7 @@ def _followed(
 def _common_motion(
     corners: NDArray[np.float32], onto: NDArray[np.float32]
 ) -> tuple[FloatArray | None, NDArray[np.bool_]]:
-    """The motion that most corners share, shape (3, 3), and which they are."""
+    """The motion that most corners share, shape (3, 3), and the mask of these corners."""
     limit = THRESHOLDS.agree_px
     nobody = np.zeros(len(corners), bool)
     if len(corners) >= ENOUGH:
@@ -243,7 +243,7 @@ def _moved(corners: NDArray[np.float32], motion: FloatArray) -> FloatArray:
 
 
 def brought_back(image: Luma, motion: FloatArray) -> Luma:
-    """An image (h, w) as the reference's camera took it, (h, w); by the homography from there."""
+    """An image (h, w) in the reference's view, (h, w); by the homography from the reference."""
     h, w = image.shape[:2]
     how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     return np.asarray(

@@ -1,4 +1,4 @@
-"""The stretch of a clip in which a plate is found, and what it looks like there."""
+"""The stretch of a clip in which a plate is found, and its appearance there."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from vision.video.reader import ClipReader, Frame
 if TYPE_CHECKING:
     from vision.plate.learn import PlateModel
 
-FEWEST = 12  # frames from which anything can be said
-#: Stretches of the clip in which something moves and a plate is looked for, in the brightness and
-#: in the colours.
+FEWEST = 12  # least number of frames for any result
+#: Stretches of the clip with motion in which a plate is searched, in the brightness and in the
+#: colours.
 ATTEMPTS, IN_COLOURS = 2, 1
 
 
 @dataclass(frozen=True)
 class ClipTask:
-    """What to track, and whom to tell."""
+    """A clip to track, and the receiver of its progress."""
 
     path: Path
     rim: PlateOverride | None
@@ -31,7 +31,7 @@ class ClipTask:
     on_progress: Callable[[int, int | None], None] | None
 
     def report(self, clip: ClipReader, count: int) -> None:
-        """Tell how many frames of the clip are done."""
+        """Report the number of frames of the clip that are done."""
         if self.on_progress is not None:
             self.on_progress(count, clip.frames_stated)
 
@@ -45,9 +45,9 @@ def learned_plate(
     colours: bool,
     camera_moves: bool,
 ) -> "tuple[PlateModel, Stretch]":
-    """The plate, and the frames it was learned from.
+    """The plate, and the frames from which it was learned.
 
-    In their colours or their brightness; where the camera is known to move, without its motion.
+    In their colours or their brightness; if the camera is known to move, without its motion.
     """
     from vision.plate.channel import Brightness, axes_of_colour
     from vision.plate.learn import learn
@@ -88,7 +88,7 @@ def learned_plate(
 def _from(
     from_s: float, batches: Iterator[list[Frame]]
 ) -> tuple[Iterator[list[Frame]], int]:
-    """What follows a time of the clip, and how many frames come before."""
+    """The frames after a time of the clip, and the number of frames before it."""
     skipped = 0
     for batch in batches:
         later = [frame for frame in batch if frame.time_s >= from_s]

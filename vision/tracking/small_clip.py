@@ -1,4 +1,4 @@
-"""Small frames of a clip, taken as it is read, and after what time the picture returns in them."""
+"""Small frames of a clip, taken as it is read, and the period of the picture in them."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -17,41 +17,41 @@ if TYPE_CHECKING:
     from vision.image_return import ImageReturn
     from vision.tracking.registration import Registration
 
-SMALL, SMALLER = 320, 128  # pixels of the longer side: of what is measured, of what returns
+SMALL, SMALLER = 320, 128  # pixels of the longer side: for the angle, for the period
 HELD = 600  #: frames held whole; a limit of memory and time
-PIXELS = 6000  #: pixels that are measured; a limit of time
+PIXELS = 6000  #: number of measured pixels; a limit of time
 MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
-FEWEST_PIXELS = 500  # in however long a clip
-CHOSEN_FROM = 300  # frames, from which the pixels are chosen
+FEWEST_PIXELS = 500  # in a clip of any length
+CHOSEN_FROM = 300  # frames from which the pixels are chosen
 
 
 @dataclass(eq=False)
 class SmallClip:
-    """Small frames of a clip: whole ones at first, then only the pixels that tell the angle.
+    """Small frames of a clip: whole ones at first, then only the pixels that carry the angle.
 
-    They are taken while a plate is looked for, so that the clip need not be read again. Where the
-    camera moves, they are brought back onto one of them.
+    They are taken during the search for a plate, so that the clip need not be read again. If the
+    camera moves, they are registered to one of them.
 
     Attributes
     ----------
     clip : ClipReader
         The clip, for its name and size.
     factor : int
-        By which its frames are reduced.
+        Factor by which its frames are reduced.
     time_s, coding, motion : list
-        Of every frame, as in ``Frame``; the motion in pixels of the small frames.
+        Data of every frame, as in ``Frame``; the motion in pixels of the small frames.
     values : list of arrays of uint8, shape (p,)
-        What the chosen pixels show in every frame.
+        Values of the chosen pixels in every frame.
     mask : array of bool, shape (h, w), or None
-        The chosen pixels; None before they are chosen, and where nothing returns.
+        The chosen pixels; None before they are chosen, and if nothing returns.
     shown : Frame or None
-        A frame to look at, as read.
+        A frame for display, as read.
     camera : Registration or None
-        Of a camera that moves.
+        Registration of a moving camera.
     returns : ImageReturn or None
         The return of the picture.
     refusal : RateRefused or None
-        What changes, where nothing returns.
+        The changes, if nothing returns.
     ended : bool
         No more frames are taken.
     """
@@ -71,7 +71,7 @@ class SmallClip:
     _whole: list[Frame] = field(default_factory=list)
 
     def followed(self, batches: Iterable[list[Frame]]) -> Iterator[list[Frame]]:
-        """The batches, each after its frames were taken."""
+        """The batches unchanged, each after its frames were taken."""
         for batch in batches:
             for frame in batch:
                 if not self.ended:
@@ -79,7 +79,7 @@ class SmallClip:
             yield batch
 
     def end(self) -> None:
-        """Take no more, and let go of the whole frames."""
+        """Take no more frames, and release the whole ones."""
         self.ended, self._whole = True, []
 
     def _take(self, frame: Frame) -> None:
@@ -102,7 +102,7 @@ class SmallClip:
         self.values.append(small.luma[self.mask])
 
     def choose(self) -> None:
-        """Find the return of the picture, and the pixels that tell the angle best."""
+        """Find the return of the picture, and the pixels with most information on the angle."""
         from vision.image_return import image_return
         from vision.plate.periodic import informative
         from vision.tracking.registration import THRESHOLDS, registration
@@ -115,7 +115,7 @@ class SmallClip:
         camera, moved_px = registration(whole)
         if camera is not None and moved_px > THRESHOLDS.moved_px:
             back = [camera.back(small) for small in whole]
-            if camera.largest_px < min(whole[0].luma.shape) / 2:  # else it is another view by then
+            if camera.largest_px < min(whole[0].luma.shape) / 2:  # otherwise another view
                 self.camera, whole = camera, back
         frame_s = max(float(median(np.diff(time))), 1e-4)
         even = np.arange(time[0], time[-1] + frame_s / 2, frame_s)[: 2 * len(time)]

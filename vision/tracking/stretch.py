@@ -1,4 +1,4 @@
-"""The frames of a clip that the plate is learned from, and how those after them are treated."""
+"""The frames of a clip from which the plate is learned, and the treatment of later frames."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -11,19 +11,19 @@ if TYPE_CHECKING:
     from vision.tracking.registration import Registration
 
 LEARN_FROM = (150, 300)  # frames, at least and at most
-LEARN_BYTES = 96_000_000  #: bytes of the frames that the plate is learned from; a limit of memory
+LEARN_BYTES = 96_000_000  #: bytes of the frames for learning the plate; a limit of memory
 
 
 @dataclass(frozen=True)
 class StretchThresholds:
-    """How much of a clip is learned from.
+    """Limits for the frames to learn from.
 
     Attributes
     ----------
     learn_for_s : float
         Seconds to learn the plate from. Derived: two turns at 16 2/3 rpm.
     fast_s : float
-        Frames to learn from that pass in less seconds are from a fast camera. Tuned on the 240 fps
+        Duration of the frames to learn from below which the camera is fast. Tuned on the 240 fps
         clip of tests.vision.test_clips.
     """
 
@@ -39,8 +39,8 @@ class Stretch:
     """Frames to learn from.
 
     Every ``stride``-th of the ``read`` frames that follow the first ``skipped`` of the clip; their
-    fields where they are interlaced, brought back onto one of them where a camera moves;
-    ``around`` what surrounds the plate, where it is seen and does not move.
+    fields if they are interlaced, registered to one of them if the camera moves; ``around`` the
+    surroundings of the plate, if they are visible and do not move.
     """
 
     frames: list[Frame]
@@ -60,7 +60,7 @@ class Stretch:
             self, frames=fields.split(self.frames), interlacing=fields)
 
     def steadied(self, *, camera_moves: bool) -> "Stretch":
-        """Without the motion of the camera, where it moves or is known to move."""
+        """Without the motion of the camera, if it moves or is known to move."""
         from vision.tracking.registration import THRESHOLDS as REGISTRATION
         from vision.tracking.registration import registration
 
@@ -70,7 +70,7 @@ class Stretch:
         return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
 
     def prepared(self, batches: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
-        """Further frames of the clip, treated as these."""
+        """Further frames of the clip, treated like these."""
         if self.interlacing is not None:
             batches = self.interlacing.fields(batches)
         return batches if self.camera is None else self.camera.steadied(batches)
@@ -85,7 +85,7 @@ def next_stretch(
     ----------
     batches : iterator of lists of Frame
     skipped : int
-        Frames of the clip before them.
+        Number of frames of the clip before them.
     on_step : callable
         Called for every batch.
     """

@@ -1,11 +1,11 @@
 """From a clip to the plate's angle in every frame, in one pass.
 
-The first frames are kept until the plate has been found and learned from them; they and all that
-follow are then measured as they come, so that memory does not grow with the clip. Where no plate is
-in the brightness of one stretch of frames after the other, the return of the picture is sought in
-small frames, taken on the way, and the clip is read with its colours. Where a camera is so fast
-that the frames of a turn are too many to keep, some of them are learned from; then, where the plate
-was found late, and where the camera is seen to move after that, the clip is read again.
+The first frames are kept until the plate has been found and learned from them; they and all later
+frames are then measured in order, so that memory does not grow with the clip. If the brightness of
+successive stretches of frames shows no plate, the return of the picture is searched in small
+frames, taken meanwhile, and the clip is read with its colours. If a camera is so fast that the
+frames of a turn are too many to keep, some of them are used for learning; then, if the plate was
+found late, and if the camera moves after that, the clip is read again.
 """
 
 from collections.abc import Callable, Iterator
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ClipThresholds:
-    """How much of a clip is needed.
+    """Limits for the tracks of a clip.
 
     Attributes
     ----------
     fewest_turns : float
-        Apparent turns, or parts of a turn where the plate looks the same after each; with less, a
-        mark of colour may be the better one. Derived: no rate comes from less.
+        Apparent turns, or parts of a turn if the plate looks the same after each; with fewer, a
+        mark of colour may be better. Derived: fewer give no rate.
     whole : float
-        Of the stated length; less was cut short.
+        Share of the stated length below which a clip was cut short.
     scatter_rad : float
         Scatter of the angles about an even rotation, rad, from which the return of the picture is
         measured too. Ten times that of a poor clip (``tests.bench.vision_films``).
     clearly : float
-        Times the least scatter, with which a plate by its template comes before one by the return
-        of the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
+        Largest scatter over the least one at which a plate by its template precedes one by the
+        return of the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
     """
 
     fewest_turns: float = 1.0
@@ -64,17 +64,17 @@ def track_phase(
     from_s: float = 0.0,
     on_progress: Callable[[int, int | None], None] | None = None,
 ) -> "PhaseTrack":
-    """Track the plate of a clip, by its colour where the brightness shows nothing that turns.
+    """Track the plate of a clip, by its colour if the brightness shows no rotation.
 
     Parameters
     ----------
     path : path
     plate : PlateOverride, optional
-        The rim as the user measured it, instead of looking for it.
+        The rim as measured by the user, instead of a search.
     from_s : float
-        The plate is learned from what follows this time of the clip, s.
+        Time of the clip from which the plate is learned, s.
     on_progress : callable (frames done, frames stated or None), optional
-        Called often, also while the plate is being learned; what it raises ends the work.
+        Called often, also while the plate is being learned; an exception ends the work.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def track_phase(
     Raises
     ------
     UnreadableVideo
-        The file is no clip, or has fewer than a dozen frames.
+        The file is not a clip, or has fewer than a dozen frames.
     RateRefused
         Nothing in the clip turns about a fixed axis, in brightness or in colour.
     """
@@ -101,21 +101,21 @@ def track_phase(
     if not _turns(by_luma) and not nothing and not _good(returned):
         tracks.append(looked.tracked(colours=True))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
-        raise by_luma  # nor does anything turn in the colours
+        raise by_luma  # the colours show no rotation either
     if plate is None and not _good(tracks[-1]):
         colour_turns = len(tracks) > 1 and _turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):
-            # A plate followed by its colour may know a view.
+            # A plate tracked by its colour may supply a view.
             returned = looked.by_return(tracks[-1])
         tracks.append(returned)
     return _best(task.path.name, tracks)
 
 
 def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
-    """The track that goes most evenly; without one a refusal that says what was seen."""
+    """The most even track; without one a refusal that says what was seen."""
     turning = [track for track in tracks if _turns(track)]
     if turning:
-        # Where the times scatter and not the angles, all tracks do alike.
+        # If the times scatter and not the angles, all tracks scatter equally.
         allowed = THRESHOLDS.clearly * min(map(_scatter_rad, turning))
         return next(track for track in turning if _scatter_rad(track) <= allowed)
     refusals = [track for track in tracks if isinstance(track, RateRefused)]
@@ -134,7 +134,7 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
 
 
 def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
-    """What to do where the picture returns, or all of it moves, and no plate is seen."""
+    """A refusal with advice if the picture returns, or moves as a whole, without a plate."""
     if isinstance(refusal, NoPlate):
         return type(refusal)(f"{name}: {refusal}. Film the whole plate from above and from a "
                              f"stand, with nothing else that moves.", returns=refusal.returns)
@@ -155,35 +155,35 @@ def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
 
 
 def _good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
-    """Whether a plate was followed so well that no other way to its angle is looked for."""
+    """Whether a plate was tracked well enough to try no other method."""
     return result is not None and _turns(result) and _scatter_rad(result) < THRESHOLDS.scatter_rad
 
 
 def _scatter_rad(track: "PhaseTrack") -> float:
-    """How evenly the angles go; a camera slower than its clip is no uneven plate."""
+    """Scatter of the angles about an even rotation, with a slow camera taken into account."""
     from vision.rate.slow_camera import frame_times
 
     return frame_times(track, track.time_s).scatter_rad
 
 
 class _Looked:
-    """Ways to look at a clip, and its small frames from the first of them that found no plate."""
+    """Attempts on a clip, and its small frames from the first one that found no plate."""
 
     def __init__(self, task: ClipTask) -> None:
         self._task = task
         self._small: SmallClip | None = None
 
     def tracked(self, *, colours: bool = False) -> "PhaseTrack | RateRefused":
-        """The track of a plate by its template, or why there is none."""
+        """The track of a plate by its template, or its refusal."""
         try:
             return self._tracked(colours)
         except NoSuchPart:
             raise
         except RateRefused as refusal:
-            return refusal.with_traceback(None)  # which holds on to frames
+            return refusal.with_traceback(None)  # which keeps frames in memory
 
     def by_return(self, roughly: "PhaseTrack | RateRefused") -> "PhaseTrack | RateRefused":
-        """The track by the return of the picture, with what a poor one of the plate tells of it."""
+        """The track by the return of the picture, with the view of a poor track of the plate."""
         try:
             picture = self._picture
             return picture.track(roughly if _turns(roughly) else None, _notes(picture.small.clip))
@@ -201,7 +201,7 @@ class _Looked:
         return picture_return(self._small)
 
     def _read_on(self, small: SmallClip, batches: Iterator[list[Frame]]) -> None:
-        """Have the small frames of the rest of the clip taken."""
+        """Read the rest of the clip for its small frames."""
         while not small.ended and next(batches, None) is not None:
             self._task.report(small.clip, len(small.time_s))
 
@@ -231,7 +231,7 @@ class _Looked:
                 track = _measured(measurements, clip, rest, stretch, on_frames)
             else:
                 stretch.frames.clear()
-        if not from_the_first:  # what was learned late is measured in all frames
+        if not from_the_first:  # a plate that was learned late is measured in all frames
             with ClipReader(task.path, colours=colours) as clip:
                 rest = stretch.prepared(iter(clip))
                 track = _measured(measurements, clip, rest, stretch, partial(task.report, clip))
@@ -262,7 +262,7 @@ def _measured(
 
 
 def _notes(clip: ClipReader, stretch: Stretch | None = None) -> tuple[str, ...]:
-    """What the user should know of how the frames were read."""
+    """Notes for the user on the reading of the frames."""
     notes = []
     if clip.orientation.mirrored:
         notes.append(
@@ -277,7 +277,7 @@ def _notes(clip: ClipReader, stretch: Stretch | None = None) -> tuple[str, ...]:
 
 
 def _chain(first: list[Frame], rest: Iterator[list[Frame]]) -> Iterator[list[Frame]]:
-    """All frames in batches; the first are let go as they are handed on."""
+    """All frames in batches; the first ones are released as they are passed on."""
     while first:
         yield first[:BATCH]
         del first[:BATCH]

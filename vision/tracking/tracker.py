@@ -1,20 +1,20 @@
-"""Plate angle of one frame after the other, against the template.
+"""Plate angle of successive frames, against the template.
 
-With D the frame along the rings less what stands still, the angle is the zero of
+With D the frame along the rings less the background, the angle is the zero of
 
     g(θ) = Σ w ∂T/∂φ(φ - θ) (D(φ) - T(φ - θ)),
 
 the matched filter, which for white frame noise of standard deviation σ reaches the bound
 σ²/Σ w (∂T/∂φ)². The template is held at an eighth of a sample, so that the last step, taken
-linearly, is below 0.03° and does not lock to the samples. Where the expected angle does not lead to
+linearly, is below 0.03° and does not lock to the samples. If the expected angle does not lead to
 a good match, the whole turn is searched by correlation.
 
-Where a part of the plate is out of the frame or covered, Σ runs over the rest. At angles at which
-the mark is not in that rest, hardly anything depends on θ: the frame shows that the mark is not
-seen, and no angle.
+If a part of the plate is outside the frame or covered, Σ runs over the rest. At angles at which the
+mark is not in that rest, hardly anything depends on θ: the frame shows that the mark is invisible,
+but no angle.
 
-An exposure that is longer smears the plate along the rings. A smear whose variance is larger by s
-turns T into T + s/2 ∂²T/∂φ², and s is fitted together with the contrast at that angle.
+A longer exposure blurs the plate along the rings. A blur whose variance is larger by s changes T
+into T + s/2 ∂²T/∂φ², and s is fitted together with the contrast at that angle.
 """
 
 import math
@@ -31,30 +31,30 @@ from vision.plate.template import Template
 from vision.video.reader import Luma
 
 SUBSTEPS = 8  # of a sample of azimuth
-LINEAR = 0.75 / SUBSTEPS  # of a sample: steps below this are taken without looking again
+LINEAR = 0.75 / SUBSTEPS  # of a sample: smaller steps are taken without another evaluation
 STEPS = 4  # of Newton's method
-SOFT_PX = 3.0  # at the rim: the smear is read from waves longer than that
+SOFT_PX = 3.0  # at the rim: the blur is measured on longer waves
 
 
 @dataclass(frozen=True)
 class TrackerThresholds:
-    """When the tracker trusts its expectation. Tuned on tests.bench.vision_films.
+    """Limits of the tracker's expectation. Tuned on tests.bench.vision_films.
 
     Attributes
     ----------
     good_match : float
-        Of the usual correlation; below, the whole turn is searched.
+        Share of the usual correlation below which the whole turn is searched.
     hidden_match : float
-        Of the usual correlation; below, something is in the way and the expectation is kept.
+        Share of the usual correlation below which something is in the way; the expectation is kept.
     near_rad : float
         Distance from the expected angle, rad, beyond which an angle does not change the rate.
     shown : float
-        Of the largest information on the angle, Σ w (∂T/∂φ)² where the plate is seen; with less, a
-        frame shows no angle. Derived: from a quarter on its sd is at most twice the least.
+        Share of the largest information on the angle, Σ w (∂T/∂φ)² over the visible part, below
+        which a frame shows no angle. Derived: from a quarter on its sd is at most twice the least.
     memory : float
         Weight of the newest frame in the running rate and the usual correlation.
     longest_step : float
-        Samples of azimuth, that one step of Newton's method goes at most.
+        Largest step of Newton's method, samples of azimuth.
     """
 
     good_match: float = 0.75
@@ -70,19 +70,19 @@ THRESHOLDS = TrackerThresholds()
 
 @dataclass(frozen=True, eq=False)
 class MeasuredAngles:
-    """The plate in some frames, each array of shape (f,).
+    """Measurements of the plate in some frames, each array of shape (f,).
 
     Attributes
     ----------
     angle_rad : array
-        Continuous as far as the expectation goes; NaN where the frame shows none.
+        Continuous by the expected angle; NaN if the frame shows none.
     match : array
         Correlation with the template at that angle.
     change : array
-        Mean change of luma since the frame before; infinite for the very first.
+        Mean change of luma since the previous frame; infinite for the very first.
     smear_rad2 : array
-        Variance of the smear along the rings beyond that of the template, rad²; NaN where the
-        frame does not show the plate.
+        Variance of the blur along the rings beyond that of the template, rad²; NaN if the frame
+        does not show the plate.
     """
 
     angle_rad: FloatArray
@@ -99,13 +99,13 @@ class MeasuredAngles:
 
 
 class PlateTracker:
-    """Measures frame after frame, which have to come in order, and keeps what is expected next.
+    """Tracker of successive frames, in order, with the expected rate and match for the next.
 
     Parameters
     ----------
     template : Template
     rate_rad_s : float
-        Rough rate to begin with.
+        Rough initial rate.
     """
 
     def __init__(self, template: Template, rate_rad_s: float) -> None:
@@ -129,13 +129,13 @@ class PlateTracker:
         self._background = template.background
         self._difference = np.empty_like(template.background)
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
-        # Rings partly hidden or outside the frame: what the template itself gives, by angle.
+        # For rings partly hidden or outside the frame: sums over the template itself, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
         self._shows = self._information >= THRESHOLDS.shown * self._information.max()
         self._offset = _by_angle(weight * slope * image, self._seen)
         self._energy = _by_angle(weight * image**2, self._seen)
-        # The smear is fitted at whole samples, parts of one hardly change it; and on waves that
-        # stand out from the noise of the template, or ∂²T/∂φ² would be that noise.
+        # The blur is fitted at whole samples, parts of one hardly change it; and on waves above the
+        # noise of the template, or ∂²T/∂φ² would be that noise.
         soft = np.exp(-((k * SOFT_PX / grid.view.radius_px) ** 2) / 2)
         even, bend = np.fft.irfft(np.stack([soft, -soft * k**2])[:, None] * spectrum, self._n)
         self._smear_filter = np.stack([np.concatenate([weight * part] * 2, axis=-1)
@@ -174,7 +174,7 @@ class PlateTracker:
         return self._difference
 
     def _angle_of(self, difference: NDArray[np.float32], time_s: float) -> tuple[float, float]:
-        """Angle of one frame, NaN where it shows none, and its correlation with the template."""
+        """Angle of one frame, NaN if it shows none, and its correlation with the template."""
         expected = self._angle
         if self._time is not None:
             expected += self._rate * (time_s - self._time)
@@ -211,9 +211,9 @@ class PlateTracker:
     def _refine(
         self, difference: NDArray[np.float32], start_rad: float, size: float
     ) -> tuple[float, float, bool]:
-        """Newton's zero of g(θ) from a start; angle and correlation there, and if it came to rest.
+        """Newton's zero of g(θ) from a start; its angle, correlation, and whether it converged.
 
-        The clearer a mark stands out, the nearer to it Newton's method must begin.
+        The sharper a mark is, the nearer to it Newton's method must begin.
         """
         sample = 2 * np.pi / self._n
         longest = THRESHOLDS.longest_step * sample
@@ -253,9 +253,9 @@ class PlateTracker:
 
 
 def _by_angle(plate: NDArray[np.floating], seen: Strips) -> NDArray[np.float64]:
-    """Σ over the seen part of plate-fixed images (steps, r, n), for every turn by whole samples.
+    """Σ over the visible part of plate-fixed images (steps, r, n), for turns by whole samples.
 
-    Shape (steps, n): one row for each of the images, which are a part of a sample apart.
+    Shape (steps, n): one row for each of the images, which are a fraction of a sample apart.
     """
     if seen.all():
         whole = plate.sum(axis=(1, 2), dtype=float)

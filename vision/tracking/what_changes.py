@@ -1,13 +1,14 @@
-"""What changes in a film in which no plate is seen: the light, all of the view, or something in it.
+"""Cause of the changes in a film without a plate: the light, the whole view, or something in it.
 
-From a frame I to a frame J a little later a light that changes, and a camera that shifts, nears and
-rolls, change the pixel at x by
+From a frame I to a frame J a little later a change of the light, and a camera that shifts,
+approaches and rolls, change the pixel at x by
 
     J - I = a I + c - (b + z x + ω x⊥)·∇I,
 
-six numbers for all pixels, by least squares. The share of the change that they explain tells what
-it is; a camera moves every place that has edges, what passes before it only some. Where all go
-alike but few places do, each pixel weighed by its change, b is the motion of what passes by.
+six numbers for all pixels, by least squares. The share of the change that they explain identifies
+the cause; a camera moves every place that has edges, an object in front of it only some. If one
+motion explains most of the change but few places follow it, then, with each pixel weighted by its
+change, b is the motion of a passing object.
 """
 
 from collections.abc import Sequence
@@ -25,37 +26,37 @@ from vision.video.reader import Luma
 from vision.video.reduction import reduced
 
 BLUR = 1.5  #: pixels, sd, for the slopes of edges
-SIDE = 64  # pixels at most: what moves by one in a frame crosses the view in 2.5 s
-LAGS = (1, 2, 4, 8, 16)  # frames from one to the other, for motions fast and slow
+SIDE = 64  # pixels at most: an object that moves by one per frame crosses the view in 2.5 s
+LAGS = (1, 2, 4, 8, 16)  # frames from one to the other, for fast and slow motions
 PAIRS = 40  #: pairs of frames with each lag; a limit of time
 LEAST_SD = 0.2  # luma steps: the noise of pixels that rounding keeps still
-CALM = 0.1  # quantile of the change from frame to frame that is noise, if any is
-CLEAR = 3.0  # sds of noise, that the motion of a camera must change a place
+CALM = 0.1  # quantile of the change from frame to frame that counts as noise
+CLEAR = 3.0  # sds of noise, least change of a place by the motion of a camera
 
 
 @dataclass(frozen=True)
 class ChangeThresholds:
-    """What is said of a change.
+    """Limits for naming the cause of a change.
 
     Attributes
     ----------
     mostly : float
         Share of the change that one cause explains. Derived: half.
     goes_with : float
-        Of the places with edges, that go with a camera that moves. Tuned on kinds of film without
-        a rate: of a camera 0.78 and more do, of what passes before one 0.28 and less.
+        Share of the places with edges that follow a moving camera. Tuned on kinds of film without
+        a rate: 0.78 and more for a camera, 0.28 and less for an object that passes in front of it.
     much : float
-        Of the picture, that varies beyond noise where something moves that repeats nothing. As
-        much as the blocks of ``vision.image_return``.
+        Least share of the picture that varies beyond noise by a motion without repetition. As much
+        as the blocks of ``vision.image_return``.
     straight : float
-        Net way over the way gone, of what passes by. Derived: a mark on a plate that makes a
-        quarter of a turn.
+        Net displacement over path length of a passing object. Derived: a mark on a plate that makes
+        a quarter of a turn.
     across : float
-        Of the longer side of the view, that it goes. Derived: no mark of a plate in the view goes
-        as far in a quarter of a turn.
+        Its path over the longer side of the view. Derived: no mark of a plate in the view moves as
+        far in a quarter of a turn.
     steps : float
-        Of the frames, in which half of all change is, where the picture stands still in between.
-        Derived: a tenth; an even motion changes half in half of them.
+        Share of the frames with half of all change, if the picture is still in between. Derived: a
+        tenth; an even motion changes half in half of them.
     """
 
     mostly: float = 0.5
@@ -71,11 +72,11 @@ THRESHOLDS = ChangeThresholds()
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """What explains the change of pairs of frames that are some frames apart.
+    """Causes of the change between pairs of frames that are some frames apart.
 
-    Shares: of the light, of light and camera together, of the places that go with the camera, and
-    of what passes by. The camera's shift, nearing and roll per frame, (3,), in pixels at the edge;
-    the way per frame and the straightness of what passes by.
+    Shares: of the light, of light and camera together, of the places that follow the camera, and
+    of a passing object. The camera's shift, approach and roll per frame, (3,), in pixels at the
+    edge; the path per frame and the straightness of the passing object.
     """
 
     light: float
@@ -90,15 +91,15 @@ class _Motion:
 def what_changes(
     frames: Sequence[Luma], time_s: FloatArray, pixel: float
 ) -> RateRefused:
-    """A refusal that says what changes.
+    """A refusal that names the cause of the changes.
 
     Parameters
     ----------
     frames : sequence of arrays of uint8, shape (h, w)
-        Small ones, in which nothing returns.
+        Small frames, in which nothing returns.
     time_s : array, shape (f,)
     pixel : float
-        Pixels of the clip in one of theirs.
+        Pixels of the clip per pixel of these frames.
     """
     lasts_s = float(np.ptp(time_s))
     factor = -(-max(frames[0].shape) // SIDE)

@@ -1,7 +1,7 @@
-"""A clip as frames with their time stamps, as it is to be shown.
+"""A clip as frames with their time stamps, in display orientation.
 
     clip ─ reader ─ batches of Frame
-             ├─ orientation   how a file wants its frames turned and mirrored
+             ├─ orientation   rotation and mirroring of the frames, as stated by the file
              ├─ reduction     frames reduced by a whole factor
-             └─ av_decoder    another decoder, where OpenCV hands back black frames
+             └─ av_decoder    another decoder, if OpenCV returns black frames
 """

@@ -1,6 +1,6 @@
-"""A clip decoded by PyAV where OpenCV cannot: from 4.13 on it hands back interlaced frames black.
+"""A clip decoded by PyAV if OpenCV cannot: from 4.13 on it returns interlaced frames black.
 
-Only what ``vision.video.reader`` asks of ``cv2.VideoCapture`` is here, under the same names.
+It has only the methods of ``cv2.VideoCapture`` that ``vision.video.reader`` uses.
 """
 
 import os
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 
 class AvCapture:
-    """The frames of a file, one after the other.
+    """The frames of a file in order.
 
     Raises
     ------
@@ -34,7 +34,7 @@ class AvCapture:
         self._frame: Any = None
 
     def grab(self) -> bool:
-        """Decode one more frame; whether there is one."""
+        """Decode the next frame; return whether there is one."""
         self._frame = frame = next(self._frames, None)
         if frame is None:
             return False
@@ -45,7 +45,7 @@ class AvCapture:
         return True
 
     def retrieve(self) -> tuple[bool, NDArray[Any]]:
-        """The frame that was grabbed: luma (h, w), or colours (h, w, 3)."""
+        """The grabbed frame: luma (h, w), or colours (h, w, 3)."""
         frame = self._frame
         if not self._luma:
             return True, np.asarray(frame.to_ndarray(format="bgr24"))
@@ -54,7 +54,7 @@ class AvCapture:
         return True, rows[: frame.height, : frame.width]
 
     def get(self, what: int) -> float:
-        """The time of the latest frame in ms, or how it is coded."""
+        """The time of the latest frame in ms, or its coding."""
         return 1e3 * self._time_s if what == cv2.CAP_PROP_POS_MSEC else float(self._coding)
 
     def release(self) -> None:

@@ -1,12 +1,12 @@
-"""How the frames of a file are to be turned and mirrored for display.
+"""Rotation and mirroring of the frames of a file for display.
 
-A phone writes the frames as its sensor lies, with a matrix in the header of the track that takes
-a point (x, y) of the stored frame to the displayed one (ISO 14496-12, 8.3.2),
+A phone writes the frames in its sensor's orientation, with a matrix in the header of the track that
+maps a point (x, y) of the stored frame to the displayed one (ISO 14496-12, 8.3.2),
 
     (x', y') = (a x + c y, b x + d y)   up to a shift.
 
-There are eight that map pixels to pixels: four turns, each with and without a mirror. OpenCV
-knows the turns only, and a mirror that is overlooked reverses the sense of rotation.
+Eight of them map pixels to pixels: four rotations, each with and without a mirror. OpenCV
+supports the rotations only, and an overlooked mirror reverses the sense of rotation.
 """
 
 import struct
@@ -29,14 +29,14 @@ LONGEST_MOVIE = 1 << 30
 
 @dataclass(frozen=True)
 class Orientation:
-    """First transposed, then flipped.
+    """Orientation of frames: first transposed, then flipped.
 
     Parameters
     ----------
     transposed : bool
         Rows become columns.
     left_right, up_down : bool
-        What is flipped after that.
+        Flips after that.
     """
 
     transposed: bool = False
@@ -45,11 +45,11 @@ class Orientation:
 
     @property
     def mirrored(self) -> bool:
-        """The sense of rotation as displayed is not that of the stored frames."""
+        """Whether the displayed sense of rotation is opposite to that of the stored frames."""
         return self.transposed ^ self.left_right ^ self.up_down
 
     def displayed(self, image: NDArray[Any]) -> NDArray[Any]:
-        """The frame (h, w, ...) as it is to be shown; transposed it is (w, h, ...)."""
+        """The frame (h, w, ...) in display orientation; transposed it is (w, h, ...)."""
         if self.transposed:
             image = np.asarray(cv2.transpose(image))
         if self.left_right or self.up_down:
@@ -59,7 +59,7 @@ class Orientation:
 
 
 def stated_orientation(path: Path) -> Orientation | None:
-    """What an MP4 or MOV file states about its first video track; None for any other file."""
+    """Orientation of the first video track of an MP4 or MOV file; None for any other file."""
     with path.open("rb") as file:
         movie = _movie(file, path.stat().st_size)
     turn = np.eye(2)
@@ -72,10 +72,10 @@ def stated_orientation(path: Path) -> Orientation | None:
 
 
 def _movie(file: BinaryIO, length: int) -> bytes:
-    """Content of the box 'moov' of a file of ``length`` bytes, empty where there is none.
+    """Content of the box 'moov' of a file of ``length`` bytes, empty without one.
 
-    A stream without boxes, as a Raspberry Pi writes it, may state any size: a box that does not
-    end in the file is none.
+    A stream without boxes, as a Raspberry Pi writes it, may state any size: a box must end inside
+    the file.
     """
     while len(head := file.read(8)) == 8:
         size, kind = struct.unpack(">I4s", head)
@@ -84,7 +84,7 @@ def _movie(file: BinaryIO, length: int) -> bytes:
             size, header = int.from_bytes(long), 16
         content = size - header
         if content < 0 or content > length - file.tell():
-            break  # a size of 0 is up to the end of the file; others are no box
+            break  # a size of 0 means up to the end of the file; others are not a box
         if kind == b"moov":
             return file.read(content) if content <= LONGEST_MOVIE else b""
         file.seek(content, 1)
@@ -103,14 +103,14 @@ def _boxes(content: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _video_track(track: bytes) -> bytes | None:
-    """The header of a track that holds video."""
+    """The header of a video track."""
     parts = dict(_boxes(track))
     handler = dict(_boxes(parts.get(b"mdia", b""))).get(b"hdlr", b"")
     return parts.get(b"tkhd") if handler[HANDLER] == b"vide" else None
 
 
 def _matrix(header: bytes, places: dict[int, int]) -> NDArray[np.float64]:
-    """((a, b), (c, d)) of a header, zeros where it is cut short or of another version."""
+    """((a, b), (c, d)) of a header, zeros if it is truncated or of another version."""
     at = places.get(header[0], len(header)) if header else 0
     if at + 20 > len(header):
         return np.zeros((2, 2))
@@ -119,7 +119,7 @@ def _matrix(header: bytes, places: dict[int, int]) -> NDArray[np.float64]:
 
 
 def _orientation(matrix: NDArray[np.float64]) -> Orientation | None:
-    """None where pixels do not map to pixels."""
+    """The orientation of a matrix; None if pixels do not map to pixels."""
     (a, b), (c, d) = matrix
     if a and d and not b and not c:
         return Orientation(False, bool(a < 0), bool(d < 0))

@@ -1,4 +1,4 @@
-"""A clip as luma frames with their time stamps, decoded in a thread of its own.
+"""A clip as luma frames with their time stamps, decoded in a separate thread.
 
 The stamp is ``CAP_PROP_POS_MSEC`` read after ``read()``, which is exact for every container tried;
 read before, it is one frame late, and index over frame rate is wrong by up to 26 % on clips of
@@ -28,12 +28,12 @@ Luma = NDArray[np.uint8]
 LARGEST_SIDE = 1000  # pixels; a larger frame is reduced by a whole factor
 BLACK = 1.0  # mean luma of a frame that was not decoded; that of black is 16
 JUDGED = 5  # first frames of a clip; fewer than a batch has
-FIELDS = "turntable-imu-calibration[fields]"  # what decodes interlaced clips
-BATCH = 16  # frames handed over at once
+FIELDS = "turntable-imu-calibration[fields]"  # extra that decodes interlaced clips
+BATCH = 16  # frames passed on at once
 FFMPEG_QUIET = "-8"  #: AV_LOG_QUIET; read when the process opens its first clip
 LUMA_FIRST = (b"I420", b"NV12", b"Y800")  # 8 bits of luma per pixel, before anything else
 SMALL = 500_000  # pixels of a frame that one thread decodes
-AS_FILMED = np.eye(3)  #: the motion of a camera that stands
+AS_FILMED = np.eye(3)  #: the motion of a stationary camera
 NO_CHROMA = np.zeros((0, 0, 2), np.uint8)  #: colours of a frame whose colours are not read
 #: Share of the frames that the decoder holds and those decoded ahead while the plate is learned.
 AHEAD_BYTES = 150_000_000
@@ -51,12 +51,12 @@ class Frame:
         Stamp, seconds from the first frame.
     luma : array of uint8, shape (h, w)
     chroma : array of uint8, shape (h, w, 2)
-        Cr and Cb; ``NO_CHROMA`` where they are not read.
+        Cr and Cb; ``NO_CHROMA`` if they are not read.
     coding : int
-        ASCII code of I, P or B; any other where the decoder does not state it.
+        ASCII code of I, P or B; any other if the decoder does not state it.
     motion : array, shape (3, 3)
-        Pixels of these images to those of the frame as filmed; not the identity where the motion of
-        the camera was taken out.
+        Pixels of these images to pixels of the frame as filmed; not the identity if the motion of
+        the camera was removed.
     """
 
     time_s: float
@@ -67,12 +67,12 @@ class Frame:
 
     @property
     def nbytes(self) -> int:
-        """Memory it takes."""
+        """Memory of the frame."""
         return self.luma.nbytes + self.chroma.nbytes
 
     @property
     def bgr(self) -> NDArray[np.uint8]:
-        """The frame to look at, blue-green-red, grey without chroma; shape (h, w, 3)."""
+        """The frame for display, blue-green-red, grey without chroma; shape (h, w, 3)."""
         if self.chroma is NO_CHROMA:
             return np.asarray(cv2.cvtColor(self.luma, cv2.COLOR_GRAY2BGR), np.uint8)
         planes = np.dstack([self.luma, self.chroma])
@@ -87,21 +87,21 @@ class ClipReader:
     path : path
     colours : bool
         The frames carry chroma. It has half the luma's resolution in most clips, and frames are
-        reduced to that, but not where they are to be of ``full_size``, to look at.
+        reduced to that, unless they are of ``full_size``, for display.
     every : int
-        Of so many frames, only the first is handed over; the others cost their decoding alone.
+        Of so many frames, only the first is passed on; the others cost their decoding alone.
 
     Attributes
     ----------
     orientation : Orientation
-        How the stored frames are turned, where we do that and not the decoder.
+        Orientation of the stored frames, if this class applies it and not the decoder.
     reduction : int
         Whole factor by which the frames are reduced.
     frames_stated : int or None
-        Length by the container, often wrong, good for a progress bar.
+        Length by the container, often wrong, sufficient for a progress bar.
     fps_stated : float
     seconds_stated : float or None
-        Length by these two.
+        Length from these two.
     """
 
     def __init__(
@@ -129,15 +129,15 @@ class ClipReader:
         )
         self.reduction = max(1, int(np.ceil(side / LARGEST_SIDE))) * (
             2 if colours and not full_size else 1)
-        # Older versions of the decoder turn frames the wrong way or not; none mirrors them.
+        # Older versions of the decoder turn frames the wrong way or not at all; none mirrors them.
         orientation = stated_orientation(self.path)
         if orientation is not None:
             self._capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
         self.orientation = orientation or Orientation()
         self._colours = colours
         self._decoder: cv2.VideoCapture | AvCapture = self._capture
-        # Luma as decoded, without the detour over colours. Other formats (10 bits, packed) would
-        # come as they lie in memory; those are left to be converted to colours by read().
+        # Luma as decoded, without the conversion to colours. Other formats (10 bits, packed) would
+        # come in their memory layout; read() converts those to colours.
         stored = int(self._capture.get(cv2.CAP_PROP_CODEC_PIXEL_FORMAT)) & 0xFFFFFFFF
         if not colours and stored.to_bytes(4, "little") in LUMA_FIRST:
             self._capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
@@ -204,7 +204,7 @@ class ClipReader:
             )
 
     def _begins_anew(self, image: NDArray[Any]) -> bool:
-        """Whether the first frames up to this one are none, and another decoder takes over."""
+        """Whether the frames up to this one were not decoded, and another decoder takes over."""
         if self._first is None:
             return False
         self._first.append(image)
@@ -214,10 +214,9 @@ class ClipReader:
         return self._not_decoded(first)
 
     def _not_decoded(self, first: list[NDArray[Any]]) -> bool:
-        """Whether the first frames are none; then the other decoder begins anew.
+        """Whether the first frames were not decoded; then the other decoder starts again.
 
-        Of interlaced clips the usual one hands back frames of nothing, or the same memory again
-        and again.
+        For interlaced clips the usual one returns empty frames, or the same memory repeatedly.
         """
         if isinstance(self._decoder, AvCapture) or any((im != first[0]).any() for im in first):
             return False
@@ -248,25 +247,25 @@ class ClipReader:
         return Frame(time_s, np.asarray(self._displayed(image), np.uint8), NO_CHROMA, coding)
 
     def _displayed(self, image: NDArray[Any]) -> NDArray[Any]:
-        """Turned as it is to be shown, and reduced."""
+        """The image in display orientation, and reduced."""
         return reduced(self.orientation.displayed(image), self.reduction)
 
 
 def _opened(path: Path | str) -> cv2.VideoCapture:
-    """The clip, small frames decoded by one thread: several lose more by waiting for each other.
+    """The clip, small frames decoded by one thread: several would wait for each other.
 
-    The number of threads can only be asked for while opening.
+    The number of threads can only be set while opening.
     """
-    name = os.path.abspath(path)  # FFmpeg takes what stands before a colon for a protocol
+    name = os.path.abspath(path)  # FFmpeg takes the text before a colon for a protocol
     one = cv2.VideoCapture(name, cv2.CAP_FFMPEG, [cv2.CAP_PROP_N_THREADS, 1])
     pixels = one.get(cv2.CAP_PROP_FRAME_WIDTH) * one.get(cv2.CAP_PROP_FRAME_HEIGHT)
     return one if pixels <= SMALL else cv2.VideoCapture(name, cv2.CAP_FFMPEG)
 
 
 def _refuse_unreadable(path: Path) -> None:
-    """Refuse what the system cannot open; the decoder would only report that there is no clip."""
+    """Refuse a file that cannot be opened; the decoder would only report that there is no clip."""
     try:
-        if not stat.S_ISREG(path.stat().st_mode):  # a pipe would be waited for, for ever
+        if not stat.S_ISREG(path.stat().st_mode):  # a pipe would block forever
             raise UnreadableVideo(f"{path}: is no file; a clip is expected.")
         with path.open("rb") as file:
             empty = not file.read(1)

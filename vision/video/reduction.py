@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 
 def reduced(image: NDArray[Any], factor: int) -> NDArray[Any]:
-    """The means of blocks of ``factor`` by ``factor`` pixels; what makes no whole block is cut off.
+    """The means of blocks of ``factor`` by ``factor`` pixels; incomplete blocks are cut off.
 
-    By halves as far as they go: halving twice takes a sixth of the time of a quarter at once.
+    By halves as far as possible: halving twice takes a sixth of the time of a quarter at once.
 
     Parameters
     ----------
