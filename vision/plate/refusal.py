@@ -21,9 +21,9 @@ def why_nothing_moves(seen: Sequence[Luma]) -> str:
     if np.ptp(light) > LIGHT * light.mean():
         return (f"nothing in the frame turns about a fixed axis: the light changes (the mean of "
                 f"the frames goes from {light.min():.0f} to {light.max():.0f} of 255), and "
-                f"else nothing. {_to_change(seen[0])}")
+                f"else nothing. {_advice(seen[0])}")
     return (f"nothing in the frame turns about a fixed axis: what changes from frame to frame is "
-            f"no more than the noise of the camera. {_to_change(seen[0])}")
+            f"no more than the noise of the camera. {_advice(seen[0])}")
 
 
 def why_nothing_turns(rotations: Sequence[CoarseRotation], seen: Luma) -> str:
@@ -32,11 +32,11 @@ def why_nothing_turns(rotations: Sequence[CoarseRotation], seen: Luma) -> str:
     return (
         f"nothing in the frame turns about a fixed axis: {len(rotations)} round outline(s) were "
         f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
-        f"shows 50 to 100 %). {_to_change(seen)}"
+        f"shows 50 to 100 %). {_advice(seen)}"
     )
 
 
-def _to_change(seen: Luma) -> str:
+def _advice(seen: Luma) -> str:
     light = float(quantile(seen, BRIGHTEST))
     if light < DARK:
         return (f"Switch on a light: nineteen in twenty pixels are darker than {light:.0f} of "

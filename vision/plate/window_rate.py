@@ -107,7 +107,7 @@ class WindowRate:
         energy = (np.abs(varying) ** 2).sum(axis=(1, 2))
         frames = len(self._time_s)
         calm = THRESHOLDS.calm * frames * float(weight.sum()) / 2
-        turning = float(energy @ _if_it_only_turns(rate, self._time_s))
+        turning = float(energy @ _share_of_rotation(rate, self._time_s))
         total = float(energy.sum())
         if_all_turned = max(turning, THRESHOLDS.least_shown * total, calm)
         return rate, float(power[best]) / frames / if_all_turned, total
@@ -132,7 +132,7 @@ def _slots(time_s: FloatArray) -> tuple[NDArray[np.intp], float]:
     return slot, step_s
 
 
-def _if_it_only_turns(rate: float, time_s: FloatArray) -> FloatArray:
+def _share_of_rotation(rate: float, time_s: FloatArray) -> FloatArray:
     """(P(ω) - P(-ω)) / (f Σ|F|²) of a pure rotation, for each order.
 
     One, except for a plate so slow that a window shows only a part of a turn: part of its wave is

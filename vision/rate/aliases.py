@@ -148,7 +148,7 @@ def list_aliases(
             if by_return
             else "the smallest is chosen, since no nominal_rpm is set"
         )
-        warnings = () if by_return else _undecided(track, tuple(map(float, alike)))
+        warnings = () if by_return else _ambiguity_warning(track, tuple(map(float, alike)))
     else:
         near = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
         chosen = nearest if near else float(alike[0])
@@ -164,7 +164,7 @@ def list_aliases(
     return Aliases((chosen, *others), reason, warnings)
 
 
-def _undecided(track: PhaseTrack, rates_rad_s: tuple[float, ...]) -> tuple[str, ...]:
+def _ambiguity_warning(track: PhaseTrack, rates_rad_s: tuple[float, ...]) -> tuple[str, ...]:
     """A paragraph if another of the rates, smallest first, is equally possible."""
     chosen, *others = (f"{abs(rate) / RPM:.4g}" for rate in rates_rad_s)
     folds = track.plate.symmetry

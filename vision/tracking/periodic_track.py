@@ -125,8 +125,8 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
     change = np.abs(np.diff(values.astype(np.int16), axis=0)).mean(axis=1)
     angle = turns.way * pixels.angle_rad
     view = _scaled(turns.view, small.factor)
-    larger = _larger(small.factor)
-    motion = larger @ np.stack(small.motion) @ np.linalg.inv(larger)
+    scaling = _scaling(small.factor)
+    motion = scaling @ np.stack(small.motion) @ np.linalg.inv(scaling)
     if small.camera is not None:
         here = motion[np.searchsorted(small.time_s, shown.time_s)]
         shown = replace(shown, luma=brought_back(shown.luma, here))
@@ -154,23 +154,23 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
         brightness=values.mean(axis=1),
         motion=motion,
         annotated=annotated(shown.bgr, layout, np.nan),
-        notes=(*notes, _how(clip.path.name)),
+        notes=(*notes, _method_note(clip.path.name)),
         leaning_frames=pixels.leaning_frames,
     )
 
 
 def _scaled(view: PlateView, factor: float) -> PlateView:
     """The view in pixels of frames that are larger by a factor."""
-    return PlateView(_larger(factor) @ view.matrix)
+    return PlateView(_scaling(factor) @ view.matrix)
 
 
-def _larger(factor: float) -> FloatArray:
+def _scaling(factor: float) -> FloatArray:
     """Pixels of frames to those of frames that are larger by a factor, (3, 3)."""
     middle = (factor - 1) / 2
     return np.array([[factor, 0, middle], [0, factor, middle], [0, 0, 1.0]])
 
 
-def _how(source: str) -> str:
+def _method_note(source: str) -> str:
     return (
         f"{source}: the plate is seen from the side, or in part, and its angle was measured by the "
         f"return of the picture after every turn, without rim and spindle. Where within a turn it "

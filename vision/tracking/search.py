@@ -53,10 +53,10 @@ def learned_plate(
     from vision.plate.learn import learn
 
     rim = task.rim.view(clip.reduction) if task.rim else None
-    batches, skipped = _from(task.from_s, batches)
+    batches, skipped = _frames_after(task.from_s, batches)
     refusal: RateRefused | None = None
-    looked = 0
-    while looked < (IN_COLOURS if colours else ATTEMPTS):
+    attempts = 0
+    while attempts < (IN_COLOURS if colours else ATTEMPTS):
         on_step = partial(on_frames, skipped)
         stretch = next_stretch(batches, skipped, on_step)
         if task.from_s > 0 and len(stretch.frames) < FEWEST and refusal is None:
@@ -78,14 +78,14 @@ def learned_plate(
         except RateRefused as error:
             refusal = more_telling(refusal, error)
             skipped += stretch.read
-            looked += not isinstance(error, NothingMoves)
+            attempts += not isinstance(error, NothingMoves)
     raise refusal or UnreadableVideo(
         f"{task.path}: the file has a video stream, but not one frame could be decoded; copy it "
         f"from the camera again or convert it to H.264."
     )
 
 
-def _from(
+def _frames_after(
     from_s: float, batches: Iterator[list[Frame]]
 ) -> tuple[Iterator[list[Frame]], int]:
     """The frames after a time of the clip, and the number of frames before it."""

@@ -90,23 +90,23 @@ def track_phase(
     """
     cv2.setNumThreads(1)  # the other cores decode
     task = ClipTask(Path(path), plate, from_s, on_progress)
-    looked = _Looked(task)
-    by_luma = looked.tracked()
+    attempts = _Attempts(task)
+    by_luma = attempts.tracked()
     if _good(by_luma):
         return by_luma
     tracks, returned = [by_luma], None
     if plate is None and not isinstance(by_luma, NothingMoves):
-        returned = looked.by_return(by_luma)
+        returned = attempts.by_return(by_luma)
     nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NoPlate)
     if not _turns(by_luma) and not nothing and not _good(returned):
-        tracks.append(looked.tracked(colours=True))
+        tracks.append(attempts.tracked(colours=True))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
         raise by_luma  # the colours show no rotation either
     if plate is None and not _good(tracks[-1]):
         colour_turns = len(tracks) > 1 and _turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):
             # A plate tracked by its colour may supply a view.
-            returned = looked.by_return(tracks[-1])
+            returned = attempts.by_return(tracks[-1])
         tracks.append(returned)
     return _best(task.path.name, tracks)
 
@@ -166,7 +166,7 @@ def _scatter_rad(track: "PhaseTrack") -> float:
     return frame_times(track, track.time_s).scatter_rad
 
 
-class _Looked:
+class _Attempts:
     """Attempts on a clip, and its small frames from the first one that found no plate."""
 
     def __init__(self, task: ClipTask) -> None:
