@@ -21,19 +21,19 @@ def why_nothing_moves(seen: Sequence[Luma]) -> str:
     if np.ptp(light) > LIGHT * light.mean():
         return (f"nothing in the frame turns about a fixed axis: the light changes (the mean of "
                 f"the frames goes from {light.min():.0f} to {light.max():.0f} of 255), and "
-                f"else nothing. {_advice(seen[0])}")
+                f"nothing else. {_advice(seen[0])}")
     return (f"nothing in the frame turns about a fixed axis: what changes from frame to frame is "
             f"no more than the noise of the camera. {_advice(seen[0])}")
 
 
 def why_nothing_turns(rotations: Sequence[CoarseRotation], seen: Luma) -> str:
     """The message for outlines without common rotation; a frame (h, w) shows the brightness."""
-    coherence = max((rotation.coherence for rotation in rotations), default=0.0)
-    return (
-        f"nothing in the frame turns about a fixed axis: {len(rotations)} round outline(s) were "
-        f"tried, and at most {coherence:.0%} of what changes inside one turns together (a plate "
-        f"shows 50 to 100 %). {_advice(seen)}"
-    )
+    tried = "no round outline is seen in it"
+    if rotations:
+        coherence = max(rotation.coherence for rotation in rotations)
+        tried = (f"{len(rotations)} round outline(s) were tried, and at most {coherence:.0%} of "
+                 f"what changes inside one turns together (a plate shows 50 to 100 %)")
+    return f"nothing in the frame turns about a fixed axis: {tried}. {_advice(seen)}"
 
 
 def _advice(seen: Luma) -> str:

@@ -130,7 +130,8 @@ def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
     telling = reduce(more_telling, refusals)
     if seen is None or isinstance(telling, NoPlate):
         raise telling
-    raise NoPlate(f"{telling} {str(seen)[:1].upper()}{str(seen)[1:]}.")
+    more = str(telling).removeprefix(f"{name}: ")
+    raise NoPlate(f"{name}: {seen}. {more[:1].upper()}{more[1:]}")
 
 
 def _only_returns(name: str, refusal: RateRefused) -> RateRefused:

@@ -118,7 +118,8 @@ def what_changes(
     if much.mean() < THRESHOLDS.much:
         return RateRefused(f"nothing in the picture repeats within its {lasts_s:.1f} s")
     energy = np.sort((change**2).sum(axis=(1, 2)))[::-1]
-    energy = np.maximum(energy - quantile(energy, CALM), 0)
+    # Both exceed the noise of a pair: this one where everything moves, that one where a part does.
+    energy = np.maximum(energy - min(2 * (noise**2).sum(), quantile(energy, CALM)), 0)
     steps = 1 + int(np.searchsorted(np.cumsum(energy), THRESHOLDS.mostly * energy.sum()))
     if steps < THRESHOLDS.steps * len(energy):
         return NoPlate(f"the picture changes in steps and stands still between them: half of all "

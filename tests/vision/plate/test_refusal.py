@@ -19,6 +19,7 @@ def test_noise_hides_what_turns_in_a_dark_film(light: int, first: str) -> None:
     assert first in why_nothing_moves([seen, seen])
     assert first in why_nothing_turns([rotation], seen)
     assert "at most 16% of what changes" in why_nothing_turns([rotation], seen)
+    assert "no round outline is seen in it. " in why_nothing_turns([], seen)
 
 
 def test_a_light_that_is_switched_is_not_called_noise() -> None:

@@ -111,6 +111,18 @@ def test_a_light_that_changes_and_a_hand_that_ticks_are_told() -> None:
         picture_return(small_clip(ticks))
 
 
+def test_what_crosses_evenly_is_not_said_to_move_in_steps_by_an_encoder_s_key_frames() -> None:
+    """Nearly all change was taken for noise, and the little that key frames add for steps."""
+    random, images = np.random.default_rng(0), []
+    for i in range(60):
+        image = np.full((240, 320), 120, np.uint8)
+        cv2.rectangle(image, (5 * i, 100), (5 * i + 40, 160), (230,), -1)
+        drawn_anew = random.normal(0, 6, image.shape) * (i in (12, 48))
+        images.append(np.clip(image + drawn_anew, 0, 255).astype(np.uint8))
+    with pytest.raises(OnlyShifts, match="passes by in one direction"):
+        picture_return(small_clip(images))
+
+
 def test_boxes_on_a_plain_belt_are_not_taken_for_the_surroundings_of_a_plate() -> None:
     images = []
     for i in range(FRAMES):
