@@ -76,23 +76,11 @@ def _print_front_page() -> int:
 
 
 def _run(typed: list[str]) -> int:
-    try:
-        return _run_command(typed)
-    except KeyboardInterrupt:  # during the imports; click turns it into Abort later
-        from pipeline.errors import INTERRUPTED, INTERRUPTED_SAYS
-
-        print(INTERRUPTED_SAYS, file=sys.stderr)
-        return INTERRUPTED
-
-
-def _run_command(typed: list[str]) -> int:
     """Hand ``typed`` to click; expected errors become one paragraph and an exit code."""
     # The matrices here are small: threads of the linear algebra only compete with the decoder.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    import click
-
-    from calib.errors import CalibrationError
-    from pipeline.commands.interaction.group import root
+    # See no-color.org: any non-empty value switches colours off; None lets the terminal decide.
+    color = False if os.environ.get("NO_COLOR") else None
     from pipeline.errors import (
         INTERRUPTED,
         INTERRUPTED_SAYS,
@@ -102,13 +90,19 @@ def _run_command(typed: list[str]) -> int:
         message_of,
         report_bug,
     )
-    from vision.errors import VisionError
 
-    sys.excepthook = report_bug
-    # See no-color.org: any non-empty value switches colours off; None lets the terminal decide.
-    color = False if os.environ.get("NO_COLOR") else None
     try:
+        import click
+
+        from calib.errors import CalibrationError
+        from pipeline.commands.interaction.group import root
+        from vision.errors import VisionError
+
+        sys.excepthook = report_bug
         done = root.main(typed, prog_name="pipeline", standalone_mode=False, color=color)
+    except KeyboardInterrupt:  # during the imports; click turns it into Abort later
+        print(INTERRUPTED_SAYS, file=sys.stderr)
+        return INTERRUPTED
     except (PipelineError, CalibrationError, VisionError) as error:
         print(message_of(error), file=sys.stderr)
         return exit_code_of(error)

@@ -11,7 +11,7 @@ from calib.fit.model import Model
 from calib.fit.parameters import triad_parameters
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES
-from pipeline.fleet.record import SessionRecord, evidence_path, write_evidence
+from pipeline.fleet.sessions import SessionRecord, evidence_path, write_evidence
 from pipeline.fleet.table import Row
 from pipeline.results.names import PARAMETERS
 from tests.fitting import spec_of

@@ -75,7 +75,7 @@ def command(
         read_screen,
         show_hand,
     )
-    from pipeline.commands.interaction.progress import ClipProgress
+    from pipeline.commands.interaction.progress import Progress
 
     server = None if ntp == NO_SERVER else ntp
     if camera is None:
@@ -88,7 +88,7 @@ def command(
             keep_screen(hand)
         else:
             hand = read_screen(screen or last_screen())
-        with ClipProgress(not quiet) as progress:
+        with Progress(not quiet) as progress:
             film = film_of_screen(clip, hand, progress)
     clock = camera_clock(camera, film, hand, date.today())
     path = keep_camera(clock)
@@ -126,9 +126,9 @@ def _tell(line: str) -> None:
 def _filmed(device: int, seconds: float, clip: Path, server: str | None) -> "DrawnHand":
     """Draw the hand and film it meanwhile."""
     from pipeline.clock.measure import show_hand
-    from pipeline.commands.interaction.progress import ClipProgress
+    from pipeline.commands.interaction.progress import Progress
     from pipeline.stages.live_clip import film_clip
 
-    with ClipProgress() as progress:
+    with Progress() as progress:
         return show_hand(server, seconds, _tell,
                          lambda: film_clip(device, seconds, clip, progress))

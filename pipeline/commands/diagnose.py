@@ -36,7 +36,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     from pipeline.console.discovery_text import answer_lines
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import misfit_lines, ranking_lines
-    from pipeline.discovered import without_formula
+    from pipeline.next_change import without_formula
     from pipeline.results.write import results_of, results_text
     from pipeline.session_folder import working_on
     from pipeline.text.names import command as typed

@@ -35,7 +35,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from pipeline.config.load import parse_config
     from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines
-    from pipeline.discovered import definition, without_formula
+    from pipeline.next_change import definition, without_formula
     from pipeline.report.page import outputs_of
     from pipeline.session_folder import working_on, write_session
     from pipeline.text.names import command as typed

@@ -93,24 +93,29 @@ def _sessions(
     reports: bool, quiet: bool, allow_python: bool, limits: "Limits | None",
 ) -> "FleetSummary":
     """Run the sessions of a pattern, or of the files that a shell made of it, on Dask."""
-    from pipeline.commands.interaction.progress import SessionProgress
+    from pipeline.commands.interaction.progress import Progress
     from pipeline.errors import DONE
     from pipeline.fleet.cluster import connected, run_fleet
     from pipeline.fleet.finish import finish_fleet
-    from pipeline.fleet.record import SessionRecord
-    from pipeline.fleet.sessions import find_sessions, named_sessions
+    from pipeline.fleet.sessions import SessionRecord, find_sessions, named_sessions
     from pipeline.fleet.worker import FleetTask
 
     sessions = find_sessions(*patterns) if len(patterns) == 1 else named_sessions(patterns)
     tasks = [FleetTask(session, output, allow_python, reports) for session in sessions]
     records: list[SessionRecord] = []
+    failed = 0
     with (
         connected(scheduler, min(workers or os.cpu_count() or 1, len(tasks))) as client,
-        SessionProgress(len(tasks), not quiet) as progress,
+        Progress(not quiet, "sessions") as progress,
     ):
+        progress("fleet", 0, len(tasks))
+
         def on_record(record: SessionRecord) -> None:
+            nonlocal failed
             records.append(record)
-            progress.advance(record.exit_code != DONE)
+            failed += record.exit_code != DONE
+            progress("fleet", len(records), len(tasks),
+                     f", {failed} not calibrated" if failed else "")
 
         run_fleet(client, tasks, on_record)
     return finish_fleet(records, output, reports, limits)

@@ -15,10 +15,10 @@ from pipeline.commands.interaction.arguments import (
     POSITIVE,
     PathArgument,
     ask_latitude,
+    gyroscope_options,
 )
-from pipeline.commands.interaction.logs_in_si import gyroscope_options
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
-from pipeline.commands.interaction.progress import ClipProgress
+from pipeline.commands.interaction.progress import Progress
 from pipeline.text.names import command as proposed
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def command(
     tables, passed_over = guess_files(logs, rate_hz)
     if any(path.exists() and path.samefile(file) for file in files if file.exists()):
         raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
-    with TemporaryDirectory() as cache, ClipProgress(not (quiet or as_json)) as progress:
+    with TemporaryDirectory() as cache, Progress(not (quiet or as_json)) as progress:
         context = RunContext(Path(cache), progress)
         rates = measured_clips(dict(zip(clips, rates_of_clips(clips, context), strict=True)))
         guess = guess_session(tables, rates, per_deg_of(gyroscope_scale))

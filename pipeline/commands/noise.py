@@ -6,8 +6,12 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import POSITIVE, PathArgument
-from pipeline.commands.interaction.logs_in_si import gyroscope_options, log_in_si
+from pipeline.commands.interaction.arguments import (
+    POSITIVE,
+    PathArgument,
+    gyroscope_options,
+    log_in_si,
+)
 from pipeline.commands.interaction.output import echo_whole, json_option, quiet_option
 
 if TYPE_CHECKING:

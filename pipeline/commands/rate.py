@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import LONGEST_S, Finite, PathArgument
-from pipeline.commands.interaction.logs_in_si import gyroscope_options
+from pipeline.commands.interaction.arguments import (
+    LONGEST_S,
+    Finite,
+    PathArgument,
+    gyroscope_options,
+)
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
 from pipeline.commands.interaction.rate_outputs import RateOutputs, show_flutter
 from pipeline.config.units import FASTEST_RPM
@@ -138,12 +142,12 @@ def _filmed(camera: int | None, seconds: float, keep: Path | None) -> Iterator[P
     if camera is None:
         yield None
         return
-    from pipeline.commands.interaction.progress import ClipProgress
+    from pipeline.commands.interaction.progress import Progress
     from pipeline.stages.live_clip import film_clip
 
     with tempfile.TemporaryDirectory(prefix="pipeline-") as folder:
         clip = keep or Path(folder) / f"camera_{camera}.mkv"
-        with ClipProgress() as progress:
+        with Progress() as progress:
             film_clip(camera, seconds, clip, progress)
         yield clip
 
@@ -175,7 +179,7 @@ def _measure(
     shown: Literal["text", "quiet", "json"],
     outputs: RateOutputs,
 ) -> "list[SettingRate]":
-    from pipeline.commands.interaction.progress import ClipProgress
+    from pipeline.commands.interaction.progress import Progress
     from pipeline.console.rate_text import rate_history_lines
     from pipeline.files import write_whole
     from pipeline.stages.context import RunContext
@@ -197,14 +201,14 @@ def _measure(
     rates: list[SettingRate] = []
     refused: RateRefused | None = None
     try:
-        with ClipProgress(shown != "quiet") as progress:
+        with Progress(shown != "quiet") as progress:
             tracks = follow_clips(clips, RunContext(None, progress))
         for stem, track in zip(stems, tracks, strict=True):
             rates.append(measure_setting(stem, [track], clock, nominal_rpm, part=ClipPart(*part)))
     except RateRefused as error:
         refused = error
     if tracks and outputs.overlay is not None:
-        with ClipProgress(shown != "quiet") as progress:
+        with Progress(shown != "quiet") as progress:
             draw_overlay(videos[0], tracks[0], next(iter(rates), None), outputs.overlay, progress)
     clip = rates[0].clips[0] if rates else None
     history = refused.history if refused else clip.history if clip else None

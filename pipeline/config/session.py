@@ -1,4 +1,4 @@
-"""The configuration of a session: all its sections."""
+"""The configuration of a session: all its sections, and the files that they name."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -8,6 +8,7 @@ from pydantic import Field, PrivateAttr
 
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS, TriadKind
+from pipeline.cameras import cameras_file
 from pipeline.config.record_section import CertificateSection, RecordSection
 from pipeline.config.schema import (
     AccelerometerSection,
@@ -17,6 +18,7 @@ from pipeline.config.schema import (
     Rate,
     RunSection,
     SiteSection,
+    TimebaseSection,
     TriadFitSection,
     resting_section,
 )
@@ -86,3 +88,36 @@ def _session_model(further: tuple[TriadKind, ...]) -> type[Config]:
     sensor = with_keys(SensorSection, "SensorSection", sheets)
     return with_keys(Config, "Config", {
         **sections, "sensor": (sensor_or_preset(sensor), sensor())})
+
+
+def named_files(config: Config) -> Iterator[Path]:
+    """Every file that a configuration names, itself excepted; some more than once.
+
+    The clocks of the user's cameras are among them where it names a camera.
+    """
+    yield from _in(config)
+    for effect in config.effects.values():
+        if effect.python is not None:
+            yield config.source.path.parent / effect.python.partition(":")[0]
+
+
+def _in(value: object) -> Iterator[Path]:
+    """The files in the values of a section, of a mapping or of a list."""
+    if isinstance(value, Path):
+        yield from _files(value)
+    elif isinstance(value, TimebaseSection) and value.camera is not None:
+        yield cameras_file()
+    elif isinstance(value, Section | dict):
+        for one in (dict(value) if isinstance(value, Section) else value).values():
+            yield from _in(one)
+    elif isinstance(value, list | tuple):
+        for one in value:
+            yield from _in(one)
+
+
+def _files(path: Path) -> Iterator[Path]:
+    """The files of a path: itself, all in a folder, or the archive that contains it."""
+    if path.is_dir():
+        yield from (one for one in path.rglob("*") if one.is_file())
+        return
+    yield next((one for one in (path, *path.parents) if one.is_file()), path)

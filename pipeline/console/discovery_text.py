@@ -10,7 +10,7 @@ from calib.discovery.response import READING
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES
 from calib.rounding import with_sd
-from pipeline.discovered import definition, without_formula
+from pipeline.next_change import definition, without_formula
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
 

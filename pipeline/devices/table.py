@@ -7,7 +7,7 @@ from typing import Literal
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.xsens_mtdata import MtData2Parser, MtDataParser
+from pipeline.devices.xsens import MtData2Parser, MtDataParser
 
 
 @dataclass(frozen=True)

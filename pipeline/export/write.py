@@ -13,7 +13,7 @@ from pipeline.export.certificate import to_certificate
 from pipeline.export.firmware import to_fusion, to_inav, to_px4
 from pipeline.export.parts import Export
 from pipeline.export.plain import to_csv, to_imu_tk, to_json, to_residuals
-from pipeline.export.programs.write import to_arduino, to_matlab, to_python
+from pipeline.export.programs.syntax import to_arduino, to_matlab, to_python
 from pipeline.export.robotics import to_kalibr, to_ros
 from pipeline.results.read import Stored
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from pipeline.errors import BUG, ConfigError, DeviceError
-from pipeline.fleet.record import SessionRecord
+from pipeline.fleet.sessions import SessionRecord
 from pipeline.fleet.table import rows_of_failure
 from pipeline.fleet.worker import FleetTask, work_on
 from pipeline.text.names import DISTRIBUTION, program_version

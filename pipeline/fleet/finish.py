@@ -21,12 +21,14 @@ from pipeline.fleet.population import (
     POPULATION_NAME,
     Pooled,
     TriadPopulation,
+    copies_text,
+    pool_text,
     population_json,
     populations_of,
+    repeat_text,
 )
-from pipeline.fleet.record import SessionRecord, evidence_blocks
+from pipeline.fleet.sessions import SessionRecord, evidence_blocks
 from pipeline.fleet.table import CSV_NAME, PARQUET_NAME, fleet_table, write_table
-from pipeline.fleet.words import copies_text, pool_text, repeat_text
 from pipeline.results.json_values import Json
 from pipeline.results.written import require_written, write_output
 from pipeline.text.formatting import count

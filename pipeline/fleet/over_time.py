@@ -17,7 +17,7 @@ from pipeline.console.comparison_text import ageing_text, sds_text
 from pipeline.drawings.charts import SMALL, Chart, across, nice_limit, pixel, upward
 from pipeline.errors import UnreadableInput
 from pipeline.fleet.population import TriadPopulation
-from pipeline.fleet.record import folder_of
+from pipeline.fleet.sessions import folder_of
 from pipeline.results.ageing import DAY_S, LEAST_DAYS, Ageing, ageing_of, recorded_at
 from pipeline.results.comparison import ComparedParameter, ComparedTriad, compare_calibrations
 from pipeline.results.json_values import Json, json_value, numbers

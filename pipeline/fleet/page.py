@@ -18,10 +18,8 @@ from pipeline.errors import DONE
 from pipeline.fleet.board import board_of
 from pipeline.fleet.limits import FAIL, limit_lines
 from pipeline.fleet.over_time import MOST_SENSORS, SensorOverTime
-from pipeline.fleet.population import TriadPopulation
-from pipeline.fleet.record import SESSIONS_FOLDER
-from pipeline.fleet.table import column
-from pipeline.fleet.words import (
+from pipeline.fleet.population import (
+    TriadPopulation,
     copies_text,
     is_unrepeatable,
     p_text,
@@ -30,6 +28,8 @@ from pipeline.fleet.words import (
     pool_text,
     repeat_text,
 )
+from pipeline.fleet.sessions import SESSIONS_FOLDER
+from pipeline.fleet.table import column
 from pipeline.report.page import css_text
 from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import unit_of

@@ -11,7 +11,7 @@ from calib.diagnosis.population.evidence import evidence_of
 from calib.errors import CalibrationError
 from calib.mounting.mounting import Mounting
 from pipeline.config.load import Config, load_config
-from pipeline.config.named_files import named_files
+from pipeline.config.session import named_files
 from pipeline.errors import (
     PipelineError,
     UnreadableInput,
@@ -19,7 +19,8 @@ from pipeline.errors import (
     expected_failure,
     message_of,
 )
-from pipeline.fleet.record import (
+from pipeline.fleet.sessions import (
+    FleetSession,
     SessionRecord,
     evidence_path,
     folder_of,
@@ -27,7 +28,6 @@ from pipeline.fleet.record import (
     write_evidence,
     write_record,
 )
-from pipeline.fleet.sessions import FleetSession
 from pipeline.fleet.table import rows_of_failure, rows_of_results
 from pipeline.report.page import outputs_of
 from pipeline.results.names import RESULTS_NAME

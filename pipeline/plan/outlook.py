@@ -32,7 +32,7 @@ from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting
-from pipeline.stages.site import gravity_of, latitude_of
+from pipeline.stages.references import gravity_of, latitude_of
 from pipeline.stages.triad_poses import run_in_gravity, run_on_plate
 from pipeline.stages.user_effects import user_effects
 

@@ -8,10 +8,9 @@ from typing import Protocol
 from pipeline.config.load import Config
 from pipeline.config.record_section import RecordSection
 from pipeline.config.sensor import AccelerometerSheet, GyroscopeSheet
-from pipeline.devices.mpu6050_text import Mpu6050TextParser
+from pipeline.devices.mpu6050_text import G_AND_DEG, SI, Mpu6050TextParser
 from pipeline.devices.sample import AS_LABELLED, COUNTS, Parser
 from pipeline.devices.table import DEVICES
-from pipeline.devices.text_dialects import G_AND_DEG, SI
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.record.serial_port import Port, PortLost
 from pipeline.record.store import RawFile, Store

@@ -20,8 +20,8 @@ from calib.poses.imu_log import SI_UNIT, TRIADS, FloatArray
 from calib.poses.reference import PLAUSIBLE_RATIO
 from calib.poses.rests.static_intervals import STILL_RATIO, quiet_level
 from calib.poses.runs.reference_runs import TURNING_RAD_S
+from pipeline.record.blocks import Complete, Phase, Refused, Status, Task
 from pipeline.record.stream import TimedSample
-from pipeline.record.task import Complete, Phase, Refused, Status, Task
 from pipeline.stages.pose_means import less_rest
 
 # Half and double of each by ``tests.bench.tested_thresholds``, 18 cases; no case fails but

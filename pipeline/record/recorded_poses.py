@@ -15,7 +15,7 @@ from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.runs.ideal_ring import ADVISED_TILT
 from pipeline.errors import PipelineError
 from pipeline.logs.read import read_log
-from pipeline.record.block_files import RecordingBlock
+from pipeline.record.blocks import RecordingBlock
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.stages.pose_means import less_rest, sensed_rate
 from pipeline.text.formatting import count

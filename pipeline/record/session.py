@@ -16,9 +16,13 @@ from calib.poses.imu_log import FloatArray, ImuLog
 from pipeline.config.load import Config
 from pipeline.config.sensor import sensor_specs
 from pipeline.errors import DeviceError
-from pipeline.record.block_files import (
+from pipeline.record.blocks import (
+    Complete,
     NumberedFiles,
     RecordingBlock,
+    Refused,
+    Status,
+    Task,
     recording_blocks,
     require_clip_names,
 )
@@ -34,7 +38,7 @@ from pipeline.record.recorded_poses import (
 from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
-from pipeline.record.task import Complete, Refused, Status, Task
+from pipeline.stages.live_clip import PoseCamera
 from pipeline.stages.pose_means import first_directions
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device has vanished
@@ -68,24 +72,8 @@ class RecordingDisplay(Protocol):
         ...
 
 
-class Filming(Protocol):
-    """A camera that films poses."""
-
-    def start(self, clip: Path) -> None:
-        """Begin a clip."""
-        ...
-
-    def stop(self, keep: bool) -> str:
-        """End the clip and return a remark on it, which may be empty."""
-        ...
-
-    def close(self) -> None:
-        """Release the camera."""
-        ...
-
-
 #: Makes the camera that films on the session's clock.
-OpenCamera = Callable[[Callable[[], float]], Filming]
+OpenCamera = Callable[[Callable[[], float]], PoseCamera]
 
 
 @dataclass(frozen=True)

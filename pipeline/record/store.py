@@ -25,7 +25,7 @@ from pipeline.config.load import Config
 from pipeline.errors import UnreadableInput, UnwritableOutput
 from pipeline.files import write_whole
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
-from pipeline.record.block_files import NumberedFiles, RecordingBlock
+from pipeline.record.blocks import NumberedFiles, RecordingBlock
 from pipeline.record.stream import TimedSample
 
 FORMAT = 1  #: version of state.json; raised when its keys change

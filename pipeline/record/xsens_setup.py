@@ -9,13 +9,17 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from pipeline.devices.xbus import (
+from pipeline.devices.xsens import (
     DATA_LENGTH_AT,
     ERROR,
     GO_TO_CONFIG,
     GO_TO_MEASUREMENT,
+    PACKET_COUNTER,
+    RAW_ALL,
+    RAW_COUNTED,
     REQUEST_CONFIGURATION,
     RESET,
+    SAMPLE_TIME_FINE,
     SET_OUTPUT_CONFIGURATION,
     SET_OUTPUT_MODE,
     SET_OUTPUT_SETTINGS,
@@ -29,7 +33,6 @@ from pipeline.devices.xbus import (
     XbusReader,
     frame,
 )
-from pipeline.devices.xsens_mtdata import PACKET_COUNTER, RAW_ALL, RAW_COUNTED, SAMPLE_TIME_FINE
 from pipeline.errors import DeviceError
 from pipeline.record.serial_port import Port
 

@@ -15,8 +15,8 @@ from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.stages.poses import Recordings, still_search
+from pipeline.stages.references import Gravity
 from pipeline.stages.session_logs import read_logs
-from pipeline.stages.site import Gravity
 
 
 def measure_mounting(

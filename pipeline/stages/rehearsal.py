@@ -30,9 +30,9 @@ from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import stated_rate
 from pipeline.stages.poses import Recording, Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.references import gravity_of
 from pipeline.stages.run import check_session
 from pipeline.stages.session_logs import SessionLogs, Setting
-from pipeline.stages.site import gravity_of
 from pipeline.stages.triad_poses import gyroscope_poses, model_on
 from pipeline.stages.triads import doubts_of, triad_input
 from pipeline.stages.user_effects import user_effects

@@ -37,7 +37,7 @@ from pipeline.config.schema import RunSection
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, ExcludedPose
 from pipeline.stages.poses import Recording, Recordings
-from pipeline.stages.site import Gravity, latitude_of
+from pipeline.stages.references import Gravity, latitude_of
 
 Recorded = Sequence[tuple[Sequence[PoseMean], IntArray]]
 """The poses of every run, and their indices among those recorded there."""

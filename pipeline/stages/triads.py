@@ -33,11 +33,10 @@ from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
-from pipeline.stages.certificate import certificate_of
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.poses import Recordings
-from pipeline.stages.site import Gravity, gravity_of
+from pipeline.stages.references import Gravity, certificate_of, gravity_of
 from pipeline.stages.triad_poses import (
     TriadPoses,
     accelerometer_poses,

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 
 TYPE_CHECKING = False  # `typing` alone takes a tenth of the time of `pipeline --help`
@@ -39,19 +40,13 @@ def prose_width() -> int | None:
 def wrapped(text: str, width: int, indent: str = "") -> list[str]:
     """``text`` in lines of at most ``width`` columns, cut between words only.
 
-    ``indent`` precedes every line but the first. The standard library's ``textwrap`` imports
-    ``re``, which takes as long as everything else that ``pipeline --help`` does.
+    ``indent`` precedes every line but the first.
 
     >>> wrapped("one two three", 7)
     ['one two', 'three']
     """
-    lines: list[str] = []
-    for word in text.split():
-        if lines and len(lines[-1]) + 1 + len(word) <= width:
-            lines[-1] += f" {word}"
-        else:
-            lines.append(f"{indent if lines else ''}{word}")
-    return lines
+    return textwrap.wrap(text, width, subsequent_indent=indent, break_long_words=False,
+                         break_on_hyphens=False)
 
 
 LEAST_TEXT = 24  #: columns in which the wrapped end of a row is still read as text

@@ -24,7 +24,6 @@ from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import short_names
-from pipeline.stages.fewer_poses import recordings_without
 from pipeline.stages.fittable import require_fittable
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import average_recordings
@@ -34,7 +33,7 @@ from pipeline.stages.session_logs import settings_of
 from pipeline.stages.triads import TriadInput, triad_input
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.held_out import HeldOut
-from pipeline.workbench.state import Screen, TriadScreen, config_of, text_of
+from pipeline.workbench.state import Screen, TriadScreen, config_of, recordings_without, text_of
 
 MOST_KEPT = 200_000  #: poses in the fits that are kept; about 300 bytes each. Chosen
 

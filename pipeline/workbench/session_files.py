@@ -14,9 +14,9 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.poses.imu_log import ImuLog
 from pipeline.config.load import Config, load_config
-from pipeline.config.named_files import named_files
 from pipeline.config.schema import VideoRateSection
 from pipeline.config.sensor import sensor_specs
+from pipeline.config.session import named_files
 from pipeline.errors import ConfigError, PipelineError
 from pipeline.export.apply import apply_results
 from pipeline.results.names import REPORT_NAME, RESULTS_NAME

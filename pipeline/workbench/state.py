@@ -5,9 +5,11 @@ The state becomes a configuration text, and everything is computed from that tex
 """
 
 import difflib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.poses.imu_log import Triad
@@ -19,7 +21,9 @@ from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
 from pipeline.errors import ConfigError
 from pipeline.exclusion import PlacedPose, with_exclusions
 from pipeline.model_change import CONSTANT_RATE
-from pipeline.stages.excluded_poses import PoseName
+from pipeline.stages.excluded_poses import ExcludedMean, PoseName, short_names
+from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.session_logs import Setting
 
 PosesByLabel = Mapping[str, PlacedPose]
 
@@ -180,3 +184,44 @@ def changed_lines(before: str, after: str) -> list[dict[str, Any]]:
         {"line": j1 + 1, "before": "\n".join(old[i1:i2]), "after": "\n".join(new[j1:j2])}
         for tag, i1, i2, j1, j2 in difflib.SequenceMatcher(None, old, new, False).get_opcodes()
         if tag != "equal"]
+
+
+def recordings_without(
+    recordings: Recordings, config: Config, more: Config
+) -> Recordings:
+    """The recordings of ``config`` without the poses that ``more`` excludes in addition to its own.
+
+    No log is read again: a mean depends on its own samples alone. ``more`` names every pose by an
+    unambiguous text.
+
+    Raises
+    ------
+    ConfigError
+        No pose of a section remains.
+    """
+    by_setting = {}
+    for triad in config.triads:
+        for section, then in zip(config.runs_of(triad), more.runs_of(triad),
+                                 strict=True):
+            of_section = recordings.of(section)
+            names = {name for name in then.exclude if name not in section.exclude}
+            by_setting[Setting.of(then)] = _without(
+                of_section, names, bool(section.poses.log)) if names else of_section
+    return Recordings(by_setting)
+
+
+def _without(recording: Recording, names: Set[PoseName], from_log: bool) -> Recording:
+    """A recording without the poses of these names."""
+    out = [not names.isdisjoint(short_names(mean.label)) for mean in recording.means]
+    kept = [i for i, is_out in enumerate(out) if not is_out]
+    if not kept:
+        raise ConfigError("all poses of a section are left out. Take one back.")
+    starts = recording.starts_s
+    excluded = tuple(ExcludedMean(mean.label, int(place), mean) for mean, place, is_out in
+                     zip(recording.means, recording.places, out, strict=True) if is_out)
+    return replace(
+        recording,
+        means=tuple(recording.means[i] for i in kept),
+        starts_s=tuple(starts[i] for i in kept) if len(starts) == len(out) else starts,
+        places=np.arange(len(kept)) if from_log else recording.places[kept],
+        excluded=(*recording.excluded, *excluded))

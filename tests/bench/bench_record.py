@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.devices.xbus import frame
-from pipeline.devices.xsens_mtdata import MTDATA, RAW_COUNTED, MtDataParser
+from pipeline.devices.xsens import MTDATA, RAW_COUNTED, MtDataParser, frame
 from pipeline.record.serial_port import SerialPort
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream

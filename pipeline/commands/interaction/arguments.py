@@ -1,36 +1,26 @@
-"""Types of arguments: paths that a system can have, and finite numbers."""
+"""Types of arguments: paths, finite numbers, and the unit of a gyroscope with its log."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.files import LONGEST_NAME
+if TYPE_CHECKING:
+    from calib.poses.imu_log import ImuLog
+
 
 CONFIG_NAME = "config.yaml"  #: file that `pipeline init` writes
 LISTED = 5  #: files of a folder that a message names
-SHOWN = 60  #: characters of a wrong argument that a message repeats
 LONGEST_S = 86_400.0  #: a day; a longer duration is a slip of the keyboard
 
 
 class PathArgument(click.Path):
-    """A path whose names a file system can hold."""
+    """A path."""
 
     def __init__(self, **kinds: bool) -> None:
         super().__init__(path_type=Path, **kinds)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """The path; a name with a zero byte or of more than 255 bytes is refused."""
-        text = str(value)
-        if "\0" in text:
-            self.fail("the name of a file cannot contain a zero byte.", param, ctx)
-        for name in Path(text).parts:
-            size = len(name.encode(errors="surrogateescape"))
-            if size > LONGEST_NAME:
-                self.fail(f"the name {name[:SHOWN]}... has {size} bytes; a file system holds names "
-                          f"of at most {LONGEST_NAME}.", param, ctx)
-        return super().convert(value, param, ctx)
 
 
 class ConfigArgument(PathArgument):
@@ -38,7 +28,7 @@ class ConfigArgument(PathArgument):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path of the file; in a folder the ``config.yaml`` or the only YAML file."""
-        path: Path = super().convert(value, param, ctx)
+        path: Any = super().convert(value, param, ctx)
         if not path.is_dir():
             return path
         every = sorted([*path.glob("*.yaml"), *path.glob("*.yml")])
@@ -80,3 +70,40 @@ def _latitude(typed: str) -> float | None:
         return None
     latitude: float = LATITUDE_DEG.convert(typed, None, None)
     return latitude
+
+
+UNITS = ("rad_s", "deg_s", "mrad_s", "mdeg_s", "ddeg_s", "cdeg_s", "deg_h", "rpm")
+PARAMETER = "gyroscope_scale"
+
+
+def gyroscope_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """``--gyroscope-range``, ``--gyroscope-unit``; one of them is the parameter gyroscope_scale."""
+    of_unit = click.option(
+        "--gyroscope-unit", type=click.Choice(UNITS), expose_value=False, callback=_state,
+        help="Unit of a gyroscope, where nothing in the logs shows it.")
+    of_range = click.option(
+        "--gyroscope-range", type=POSITIVE, metavar="DEG_S", expose_value=False, callback=_state,
+        help="Full scale of a gyroscope in counts, in °/s, where nothing shows it.")
+    return of_range(of_unit(command))
+
+
+def _state(context: click.Context, _: click.Parameter, value: str | float | None) -> None:
+    if value is not None and context.params.get(PARAMETER) is not None:
+        raise click.UsageError("--gyroscope-range and --gyroscope-unit both state the unit of the "
+                               "gyroscope; give one of them.")
+    context.params[PARAMETER] = context.params.get(PARAMETER) or value
+
+
+def log_in_si(
+    log: Path, config: Path | None, gyroscope_scale: str | float | None,
+    rate_hz: float | None = None,
+) -> "ImuLog":
+    """The readings of a log in SI units, by a configuration or by guesses that are printed."""
+    from pipeline.guess.readings import readings_in_si
+
+    if config is not None and gyroscope_scale is not None:
+        raise click.UsageError("--config states the unit of the gyroscope; leave out "
+                               "--gyroscope-range and --gyroscope-unit.")
+    return readings_in_si(
+        log, config, rate_hz, gyroscope_scale,
+        lambda line: click.echo(f"guessed: {line}; --config states it", err=True))

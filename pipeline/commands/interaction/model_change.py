@@ -12,8 +12,7 @@ from pipeline.commands.interaction.output import echo_verdict, echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
 from pipeline.config.load import Config
 from pipeline.console.answers import next_line
-from pipeline.console.model_change_text import change_lines, exclusion_lines
-from pipeline.discovered import change_for_unknown
+from pipeline.console.run_text import change_lines, exclusion_lines
 from pipeline.errors import ConfigError
 from pipeline.exclusion import excluding
 from pipeline.model_change import (
@@ -24,7 +23,7 @@ from pipeline.model_change import (
     overruled,
     read_target,
 )
-from pipeline.next_change import MOST_CHANGES, error_falls, next_change
+from pipeline.next_change import MOST_CHANGES, change_for_unknown, error_falls, next_change
 from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from pipeline.commands.interaction.logs_in_si import log_in_si
+from pipeline.commands.interaction.arguments import log_in_si
 from pipeline.commands.interaction.output import echo_json
 
 if TYPE_CHECKING:
@@ -54,8 +54,7 @@ def show_flutter(
         The log cannot be read or does not belong to the clip, is too short, or the page cannot be
         written.
     """
-    from pipeline.console.flutter_text import flutter_json, flutter_lines
-    from pipeline.console.rate_text import rate_line
+    from pipeline.console.rate_text import flutter_json, flutter_lines, rate_line
     from pipeline.files import write_whole
     from pipeline.stages.flutter import flutter_of_clip, flutter_of_gyroscope
 

@@ -6,7 +6,7 @@ import click
 
 from calib.mounting.mounting import Mounting
 from pipeline.commands.interaction.output import echo_warnings
-from pipeline.commands.interaction.progress import ClipProgress
+from pipeline.commands.interaction.progress import Progress
 from pipeline.config.load import Config
 from pipeline.console.rate_text import rate_line
 from pipeline.console.run_text import installation_line, recordings_line, triad_line
@@ -23,7 +23,7 @@ def say_waiting(folder: Path) -> None:
                f"(Ctrl-C to give up)", err=True)
 
 
-def stage_display(progress: ClipProgress, lines: bool) -> OnResult:
+def stage_display(progress: Progress, lines: bool) -> OnResult:
     """Display of each stage: its warnings on standard error, its line on standard output.
 
     ``progress`` is closed before anything is written; ``lines`` is False for commands that print
@@ -59,6 +59,6 @@ def run_shown(
     ``lines`` shows a line for each stage, ``bars`` the progress of the clips. Results of
     ``before``, an outcome with another model, are reused.
     """
-    with ClipProgress(bars) as progress:
+    with Progress(bars) as progress:
         context = RunContext(folder / CACHE_NAME, progress, allow_python)
         return run_stages(config, context, stage_display(progress, lines), before)

@@ -1,4 +1,4 @@
 """The complete correction as source code: the effects' own expressions, three languages.
 
-    errors ─ routine ─ syntax ─ write (a template for each language)
+    routine (errors, steps) ─ syntax (a template for each language)
 """

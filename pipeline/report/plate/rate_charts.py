@@ -12,8 +12,7 @@ import numpy as np
 from calib.consistency.clock_ratio import ClockRatio
 from calib.numbers import NO_LENGTH, RPM
 from calib.poses.imu_log import FloatArray
-from pipeline.console.flutter_text import two_sigma
-from pipeline.console.rate_text import RateVerdict, rate_verdict, worst_clip
+from pipeline.console.rate_text import RateVerdict, rate_verdict, two_sigma, worst_clip
 from pipeline.drawings.charts import Chart, Figure, across, nice_limit, upward
 from pipeline.report.plate.rate_terms import ANGLE_BINS, angle_means, rate_terms_json, shown_frames
 from pipeline.report.plate.speed_charts import polar_figure, spectrogram_figure

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
-from pipeline.console.flutter_text import flutter_lines
+from pipeline.console.rate_text import flutter_lines
 from pipeline.drawings.charts import (
     PLAIN,
     Canvas,

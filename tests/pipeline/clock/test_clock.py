@@ -12,7 +12,7 @@ import pytest
 from pipeline.cameras import CameraClock, keep_camera, known_cameras
 from pipeline.clock.screen import HAND_RPM, DrawnHand
 from pipeline.config.load import load_config
-from pipeline.config.named_files import named_files
+from pipeline.config.session import named_files
 from pipeline.errors import ConfigError
 from pipeline.stages.plate_settings import clock as timebase_of
 from tests import sessions

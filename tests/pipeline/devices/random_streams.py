@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser, sketch_line
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.xbus import frame
-from pipeline.devices.xsens_mtdata import MtData2Parser, MtDataParser
+from pipeline.devices.xsens import MtData2Parser, MtDataParser, frame
 
 PARSERS: dict[str, Callable[[], Parser]] = {
     "xsens-mti": MtDataParser,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.devices.sample import DeviceClock, Unwrap, rate_of, straight_line
-from pipeline.devices.xsens_mtdata import COUNTER
+from pipeline.devices.xsens import COUNTER
 from tests.pipeline.devices.real_streams import captured
 
 

@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 
 from pipeline.devices.sample import Parser
-from pipeline.devices.xbus import LONGEST_DATA, Message, XbusReader, frame
-from pipeline.devices.xsens_mtdata import PACKET_COUNTER, MtData2Parser, MtDataParser, packets
+from pipeline.devices.xsens import (
+    LONGEST_DATA,
+    PACKET_COUNTER,
+    Message,
+    MtData2Parser,
+    MtDataParser,
+    XbusReader,
+    frame,
+    packets,
+)
 from tests.pipeline.devices.real_streams import captured
 
 RAW_SAMPLE = bytes.fromhex("FA FF 32 16 8154 8231 8E4D 8012 7EAD 7EF3 8000 8000 8000 1910 0001 7E")

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.export.certificate import residual_chart, to_certificate
-from pipeline.export.certificate_content import certificate_content
+from pipeline.export.certificate import certificate_content, residual_chart, to_certificate
 from pipeline.results.read import Stored, load_results
 from pipeline.results.schema.triad import PoseResult
 from pipeline.text.formatting import with_sd

@@ -18,8 +18,13 @@ from distributed import Client, LocalCluster
 from pipeline.errors import BUG, DEVICE, DONE, UNDETERMINED, UNREADABLE, USAGE
 from pipeline.fleet.cluster import connected, run_fleet
 from pipeline.fleet.finish import finish_fleet
-from pipeline.fleet.record import RECORD_NAME, SessionRecord, folder_of, kept_evidence
-from pipeline.fleet.sessions import find_sessions
+from pipeline.fleet.sessions import (
+    RECORD_NAME,
+    SessionRecord,
+    find_sessions,
+    folder_of,
+    kept_evidence,
+)
 from pipeline.fleet.worker import FleetTask
 from tests.sessions import edit, pipeline, quick_session
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pipeline.fleet.finish import FleetSummary, finish_fleet, fleet_lines
-from pipeline.fleet.record import SessionRecord, evidence_path
+from pipeline.fleet.sessions import SessionRecord, evidence_path
 from pipeline.fleet.table import Row
 from tests.lot_records import lot_records
 from tests.world.designs import soak_design

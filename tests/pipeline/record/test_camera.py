@@ -10,7 +10,8 @@ import pytest
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
-from pipeline.record.start import PoseCamera, open_session
+from pipeline.record.start import open_session
+from pipeline.stages.live_clip import PoseCamera
 from tests.pipeline.record.play import evening, onlooker, playing, write_config
 from tests.world.film import Recorder, film
 from tests.world.plate import PlateMotion
@@ -104,7 +105,7 @@ def test_an_absent_camera_is_told() -> None:
 @pytest.fixture
 def played_camera(uneven_film: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A clip in the place of the first camera."""
-    monkeypatch.setattr("pipeline.record.start.Camera",
+    monkeypatch.setattr("pipeline.stages.live_clip.Camera",
                         lambda _number, clock, watch: Camera(uneven_film, clock, watch))
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from calib.poses.attitudes import natural_directions
 from calib.poses.data_sheet import TriadSpec
+from pipeline.record.blocks import Complete, Refused, Task
 from pipeline.record.pose_detector import PoseDetector
 from pipeline.record.stream import TimedSample
-from pipeline.record.task import Complete, Refused, Task
 
 SPECS = {"accelerometer": TriadSpec(19.6, 16, "twos-complement"),
          "gyroscope": TriadSpec(4.36, 16, "twos-complement")}

@@ -13,7 +13,7 @@ from calib.poses.runs.ring import tilt_of_run
 from pipeline.config.load import load_config
 from pipeline.errors import ConfigError, DeviceError
 from pipeline.logs.read import read_log
-from pipeline.record.block_files import recording_blocks
+from pipeline.record.blocks import recording_blocks
 from tests.pipeline.record.play import (
     PlayedPort,
     calibrated,
@@ -82,7 +82,7 @@ def test_all_bytes_and_both_clocks_are_kept(tmp_path: Path, six_faces: Session) 
     config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
     with playing(six_faces, "xsens-mti") as port:
         record(config, port)
-    from pipeline.devices.xsens_mtdata import MtDataParser
+    from pipeline.devices.xsens import MtDataParser
 
     parser = MtDataParser()
     raw = (tmp_path / "config.record" / "raw" / "001.bin").read_bytes()

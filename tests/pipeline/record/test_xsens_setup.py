@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from pipeline.devices.xbus import XbusReader, frame
+from pipeline.devices.xsens import XbusReader, frame
 from pipeline.errors import DeviceError
 from pipeline.record import xsens_setup as begin_xsens
 from pipeline.record.xsens_setup import start_mtdata, start_mtdata2

@@ -11,8 +11,7 @@ import pytest
 
 from calib.poses.attitudes import spread_directions
 from pipeline.fleet.finish import finish_fleet
-from pipeline.fleet.record import SessionRecord, folder_of, write_record
-from pipeline.fleet.sessions import FleetSession
+from pipeline.fleet.sessions import FleetSession, SessionRecord, folder_of, write_record
 from pipeline.fleet.table import rows_of_results
 from pipeline.results.ageing import DAY_S, Ageing, ageing_of, recorded_at
 from pipeline.results.comparison import compare_calibrations

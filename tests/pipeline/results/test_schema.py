@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import UnreadableInput
-from pipeline.export.certificate_content import certificate_content
+from pipeline.export.certificate import certificate_content
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import load_results
 from pipeline.results.schema.file import results_file

@@ -14,9 +14,8 @@ from pipeline.console.parameter_text import certificate_lines, mounting_text
 from pipeline.errors import ConfigError
 from pipeline.results.schema.triad import CertificateGroup
 from pipeline.results.write import installation_section
-from pipeline.stages.certificate import certificate_of
 from pipeline.stages.mounting import measure_mounting
-from pipeline.stages.site import Gravity
+from pipeline.stages.references import Gravity, certificate_of
 from tests.calib.mounting.simulated_reading import (
     TRIAD,
     G,

@@ -16,26 +16,24 @@ from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from pipeline.devices.line_pattern import HEADER, mpu6050_temperature_word, sketch_line
 from pipeline.devices.sample import CLOCK_MODULUS
-from pipeline.devices.xbus import (
+from pipeline.devices.xsens import (
+    COUNTER_MODULUS,
     DATA_LENGTH_AT,
     ERROR,
     GO_TO_CONFIG,
     GO_TO_MEASUREMENT,
+    MTDATA,
+    RAW_COUNTED,
     REQUEST_CONFIGURATION,
     RESET,
     SET_PERIOD,
+    TEMPERATURE_STEP_C,
     TICKS_PER_S,
     WAKE_UP,
     WAKE_UP_ACK,
     WRONG_PERIOD,
     XbusReader,
     frame,
-)
-from pipeline.devices.xsens_mtdata import (
-    COUNTER_MODULUS,
-    MTDATA,
-    RAW_COUNTED,
-    TEMPERATURE_STEP_C,
 )
 from tests.pipeline.record.playback import Protocol
 

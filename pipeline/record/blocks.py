@@ -1,15 +1,19 @@
-"""The blocks of a recording and the files that the configuration names for their poses."""
+"""The blocks of a recording: files of their poses, requirements, results of the pose detector."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from calib.numbers import RPM
+from calib.poses.data_sheet import Specs
+from calib.poses.imu_log import FloatArray
 from pipeline.config.file_patterns import is_pattern, natural_key
 from pipeline.config.load import Config
 from pipeline.config.schema import VideoRateSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
+from pipeline.record.stream import TimedSample
 from pipeline.stages.pose_means import pose_seconds
 
 
@@ -150,3 +154,66 @@ def require_clip_names(config: Config, blocks: tuple[RecordingBlock, ...]) -> No
                 "filming makes a clip of every pose, as Matroska, whose stamps are those of the "
                 f"frames. Write `video: video/{block.rate}_*.mkv`, or record without a camera."
             )))
+
+
+Phase = Literal["moving", "unsteady", "taking", "repeats", "between", "wrong", "taken"]
+
+
+@dataclass(frozen=True, eq=False)
+class Status:
+    """State to show.
+
+    ``reading`` (6,) is the mean of the last hop in nominal SI units, ``direction`` names the side
+    that faces up, ``progress`` runs from 0 to 1 while a pose is taken.
+    """
+
+    phase: Phase
+    message: str
+    direction: str
+    progress: float
+    reading: FloatArray
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A pose that was begun and not completed; ``message`` gives the reason."""
+
+    message: str
+
+
+@dataclass(frozen=True)
+class Complete:
+    """The rows of a whole pose, and the index of the wanted direction that it covers."""
+
+    rows: list[TimedSample]
+    direction: int
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Requirements of a block.
+
+    Parameters
+    ----------
+    wanted : array, shape (n, 3)
+        Directions to be covered, in the order in which they are suggested.
+    specs : mapping of triad to TriadSpec
+        Data sheets.
+    seconds : float
+        Length of a pose.
+    rate_rad_s : float or None
+        0 at rest; else about how fast the plate turns, None where that is not known.
+    rest_rad_s : array, shape (3,), or None
+        What the gyroscope reads at rest, where poses at rest show it.
+    """
+
+    wanted: FloatArray
+    specs: Specs
+    seconds: float
+    rate_rad_s: float | None
+    rest_rad_s: FloatArray | None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the plate should turn."""
+        return self.rate_rad_s != 0.0

@@ -1,9 +1,15 @@
-"""Gravity and latitude of the site, and the uncertainty of gravity."""
+"""References that a configuration states: gravity and latitude of the site, a certificate."""
 
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from calib.consistency.certificate import FactoryCertificate
 from calib.earth import NORMAL_GRAVITY_SD_M_S2, normal_gravity
+from calib.poses.imu_log import Triad
+from pipeline.config.load import Config
+from pipeline.config.record_section import TriadCertificateSection
 from pipeline.config.schema import SiteSection
 
 
@@ -42,3 +48,20 @@ def latitude_of(site: SiteSection | None) -> float | None:
     if site is None or site.latitude_deg is None:
         return None
     return math.radians(site.latitude_deg)
+
+
+def certificate_of(config: Config, triad: Triad) -> FactoryCertificate | None:
+    """The certificate of ``triad``; None where the configuration has none."""
+    stated: TriadCertificateSection | None = (
+        getattr(config.certificate, triad, None) if config.certificate else None
+    )
+    if stated is None:
+        return None
+    return FactoryCertificate(
+        bias_counts=np.array(stated.bias_counts),
+        scale_counts_per_unit=np.array(stated.scale_counts_per_unit),
+        alignment=None if stated.alignment is None else np.array(stated.alignment),
+        misalignment_rad=(
+            None if stated.misalignment_rad is None else np.array(stated.misalignment_rad)
+        ),
+    )
