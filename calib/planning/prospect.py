@@ -171,7 +171,7 @@ def d_efficiency(fitted: Fit) -> float:
     eta = np.zeros(ideal.common_count)
     p = fitted.model.size
     wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
-    base = fitted.equations.terms.reading_index
+    base = fitted.equations.terms.reading.index
     basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
     return (_information(_about_zero(fitted) @ basis, len(fitted.poses))
             / _information(wedge_rows @ basis, len(WEDGE)))

@@ -102,7 +102,7 @@ class _System:
         return cls(
             np.concatenate([rows, a[null].reshape(-1, 9)]),
             np.concatenate([(size**2 - s**2) / 2, (n[null] - poses.expected[null]).ravel()]),
-            1 / np.sqrt(np.concatenate([sd2, (equations.null_sd**2).ravel()])))
+            1 / np.sqrt(np.concatenate([sd2, (equations.whitening.null_sd**2).ravel()])))
 
     @property
     def q(self) -> float:

@@ -120,12 +120,12 @@ def rows_about_zero(equations: Equations, rows: WhitenedRows) -> FloatArray:
     """
     terms, d = equations.terms, equations.data_count
     data = rows.jacobian[..., :d, : equations.model.size].copy()
-    if terms.on_reading:
+    if terms.reading:
         at = Conditions.of_vectors(rows.vector.reshape(-1, 3))
-        columns = stack_columns(terms.on_reading, at, {}).reshape(*rows.vector.shape, -1)
+        columns = stack_columns(terms.reading.effects, at, {}).reshape(*rows.vector.shape, -1)
         shown, last = equations.whitened(columns, rows.vector), d - equations.wave_count
-        data[..., :last, terms.reading_index] = shown[..., :last, :]
-        data[..., last:, terms.reading_index] *= -1
+        data[..., :last, terms.reading.index] = shown[..., :last, :]
+        data[..., last:, terms.reading.index] *= -1
     return data
 
 
@@ -252,7 +252,7 @@ def misfitting_sizes(equations: Equations, rows: WhitenedRows) -> Refusals:
 
 def _wrong_size(equations: Equations, share: float) -> CalibrationError:
     triad = equations.poses.triad
-    if not equations.terms.on_reference:
+    if not equations.terms.reference:
         return Contradiction(
             f"{triad}: no gain fits all poses: fitted, their typical reading "
             f"is {share:.2g} times the stated reference. The references of some poses "

@@ -53,7 +53,7 @@ def visible_bases(
     if terms.is_linear_form:
         return blocks, refusals
     jacobian = rows.jacobian[:, : equations.data_count, :p]
-    known = orthonormal_bases(jacobian[:, :, terms.reading_index])
+    known = orthonormal_bases(jacobian[:, :, terms.reading.index])
     slices = model.slices()
     for effect in (e for e in model.effects if e.acts_on != "reading"):
         where = slices[effect.name]

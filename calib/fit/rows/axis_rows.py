@@ -53,7 +53,7 @@ def whitened_references(
     array, shape (..., d, k)
         In sds of the data rows.
     """
-    magnitude, lead = whitening.order.magnitude, errors.shape[:-2]
+    magnitude, lead = whitening.magnitude, errors.shape[:-2]
     relative = errors[..., magnitude, :] / whole.reshape(*lead, -1)[..., magnitude, None]
     columns = np.zeros((*lead, count, errors.shape[-1]))
     in_sds = whitening.stated / whitening.magnitude_sd

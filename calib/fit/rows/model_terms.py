@@ -1,6 +1,6 @@
 """Conditions at which effects are evaluated, and the terms of the rows that the model decides."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -90,6 +90,17 @@ class Surroundings:
         return np.concatenate([poses.expected for poses in self.sets])
 
 
+@dataclass(frozen=True)
+class Part:
+    """Some effects of a model, and the indices of their parameters in theta."""
+
+    effects: tuple[Effect, ...]
+    index: list[int]
+
+    def __bool__(self) -> bool:
+        return bool(self.effects)
+
+
 @dataclass(frozen=True, eq=False)
 class ModelTerms:
     """The effects of a model by where they act.
@@ -97,96 +108,72 @@ class ModelTerms:
     Parameters
     ----------
     model : Model
-    varying, fixed : tuple of Effect
-        On the sensor: those whose columns follow the vector, and those that do not.
+    following : frozenset of str
+        Names of the effects on the sensor whose columns follow the vector.
     """
 
     model: Model
-    varying: tuple[Effect, ...]
-    fixed: tuple[Effect, ...]
-
-    @classmethod
-    def of(cls, model: Model) -> "ModelTerms":
-        """The terms of a model that acts on the reading and the reference alone."""
-        return cls(model, (), ())
+    following: frozenset[str] = frozenset()
 
     def extended(self, effects: Sequence[Effect], surroundings: Surroundings) -> "ModelTerms":
         """The terms with more ``effects``, by how their columns behave in ``surroundings``."""
-        model, varying, fixed = self.model, list(self.varying), list(self.fixed)
+        model, following = self.model, set(self.following)
         for effect in effects:
             model = model + effect
-            if effect.acts_on == "sensor":
-                follows = follows_vector(effect, surroundings.at_start)
-                (varying if follows else fixed).append(effect)
-        return ModelTerms(model, tuple(varying), tuple(fixed))
+            if effect.acts_on == "sensor" and follows_vector(effect, surroundings.at_start):
+                following.add(effect.name)
+        return ModelTerms(model, frozenset(following))
+
+    def _part(self, effects: Iterable[Effect]) -> Part:
+        chosen = tuple(effects)
+        return Part(chosen, self.model.positions(chosen))
 
     @cached_property
-    def on_reading(self) -> tuple[Effect, ...]:
-        """The effects on the reading."""
-        return self.model.acting_on("reading")
+    def reading(self) -> Part:
+        """The effects on the reading, of p' parameters."""
+        return self._part(self.model.acting_on("reading"))
 
     @cached_property
-    def on_sensor(self) -> tuple[Effect, ...]:
+    def sensor(self) -> Part:
         """The effects on the sensor."""
-        return self.model.acting_on("sensor")
+        return self._part(self.model.acting_on("sensor"))
 
     @cached_property
-    def on_reference(self) -> tuple[Effect, ...]:
+    def reference(self) -> Part:
         """The effects on the reference."""
-        return self.model.acting_on("reference")
+        return self._part(self.model.acting_on("reference"))
 
     @cached_property
-    def reading_index(self) -> list[int]:
-        """Indices of the p' parameters of the reading in theta."""
-        return self.model.positions(self.on_reading)
+    def varying(self) -> Part:
+        """The effects on the sensor that follow the vector."""
+        return self._part(e for e in self.sensor.effects if e.name in self.following)
 
     @cached_property
-    def sensor_index(self) -> list[int]:
-        """Indices of the parameters of the sensor in theta."""
-        return self.model.positions(self.on_sensor)
+    def fixed(self) -> Part:
+        """The other effects on the sensor."""
+        return self._part(e for e in self.sensor.effects if e.name not in self.following)
 
     @cached_property
-    def reference_index(self) -> list[int]:
-        """Indices of the parameters of the reference in theta."""
-        return self.model.positions(self.on_reference)
+    def on_axes(self) -> Part:
+        """The effects on the sensitive axes."""
+        return self._part(e for e in self.sensor.effects if not e.orthogonal)
 
     @cached_property
-    def varying_index(self) -> list[int]:
-        """Indices of the parameters of the effects that follow the vector."""
-        return self.model.positions(self.varying)
+    def varying_by_axes(self) -> tuple[Part, Part]:
+        """Those that follow the vector on the sensitive axes, and those in the orthogonal ones."""
+        return (self._part(e for e in self.varying.effects if not e.orthogonal),
+                self._part(e for e in self.varying.effects if e.orthogonal))
 
-    @cached_property
-    def fixed_index(self) -> list[int]:
-        """Indices of the parameters of the other effects on the sensor."""
-        return self.model.positions(self.fixed)
-
-    @cached_property
-    def varying_on_axes(self) -> tuple[Effect, ...]:
-        """The effects that follow the vector sensed by the sensitive axes."""
-        return tuple(effect for effect in self.varying if not effect.orthogonal)
-
-    @cached_property
-    def varying_orthogonal(self) -> tuple[Effect, ...]:
-        """The effects that follow the vector in orthogonal axes."""
-        return tuple(effect for effect in self.varying if effect.orthogonal)
-
-    @cached_property
-    def on_axes_index(self) -> list[int]:
-        """Indices of the parameters of the effects on the sensitive axes."""
-        return self.model.positions([e for e in self.on_sensor if not e.orthogonal])
-
-    @cached_property
+    @property
     def is_linear_form(self) -> bool:
         """Whether the model acts on the reading alone."""
-        return len(self.reading_index) == self.model.size
+        return len(self.reading.index) == self.model.size
 
     @cached_property
     def matrix_slopes(self) -> FloatArray:
         """dM/dtheta of ``M y + c`` for every parameter of the reading, per unit, (p', 3, 3)."""
-        if not self.on_reading:
-            return np.zeros((0, 3, 3))
         probes = np.vstack([np.zeros(3), np.eye(3)])
-        columns = stack_columns(self.on_reading, Conditions.of_vectors(probes), {})
+        columns = stack_columns(self.reading.effects, Conditions.of_vectors(probes), {})
         return np.asarray((columns[0] - columns[1:]).transpose(2, 1, 0))
 
     def matrix(self, of_reading: FloatArray) -> FloatArray:

@@ -33,70 +33,6 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
 
-def vector_derivatives(
-    terms: ModelTerms,
-    surroundings: Surroundings,
-    theta: FloatArray,
-    shapes: Shapes,
-    vector: FloatArray,
-    columns: FloatArray,
-    axes: Axes,
-) -> tuple[FloatArray, FloatArray | None]:
-    """Both sides of ``-(I + C') ds/dtheta``.
-
-    Parameters
-    ----------
-    terms : ModelTerms
-    surroundings : Surroundings
-        Of the poses.
-    theta : array, shape (..., p)
-    shapes : mapping of effect name to shape parameter
-    vector : array, shape (..., n, 3)
-        The corrected vectors there, null poses as they should read.
-    columns : array, shape (..., n, 3, p)
-        Those of the parameters of the reading and of the sensor; changed in place.
-    axes : Axes
-        The sensitive axes there.
-
-    Returns
-    -------
-    errors : array, shape (..., n, 3, p)
-        By how much less each vector is per unit of each parameter, ahead of the effects that
-        follow it.
-    slope : array, shape (..., n, 3, 3), or None
-        ``I + C'``; None where no effect follows the vector.
-    """
-    if not terms.on_sensor:
-        return columns, None
-    probes = surroundings.probes if terms.varying else surroundings.at_start
-    on_axes, orthogonal = (
-        sensor_slope(effects, theta[..., terms.model.positions(effects)], shapes, probes, vector,
-                     axes)
-        for effects in (terms.varying_on_axes, terms.varying_orthogonal)
-    )
-    if terms.reading_index:
-        index = terms.on_axes_index
-        error = axes.sensed(combined(columns[..., index], theta[..., index]))
-        moved = _axes_slopes(terms, theta, axes)  # (..., p', 3, 3)
-        turned = np.einsum("...pij,...nj->...nip", moved, error)
-        if terms.varying_on_axes:
-            turned -= on_axes @ np.einsum("...pij,...nj->...nip", moved, axes.sensed(vector))
-        columns[..., terms.reading_index] += turned
-    return columns, np.eye(3) + on_axes + orthogonal if terms.varying else None
-
-
-def _axes_slopes(terms: ModelTerms, theta: FloatArray, axes: Axes) -> FloatArray:
-    """dT/dtheta for the parameters of the reading, (..., p', 3, 3)."""
-    slopes = terms.matrix_slopes
-    diagonal_slopes = np.einsum("pii->pi", slopes)
-    diagonal = 1 + theta[..., terms.reading_index] @ diagonal_slopes
-    has_gain = (np.abs(diagonal) >= NO_GAIN).all(axis=-1)[..., None, None, None]
-    turned = axes.to_orthogonal[..., None, :, :] * diagonal_slopes[:, None, :]
-    divisor = np.where(has_gain[..., 0], diagonal[..., None, :], 1.0)[..., None, :]
-    # Without a gain the axes are held, see ``axes_of``.
-    return np.asarray(np.where(has_gain, (slopes - turned) / divisor, 0.0))
-
-
 @dataclass(frozen=True, eq=False)
 class Readings(Stacked):
     """The readings of poses under one model.
@@ -121,7 +57,7 @@ class Readings(Stacked):
     @classmethod
     def of(cls, reading: FloatArray, surroundings: Surroundings, model: Model) -> "Readings":
         """The readings (S, n, 3), SI, of the poses of ``surroundings`` under ``model``."""
-        bare = cls(reading, ModelTerms.of(Model(())), surroundings, np.zeros((*reading.shape, 0)))
+        bare = cls(reading, ModelTerms(Model(())), surroundings, np.zeros((*reading.shape, 0)))
         return bare.extended(model.effects)
 
     def take(self, index: Index) -> "Readings":
@@ -132,9 +68,10 @@ class Readings(Stacked):
     def extended(self, effects: Sequence[Effect]) -> "Readings":
         """The same under the model with more ``effects``."""
         terms, columns = self.terms.extended(effects, self.surroundings), self.columns
-        if len(terms.on_reading) > len(self.terms.on_reading):
+        if len(terms.reading.effects) > len(self.terms.reading.effects):
             flat = Conditions.of_vectors(self.reading.reshape(-1, 3))
-            columns = stack_columns(terms.on_reading, flat, {}).reshape(*self.reading.shape, -1)
+            columns = stack_columns(terms.reading.effects, flat, {})
+            columns = columns.reshape(*self.reading.shape, -1)
         return Readings(self.reading, terms, self.surroundings, columns)
 
     def within(self, surroundings: Surroundings) -> "Readings":
@@ -143,9 +80,9 @@ class Readings(Stacked):
 
     def axes(self, theta: FloatArray) -> Axes:
         """The sensitive axes at ``theta`` (..., p); aligned where no effect of the sensor is."""
-        if not self.terms.on_sensor:
+        if not self.terms.sensor:
             return ALIGNED
-        return axes_of(self.terms.matrix(theta[..., self.terms.reading_index]))
+        return axes_of(self.terms.matrix(theta[..., self.terms.reading.index]))
 
     def corrected(
         self, theta: FloatArray, shapes: Shapes
@@ -173,29 +110,60 @@ class Readings(Stacked):
             The effects of the only set are larger than the readings.
         """
         terms, axes = self.terms, self.axes(theta)
-        s = self.reading - combined(self.columns, theta[..., terms.reading_index])
+        s = self.reading - combined(self.columns, theta[..., terms.reading.index])
         if terms.is_linear_form:
             return s, self.columns, None
         columns = np.zeros((*s.shape, terms.model.size))
-        columns[..., terms.reading_index] = self.columns
+        columns[..., terms.reading.index] = self.columns
         conditions = self.surroundings.conditions
         if terms.fixed:
-            fixed = sensor_columns(terms.fixed, conditions(s), shapes, axes)
-            columns[..., terms.fixed_index] = fixed
-            s = s - combined(fixed, theta[..., terms.fixed_index])
+            part = terms.fixed
+            columns[..., part.index] = sensor_columns(part.effects, conditions(s), shapes, axes)
+            s = s - combined(columns[..., part.index], theta[..., part.index])
         if terms.varying:
-            sizes = theta[..., terms.varying_index]
-            s = solve_sensor(terms.varying, sizes, shapes, conditions, s, axes)
-            columns[..., terms.varying_index] = sensor_columns(
-                terms.varying, conditions(s), shapes, axes
-            )
-        if not terms.on_sensor:
+            part = terms.varying
+            s = solve_sensor(part.effects, theta[..., part.index], shapes, conditions, s, axes)
+            columns[..., part.index] = sensor_columns(part.effects, conditions(s), shapes, axes)
+        if not terms.sensor:
             return s, columns, None
-        held = conditions(s).vector.reshape(s.shape)
-        errors, slope = vector_derivatives(
-            terms, self.surroundings, theta, shapes, held, columns, axes
-        )
+        held = conditions(s).vector.reshape(s.shape)  # null poses as they should read
+        slope = self._add_turns(columns, theta, shapes, held, axes)
         if slope is not None and self.surroundings.is_null.any():
             at_rest = self.surroundings.is_null.reshape(s.shape[:-1])
             slope = np.where(at_rest[..., None, None], IDENTITY, slope)
-        return s, errors, slope
+        return s, columns, slope
+
+    def _add_turns(
+        self, columns: FloatArray, theta: FloatArray, shapes: Shapes, vector: FloatArray,
+        axes: Axes,
+    ) -> FloatArray | None:
+        """Add ``(dC/dT) dT`` to the columns of the reading; ``I + C'`` (..., n, 3, 3).
+
+        None where no effect follows the ``vector`` (..., n, 3).
+        """
+        terms, surroundings = self.terms, self.surroundings
+        on_axes, orthogonal = (
+            sensor_slope(part.effects, theta[..., part.index], shapes, surroundings.probes, vector,
+                         axes) if part else None
+            for part in terms.varying_by_axes)
+        if terms.reading:
+            index = terms.on_axes.index
+            error = axes.sensed(combined(columns[..., index], theta[..., index]))
+            moved = self._axes_slopes(theta, axes)  # (..., p', 3, 3)
+            turned = np.einsum("...pij,...nj->...nip", moved, error)
+            if on_axes is not None:
+                turned -= on_axes @ np.einsum("...pij,...nj->...nip", moved, axes.sensed(vector))
+            columns[..., terms.reading.index] += turned
+        slopes = [slope for slope in (on_axes, orthogonal) if slope is not None]
+        return sum(slopes, start=IDENTITY) if slopes else None
+
+    def _axes_slopes(self, theta: FloatArray, axes: Axes) -> FloatArray:
+        """dT/dtheta for the parameters of the reading, (..., p', 3, 3)."""
+        slopes = self.terms.matrix_slopes
+        diagonal_slopes = np.einsum("pii->pi", slopes)
+        diagonal = 1 + theta[..., self.terms.reading.index] @ diagonal_slopes
+        has_gain = (np.abs(diagonal) >= NO_GAIN).all(axis=-1)[..., None, None, None]
+        turned = axes.to_orthogonal[..., None, :, :] * diagonal_slopes[:, None, :]
+        divisor = np.where(has_gain[..., 0], diagonal[..., None, :], 1.0)[..., None, :]
+        # Without a gain the axes are held, see ``axes_of``.
+        return np.asarray(np.where(has_gain, (slopes - turned) / divisor, 0.0))

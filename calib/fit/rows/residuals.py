@@ -33,7 +33,7 @@ from calib.fit.rows.whitened_rows import WhitenedRows, Whitening, lengths
 from calib.fit.small_systems import combined, times
 from calib.fit.stacked import Index, Stacked
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 
@@ -73,10 +73,11 @@ class Equations(Stacked):
             Their ellipsoids, where they are known already.
         """
         whitening = Whitening.of(sets, start)
-        vector = whitening.vector
+        reading = np.array([poses.reading for poses in sets])
+        vector = whitening.start.corrected(reading)
         sensed = axes_of(whitening.start.matrix).sensed(vector)
         surroundings = Surroundings(tuple(sets), vector.reshape(-1, 3), sensed.reshape(-1, 3))
-        return cls(whitening, Readings.of(whitening.reading, surroundings, model),
+        return cls(whitening, Readings.of(reading, surroundings, model),
                    AxisRows.of(sets, whitening.start),
                    WaveRows.of(surroundings, whitening.start, model))
 
@@ -139,17 +140,12 @@ class Equations(Stacked):
     @property
     def magnitude(self) -> IntArray:
         """Indices of the poses with a magnitude row, (k,)."""
-        return self.whitening.order.magnitude
+        return self.whitening.magnitude
 
     @property
     def null(self) -> IntArray:
         """Indices of the poses with three null rows, (m,)."""
-        return self.whitening.order.null
-
-    @property
-    def is_null(self) -> BoolArray:
-        """Whether poses have null rows, (n,)."""
-        return self.whitening.order.is_null
+        return self.whitening.null
 
     @property
     def wave_count(self) -> int:
@@ -160,7 +156,7 @@ class Equations(Stacked):
     def row_pose(self) -> IntArray:
         """Pose of every data row (the prior rows left out), shape (d,)."""
         more = [each.row_pose for each in (self.axis, self.waves) if each]
-        return np.concatenate([self.whitening.order.row_pose, *more])
+        return np.concatenate([self.whitening.row_pose, *more])
 
     @property
     def data_count(self) -> int:
@@ -172,11 +168,6 @@ class Equations(Stacked):
         """Number q of errors that several references have in common."""
         return int(self.whitening.common_relative.shape[-1])
 
-    @property
-    def common_relative(self) -> FloatArray:
-        """Sds of the common errors over the reference, without a unit, (..., k, q)."""
-        return self.whitening.common_relative
-
     @cached_property
     def row_common(self) -> FloatArray:
         """Sds of the common errors over the gain of each data row, no unit, (..., d, q)."""
@@ -186,11 +177,6 @@ class Equations(Stacked):
     def magnitude_sd(self) -> FloatArray:
         """Sds of the magnitude rows, SI, (..., k)."""
         return self.whitening.magnitude_sd
-
-    @property
-    def null_sd(self) -> FloatArray:
-        """Sds of the null rows, SI, (..., m, 3)."""
-        return self.whitening.null_sd
 
     @property
     def row_sd(self) -> FloatArray:
@@ -257,22 +243,23 @@ class Equations(Stacked):
         if drawn is not None:
             s = s - combined(drawn, eta)
         directions, points = self.directions(s, slope), None
-        k, d, p, q = len(self.magnitude), self.data_count, theta.shape[-1], eta.shape[-1]
-        size = lengths(s[..., self.magnitude, :])
+        k, d, p, q = len(whitening.magnitude), self.data_count, theta.shape[-1], eta.shape[-1]
+        size = lengths(s[..., whitening.magnitude, :])
         share = 1 - times(self.row_common, eta)  # of the true magnitude
 
         magnitude_rows = (size * share[..., :k] - whitening.stated) / self.magnitude_sd
-        rest = (s - whitening.expected)[..., self.null, :] / self.null_sd
-        parts = [magnitude_rows, rest.reshape(*rest.shape[:-2], 3 * len(self.null))]
+        expected = self.surroundings.expected.reshape(s.shape)
+        rest = (s - expected)[..., whitening.null, :] / whitening.null_sd
+        parts = [magnitude_rows, rest.reshape(*rest.shape[:-2], 3 * len(whitening.null))]
         directions[..., :k, :] *= share[..., :k, None]
         jacobian = np.zeros((*eta.shape[:-1], d + q, p + q))
         jacobian[..., :d, :p] = -self._shown(directions, errors)
-        jacobian[..., :k, p:] = -self.common_relative * (size / self.magnitude_sd)[..., None]
+        jacobian[..., :k, p:] = -whitening.common_relative * (size / self.magnitude_sd)[..., None]
         jacobian[..., d:, p:] = np.eye(q)
         if drawn is not None:
             jacobian[..., :d, p:] -= self._shown(self.directions(s), drawn)
         if self.axis:
-            jacobian[..., k + 3 * len(self.null) : d - self.wave_count, p:] = -self.axis.common
+            jacobian[..., k + 3 * len(whitening.null) : d - self.wave_count, p:] = -self.axis.common
             parts.append(self.axis.residual(s, eta))
         if self.waves:
             waves, jacobian[..., d - self.wave_count : d, :], points = self.waves.rows(
@@ -282,12 +269,12 @@ class Equations(Stacked):
         jacobian[..., k:d, :] *= share[..., k:, None]
         jacobian[..., k:d, p:] -= self.row_common[..., k:, :] * residual[..., k:d, None]
         residual[..., k:d] *= share[..., k:]
-        if terms.on_reference:
+        if terms.reference:
             of_reference = self.of_reference(np.concatenate([
                 evaluate_for(eta.shape[:-1], effect, self.at_reading, shapes)
-                for effect in terms.on_reference], axis=-1))
-            where = terms.reference_index
+                for effect in terms.reference.effects], axis=-1))
+            where = terms.reference.index
             residual[..., :d] -= times(of_reference, theta[..., where])
             jacobian[..., :d, where] -= of_reference
-        return WhitenedRows(residual, jacobian, s, slope, theta[..., terms.reading_index], terms,
+        return WhitenedRows(residual, jacobian, s, slope, theta[..., terms.reading.index], terms,
                             points)

@@ -262,39 +262,18 @@ def sensor_slope(
     array, shape (..., n, 3, 3)
         No unit: the error per error of the vector.
     """
-    total = np.zeros((*vector.shape, 3))
+    *lead, n, _ = vector.shape
     if not theta.any():
-        return total
-    start = 0
-    sensed = axes.sensed(vector)
-    for effect in effects:
-        size = theta[..., start : start + len(effect.parameters)]
-        start += len(effect.parameters)
-        if not size.any():
-            continue
-        if effect.orthogonal:
-            total += _slope(effect, size, shapes, probes, vector)
-        else:
-            slope = _slope(effect, size, shapes, probes, sensed)
-            total += axes.to_orthogonal[..., None, :, :] @ slope @ axes.to_sensed[..., None, :, :]
-    return total
+        return np.zeros((*vector.shape, 3))
+    largest = np.abs(vector).max(axis=(-2, -1))
+    step = (SLOPE_STEP * np.where(largest == 0, 1.0, largest))[..., None, None, None]
+    moved = vector[..., None, :, :] + step * np.concatenate([IDENTITY, -IDENTITY])[:, None, :]
+    columns = sensor_columns(effects, probes.with_vector(moved.reshape(-1, 3)), shapes, axes)
+    up, down = np.moveaxis(combined(columns, theta).reshape(*lead, 2, 3, n, 3), -4, 0)
+    return np.asarray(np.moveaxis((up - down) / (2 * step), -3, -1))
 
 
 def probes_of(at: Conditions, lead: tuple[int, ...]) -> Conditions:
     """The rows of each set six times, for the differences of :func:`sensor_slope`."""
     rows = np.arange(len(at)).reshape(*lead, 1, -1)
     return at.take(np.repeat(rows, 6, axis=-2).ravel())
-
-
-def _slope(
-    effect: Effect, size: FloatArray, shapes: Shapes, probes: Conditions, vector: FloatArray
-) -> FloatArray:
-    """Derivative of an effect's error by the vector that it is evaluated on, (..., n, 3, 3)."""
-    *lead, n, _ = vector.shape
-    largest = np.abs(vector).max(axis=(-2, -1))
-    step = (SLOPE_STEP * np.where(largest == 0, 1.0, largest))[..., None, None, None]
-    moves = step * np.concatenate([IDENTITY, -IDENTITY])[:, None, :]
-    moved = (vector[..., None, :, :] + moves).reshape(-1, 3)
-    columns = evaluate_for(tuple(lead), effect, probes.with_vector(moved), shapes)
-    up, down = np.moveaxis(combined(columns, size).reshape(*lead, 2, 3, n, 3), -4, 0)
-    return np.asarray(np.moveaxis((up - down) / (2 * step), -3, -1))

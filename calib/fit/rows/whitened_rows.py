@@ -53,54 +53,17 @@ class WhitenedRows(Stacked):
 
 
 @dataclass(frozen=True, eq=False)
-class RowOrder:
-    """Assignment of rows to poses, in every set of a stack.
-
-    Parameters
-    ----------
-    is_null : array of bool, shape (n,)
-        Poses with three null rows; the others have a magnitude row.
-    """
-
-    is_null: BoolArray
-
-    @cached_property
-    def magnitude(self) -> IntArray:
-        """Indices of the poses with a magnitude row, (k,)."""
-        return np.flatnonzero(~self.is_null)
-
-    @cached_property
-    def null(self) -> IntArray:
-        """Indices of the poses with null rows, (m,)."""
-        return np.flatnonzero(self.is_null)
-
-    @cached_property
-    def row_pose(self) -> IntArray:
-        """Pose of every magnitude and null row, shape (d,)."""
-        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
-
-    @property
-    def data_count(self) -> int:
-        """Number d of these rows."""
-        return len(self.row_pose)
-
-
-@dataclass(frozen=True, eq=False)
 class Whitening(Stacked):
-    """Readings, references and sds of the rows of S sets of n poses.
+    """References and sds of the rows of S sets of n poses.
 
     Parameters
     ----------
-    order : RowOrder
-        k poses with a magnitude row, m with null rows.
+    is_null : tuple of bool, length n
+        The m poses with three null rows, in every set; the k others have a magnitude row.
     start : Start
         The ellipsoids of the poses.
-    reading, vector : array, shape (S, n, 3)
-        Nominal readings, and the corrected vectors at the start, SI.
     stated : array, shape (S, k)
         Reference magnitudes, SI.
-    expected : array, shape (S, n, 3)
-        What null poses should read, SI.
     magnitude_sd, null_sd : array, shapes (S, k) and (S, m, 3)
         Sds of the rows, SI, that of the reference included.
     common_relative : array, shape (S, k, q)
@@ -109,12 +72,9 @@ class Whitening(Stacked):
         What they add to the vectors, SI.
     """
 
-    order: RowOrder
+    is_null: tuple[bool, ...]
     start: Start
-    reading: FloatArray
-    vector: FloatArray
     stated: FloatArray
-    expected: FloatArray
     magnitude_sd: FloatArray
     null_sd: FloatArray
     common_relative: FloatArray
@@ -127,32 +87,42 @@ class Whitening(Stacked):
         Sds are known in nominal units, and a data sheet can be a third off: the start's matrix
         converts them to true units. |s| has the sd of s along its own direction.
         """
-        order = RowOrder(sets[0].reference.is_null)
-        turning, null = order.magnitude, order.null
-        reading = np.array([poses.reading for poses in sets])
+        is_null = sets[0].reference.is_null
+        turning, null = np.flatnonzero(~is_null), np.flatnonzero(is_null)
         sd = np.array([poses.sd for poses in sets])
         stated = np.array([poses.reference.magnitude for poses in sets])[:, turning]
         reference_sd = np.array([poses.reference.sd for poses in sets])
         common = np.array([poses.reference.common for poses in sets])[:, turning]
         start = start or starts_of(*_of_known_size(sets, turning))
-        vector = start.corrected(reading)
-        s = vector[:, turning]
+        s = start.corrected(np.array([poses.reading for poses in sets])[:, turning])
         direction = s / np.maximum(lengths(s)[..., None], NO_LENGTH)
         along = (((direction @ start.matrix) * sd[:, turning]) ** 2).sum(axis=2)
         across = sd[:, null] ** 2 @ (start.matrix**2).swapaxes(1, 2)
         return cls(
-            order=order,
+            is_null=tuple(is_null.tolist()),
             start=start,
-            reading=reading,
-            vector=vector,
             stated=stated,
-            expected=np.array([poses.expected for poses in sets]),
             magnitude_sd=np.sqrt(along + reference_sd[:, turning] ** 2),
             null_sd=np.sqrt(across + reference_sd[:, null, None] ** 2),
             common_relative=common / stated[..., None],
             on_vector=None if sets[0].reference.on_vector is None else
             np.array([poses.reference.on_vector for poses in sets]),
         )
+
+    @cached_property
+    def magnitude(self) -> IntArray:
+        """Indices of the poses with a magnitude row, (k,)."""
+        return np.flatnonzero(~np.array(self.is_null, bool))
+
+    @cached_property
+    def null(self) -> IntArray:
+        """Indices of the poses with null rows, (m,)."""
+        return np.flatnonzero(self.is_null)
+
+    @cached_property
+    def row_pose(self) -> IntArray:
+        """Pose of every magnitude and null row, shape (d,)."""
+        return np.concatenate([self.magnitude, np.repeat(self.null, 3)])
 
     @property
     def row_sd(self) -> FloatArray:
@@ -183,12 +153,12 @@ class Whitening(Stacked):
         slope : array, shape (..., n, 3, 3), optional
             ``I + C'``; with it the error is that ahead of the effects that follow the vector.
         """
-        turning = s[..., self.order.magnitude, :]
+        turning = s[..., self.magnitude, :]
         along = turning / (np.maximum(lengths(turning), NO_LENGTH) * self.magnitude_sd)[..., None]
         if slope is not None:
-            transposed = slope[..., self.order.magnitude, :, :].swapaxes(-1, -2)
+            transposed = slope[..., self.magnitude, :, :].swapaxes(-1, -2)
             along = solutions(transposed, along[..., None])[..., 0]
-        if not len(self.order.null):
+        if not len(self.null):
             return np.asarray(along)
         at_rest = np.eye(3) / self.null_sd[..., None]
         *lead, m, _, _ = at_rest.shape

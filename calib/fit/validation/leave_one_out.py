@@ -158,8 +158,8 @@ def compare(fit: Fit) -> Comparison:
     equations = fit.equations
     n, sd, in_sd = len(fit.poses), equations.row_sd, refitted_residual(fit)
     left_out = sd * in_sd
-    shown = np.stack([fit.residual_si, sd, left_out])[:, : equations.whitening.order.data_count]
-    pose = equations.whitening.order.row_pose
+    pose = equations.whitening.row_pose
+    shown = np.stack([fit.residual_si, sd, left_out])[:, : len(pose)]
     values = np.sqrt(np.stack([np.bincount(pose, row**2, n) for row in shown]))
     values[:, equations.magnitude] = shown[:, : len(equations.magnitude)]  # with their signs
     poses = (

@@ -64,7 +64,7 @@ def predict_pose(fit: Fit, poses: PoseSet, place: int) -> PredictedPose:
     mine = np.flatnonzero(equations.row_pose == place)
     sd = equations.row_sd[mine]
     error = rows.residual[mine] * sd
-    value = float(np.linalg.norm(error)) if equations.is_null[place] else float(error[0])
+    value = float(np.linalg.norm(error)) if poses.reference.is_null[place] else float(error[0])
     of_pose = poses.take([place])
     return PredictedPose(of_pose, rows.vector[place], PoseResidual(
         of_pose.label[0], of_pose.run[0], value, float(np.linalg.norm(sd)), value))

@@ -241,14 +241,14 @@ def gradient_of(fit: Fit, poses: PoseSet) -> FloatArray:
     linear = true
     sensor = fit.model.acting_on("sensor")
     if sensor:
-        size = fit.theta[fit.equations.terms.sensor_index]
+        size = fit.theta[fit.equations.terms.sensor.index]
         linear = true + sensor_columns(
             sensor, poses.conditions(true), fit.shapes, axes_of(matrix)) @ size
     readings = np.asarray((linear - offset) @ np.linalg.inv(matrix).T)
     equations = Equations.of(replace(poses, reading=readings), fit.model)
     jacobian = equations.rows(fit.theta, np.zeros_like(fit.eta), fit.shapes).jacobian
     gradient = jacobian[: len(true), : fit.model.size] * equations.magnitude_sd[:, None]
-    gradient[:, equations.terms.reference_index] = 0.0  # the next log has a different reference
+    gradient[:, equations.terms.reference.index] = 0.0  # the next log has a different reference
     return np.asarray(gradient)
 
 

@@ -38,7 +38,7 @@ EXCLUDED = "excluded"  #: class of their marks, and name of their group in the c
 def residual_figure(result: TriadResult) -> Figure:
     """The residual of every pose with its noise band, in the order of the configuration."""
     poses, excluded = result.comparison.poses, shown_excluded(result)
-    at_rest = result.calibration.fit.equations.is_null
+    at_rest = result.calibration.fit.poses.reference.is_null
     unit, factor = DISPLAY[result.triad]
     limit = nice_limit(residual_limit(result) * factor)
     chart = Chart(rightward(-0.5, len(poses) + len(excluded) - 0.5),
@@ -99,7 +99,7 @@ def _expected_within(result: TriadResult) -> float:
     """
     fit = result.calibration.fit
     share = max(fit.dof, 1) / fit.equations.data_count
-    null = int(fit.equations.is_null.sum())
+    null = int(fit.poses.reference.is_null.sum())
     inside = [math.erf(1 / math.sqrt(2 * share)), float(gammainc(1.5, 1.5 / share))]
     return inside[0] * (len(fit.poses) - null) + inside[1] * null
 

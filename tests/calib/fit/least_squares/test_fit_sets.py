@@ -56,7 +56,7 @@ def test_a_stack_is_its_single_fits(names: tuple[str, ...], robust: bool) -> Non
         if model.effects[-1].shape is None:
             assert_same(many[k], single)
         else:  # a minimum in a bent valley is as exact as the last step
-            assert many[k].chi2 == pytest.approx(single.chi2, abs=1e-9)
+            assert many[k].chi2 == pytest.approx(single.chi2, rel=1e-12)
 
 
 def test_sets_of_several_shapes_each_have_their_stack() -> None:
