@@ -45,7 +45,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("planning", "assess", "lot", "discovery"), ("notebook",),
     ],
     "calib.poses": [
-        ("triad_kind",), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
+        ("triad_kind", "rows"), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
         ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",), ("past",),
     ],
     "calib.poses.averaging": [

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from calib.poses.imu_log import IntArray
+from calib.poses.rows import Rows
 
 Index = int | IntArray | None
 """Selected sets: one without its axis, some of them, or one that becomes a stack of one (None)."""
@@ -20,22 +21,8 @@ Record = TypeVar("Record", bound="Stacked")
 
 
 @dataclass(frozen=True, eq=False)
-class Stacked:
-    """A record whose arrays, mappings of arrays and records of this kind have the leading axis.
-
-    Anything else in it is the same for all sets.
-    """
-
-    def take(self: Record, index: Index) -> Record:
-        """The record of some sets.
-
-        Parameters
-        ----------
-        index : int, array of int, or None
-            One set without the axis, some sets, or the axis put before a single set.
-        """
-        return replace(self, **{f.name: taken(getattr(self, f.name), index)
-                                for f in fields(self)})
+class Stacked(Rows):
+    """A record whose rows are sets."""
 
     def with_sets(self: Record, sets: IntArray, part: Record) -> Record:
         """This record of S sets with those of ``sets``, in their order, replaced by ``part``."""
@@ -43,17 +30,6 @@ class Stacked:
             return self
         return replace(self, **{f.name: _put(getattr(self, f.name), sets, getattr(part, f.name))
                                 for f in fields(self)})
-
-
-def taken(value: Any, index: Index) -> Any:
-    """An array (S, ...) of any unit, a mapping or a record at some sets; anything else as it is."""
-    if isinstance(value, np.ndarray):
-        return value[index]
-    if isinstance(value, Stacked):
-        return value.take(index)
-    if isinstance(value, Mapping):
-        return {name: taken(one, index) for name, one in value.items()}
-    return value
 
 
 def _put(value: Any, sets: IntArray, part: Any) -> Any:

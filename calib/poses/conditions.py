@@ -1,11 +1,12 @@
 """Conditions that an effect may depend on, for every pose or every sample of a log."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import FloatArray
+from calib.poses.rows import Rows
 
 VECTORS = ("force", "previous", "vibration")
 RUN_COLUMN = "run:"
@@ -19,7 +20,7 @@ FIELDS = (*VECTORS, "magnitude", "spin_rad_s", "time_s")
 
 
 @dataclass(frozen=True, eq=False)
-class Conditions:
+class Conditions(Rows):
     """Everything an effect may depend on, one row per pose (or per sample of a log).
 
     Parameters
@@ -81,20 +82,6 @@ class Conditions:
     def __len__(self) -> int:
         return len(self.vector)
 
-    def take(self, rows: IntArray | slice | Sequence[int]) -> "Conditions":
-        """The conditions of some rows alone.
-
-        Parameters
-        ----------
-        rows : array of int, slice or sequence of int, k rows
-            A row may be taken more than once.
-        """
-        return Conditions(
-            vector=self.vector[rows],
-            columns={name: values[rows] for name, values in self.columns.items()},
-            **{name: getattr(self, name)[rows] for name in FIELDS},
-        )
-
     def with_vector(self, vector: FloatArray) -> "Conditions":
         """The same conditions at the vectors ``vector`` (n, 3), SI."""
         return Conditions(vector, self.magnitude, self.force, self.spin_rad_s, self.time_s,
@@ -111,15 +98,3 @@ class Conditions:
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, in its unit, shape (n,)."""
         return self.columns.get(name, np.full(len(self.time_s), np.nan))
-
-
-def joined(parts: Sequence[Conditions]) -> Conditions:
-    """The rows of all ``parts``, which have the same logged columns, one after another."""
-    if len(parts) == 1:
-        return parts[0]
-    return Conditions(
-        vector=np.concatenate([part.vector for part in parts]),
-        columns={name: np.concatenate([part.columns[name] for part in parts])
-                 for name in parts[0].columns},
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in FIELDS},
-    )

@@ -1,12 +1,13 @@
 """One stretch of logged inertial readings, as the sensor gave them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from calib.errors import UnusableLog
+from calib.poses.rows import Rows
 from calib.poses.triad_kind import TRIAD_KINDS, PerKind
 
 FloatArray = NDArray[np.float64]
@@ -21,7 +22,7 @@ SI_UNIT: Mapping[str, str] = PerKind(lambda kind: kind.unit)  #: SI unit of a tr
 
 
 @dataclass(frozen=True, eq=False)
-class ImuLog:
+class ImuLog(Rows):
     """Raw readings against time, checked once on creation.
 
     Parameters
@@ -93,7 +94,7 @@ class ImuLog:
 
     def between(self, start: int, stop: int, label: str) -> "ImuLog":
         """The samples ``start:stop`` as a log of their own."""
-        return self._rows(slice(start, stop), label)
+        return replace(self.take(slice(start, stop)), label=label)
 
     def where(self, kept: BoolArray) -> "ImuLog":
         """Some of the samples; their times show the gaps.
@@ -102,14 +103,4 @@ class ImuLog:
         ----------
         kept : array of bool, shape (t,)
         """
-        return self._rows(kept, self.label)
-
-    def _rows(self, rows: slice | BoolArray, label: str) -> "ImuLog":
-        return ImuLog(
-            label,
-            self.time_s[rows],
-            self.accelerometer[rows],
-            self.gyroscope[rows],
-            {name: values[rows] for name, values in self.columns.items()},
-            self.notes,
-        )
+        return self.take(kept)

@@ -16,18 +16,14 @@ from calib.poses.averaging.pose_mean import on_one_clock
 from calib.poses.averaging.sway import shaken
 from calib.poses.conditions import OTHER_TRIAD, RUN_COLUMN, Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
-from calib.poses.reference import Reference, RowIndex, join_references
+from calib.poses.reference import Reference, join_references
+from calib.poses.rows import RowIndex, Rows, joined
 from calib.poses.runs.pose_run import PoseRun, check_alive, known_attitudes
 from calib.poses.runs.ring import Ring, joined_rings, rings_of
 
-PER_POSE = ("reading", "sd", "force", "vibration", "spin_rad_s", "time_s", "expected")
-"""Arrays of a :class:`PoseSet` with one row per pose."""
-WHERE_LOGGED = ("other_reading", "run_time_s", "up", "up_sd_rad")
-"""Further arrays that a set may lack."""
-
 
 @dataclass(frozen=True, eq=False)
-class PoseSet:
+class PoseSet(Rows):
     """n poses of one triad.
 
     Parameters
@@ -99,18 +95,11 @@ class PoseSet:
     def take(self, rows: RowIndex) -> "PoseSet":
         """These poses alone, in this order; a pose may be taken more than once."""
         index = np.arange(len(self))[rows]
-        return PoseSet(
-            triad=self.triad,
+        return replace(
+            Rows.take(replace(self, ring=None, stated=None), index),
             label=tuple(self.label[i] for i in index),
             run=tuple(self.run[i] for i in index),
-            reference=self.reference.take(index),
-            columns={name: values[index] for name, values in self.columns.items()},
-            notes=self.notes,
-            sd_dof=self.sd_dof,
-            stated=None,
-            ring=None if self.ring is None else self.ring.take(index, len(self)),
-            **{name: getattr(self, name)[index] for name in PER_POSE},
-            **{name: values[index] for name, values in self._where_logged.items()},
+            ring=self.ring and self.ring.of_poses(index, len(self)),
         )
 
     def concat(self, other: "PoseSet") -> "PoseSet":
@@ -118,27 +107,15 @@ class PoseSet:
 
         Common errors of the same name are the same error.
         """
-        return PoseSet(
-            triad=self.triad,
+        return replace(
+            joined([self, other]),
             label=self.label + other.label,
             run=self.run + other.run,
             reference=join_references([self.reference, other.reference]),
-            columns={name: np.concatenate([values, other.columns[name]])
-                     for name, values in self.columns.items() if name in other.columns},
             notes=tuple(dict.fromkeys((*self.notes, *other.notes))),
-            sd_dof=self.sd_dof,
             stated=None,
             ring=joined_rings(self.ring, other.ring and other.ring.behind(len(self))),
-            **{
-                name: np.concatenate([getattr(self, name), getattr(other, name)])
-                for name in (*PER_POSE, *(self._where_logged.keys() & other._where_logged.keys()))
-            },
         )
-
-    @property
-    def _where_logged(self) -> dict[str, FloatArray]:
-        every = {name: getattr(self, name) for name in WHERE_LOGGED}
-        return {name: values for name, values in every.items() if values is not None}
 
     @property
     def as_stated(self) -> "PoseSet":

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+from calib.poses.rows import Rows
 
 PLAUSIBLE_RATIO = 3.0
 """Ratio of a reading by the data sheet to the reference, or its inverse. Fact: ranges of one sensor
@@ -14,9 +15,6 @@ differ by factors of two and four, units by ten and fifty-seven; gains lie withi
 SAME_MAGNITUDE = 0.01
 """Relative difference of magnitudes that count as one (both directions of a setting of the plate,
 clips of its poses). Derived: a gain's error is the same at both to 1 % of itself."""
-
-RowIndex = IntArray | BoolArray | slice | Sequence[int]
-"""Selected poses: their indices, a mask (n,), or a slice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +71,7 @@ class CommonError:
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(Rows):
     """Reference magnitudes of n poses.
 
     Parameters
@@ -109,18 +107,6 @@ class Reference:
     def is_null(self) -> BoolArray:
         """Whether poses were taken with nothing to measure, shape (n,)."""
         return np.asarray(self.magnitude == 0.0)
-
-    def take(self, rows: RowIndex) -> "Reference":
-        """The references of some poses alone.
-
-        Parameters
-        ----------
-        rows : array of int, mask (n,), slice or sequence of int
-        """
-        return replace(
-            self, magnitude=self.magnitude[rows], sd=self.sd[rows], common=self.common[rows],
-            on_vector=None if self.on_vector is None else self.on_vector[rows],
-        )
 
 
 def constant_reference(

@@ -22,9 +22,9 @@ from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import too_large_effects
 from calib.fit.small_systems import times
-from calib.fit.stacked import taken
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.rows import taken
 
 WEIGHING = Precision(30, step_sd=1e-2, idle_sd=1e-3)
 """Precision of a fit that is compared with others: chi-square is then exact to 1e-4. Numerical."""

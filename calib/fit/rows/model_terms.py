@@ -10,13 +10,14 @@ from calib.effects.effect import Effect
 from calib.fit.model import Model, stack_columns
 from calib.fit.rows.sensitive_axes import probes_of
 from calib.fit.stacked import Index
-from calib.poses.conditions import Conditions, joined
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.rows import Rows, joined
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class Surroundings(Rows):
     """The conditions of S sets of n poses, one set after another, computed when they are needed.
 
     Parameters

@@ -28,7 +28,7 @@ from calib.fit.rows.sensitive_axes import (
     solve_sensor,
 )
 from calib.fit.small_systems import combined
-from calib.fit.stacked import Index, Stacked
+from calib.fit.stacked import Stacked
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
@@ -59,11 +59,6 @@ class Readings(Stacked):
         """The readings (S, n, 3), SI, of the poses of ``surroundings`` under ``model``."""
         bare = cls(reading, ModelTerms(Model(())), surroundings, np.zeros((*reading.shape, 0)))
         return bare.extended(model.effects)
-
-    def take(self, index: Index) -> "Readings":
-        """The readings of some sets; of one set without the leading axis, or with it again."""
-        return Readings(self.reading[index], self.terms, self.surroundings.take(index),
-                        self.columns[index])
 
     def extended(self, effects: Sequence[Effect]) -> "Readings":
         """The same under the model with more ``effects``."""

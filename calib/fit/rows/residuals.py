@@ -31,7 +31,7 @@ from calib.fit.rows.sensitive_axes import Shapes, axes_of, evaluate_for
 from calib.fit.rows.wave_rows import WaveRows
 from calib.fit.rows.whitened_rows import WhitenedRows, Whitening, lengths
 from calib.fit.small_systems import combined, times
-from calib.fit.stacked import Index, Stacked
+from calib.fit.stacked import Stacked
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
@@ -96,11 +96,6 @@ class Equations(Stacked):
         later = replace(self.surroundings, sensed=sensed.reshape(-1, 3))
         waves = self.waves and self.waves.after(later)
         return Equations(self.whitening, self.readings.within(later), self.axis, waves)
-
-    def take(self, index: Index) -> "Equations":
-        """The rows of some sets; of one set without the leading axis, or with it again."""
-        axis, waves = self.axis and self.axis.take(index), self.waves and self.waves.take(index)
-        return Equations(self.whitening.take(index), self.readings.take(index), axis, waves)
 
     @property
     def terms(self) -> ModelTerms:

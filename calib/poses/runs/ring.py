@@ -15,7 +15,7 @@ from calib.numbers import NO_LENGTH
 from calib.poses.averaging.pose_mean import PoseMean, TriadMean
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray, Triad
-from calib.poses.reference import RowIndex
+from calib.poses.rows import RowIndex, Rows, joined
 from calib.poses.samples.in_step import HARMONICS, Waves
 
 ANGLES = 8
@@ -47,7 +47,7 @@ TO_WAVE = TO_WAVES[:2]  #: the amplitudes once per turn, (2, k); definition
 
 
 @dataclass(frozen=True, eq=False)
-class Ring:
+class Ring(Rows):
     """The rings of w poses of a set.
 
     Attributes
@@ -99,7 +99,7 @@ class Ring:
         """Indices of the rings that have rows of the waves twice per turn, (v,)."""
         return np.flatnonzero(np.isfinite(self.sd[:, 1]).all(axis=1))
 
-    def take(self, rows: RowIndex, count: int) -> "Ring | None":
+    def of_poses(self, rows: RowIndex, count: int) -> "Ring | None":
         """The rings of some poses of a set of ``count``, in their new order."""
         index = np.arange(count)[rows]
         where = np.full(count, -1)
@@ -112,11 +112,7 @@ class Ring:
         return self._of(which, self.place[which])
 
     def _of(self, which: IntArray, place: IntArray) -> "Ring | None":
-        if not len(which):
-            return None
-        rest = {name: getattr(self, name)[which] for name in Ring.__dataclass_fields__
-                if name != "place"}
-        return Ring(place, **rest)
+        return replace(self.take(which), place=place) if len(which) else None
 
     def whole(self, magnitude: FloatArray) -> FloatArray:
         """Reference magnitudes (n,) of the set, all of gravity where it rotates, SI."""
@@ -155,8 +151,7 @@ def joined_rings(first: Ring | None, other: Ring | None) -> Ring | None:
     """The rings of two sets one after another; ``place`` of both as they then stand."""
     if first is None or other is None:
         return first or other
-    return Ring(*(np.concatenate([getattr(first, name), getattr(other, name)])
-                  for name in Ring.__dataclass_fields__))
+    return joined([first, other])
 
 
 def rings_of(parts: Sequence[tuple[Ring | None, int]]) -> Ring | None:
