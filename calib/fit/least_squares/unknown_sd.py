@@ -11,7 +11,6 @@ but does not test the model: its misfit counts as noise.
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +20,9 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.noise_size import Noise
-from calib.poses.imu_log import SI_UNIT, FloatArray
+from calib.fit.rows.whitened_rows import lengths
+from calib.numbers import NO_LENGTH
+from calib.poses.imu_log import SI_UNIT
 from calib.poses.pose_set import PoseSet
 
 SAME_ATTITUDE = math.radians(5.0)
@@ -119,35 +120,17 @@ def with_estimated_sds(poses: PoseSet, model: Model) -> PoseSet:
                    notes=(*poses.notes, note))
 
 
-def _residuals(fitted: Fit) -> FloatArray:
-    """Residual of the magnitude of every pose, SI, (n,)."""
-    return np.asarray(np.linalg.norm(fitted.rows.vector - fitted.poses.expected, axis=1)
-                      - fitted.poses.reference.magnitude)
-
-
 def _by_repeats(fitted: Fit) -> tuple[float, float]:
-    """Sd within groups of one attitude, and its degrees of freedom."""
-    residuals = _residuals(fitted)
-    squares, dof = 0.0, 0.0
-    for group in _groups(fitted):
-        squares += float(((residuals[group] - residuals[group].mean()) ** 2).sum())
-        dof += len(group) - 1.0
-    return (math.sqrt(squares / dof) if dof else 0.0), dof
-
-
-def _groups(fitted: Fit) -> Iterator[list[int]]:
-    """Poses of one attitude and one reference, each in one group."""
-    length = np.linalg.norm(fitted.rows.vector, axis=1, keepdims=True)
-    unit = fitted.rows.vector / np.maximum(length, np.finfo(float).tiny)
-    cosine = math.cos(SAME_ATTITUDE)
-    magnitude = fitted.poses.reference.magnitude
-    free = [i for i in range(len(unit)) if not fitted.poses.reference.is_null[i]]
-    while free:
-        first = free[0]
-        alike = [i for i in free
-                 if unit[i] @ unit[first] >= cosine and magnitude[i] == magnitude[first]]
-        free = [i for i in free if i not in alike]
-        yield alike
+    """Sd within groups of one attitude and one reference, and its degrees of freedom."""
+    turning = fitted.equations.magnitude
+    vector, magnitude = fitted.rows.vector[turning], fitted.poses.reference.magnitude[turning]
+    unit = vector / np.maximum(lengths(vector), NO_LENGTH)[:, None]
+    alike = (unit @ unit.T >= math.cos(SAME_ATTITUDE)) & (magnitude[:, None] == magnitude)
+    _, group = np.unique(alike.argmax(axis=1), return_inverse=True)
+    residual, count = lengths(vector) - magnitude, np.bincount(group)
+    within = residual - (np.bincount(group, residual) / count)[group]
+    dof = float(len(residual) - len(count))
+    return (math.sqrt(float(within @ within) / dof) if dof else 0.0), dof
 
 
 def _by_residuals(fitted: Fit) -> float:

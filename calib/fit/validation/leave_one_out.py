@@ -93,8 +93,10 @@ class Comparison:
         return sorted(self.poses, key=lambda pose: -abs(pose.in_sd))[:count]
 
 
-def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray]]:
-    """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``, (m, b, b).
+def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+    """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``.
+
+    These as eigenvalues (m, b), ascending, and eigenvectors (m, b, b).
 
     ``q`` (r, k) is an orthonormal basis of the fitted directions, ``pose`` (d,) numbers the data
     rows' poses: the rows of a pose need not be adjacent, since its waves come after all means.
@@ -104,7 +106,7 @@ def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, Float
     for size in np.unique(count):
         rows = order[first[count == size][:, None] + np.arange(size)]
         part = q[rows]
-        yield rows, np.eye(size) - part @ part.transpose(0, 2, 1)
+        yield rows, *np.linalg.eigh(np.eye(size) - part @ part.transpose(0, 2, 1))
 
 
 def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray) -> FloatArray:
@@ -124,10 +126,8 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
     array, shape (d,)
         In sds of the rows.
     """
-    q = orthonormal_columns(jacobian)
     out = np.empty(len(pose))
-    for rows, block in pose_blocks(q, pose):
-        values, vectors = np.linalg.eigh(block)
+    for rows, values, vectors in pose_blocks(orthonormal_columns(jacobian), pose):
         values = np.maximum(values, 1 - LARGEST_LEVERAGE)
         turned = np.einsum("mji,mj->mi", vectors, residual[rows]) / values
         out[rows] = np.einsum("mij,mj->mi", vectors, turned)
@@ -141,8 +141,8 @@ def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
     :func:`left_out_residual`.
     """
     share = np.ones(len(np.unique(pose)))
-    for rows, block in pose_blocks(orthonormal_columns(jacobian), pose):
-        share[pose[rows[:, 0]]] = np.linalg.eigvalsh(block)[:, 0]
+    for rows, values, _ in pose_blocks(orthonormal_columns(jacobian), pose):
+        share[pose[rows[:, 0]]] = values[:, 0]
     return share
 
 
@@ -181,8 +181,7 @@ def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float, float]:
     root, pose = np.sqrt(fit.weight), fit.equations.row_pose
     q = orthonormal_columns(fit.rows.jacobian @ fit.directions * root[:, None])
     spread, square, log_det = np.empty(len(pose)), 0.0, 0.0
-    for rows, block in pose_blocks(q, pose):
-        values, vectors = np.linalg.eigh(block)
+    for rows, values, vectors in pose_blocks(q, pose):
         values = np.maximum(values, 1 - LARGEST_LEVERAGE)
         turned = np.einsum("mji,mj->mi", vectors, out[rows] * root[rows])
         spread[rows] = np.sqrt(np.einsum("mij,mj->mi", vectors**2, 1 / values))
@@ -231,11 +230,8 @@ def _bent(equations: Equations, jacobian: FloatArray, step: FloatArray) -> IntAr
     The bend of a length is |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
     """
     relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
-    q = orthonormal_columns(jacobian)
-    bound = np.linalg.norm(step @ (jacobian.T @ q), axis=1) * np.linalg.norm(q, axis=1).max()
-    long = np.flatnonzero(bound**2 * relative_sd / 2 >= LINEAR_SD)
-    bend = np.abs(step[long] @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
-    return np.asarray(long[bend >= LINEAR_SD])
+    bend = np.abs(step @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
+    return np.flatnonzero(bend >= LINEAR_SD)
 
 
 def _refitted(

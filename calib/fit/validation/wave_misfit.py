@@ -17,9 +17,9 @@ from scipy.special import fdtrc
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import unavailable
+from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.wave_rows import WaveRows
-from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring_errors import room_names
@@ -28,9 +28,6 @@ from calib.rounding import two_digits
 
 UNEXPLAINED_P_VALUE = 1e-4
 """Probability of a misfit by chance: one sound run in ten thousand. Derived."""
-
-SAME_WAVES = 1e-8
-"""Share of the largest singular value from which a shape of waves is a new one. Numerical."""
 
 
 def with_misfit_of_waves(fit: Fit) -> PoseSet | None:
@@ -170,7 +167,7 @@ def _of_a_steady_rate(
 ) -> _Misfit | None:
     """A rate fixed in the room, columns ``room``, other than the Earth's; None if there is none."""
     residual = _residual(fit, waves)[rows]
-    others, beside = _basis(np.delete(any_shape, room, axis=1)), any_shape[:, room]
+    others, beside = orthonormal_columns(np.delete(any_shape, room, axis=1)), any_shape[:, room]
     beside = beside - others @ (others.T @ beside)
     shape, shown, turn = np.linalg.svd(beside, full_matrices=False)
     is_shown = shown > 1.0  # known better than beforehand
@@ -205,13 +202,8 @@ def _beyond_means(fit: Fit, columns: FloatArray, rows: IntArray) -> tuple[float,
 
 def _left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:
     """Sum of squares and degrees of freedom of rows (d,) after a fit of columns (d, k), in sds."""
-    shape = _basis(columns)
+    shape = orthonormal_columns(columns)
     rest = residual - shape @ (shape.T @ residual)
     return float(rest @ rest), len(rest) - shape.shape[1]
 
 
-def _basis(columns: FloatArray) -> FloatArray:
-    """Orthonormal columns (d, r) of the space of others (d, k)."""
-    unit = columns / np.maximum(np.linalg.norm(columns, axis=0), NO_LENGTH)
-    shape, size, _ = np.linalg.svd(unit, full_matrices=False)
-    return np.asarray(shape[:, size > SAME_WAVES * size[0]])
