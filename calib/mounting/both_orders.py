@@ -5,7 +5,6 @@ one. Both orders level the mean reading exactly, so the remainder is the same; t
 angles, in how well these are determined, and in the heading that they leave to the yaw.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -86,19 +85,13 @@ def try_orders(
     trials = []
     for order in ORDERS:
         roll, pitch = roll_pitch(up, order)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            to_angles = roll_pitch_jacobian(up, order) if not _locked(up, order) else np.full(
-                (2, 3), np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):  # gimbal lock
+            to_angles = roll_pitch_jacobian(up, order)
             sd = np.sqrt(np.diag(to_angles @ cov @ to_angles.T))
         rest = force @ mounting_rotation(order, roll, pitch) - np.array([0, 0, gravity_m_s2])
         trials.append(OrderTrial(order, roll, pitch, np.where(np.isfinite(sd), sd, np.inf),
                                  margins[order], float(np.linalg.norm(rest))))
     return tuple(trials)
-
-
-def _locked(up: FloatArray, order: Order) -> bool:
-    """Whether the angle about the axis of the first rotation is undefined (gimbal lock)."""
-    return math.hypot(up[1] if order == "xyz" else up[0], up[2]) == 0
 
 
 def levelled_readings(

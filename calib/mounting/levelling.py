@@ -93,16 +93,13 @@ def roll_pitch(g: FloatArray, order: Order) -> tuple[float, float]:
 
 def roll_pitch_jacobian(g: FloatArray, order: Order) -> FloatArray:
     """Derivatives of (φ, θ) with respect to ``g`` (3,), shape (2, 3), radians per unit of ``g``."""
-    x, y, z = (float(value) for value in g)
-    square = x * x + y * y + z * z
-    if order == "xyz":
-        r = math.hypot(y, z)
-        of_roll = np.array([0.0, z, -y]) / r**2
-        of_pitch = np.array([-r, x * y / r, x * z / r]) / square
-    else:
-        r = math.hypot(x, z)
-        of_roll = np.array([-x * y / r, r, -y * z / r]) / square
-        of_pitch = np.array([-z, 0.0, x]) / r**2
+    if order == "yxz":  # pitch and roll of the order xyz, of (-y, -x, z)
+        exchanged = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        return np.asarray(roll_pitch_jacobian(exchanged @ g, "xyz")[::-1] @ exchanged)
+    x, y, z = g
+    r = np.hypot(y, z)
+    of_roll = np.array([0.0, z, -y]) / r**2
+    of_pitch = np.array([-r, x * y / r, x * z / r]) / (g @ g)
     return np.stack([of_roll, of_pitch])
 
 

@@ -31,8 +31,6 @@ SAME_PLACE_SD = 6.0
 """Or within so many sds of their noise. Derived: four where those of a log of 3 s are short by 30 %
 (``tests/bench/study_installation.py``: 83 % lie within what 95 % should)."""
 
-DIFFERENCE_SHARE = 1e-4  #: step of a central difference, in readings: numerical
-
 
 @dataclass(frozen=True, eq=False)
 class StillReading:
@@ -187,9 +185,5 @@ def require_evaluable(label: str, at: Conditions, accelerometer: Correction) -> 
 
 def noise_covariance(reading: StillReading, accelerometer: Correction) -> FloatArray:
     """Covariance of the corrected mean by the sensor's noise alone, (m/s²)², shape (3, 3)."""
-    y = reading.at.vector[0]
-    step = DIFFERENCE_SHARE * float(np.linalg.norm(y))
-    moved = y + step * np.concatenate([np.eye(3), -np.eye(3)])
-    force = accelerometer.correct(reading.at.take(np.zeros(6, dtype=int)).with_vector(moved))
-    slope = (force[:3] - force[3:]).T / (2 * step)
-    return np.asarray(slope * reading.variance @ slope.T)
+    matrix, _ = accelerometer.linear_form()  # added effects change it by a per cent
+    return np.asarray(matrix * reading.variance @ matrix.T)
