@@ -129,16 +129,3 @@ class VarianceModel:
         """Covariance (n, n) of the variances for the squares (5,) of the coefficients, any unit."""
         random = squares[: len(self._products)]
         return np.asarray(np.einsum("i,j,ijnm->nm", random, random, self._products))
-
-    def skewness(self, weights: FloatArray, squares: FloatArray) -> float:
-        """Skewness of the sum of the variances with ``weights`` (n,).
-
-        The sum is a weighted mean of the periodogram, whose ordinates are chi-square with two
-        degrees of freedom: its r-th cumulant is (r-1)! (2/T)^(r-1) times the integral of the r-th
-        power over the positive frequencies, twice that over both signs for half the factor.
-        """
-        weighted = weights @ self._filters * (squares[: len(self._densities)] @ self._densities)
-        second, third = (self._widths @ weighted**power for power in (2, 3))
-        if second <= 0:
-            return 0.0
-        return float(8 * third / (2 * second) ** 1.5 / math.sqrt(self.length_s))

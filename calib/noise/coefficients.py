@@ -5,8 +5,8 @@ square below zero, weighted by the covariance of the estimates under the fitted 
 A coefficient whose square does not exceed zero by its own scatter is reported as an upper limit.
 
 The upper limit inverts a test: L is the smallest coefficient beyond which less than 5 % of all logs
-would show as little as this log. The mean, scatter and skewness of the estimate are those of noise
-with the coefficient L; the other coefficients are fitted along with it. If the log shows less than
+would show as little as this log. The mean and scatter of the estimate are those of noise with the
+coefficient L; the other coefficients are fitted along with it. If the log shows less than
 a share LUCK of such logs would, it counts as showing that much, so that a lucky record does not
 lower the limit (power-constrained limit of Cowan et al., arXiv:1105.3166).
 """
@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import brentq, nnls
-from scipy.special import gammaincinv, ndtri
+from scipy.special import ndtri
 
 from calib.noise.allan import (
     FLICKER,
@@ -40,7 +40,6 @@ OPTIONAL_SDS = 4.0  #: with fewer they are left out of the fit; derived: 1 in 30
 SEEN_SDS = 2.0  #: a square of fewer sds is not seen; derived: 1 in 44 of a normal variable
 RISK = 0.05  #: chance that a coefficient is beyond its upper limit; fact: results.json states it so
 LUCK = 0.16  #: share of logs where noise shows so little; derived: one sd below, as Cowan et al.
-SYMMETRIC = 1e-3  #: a smaller skewness leaves the normal distribution as it is; numerical
 PRECISION = 1e-3  #: relative, of the square of an upper limit; numerical
 LARGEST_FACTOR = 1e6  #: square of a limit over the estimate and its sd, at most; numerical
 SMALLEST_SHARE = 1e-6
@@ -194,19 +193,8 @@ class _Record:
             supposed = self.beside(fixed, whiten, free)
         weights = self.weights(i, whiten, free)
         sd = float(np.linalg.norm(weights))
-        skewness = self.model.skewness(weights @ whiten, supposed)
-        shown = max(float(weights @ whiten @ self.variances), sd * _quantile(LUCK, skewness))
-        return (shown - square) / sd - _quantile(RISK, skewness)
-
-
-def _quantile(probability: float, skewness: float) -> float:
-    """Quantile of a gamma distribution of mean 0 and sd 1 with this skewness."""
-    if abs(skewness) < SYMMETRIC:
-        return float(ndtri(probability))
-    shape = 4 / skewness**2
-    share = probability if skewness > 0 else 1 - probability
-    return float(math.copysign(1, skewness) * (gammaincinv(shape, share) - shape)
-                 / math.sqrt(shape))
+        shown = max(float(weights @ whiten @ self.variances) / sd, float(ndtri(LUCK)))
+        return shown - square / sd - float(ndtri(RISK))
 
 
 def _coefficient(

@@ -1,12 +1,13 @@
 """Predictive quality of a calibration by given rests, the criterion for thresholds.
 
-    |M v_i + c| = m + e_i,    M upper triangular
+    yᵀQ y - 2 vᵀy = 1
 
-is fitted to the mean nominal readings v_i of n rests (Tedaldi, Pretto, Menegatti, ICRA 2014, choose
-the threshold of the smallest residual). The residual alone favours few rests: here the residual
-variance, s² = Σ e² / (n - p) with Student's factor, is propagated to the corrected magnitude in
-every direction of the sphere, and its root mean square there is the score. Rests that are few,
-badly spread or disturbed all make it larger.
+is fitted to the mean readings y of n rests over the magnitude that all of them have, an ellipsoid
+through them (Tedaldi, Pretto, Menegatti, ICRA 2014, choose the threshold of the smallest residual).
+The residual alone favours few rests: here the residual variance, s² = Σ e² / (n - p) with Student's
+factor, is propagated to the corrected magnitude in every direction of the sphere, and its root mean
+square there is the score; an error of the equation is twice that of a magnitude. Rests that are
+few, badly spread or disturbed all make it larger.
 """
 
 from collections.abc import Sequence
@@ -15,10 +16,6 @@ import numpy as np
 
 from calib.poses.attitudes import spread_directions
 from calib.poses.imu_log import FloatArray
-
-STEPS = 12  #: numerical limit
-SMALLEST_STEP = 1e-12
-"""Step of a gain, and of a bias over the magnitude: rounding."""
 
 SINGULAR = 1e-9
 """Singular value of unit columns over the largest, below which rests determine nothing: numerical,
@@ -39,7 +36,7 @@ Tuned."""
 SPHERE_POINTS = 200  #: numerical: directions of the mean over the sphere
 
 _EYE = np.eye(9)  #: all nine parameters, each by itself
-#: Columns are parameters, rows the elements xx xy xz yy yz zz of M and the three of c.
+#: Columns are parameters, rows the elements xx xy xz yy yz zz of Q and the three of v.
 MODELS: tuple[FloatArray, ...] = (
     _EYE,
     _EYE[:, [0, 3, 5, 6, 7, 8]],
@@ -83,41 +80,20 @@ def prediction_error(
     n, p = len(vectors), model.shape[1]
     if n < p + SPARE:
         return float("inf")
-    theta = np.array([1.0, 0, 0, 1, 0, 1, 0, 0, 0])
-    with np.errstate(over="ignore", invalid="ignore"):  # a diverging iteration ends as not finite
-        for _ in range(STEPS):
-            length, columns = _magnitude(vectors, theta)
-            if not np.isfinite(columns).all():
-                return float("inf")
-            step = np.linalg.lstsq(columns @ model, length - magnitude)[0]
-            theta = theta - model @ step
-            if np.abs(step).max() < SMALLEST_STEP * magnitude:
-                break
-        length, columns = _magnitude(vectors, theta)
-        residual = length - magnitude
-        variance = float(residual @ residual) / (n - p - 2)
-    design = columns @ model
+    design = _columns(vectors / magnitude) @ model
     scale = np.sqrt((design**2).sum(axis=0))
-    if not (np.isfinite(variance) and scale.all()):
+    if not scale.all():
         return float("inf")
-    singular, axes = np.linalg.svd(design / scale, full_matrices=False)[1:]
+    basis, singular, axes = np.linalg.svd(design / scale, full_matrices=False)
     if singular[-1] < SINGULAR * singular[0]:
         return float("inf")
-    directions = spread_directions(SPHERE_POINTS)
-    spread = _columns(directions, magnitude * directions) @ model / scale @ axes.T / singular
-    return float(np.sqrt(variance * (spread**2).sum(axis=1).mean()))
+    residual = 1 - basis @ basis.sum(axis=0)
+    variance = float(residual @ residual) / (n - p - 2) / 4
+    spread = _columns(spread_directions(SPHERE_POINTS)) @ model / scale @ axes.T / singular
+    return magnitude * float(np.sqrt(variance * (spread**2).sum(axis=1).mean()))
 
 
-def _magnitude(vectors: FloatArray, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Corrected magnitudes (n,) and their derivative by ``theta``, (n, 9)."""
-    matrix = np.zeros((3, 3))
-    matrix[np.triu_indices(3)] = theta[:6]
-    corrected = vectors @ matrix.T + theta[6:]
-    length = np.linalg.norm(corrected, axis=1)
-    return length, _columns(corrected / length[:, None], vectors)
-
-
-def _columns(unit: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Derivative of ``unit · (M v + c)`` by the six elements of M and the three of c, (n, 9)."""
+def _columns(unit: FloatArray) -> FloatArray:
+    """Derivative of ``yᵀQ y - 2 vᵀy`` by the six elements of Q and the three of v, (n, 9)."""
     rows, columns = np.triu_indices(3)
-    return np.column_stack([unit[:, rows] * vectors[:, columns], unit])
+    return np.column_stack([unit[:, rows] * unit[:, columns], -2 * unit])
