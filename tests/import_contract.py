@@ -45,8 +45,9 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("planning", "assess", "lot", "discovery"), ("notebook",),
     ],
     "calib.poses": [
-        ("triad_kind", "rows"), ("imu_log",), ("data_sheet", "conditions", "reference", "attitudes"),
-        ("samples",), ("checks",), ("averaging", "rests"), ("runs",), ("pose_set",), ("past",),
+        ("triad_kind", "rows"), ("imu_log",),
+        ("data_sheet", "conditions", "reference", "attitudes"), ("samples",), ("checks",),
+        ("averaging", "rests"), ("runs",), ("pose_set",), ("past",),
     ],
     "calib.poses.averaging": [
         ("pose_mean",), ("sway",), ("average_pose",),

@@ -92,7 +92,7 @@ class Surroundings(Rows):
 
 
 @dataclass(frozen=True)
-class Part:
+class EffectPart:
     """Some effects of a model, and the indices of their parameters in theta."""
 
     effects: tuple[Effect, ...]
@@ -125,43 +125,43 @@ class ModelTerms:
                 following.add(effect.name)
         return ModelTerms(model, frozenset(following))
 
-    def _part(self, effects: Iterable[Effect]) -> Part:
+    def _part(self, effects: Iterable[Effect]) -> EffectPart:
         chosen = tuple(effects)
-        return Part(chosen, self.model.positions(chosen))
+        return EffectPart(chosen, self.model.positions(chosen))
 
     @cached_property
-    def reading(self) -> Part:
+    def reading(self) -> EffectPart:
         """The effects on the reading, of p' parameters."""
         return self._part(self.model.acting_on("reading"))
 
     @cached_property
-    def sensor(self) -> Part:
+    def sensor(self) -> EffectPart:
         """The effects on the sensor."""
         return self._part(self.model.acting_on("sensor"))
 
     @cached_property
-    def reference(self) -> Part:
+    def reference(self) -> EffectPart:
         """The effects on the reference."""
         return self._part(self.model.acting_on("reference"))
 
     @cached_property
-    def varying(self) -> Part:
+    def varying(self) -> EffectPart:
         """The effects on the sensor that follow the vector."""
         return self._part(e for e in self.sensor.effects if e.name in self.following)
 
     @cached_property
-    def fixed(self) -> Part:
+    def fixed(self) -> EffectPart:
         """The other effects on the sensor."""
         return self._part(e for e in self.sensor.effects if e.name not in self.following)
 
     @cached_property
-    def on_axes(self) -> Part:
+    def on_axes(self) -> EffectPart:
         """The effects on the sensitive axes."""
         return self._part(e for e in self.sensor.effects if not e.orthogonal)
 
     @cached_property
-    def varying_by_axes(self) -> tuple[Part, Part]:
-        """Those that follow the vector on the sensitive axes, and those in the orthogonal ones."""
+    def varying_by_axes(self) -> tuple[EffectPart, EffectPart]:
+        """The varying effects of the sensitive axes, and those of the orthogonal ones."""
         return (self._part(e for e in self.varying.effects if not e.orthogonal),
                 self._part(e for e in self.varying.effects if e.orthogonal))
 
