@@ -223,12 +223,14 @@ def _period(correlation: FloatArray, best: int) -> tuple[float, FloatArray]:
     """The period in frames, and the gain of each block in correlation over half way, (b,)."""
     f = correlation.shape[1]
     trials = np.arange(LEAST_FRAMES, (f - 3) / 2.2, 0.5)
-    at, between = np.zeros((2, f, len(trials)))
-    for i, trial in enumerate(trials):
-        turns = np.arange(1, int(MOSTLY * f / trial) + 1)
-        for mean, after in ((at, turns), (between, turns - 0.5)):
-            mean[np.round(after * trial).astype(np.intp), i] = 1 / len(turns)
-    score = correlation @ at - np.maximum(correlation @ between, 0)
+    count = (MOSTLY * f / trials).astype(np.intp)
+    start = np.cumsum(count) - count
+    turns = np.arange(count.sum()) - np.repeat(start, count) + 1
+    at, between = (
+        np.add.reduceat(correlation[:, np.round(after * np.repeat(trials, count)).astype(np.intp)],
+                        start, axis=1) / count
+        for after in (turns, turns - 0.5))
+    score = at - np.maximum(between, 0)
     clear = np.sort(score, axis=0)[-best:].mean(axis=0)
     chosen = 0
     for i, shown in enumerate(clear):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vision.errors import NoPlate, OnlyShifts
 from vision.image_return import BLOCK, image_return
-from vision.plate.periodic import periodic_pixels
+from vision.plate.periodic import PeriodicFit
 from vision.plate.pixel_motion import Turning, turning
 from vision.tracking.small_clip import SmallClip
 from vision.video.reader import NO_CHROMA, Frame
@@ -89,10 +89,10 @@ def test_pixels_from_the_side_tell_the_rate_the_sense_and_the_view(way: int) -> 
     assert returned is not None
     time = FRAME_S * np.arange(FRAMES)
     mask = frames.std(axis=0) > 6
-    pixels = periodic_pixels(frames[:, mask], time, returned.period_s, returned.sd_s)
-    slope = np.polynomial.Polynomial.fit(time, pixels.angle_rad, 1).convert().coef[1]
+    fit = PeriodicFit(frames[:, mask], time, returned.period_s, returned.sd_s)
+    turns = turning(fit.coefficients, mask)
+    slope = np.polynomial.Polynomial.fit(time, fit.pixels().angle_rad, 1).convert().coef[1]
     assert slope * 30 / np.pi == pytest.approx(rpm, rel=50e-6)
-    turns = turning(pixels, mask)
     assert turns is not None
     assert turns.way == way
     assert turns.view.centre_px == pytest.approx((64, 48), abs=2)
@@ -118,9 +118,9 @@ def test_a_picture_that_returns_twice_per_turn_gives_no_sense_of_a_turn() -> Non
     assert returned is not None
     mask = frames.std(axis=0) > 6
     time = FRAME_S * np.arange(FRAMES)
-    pixels = periodic_pixels(frames[:, mask], time, returned.period_s, returned.sd_s)
+    fit = PeriodicFit(frames[:, mask], time, returned.period_s, returned.sd_s)
     assert 60 / returned.period_s == pytest.approx(2 * 20.3, rel=0.01)
-    assert turning(pixels, mask) is None
+    assert turning(fit.coefficients, mask) is None
 
 
 def test_what_goes_to_and_fro_is_no_turning_plate() -> None:
@@ -132,10 +132,10 @@ def test_what_goes_to_and_fro_is_no_turning_plate() -> None:
     returned = image_return(frames, FRAME_S)
     assert returned is not None
     mask = frames.std(axis=0) > 6
-    pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), returned.period_s,
-                             returned.sd_s)
+    fit = PeriodicFit(frames[:, mask], FRAME_S * np.arange(FRAMES), returned.period_s,
+                      returned.sd_s)
     with pytest.raises(NoPlate, match=r"to and fro, or comes and goes \((9\d|100)% of"):
-        turning(pixels, mask)
+        turning(fit.coefficients, mask)
 
 
 def test_what_shifts_at_an_even_speed_does_not_return_without_what_is_slow() -> None:
@@ -200,7 +200,7 @@ def turned_by(
 ) -> Turning | None:
     shown = np.rint(frames[:, mask]).astype(np.uint8)
     time = FRAME_S * np.arange(FRAMES)
-    return turning(periodic_pixels(shown, time, period * FRAME_S, 0.001), mask)
+    return turning(PeriodicFit(shown, time, period * FRAME_S, 0.001).coefficients, mask)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -230,7 +230,7 @@ def test_an_angle_that_leans_to_whole_frames_per_turn_says_so(
     off = [np.angle(np.exp(1j * (seen - mark))) for mark in marks]
     values = 100 + sum(k * np.exp(-(x / 0.08) ** 4) for k, x in zip(light, off, strict=True))
     values = np.clip(values + 3 * rng.standard_normal(values.shape), 0, 255).astype(np.uint8)
-    pixels = periodic_pixels(values, time, 60.03 / rpm, 0.12 / rpm)
+    pixels = PeriodicFit(values, time, 60.03 / rpm, 0.12 / rpm).pixels()
     slope = np.polynomial.Polynomial.fit(time, pixels.angle_rad, 1).convert().coef[1]
     error_frames = (slope * 30 / np.pi / rpm - 1) * len(time)
     if separated:
@@ -249,6 +249,6 @@ def test_a_light_that_blinks_passes_by_nowhere() -> None:
     frames = blink[:, None, None] * table
     mask = np.ones(table.shape, bool)
     frames = np.rint(frames).astype(np.uint8)
-    pixels = periodic_pixels(frames[:, mask], FRAME_S * np.arange(FRAMES), 37 * FRAME_S, 0.01)
-    pixels.coefficients[1:] = 0  # as where they do not stand out from noise
-    assert turning(pixels, mask) is None
+    fit = PeriodicFit(frames[:, mask], FRAME_S * np.arange(FRAMES), 37 * FRAME_S, 0.01)
+    fit.coefficients[1:] = 0  # as where they do not stand out from noise
+    assert turning(fit.coefficients, mask) is None

@@ -18,7 +18,7 @@ from vision.video.reduction import reduced
 SMALL_SIDE = 300  # pixels at most, by halving; moving objects are larger than one of them
 BLURRED = (3, 3)  # pixels
 CALM = 0.1  # quantile of the sds of the change that belongs to calm places: a plate leaves corners
-OFTEN = 0.75  # quantile of the largest changes: a mark may be out of sight for most of a turn
+OFTEN = 0.75  #: quantile of the largest changes: a mark may be hidden for most of a turn
 SMOOTH_PER_ROUGH = 8**-0.5  # fact: sds of white noise, the mean of 9 pixels over the rest
 #: Largest noise from frame to frame, in sds of calm places. Derived: 4.4 in 20 000 places of
 #: Gaussian noise in three frames of four, 1.7 times the noise in bright places.
@@ -87,10 +87,11 @@ def repeated(change: FloatArray) -> BoolArray:
     return np.asarray(change < limit)
 
 
-def stands_still(images: Sequence[Luma]) -> bool:
-    """Whether nothing changes except by the noise of the camera.
+def change_over_noise(images: Sequence[Luma]) -> FloatArray:
+    """Largest change of every image from the one before over that of noise, (f - 1,).
 
-    A turning object changes the frames repeatedly, a refresh by the encoder only once.
+    Where three quarters are below 1 nothing moves: a turning object changes the frames repeatedly,
+    a refresh by the encoder only once.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ def stands_still(images: Sequence[Luma]) -> bool:
         # Differences from pixel to pixel are noise; a flickering lamp does not differ.
         cv2.accumulateSquare(cv2.subtract(change, smooth), square)
     calm = float(quantile(np.sqrt(square / len(largest)), CALM)) * SMOOTH_PER_ROUGH
-    return float(quantile(largest, OFTEN)) < max(BEYOND * calm, LEAST)
+    return np.array(largest) / max(BEYOND * calm, LEAST)
 
 
 def halved(image: Luma) -> Luma:

@@ -5,9 +5,9 @@ differs more from its neighbours, which belong to the other field, than from the
 Each field is a separate frame, at twice the rate. The first field of a frame is the one that is
 nearer to the previous frame.
 
-Fine print differs from row to row as much as the teeth do. The change to the next frame then
-separates them: if the fields are half a frame apart, the teeth of both frames together are that
-change; in whole frames they have nothing to do with it.
+Fine print differs from row to row as much as the teeth do. The change to the next frame separates
+them: if the fields are half a frame apart, the teeth of both frames together are that change, with
+the same sign in every pair of frames; in whole frames they have nothing to do with it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,12 +35,14 @@ class FieldThresholds:
     Attributes
     ----------
     combed : float
-        Change from row to row over that from each row to the next but one. Derived: 1 in noise,
-        less in any image of one moment, more if the fields differ in time.
+        Change from row to row over that from each row to the next but one, median of pairs of
+        frames. Derived: 1 in noise, less in any image of one moment, more if the fields differ in
+        time.
     follows : float
-        Teeth of two frames over the change between them. Derived: 1 in fields, 0 in whole frames,
-        and compression takes the teeth first. Tuned on ``tests.bench.clip_study`` from seed 310000
-        on: 0.22 at most in 280 films of whole frames, 0.33 at least in finely printed fields.
+        Teeth of two frames over the change between them, median of the pairs. Derived: 1 in fields,
+        0 in whole frames, and compression takes the teeth first. Tuned on
+        ``tests.bench.clip_study`` from seed 310000 on: 0.22 at most in 280 films of whole frames,
+        0.33 at least in finely printed fields.
     """
 
     combed: float = 1.25
@@ -89,21 +91,22 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
         tuple(frames[i + k].luma[:, ::COLUMN_STEP].astype(np.float32) for k in (0, 1))
         for i in chosen
     ]
-    near = far = teeth = moved = 0.0
+    combed, follows = [], []
     for before, after in pairs:
         size = cv2.blur(cv2.absdiff(after, before), (3, 9))
         place = round(MOVES * (size.size - 1))
         limit = max(float(np.sort(size, axis=None)[place]), 1.0)  # ties are slow to partition
         row, column = np.nonzero(size[2:-2] >= limit)
         change = (after - before)[row + 2, column]
-        moved += float((change**2).sum())
         both = before + after
         tooth = both[row + 2, column] - (both[row + 1, column] + both[row + 3, column]) / 2
-        teeth += float((np.where(row % 2, tooth, -tooth) * change).sum())
+        teeth = float((np.where(row % 2, tooth, -tooth) * change).sum())
+        follows.append(teeth / max(float((change**2).sum()), 1.0))
         double = 2 * after[row + 2, column]
-        near += float(np.abs(double - after[row + 1, column] - after[row + 3, column]).sum())
-        far += float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
-    if near <= THRESHOLDS.combed * far and abs(teeth) <= THRESHOLDS.follows * moved:
+        near = float(np.abs(double - after[row + 1, column] - after[row + 3, column]).sum())
+        far = float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
+        combed.append(near / max(far, 1.0))
+    if median(combed) <= THRESHOLDS.combed and abs(median(follows)) <= THRESHOLDS.follows:
         return None
     # The later field is farther from the previous frame.
     odd_later, even_later = (

@@ -7,8 +7,8 @@ import numpy as np
 
 from vision.errors import NothingMoves, RateRefused, more_telling
 from vision.geometry import PlateView
-from vision.numbers import RPM, median
-from vision.plate.background import median_image, spread_choice, stands_still
+from vision.numbers import RPM, median, quantile
+from vision.plate.background import OFTEN, change_over_noise, median_image, spread_choice
 from vision.plate.channel import Brightness, Channel
 from vision.plate.choice import (
     Outline,
@@ -88,7 +88,7 @@ def learn(
             return _learn(name, frames, channel, rim, on_step)
         except RateRefused as error:
             refusal = more_telling(refusal, error)
-    raise refusal or NothingMoves(f"{name}: {why_nothing_moves([frames[0].luma])}")
+    raise refusal or NothingMoves(f"{name}: {why_nothing_moves([frames[0].luma], 0)}")
 
 
 def _learn(
@@ -99,8 +99,10 @@ def _learn(
     on_step: Callable[[], None],
 ) -> PlateModel:
     some = [frames[i] for i in spread_choice(len(frames), CHANGE_OF)]
-    if stands_still([channel(frame) for frame in some]):
-        raise NothingMoves(f"{name}: {why_nothing_moves([frame.luma for frame in some])}")
+    change = change_over_noise([channel(frame) for frame in some])
+    if quantile(change, OFTEN) < 1:
+        why = why_nothing_moves([frame.luma for frame in some], int((change > 1).sum()))
+        raise NothingMoves(f"{name}: {why}")
     images = [channel(frame) for frame in frames]
     background = median_image(images)
     on_step()

@@ -25,6 +25,7 @@ from vision.image_return import NOISE_FROM
 from vision.numbers import SD_PER_MAD, median
 
 FEW_ROUNDS, ROUNDS = 2, 4  #: rounds of angles and coefficients; numerical
+VARYING, VARYING_FROM = 3, 50  # times the pixels wanted, by their variation in so many frames
 THINNED = 1000  # pixels, for the refinement of the period
 SHOWN = 0.05  # of the usual information on the angle: a frame with less shows none
 FEWEST_EVEN = 1.5  # turns, from which waves in a turn are separated from the line
@@ -38,7 +39,7 @@ REACH = 3.0  #: sds of the period to both sides
 
 @dataclass(frozen=True, eq=False)
 class PeriodicPixels:
-    """The angle of every frame, and the value of every pixel at each angle.
+    """The angle of every frame.
 
     Attributes
     ----------
@@ -50,21 +51,16 @@ class PeriodicPixels:
         Variance of the motion blur along the turn beyond the mean one, rad².
     leaning_frames : float
         Sd of the drift of the angle over the clip by orders that no frame separates, frame times.
-    coefficients : array, shape (2k + 1, p)
-        Mean, cosines and sines, in the unit of the values.
     """
 
     angle_rad: FloatArray
     match: FloatArray
     smear_rad2: FloatArray
     leaning_frames: float
-    coefficients: NDArray[np.float32]
 
 
-def periodic_pixels(
-    values: NDArray[np.uint8], time_s: FloatArray, period_s: float, period_sd_s: float
-) -> PeriodicPixels:
-    """Measure the angle in every frame.
+class PeriodicFit:
+    """The fit of the pixels: a few orders in a few rounds at first, enough to see what turns.
 
     Parameters
     ----------
@@ -74,30 +70,43 @@ def periodic_pixels(
     period_s, period_sd_s : float
         Approximate period of the picture.
     """
-    shown = values.astype(np.float32)
-    light = shown.mean(axis=1, keepdims=True)
-    shown *= light.mean() / np.maximum(light, 1.0)
-    mean = np.asarray(shown.mean(axis=0), np.float32)
-    shown -= mean
-    frame_s = float(median(np.diff(time_s)))
-    most = max(2, int(min(MOST_ORDERS, len(time_s) / 8, PER_STEP * period_s / frame_s)))
-    few = min(FEW_ORDERS, most)
-    angle = _exact_period(shown, time_s, period_s, period_sd_s, few)
-    used = np.ones(len(angle), bool)
-    noise: NDArray[np.float32] = np.ones(shown.shape[1], np.float32)
-    for orders in (*[few] * FEW_ROUNDS, *[most] * ROUNDS):
-        fit = _HarmonicFit(shown, angle, orders, used, noise)
-        angle = np.asarray(angle + fit.step)
-        used, noise = fit.clear, fit.noise
-    coefficients = fit.coefficients
-    coefficients[0] += mean
-    angle = _even(angle, time_s, used, few)
-    per_turn = 2 * np.pi * np.ptp(time_s) / frame_s / np.ptp(angle)
-    leaning = 0.0
-    if most >= int(PER_STEP * per_turn):  # otherwise orders with the same samples are far apart
-        same = abs(complex(np.exp(1j * round(per_turn) * angle).mean()))
-        leaning = same * float(np.sqrt(fit.highest_shown / 12))
-    return PeriodicPixels(angle, fit.match, fit.smear, leaning, coefficients)
+
+    def __init__(
+        self, values: NDArray[np.uint8], time_s: FloatArray, period_s: float, period_sd_s: float
+    ) -> None:
+        self._time_s = time_s
+        self._shown = values.astype(np.float32)
+        light = self._shown.mean(axis=1, keepdims=True)
+        self._shown *= light.mean() / np.maximum(light, 1.0)
+        self._shown -= self._shown.mean(axis=0)
+        self._frame_s = float(median(np.diff(time_s)))
+        self._most = max(
+            2, int(min(MOST_ORDERS, len(time_s) / 8, PER_STEP * period_s / self._frame_s)))
+        self._few = min(FEW_ORDERS, self._most)
+        self._angle = _exact_period(self._shown, time_s, period_s, period_sd_s, self._few)
+        self._used = np.ones(len(time_s), bool)
+        self._noise: NDArray[np.float32] = np.ones(self._shown.shape[1], np.float32)
+        for _ in range(FEW_ROUNDS):
+            fit = self._step(self._few)
+        self.coefficients = fit.coefficients  #: mean, cosines and sines, (2k + 1, p)
+
+    def _step(self, orders: int) -> "_HarmonicFit":
+        fit = _HarmonicFit(self._shown, self._angle, orders, self._used, self._noise)
+        self._angle = np.asarray(self._angle + fit.step)
+        self._used, self._noise = fit.clear, fit.noise
+        return fit
+
+    def pixels(self) -> PeriodicPixels:
+        """The angle in every frame, by all orders."""
+        for _ in range(ROUNDS):
+            fit = self._step(self._most)
+        angle = _even(self._angle, self._time_s, self._used, self._few)
+        per_turn = 2 * np.pi * np.ptp(self._time_s) / self._frame_s / np.ptp(angle)
+        leaning = 0.0
+        if self._most >= int(PER_STEP * per_turn):  # otherwise orders that look alike are far apart
+            same = abs(complex(np.exp(1j * round(per_turn) * angle).mean()))
+            leaning = same * float(np.sqrt(fit.highest_shown / 12))
+        return PeriodicPixels(angle, fit.match, fit.smear, leaning)
 
 
 def informative(
@@ -112,6 +121,9 @@ def informative(
     period_s : float
     most : int
     """
+    varying = values[:: len(values) // VARYING_FROM + 1].std(axis=0, dtype=np.float32)
+    some = np.sort(np.argpartition(varying, -min(VARYING * most, len(varying)))[-VARYING * most :])
+    values = values[:, some]
     waves = _waves(2 * np.pi * time_s / period_s, FEW_ORDERS)
     normal = waves.T @ waves
     together = waves.T @ values.astype(np.float32)
@@ -122,7 +134,7 @@ def informative(
     k = np.concatenate([[0], *[np.arange(1, FEW_ORDERS + 1)] * 2])[:, None]
     beyond = np.maximum(free**2 - noise * np.diag(np.linalg.inv(normal))[:, None], 0)
     information = (k**2 * beyond).sum(axis=0) / noise
-    return np.sort(np.argsort(information)[-most:])
+    return some[np.sort(np.argsort(information)[-most:])]
 
 
 def _even(

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from vision.errors import NoPlate, OnlyShifts
 from vision.geometry import FloatArray, PlateView, view_of_ellipse
-from vision.plate.periodic import PeriodicPixels
 
 MOTION_ORDERS = 5  #: number of orders for the motion; numerical, 3 to 12 give the same
 MOMENTS = 8  #: per period of the highest order; numerical
@@ -76,12 +75,13 @@ class Turning:
     way: int
 
 
-def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
+def turning(waves: NDArray[np.float32], mask: NDArray[np.bool_]) -> Turning | None:
     """The rotation that the pixels show; None if their motion is not one turn per return.
 
     Parameters
     ----------
-    pixels : PeriodicPixels
+    waves : array, shape (2k + 1, p)
+        Mean, cosines and sines of the pixels.
     mask : array of bool, shape (h, w)
         Positions of the pixels in the frame, row by row.
 
@@ -90,7 +90,7 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
     NoPlate
         They move as no plate can, with any symmetry.
     """
-    backwards = _same_backwards(pixels)
+    backwards = _same_backwards(waves)
     if backwards > THRESHOLDS.backwards:
         raise NoPlate(f"it goes to and fro, or comes and goes ({backwards:.0%} of how it changes "
                       f"is the same played backwards)")
@@ -99,7 +99,7 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
         return None
     middle, scale = np.array([x.mean(), y.mean()]), float(np.hypot(x.std(), y.std()))
     u, v = (x - middle[0]) / scale, (y - middle[1]) / scale
-    image, along = _low_orders(pixels, mask)
+    image, along = _low_orders(waves, mask)
     right = (image[:, y, x + 1] - image[:, y, x - 1]) / 2
     down = (image[:, y + 1, x] - image[:, y - 1, x]) / 2
     columns = np.stack([right * u, right * v, right, down * u, down * v, down], axis=-1)
@@ -136,10 +136,10 @@ def turning(pixels: PeriodicPixels, mask: NDArray[np.bool_]) -> Turning | None:
     return Turning(view, 1 if flow[1, 0] < flow[0, 1] else -1)
 
 
-def _same_backwards(pixels: PeriodicPixels) -> float:
+def _same_backwards(waves: NDArray[np.float32]) -> float:
     """Share of the energy that is the same played backwards from the best moment."""
-    orders = (len(pixels.coefficients) - 1) // 2
-    wave = pixels.coefficients[1 : orders + 1] - 1j * pixels.coefficients[orders + 1 :]
+    orders = (len(waves) - 1) // 2
+    wave = waves[1 : orders + 1] - 1j * waves[orders + 1 :]
     k, moment = np.arange(1, orders + 1), np.linspace(0, np.pi, MOMENTS * orders)
     together = (np.exp(-2j * np.outer(moment, k)) @ (wave**2).sum(axis=1)).real
     return float(together.max() / max(float((np.abs(wave) ** 2).sum()), 1e-9))
@@ -161,14 +161,14 @@ def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _low_orders(
-    pixels: PeriodicPixels, mask: NDArray[np.bool_]
+    waves: NDArray[np.float32], mask: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     """Coefficients of the low orders as images, and those of ∂f/∂θ, each (2 orders, h, w)."""
-    most = (len(pixels.coefficients) - 1) // 2
+    most = (len(waves) - 1) // 2
     orders = min(MOTION_ORDERS, most)
     k = np.arange(1, orders + 1, dtype=float)[:, None]
-    cosine = pixels.coefficients[1 : orders + 1]
-    sine = pixels.coefficients[most + 1 : most + 1 + orders]
+    cosine = waves[1 : orders + 1]
+    sine = waves[most + 1 : most + 1 + orders]
     image, along = np.zeros((2, 2 * orders, *mask.shape))
     image[:, mask] = np.concatenate([cosine, sine])
     along[:, mask] = np.concatenate([k * sine, -k * cosine])

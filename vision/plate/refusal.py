@@ -12,18 +12,39 @@ from vision.video.reader import Luma
 
 DARK = 48.0  # luma of the brightest twentieth; black is 16; it chooses the words only
 BRIGHTEST = 0.95  # quantile
+MOSTLY = 0.5  # squared correlation of two frames with one picture; likewise
 LIGHT = 0.05  # of the mean luma, change by a light from frame to frame; likewise
 
 
-def why_nothing_moves(seen: Sequence[Luma]) -> str:
-    """The message for frames, (h, w) each, that differ by noise, or by the light alone."""
+def why_nothing_moves(seen: Sequence[Luma], steps: int) -> str:
+    """The message for frames that differ by noise, by the light, or in steps.
+
+    Parameters
+    ----------
+    seen : sequence of arrays of uint8, shape (h, w)
+        Spread over the time, in order.
+    steps : int
+        Number of frames that differ from the one before by more than noise.
+    """
     light = np.array([float(frame.mean()) for frame in seen])
-    if np.ptp(light) > LIGHT * light.mean():
-        return (f"nothing in the frame turns about a fixed axis: the light changes (the mean of "
-                f"the frames goes from {light.min():.0f} to {light.max():.0f} of 255), and "
-                f"nothing else. {_advice(seen[0])}")
-    return (f"nothing in the frame turns about a fixed axis: what changes from frame to frame is "
-            f"no more than the noise of the camera. {_advice(seen[0])}")
+    dark, bright = seen[int(light.argmin())], seen[int(light.argmax())]
+    nothing = "nothing in the frame turns about a fixed axis"
+    if np.ptp(light) > LIGHT * light.mean() and _same_picture(dark, bright):
+        return (f"{nothing}: the light changes (the mean of the frames goes from "
+                f"{light.min():.0f} to {light.max():.0f} of 255), and nothing else. "
+                f"{_advice(seen[0])}")
+    if steps > 1:
+        return (f"{nothing}: the picture changes in steps and stands still between them: of "
+                f"{len(seen)} frames spread over the time {steps} differ from the one before; a "
+                f"plate turns on evenly. {_advice(seen[0])}")
+    return (f"{nothing}: what changes from frame to frame is no more than the noise of the "
+            f"camera. {_advice(seen[0])}")
+
+
+def _same_picture(one: Luma, other: Luma) -> bool:
+    """Whether two frames, (h, w), correlate; frames without contrast do."""
+    x, y = (frame.ravel() - frame.mean() for frame in (one, other))
+    return bool(float(x @ y) ** 2 >= MOSTLY * float(x @ x) * float(y @ y))
 
 
 def why_nothing_turns(rotations: Sequence[CoarseRotation], seen: Luma) -> str:

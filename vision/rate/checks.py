@@ -133,10 +133,10 @@ class Seen:
     def advice(self, usual: str) -> str:
         """Advice: the usual one, or one for something that hardly turns like a plate."""
         return usual if self.is_plate else (
-            f"It may be no plate: turning explains {self.track.plate.explained:.0%} of what "
-            f"changes in it, of a plate in good light 50 to 100 %. Keep what else moves out of the "
-            f"frame, fix the camera, switch on a light, or state the rim (--rim, or plate: "
-            f"centre_px, radii_px); --overlay shows what was tracked."
+            f"This is perhaps not a plate: rotation explains {self.track.plate.explained:.0%} of "
+            f"the change in it, of a plate in good light 50 to 100 %. Keep everything else that "
+            f"moves out of the frame, fix the camera, switch on a light, or state the rim (--rim, "
+            f"or plate: centre_px, radii_px); --overlay shows what was tracked."
         )
 
 

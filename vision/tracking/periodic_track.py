@@ -5,6 +5,7 @@ a periodic function of one phase (``vision.plate.periodic``).
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from vision.image_return import ImageReturn
 from vision.numbers import RPM
 from vision.phase_track import LUMA, PhaseTrack, PlateLayout
 from vision.plate.background import repeated
-from vision.plate.periodic import REACH, PeriodicPixels, periodic_pixels
+from vision.plate.periodic import REACH, PeriodicFit, PeriodicPixels
 from vision.plate.pixel_motion import Turning, turning
 from vision.tracking.frame_measurement import THUMBNAIL
 from vision.tracking.registration import brought_back
@@ -33,8 +34,13 @@ class PictureReturn:
     small: SmallClip
     returns: ImageReturn
     values: NDArray[np.uint8]
-    pixels: PeriodicPixels
+    fit: PeriodicFit
     seen: Turning | None
+
+    @cached_property
+    def pixels(self) -> PeriodicPixels:
+        """The angle in every frame."""
+        return self.fit.pixels()
 
     def track(self, roughly: PhaseTrack | None, notes: tuple[str, ...]) -> PhaseTrack:
         """The angle of the plate in every frame.
@@ -76,16 +82,16 @@ def picture_return(small: SmallClip) -> PictureReturn:
     if returns is None or mask is None:
         raise small.refusal or RateRefused("the clip has one frame")
     values, time = np.stack(small.values), np.array(small.time_s)
-    pixels = periodic_pixels(values, time, returns.period_s, returns.sd_s)
+    fit = PeriodicFit(values, time, returns.period_s, returns.sd_s)
     try:
-        seen = turning(pixels, mask)
+        seen = turning(fit.coefficients, mask)
     except NoPlate as error:
         passes = isinstance(error, OnlyShifts)  # and its next features need not be as far apart
         raise type(error)(
             f"the picture repeats every {returns.period_s:.3g} s or so, {returns.turns} times in a "
             f"row, and what returns is no plate: {error}", returns=None if passes else returns
         ) from error
-    return PictureReturn(small, returns, values, pixels, seen)
+    return PictureReturn(small, returns, values, fit, seen)
 
 
 def _as_followed(
@@ -173,6 +179,6 @@ def _scaling(factor: float) -> FloatArray:
 def _method_note(source: str) -> str:
     return (
         f"{source}: the plate is seen from the side, or in part, and its angle was measured by the "
-        f"return of the picture after every turn, without rim and spindle. Where within a turn it "
-        f"is faster or slower this cannot show; film it whole and from above for that."
+        f"return of the picture after every turn, without rim and spindle. This method cannot show "
+        f"changes of the rate within a turn; to see those, film the whole plate from above."
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FEWEST = 12  # least number of frames for any result
 #: Stretches of the clip with motion in which a plate is searched, in the brightness and in the
 #: colours.
-ATTEMPTS, IN_COLOURS = 2, 1
+ATTEMPTS, IN_COLOURS = 1, 1
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,7 @@ def learned_plate(
     rim = task.rim.view(clip.reduction) if task.rim else None
     batches, skipped = _frames_after(task.from_s, batches)
     refusal: RateRefused | None = None
-    attempts = 0
-    while attempts < (IN_COLOURS if colours else ATTEMPTS):
+    while True:  # the first stretch in which something moves decides
         on_step = partial(on_frames, skipped)
         stretch = next_stretch(batches, skipped, on_step)
         if task.from_s > 0 and len(stretch.frames) < FEWEST and refusal is None:
@@ -75,10 +74,9 @@ def learned_plate(
         try:
             plate = learn(task.path.name, stretch.frames, seen, rim, on_step)
             return plate, stretch
-        except RateRefused as error:
+        except NothingMoves as error:
             refusal = more_telling(refusal, error)
             skipped += stretch.read
-            attempts += not isinstance(error, NothingMoves)
     raise refusal or UnreadableVideo(
         f"{task.path}: the file has a video stream, but not one frame could be decoded; copy it "
         f"from the camera again or convert it to H.264."

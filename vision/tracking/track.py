@@ -2,8 +2,8 @@
 
 The first frames are kept until the plate has been found and learned from them; they and all later
 frames are then measured in order, so that memory does not grow with the clip. If the brightness of
-successive stretches of frames shows no plate, the return of the picture is searched in small
-frames, taken meanwhile, and the clip is read with its colours. If a camera is so fast that the
+the first frames that move shows no plate, the return of the picture is searched in small frames,
+taken meanwhile, and the clip is read with its colours. If a camera is so fast that the
 frames of a turn are too many to keep, some of them are used for learning; then, if the plate was
 found late, and if the camera moves after that, the clip is read again.
 """
@@ -97,7 +97,7 @@ def track_phase(
     tracks, returned = [by_luma], None
     if plate is None and not isinstance(by_luma, NothingMoves):
         returned = attempts.by_return(by_luma)
-    nothing = isinstance(by_luma, RateRefused) and isinstance(returned, NoPlate)
+    nothing = isinstance(returned, NoPlate) and not _explained(by_luma)
     if not _turns(by_luma) and not nothing and not _good(returned):
         tracks.append(attempts.tracked(colours=True))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
@@ -153,6 +153,13 @@ def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     if isinstance(result, RateRefused):
         return False
     return result.apparent_turns * result.plate.symmetry >= THRESHOLDS.fewest_turns
+
+
+def _explained(result: "PhaseTrack | RateRefused") -> bool:
+    """Whether rotation explains most of what varies in a tracked plate, at whatever rate."""
+    from vision.rate.checks import THRESHOLDS as CHECKS
+
+    return not isinstance(result, RateRefused) and result.plate.explained > CHECKS.mostly
 
 
 def _good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vision.plate.background import median_image, spread_choice, stands_still
+from vision.numbers import quantile
+from vision.plate.background import OFTEN, change_over_noise, median_image, spread_choice
 from vision.video.reader import Luma
 
 FRAMES, SHAPE = 60, (180, 240)
@@ -14,6 +15,10 @@ def frames(rng: np.random.Generator, noise: float) -> list[Luma]:
     scene = 60 + 40 * np.sin(np.arange(SHAPE[1]) / 15) + np.arange(SHAPE[0])[:, None] / 4
     return [np.clip(np.rint(scene + noise * rng.standard_normal(SHAPE)), 16, 235).astype(np.uint8)
             for _ in range(FRAMES)]
+
+
+def stands_still(images: list[Luma]) -> bool:
+    return bool(quantile(change_over_noise(images), OFTEN) < 1)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1.0, 6.0])
