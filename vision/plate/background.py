@@ -88,7 +88,7 @@ def repeated(change: FloatArray) -> BoolArray:
 
 
 def change_over_noise(images: Sequence[Luma]) -> FloatArray:
-    """Largest change of every image from the one before over that of noise, (f - 1,).
+    """Largest change of every image from the one before over noise, no unit, (f - 1,).
 
     Where three quarters are below 1 nothing moves: a turning object changes the frames repeatedly,
     a refresh by the encoder only once.
