@@ -38,7 +38,6 @@ from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome, StageResult, run_stages
 from pipeline.stages.triads import TriadResult
-from pipeline.stages.user_effects import user_effects
 from pipeline.text.names import program_version
 from vision.errors import VisionError
 
@@ -168,8 +167,7 @@ def _run(task: FleetTask, key: str) -> SessionRecord:
 
 
 def _keep_evidence(outcome: Outcome, task: FleetTask) -> None:
-    config = outcome.config
     for result in outcome.triads:
-        defined = tuple(user_effects(config, result.triad, task.allow_python).values())
-        evidence = evidence_of(result.calibration.fit, defined, config.covariates)
+        defined = tuple(result.made_from.defined.values())
+        evidence = evidence_of(result.calibration.fit, defined, outcome.config.covariates)
         write_evidence(evidence_path(task.output, task.session.name, result.triad), evidence)

@@ -25,7 +25,6 @@ from pipeline.results.schema.noise import HistoryLine
 from pipeline.results.write import config_sha256, results_of, results_text
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
-from pipeline.stages.user_effects import user_effects
 from pipeline.text.names import program_version, word
 
 TEMPLATE_NAME = "report.html"
@@ -116,10 +115,7 @@ def _triad_view(
     outcome: Outcome, result: TriadResult, history: Sequence[HistoryLine], drawings: Sequence[str]
 ) -> dict[str, Any]:
     """Contents of the page on one triad."""
-    # Python code among them has run earlier in this run, or there would be no outcome.
-    defined = user_effects(outcome.config, result.triad, allow_python=True)
-    section = getattr(outcome.config, result.triad)
-    refits = Refits(result, defined, section.loss == "huber")
+    refits = Refits(result)
     payload = refit_json(result, refits, outcome.config.source.path) | {
         "poses": sphere_json(outcome, result)}
     calibration = result.calibration
@@ -161,8 +157,6 @@ def outputs_of(outcome: Outcome, folder: Path) -> dict[str, str]:
     ------
     UnreadableInput
         The history there is damaged.
-    ConfigError
-        A user-defined effect cannot be read.
     """
     results = results_of(outcome)
     history, now = read_history(folder), datetime.now().astimezone()

@@ -25,7 +25,6 @@ from pipeline.config.load import Config
 from pipeline.config.schema import KnownRateSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
-from pipeline.stages.context import RunContext
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import stated_rate
 from pipeline.stages.poses import Recording, Recordings, average_recordings
@@ -71,7 +70,7 @@ def rehearse(config: Config) -> Rehearsal:
     gyroscope, notes = _gyroscope(config, logs, stated, recordings, accelerometer)
     if accelerometer is not None:
         measure_mounting(config, accelerometer, gravity, reading_at_rest(config, recordings))
-    further = [triad_input(triad, config, RunContext(), {}, recordings).calibrated()
+    further = [triad_input(triad, config, {}, recordings).calibrated()
                for triad in config.triads if triad not in TRIADS]
     of_triads = tuple(
         note for one in (accelerometer, gyroscope, *further) if one is not None
@@ -97,7 +96,7 @@ def _accelerometer(config: Config, recordings: Recordings) -> TriadCalibration |
     if section is None or not all(
             Setting.of(run) in recordings.by_setting for run in section.sections):
         return None
-    return triad_input("accelerometer", config, RunContext(), {}, recordings).calibrated()
+    return triad_input("accelerometer", config, {}, recordings).calibrated()
 
 
 def _gyroscope(
@@ -114,7 +113,7 @@ def _gyroscope(
     rates = {name: rate.plate for name, rate in stated.items()}
     filmed = [run for run in section.runs if run.rate not in (STOPPED, *stated)]
     if not filmed:
-        read_in = triad_input("gyroscope", config, RunContext(), rates, recordings, accelerometer)
+        read_in = triad_input("gyroscope", config, rates, recordings, accelerometer)
         return read_in.calibrated(), read_in.notes
     sensed = _sensed_rates(logs, [Setting.of(run) for run in filmed], sensor_specs(config.sensor))
     if sensed is None:

@@ -26,7 +26,7 @@ from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import Recordings, average_recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import SessionLogs, read_session
-from pipeline.stages.triads import TriadResult, triad_result
+from pipeline.stages.triads import TriadResult, triad_input
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +137,9 @@ def run_stages(
             results[triad] = known
             continue
         beside = results.get("accelerometer")
-        results[triad] = triad_result(triad, config, context, plates, recordings,
-                                      beside.calibration if beside else None)
+        results[triad] = triad_input(
+            triad, config, plates, recordings, beside.calibration if beside else None,
+            allow_python=context.allow_python).result()
         on_result(results[triad])
 
     installation = None

@@ -228,11 +228,6 @@ def gyroscope_poses(
     return TriadPoses(recorded, poses_of)
 
 
-def senses_of(config: Config, recordings: Recordings) -> dict[str, float]:
-    """Direction of the plate in each run by the accelerometer, see :class:`Recording`."""
-    return {run.rate: recordings.of(run).sense for run in config.runs_of("gyroscope")}
-
-
 def model_on(
     names: Sequence[str], defined: Mapping[str, Effect], poses: PoseSet
 ) -> tuple[Model, dict[str, Effect], list[str]]:

@@ -1,7 +1,7 @@
 """The calibration stage: from averaged poses to a calibrated, compared and diagnosed triad."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -33,7 +33,6 @@ from calib.poses.reference import PlateRate
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
-from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import ExcludedPose
 from pipeline.stages.poses import Recordings
 from pipeline.stages.references import Gravity, certificate_of, gravity_of
@@ -43,7 +42,6 @@ from pipeline.stages.triad_poses import (
     gyroscope_poses,
     model_on,
     resting_poses,
-    senses_of,
 )
 from pipeline.stages.user_effects import user_effects
 
@@ -94,14 +92,15 @@ class TriadResult(AssessedTriad):
 class TriadInput:
     """Input of a triad's calibration.
 
-    ``recorded`` are all its poses and ``poses`` those that the configuration uses; ``defined`` the
-    user's effects; ``covariates``, ``part`` and ``senses`` as in :func:`calib.assess.assess`;
-    ``notes`` the unknowns of the specific force in its poses.
+    ``recorded`` are its poses; ``defined`` the user's effects; ``covariates``, ``part`` and
+    ``senses`` as in :func:`calib.assess.assess`; ``notes`` the unknowns of the specific force in
+    its poses. ``accelerometer`` corrects that force, and is the frame that the rotation of a
+    gyroscope is measured against; ``filmed`` are the directions of the plate, pose by pose, None
+    where no clip shows one.
     """
 
     section: TriadFitSection
     recorded: TriadPoses
-    poses: PoseSet
     spec: TriadSpec
     defined: Mapping[str, Effect]
     covariates: tuple[str, ...] | None
@@ -110,12 +109,14 @@ class TriadInput:
     gravity: Gravity | None = None
     senses: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
+    accelerometer: TriadCalibration | None = None
+    filmed: Sequence[str | None] = ()
 
     @cached_property
     def with_pasts(self) -> PoseSet:
-        """The poses with the past columns that the user's effects read."""
+        """The used poses with the past columns that the user's effects read."""
         return with_pasts(
-            self.poses, [past for each in self.defined.values() for past in each.pasts])
+            self.recorded.used, [past for each in self.defined.values() for past in each.pasts])
 
     @property
     def options(self) -> Mapping[str, Any]:
@@ -131,11 +132,36 @@ class TriadInput:
         Raises
         ------
         CalibrationError
-            As :func:`triad_result`.
+            As :meth:`result`.
         """
         model, _, _ = model_on(self.section.model, self.defined, self.with_pasts)
         return calibrate(self.with_pasts, model, self.spec, solver=self.section.solver,
                          loss=self.section.loss, senses=self.senses, seek_mistakes=seek_mistakes)
+
+    def result(self) -> TriadResult:
+        """The triad calibrated, all its runs jointly, compared and diagnosed.
+
+        Raises
+        ------
+        Undetermined
+            The poses do not determine the model.
+        """
+        poses = self.with_pasts
+        model, usable, notes = model_on(self.section.model, self.defined, poses)
+        assessed = assess(poses, model, candidates=tuple(usable.values()), **self.options)
+        fitted = assessed.calibration.fit
+        warnings = [*notes, *doubts_of(assessed.calibration)]
+        if self.recorded.has_stated_sds:
+            warnings += sds_too_large(fitted)
+        frame = None
+        if poses.triad == "gyroscope":
+            frame = rotation_between_frames(
+                fitted, self.accelerometer.fit if self.accelerometer else None)
+            warnings += [*self.notes, *direction_against_clip(poses, self.filmed)]
+        return TriadResult(
+            **vars(assessed), made_from=self,
+            unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, self.part),
+            frame=frame, warnings=tuple(warnings), excluded=self.recorded.excluded(fitted))
 
 
 def part_of(config: Config) -> str:
@@ -143,60 +169,30 @@ def part_of(config: Config) -> str:
     return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
 
 
-def triad_result(
+def triad_input(
     triad: Triad,
     config: Config,
-    context: RunContext,
     rates: Mapping[str, PlateRate],
     recordings: Recordings,
     accelerometer: TriadCalibration | None = None,
-) -> TriadResult:
-    """Calibrate one triad, all its runs jointly: against gravity, or against the plate's rates.
+    *,
+    allow_python: bool = False,
+) -> TriadInput:
+    """Input of a triad's calibration: against gravity, or against the plate's rates.
 
     Parameters
     ----------
     triad : str
     config : Config
         With a section of this triad.
-    context : RunContext
     rates : mapping of str to PlateRate
         The plate's rates by setting.
     recordings : Recordings
         The averaged poses.
     accelerometer : TriadCalibration, optional
-        Corrects the specific force in the poses of another triad, and is the frame that its
-        rotation is measured against.
-
-    Raises
-    ------
-    Undetermined
-        The poses do not determine the model.
-    """
-    read_in = triad_input(triad, config, context, rates, recordings, accelerometer)
-    result = _calibrated(read_in)
-    if triad != "gyroscope":
-        return result
-    poses = read_in.poses
-    filmed = [rates[run].direction if run in rates else None for run in poses.run]
-    return replace(
-        result,
-        frame=rotation_between_frames(
-            result.calibration.fit, accelerometer.fit if accelerometer else None),
-        warnings=(*result.warnings, *read_in.notes, *direction_against_clip(poses, filmed)),
-    )
-
-
-def triad_input(
-    triad: Triad,
-    config: Config,
-    context: RunContext,
-    rates: Mapping[str, PlateRate],
-    recordings: Recordings,
-    accelerometer: TriadCalibration | None = None,
-) -> TriadInput:
-    """Input of a triad's calibration; the configuration has its section.
-
-    The parameters are those of :func:`triad_result`.
+        Corrects the specific force in the poses of another triad.
+    allow_python : bool
+        Whether Python files of user-defined effects may run.
 
     Raises
     ------
@@ -211,9 +207,8 @@ def triad_input(
 
     def read_in(recorded: TriadPoses, **more: Any) -> TriadInput:
         return TriadInput(
-            section, recorded, recorded.used, spec,
-            user_effects(config, triad, context.allow_python), config.covariates, part_of(config),
-            certificate_of(config, triad), **more)
+            section, recorded, spec, user_effects(config, triad, allow_python),
+            config.covariates, part_of(config), certificate_of(config, triad), **more)
 
     if triad == "accelerometer":
         assert gravity is not None
@@ -225,8 +220,10 @@ def triad_input(
         (True, ()) if accelerometer is None or gravity is None
         else _check_force(recorded.used, accelerometer, gravity.value_m_s2))
     return read_in(
-        recorded, notes=notes,
-        senses=senses_of(config, recordings) if accelerometer and is_known else None)
+        recorded, notes=notes, accelerometer=accelerometer,
+        senses=({name: one.sense for name, one in recorded.recorded}
+                if accelerometer and is_known else None),
+        filmed=[rates[run].direction if run in rates else None for run in recorded.used.run])
 
 
 def _check_force(
@@ -262,21 +259,6 @@ def _check_force(
                   f"poses on average, because they cannot evaluate all of its effects "
                   f"({reasons}).",)
     return hardly is None, notes
-
-
-def _calibrated(triad: TriadInput) -> TriadResult:
-    poses = triad.with_pasts
-    model, usable, notes = model_on(triad.section.model, triad.defined, poses)
-    assessed = assess(poses, model, candidates=tuple(usable.values()), **triad.options)
-    fitted = assessed.calibration.fit
-    return TriadResult(
-        **vars(assessed),
-        made_from=triad,
-        unseen=unseen_budget(assessed.calibration, assessed.diagnosis.blind, triad.part),
-        warnings=(*notes, *doubts_of(assessed.calibration),
-                  *(sds_too_large(fitted) if triad.recorded.has_stated_sds else ())),
-        excluded=triad.recorded.excluded(fitted),
-    )
 
 
 def doubts_of(calibration: TriadCalibration) -> tuple[str, ...]:

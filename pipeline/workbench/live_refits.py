@@ -203,8 +203,9 @@ class OpenSession:
                 recordings = recordings_without(self.recordings, self.config, config)
                 beside = None if triad == "accelerometer" else self._accelerometer(state)
                 plates = {name: rate.plate for name, rate in self.rates.items()}
-                read_in = triad_input(triad, config, self.context, plates, recordings, beside)
-                self._inputs[key] = read_in
+                self._inputs[key] = triad_input(
+                    triad, config, plates, recordings, beside,
+                    allow_python=self.context.allow_python)
             return replace(self._inputs[key], section=config.triads[triad])
 
     def _accelerometer(self, state: Screen) -> TriadCalibration | None:

@@ -47,7 +47,8 @@ def tried_expression(
         return {"problem": f"{error}{nearest_name(error.wrong, error.right)}.",
                 "at": _place(text, error)}
     from_poses = session.input_of(screen, triad)
-    known = from_poses.poses.conditions(from_poses.poses.reading).columns
+    poses = from_poses.recorded.used
+    known = poses.conditions(poses.reading).columns
     for name in expression.columns:
         if name not in known:
             return {"problem": f"'{name}' is no logged column{nearest_name(name, tuple(known))}. "

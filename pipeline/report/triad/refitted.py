@@ -4,12 +4,11 @@ The page carries a table of them (:mod:`pipeline.report.triad.refit_table`); ``p
 any.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from calib.assess import AssessedTriad
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
@@ -21,6 +20,7 @@ from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.leave_one_out import Comparison, compare
 from pipeline.console.parameter_text import shown_effects
 from pipeline.results.json_values import Json
+from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, with_minus_signs
 
 RefitOf = Callable[[Sequence[str]], "Refitted | None"]
@@ -55,18 +55,14 @@ class Refits:
 
     Parameters
     ----------
-    result : AssessedTriad
+    result : TriadResult
         The triad as it was run.
-    defined : mapping of name to Effect
-        The user's effects.
-    robust : bool
-        Whether the run used Huber's loss.
     """
 
-    def __init__(self, result: AssessedTriad, defined: Mapping[str, Effect],
-                 robust: bool = False) -> None:
+    def __init__(self, result: TriadResult) -> None:
         self.run = Refitted(result.calibration, result.comparison)
-        self.defined, self.robust = defined, robust
+        self.defined = result.made_from.defined
+        self.robust = result.made_from.section.loss == "huber"
         self._known: dict[frozenset[str], Refitted | None] = {frozenset(self.run.added): self.run}
 
     def of(self, names: Sequence[str]) -> Refitted | None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import EFFECTS, find_effect
-from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.poses.imu_log import FloatArray, Triad
 from pipeline.report.page_templates import page_templates
@@ -26,10 +25,8 @@ from tests.pipeline.report.tab import PHONE, Browser
 G = 9.80665
 
 
-def cards_of(
-    result: TriadResult, defined: dict[str, Effect], drawings: dict[str, object]
-) -> list[Json]:
-    refits = Refits(result, defined)
+def cards_of(result: TriadResult, drawings: dict[str, object]) -> list[Json]:
+    refits = Refits(result)
     return effect_cards(result, refit_json(result, refits, Path("c.yaml")), refits, tuple(drawings))
 
 
@@ -42,7 +39,7 @@ def drawings() -> dict[str, object]:
 def cards(hidden_session: HiddenSession, drawings: dict[str, object]) -> dict[str, Json]:
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
-    every = cards_of(result, {}, drawings)
+    every = cards_of(result, drawings)
     return {card["effect"].name: card for card in every}
 
 
@@ -105,7 +102,7 @@ def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
 ) -> None:
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
-    refits = Refits(result, {})
+    refits = Refits(result)
     shapes = {name: fingerprint(refits, name) for name in tickable(result, refits)}
     there = shapes.pop("g_sensitivity")
     assert there is not None
@@ -133,8 +130,9 @@ def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     mine = replace(find_effect("bias_drift"), name="fan <b>heat</b>")
-    defined: dict[str, Effect] = {mine.name: mine}
-    cards = cards_of(result, defined, drawings)
+    with_mine = replace(result, made_from=replace(
+        result.made_from, defined={mine.name: mine}))
+    cards = cards_of(with_mine, drawings)
     (card,) = (each for each in cards if each["effect"].name == mine.name)
     assert card["drawing"] == "user_defined"
     assert "<b>" not in card["fingerprint"]
