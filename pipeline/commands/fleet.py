@@ -58,11 +58,12 @@ def command(
     of each.
     """
     from pipeline.errors import BUG, DONE
-    from pipeline.fleet.finish import fleet_lines, require_own_lot
+    from pipeline.fleet.finish import OUTPUTS, fleet_lines
     from pipeline.fleet.limits import read_limits
     from pipeline.fleet.page import PAGE_NAME
     from pipeline.fleet.population import POPULATION_NAME
     from pipeline.fleet.table import require_libraries
+    from pipeline.results.written import require_written
 
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers counts processes of this machine; a scheduler has its "
@@ -70,7 +71,7 @@ def command(
     require_libraries()
     limits = None if limits_path is None else read_limits(limits_path)
     where = output.resolve()
-    require_own_lot(where)
+    require_written(where, OUTPUTS)
     if design is None:
         summary = _sessions(patterns, where, scheduler, workers, reports, quiet, allow_python,
                             limits)

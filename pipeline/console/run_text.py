@@ -117,7 +117,8 @@ def leading_covariate(result: TriadResult) -> str | None:
     """
     diagnosis = result.diagnosis
     if diagnosis.verdict is Code.UNKNOWN:
-        return diagnosis.name if diagnosis.name in _covariates(result) else None
+        covariates = ("time_s", "spin_rad_s", *result.calibration.fit.poses.columns)
+        return diagnosis.name if diagnosis.name in covariates else None
     if diagnosis.verdict is not Code.EFFECT or diagnosis.name is None:
         return None
     try:
@@ -127,10 +128,6 @@ def leading_covariate(result: TriadResult) -> str | None:
     if "time" in effect.needs and not effect.logged:
         return "time_s"
     return effect.logged[0] if effect.logged else None
-
-
-def _covariates(result: TriadResult) -> set[str]:
-    return {"time_s", "spin_rad_s", *result.calibration.fit.poses.columns}
 
 
 def ranking_lines(result: TriadResult) -> list[str]:

@@ -52,14 +52,11 @@ class LineReader:
             self._discard = False
             return None
         text = piece.decode("latin-1").rstrip("\r\0")
-        if len(piece) > LONGEST_LINE or not (text.isascii() and _printable(text)):
+        if len(piece) > LONGEST_LINE or not (
+                text.isascii() and text.replace("\t", " ").isprintable()):
             self.bad += 1
             return None
         return text
-
-
-def _printable(text: str) -> bool:
-    return text.replace("\t", " ").isprintable()
 
 
 PLACE = re.compile(r"\{([^{}]*)\}")
@@ -174,18 +171,6 @@ _LINE = re.compile(rf"(S,(\d{{1,10}}),(\d{{1,10}}),{','.join([_WORD] * 7)})\*([0
 _SETTING = re.compile(r"(\w+)=([0-9.]+)(?!\S)")
 
 
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for byte in range(256):
-        for _ in range(8):
-            byte = (byte << 1) ^ (POLYNOMIAL if byte & 0x80 else 0)
-        table.append(byte & 0xFF)
-    return tuple(table)
-
-
-_CRC = _crc_table()
-
-
 def crc8(data: bytes) -> int:
     """CRC-8 of ``data``.
 
@@ -194,7 +179,9 @@ def crc8(data: bytes) -> int:
     """
     crc = 0
     for byte in data:
-        crc = _CRC[crc ^ byte]
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ POLYNOMIAL * (crc >> 7)) & 0xFF
     return crc
 
 

@@ -8,7 +8,7 @@ phone; wider screens show several charts side by side.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from html import escape
 
@@ -21,7 +21,6 @@ NICE = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0)  #: limits of a symmetrical axi
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)  #: steps of a linear axis, in any decade
 LABELLED_DECADE = (1.0, 2.0, 5.0)  #: labels of a logarithmic axis
 
-SQUARE = 5.4  #: side of an open square
 LETTER = 8.0  #: px, width of a letter of a number under an axis; layout
 
 #: Outlines about the origin: runs differ in shape as well as in colour.
@@ -33,6 +32,7 @@ SHAPES = (
     "M0 3.6L3.4-2.6H-3.4z",  # triangle, down
     "M-3.4-1h2.4v-2.4h2v2.4h2.4v2h-2.4v2.4h-2v-2.4h-2.4z",  # cross
 )
+SQUARE = f"m{SHAPES[1][1:]}"  #: outline of the second shape from where the pen is
 
 
 @dataclass(frozen=True)
@@ -211,9 +211,7 @@ class Chart:
 
     def level(self, value: float, kind: str = "zero") -> None:
         """A horizontal line over the whole width."""
-        at = pixel(self.y(value))
-        start = self.canvas.margin_left
-        self.parts.append(f'<path class="{kind}" d="M{start:g} {at}H{self.right:g}"/>')
+        self._path(kind, f"M{self.canvas.margin_left:g} {pixel(self.y(value))}H{self.right:g}")
 
     def stripe(self, low: float, high: float) -> None:
         """A band between two values over the whole width."""
@@ -225,51 +223,38 @@ class Chart:
 
     def line(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
         """A line through the points ``xs``, ``ys``, both of shape (n,), in units of the axes."""
-        points = "L".join(
-            f"{pixel(self.x(a))} {pixel(self.y(b))}" for a, b in zip(xs, ys, strict=True)
-        )
-        self.parts.append(f'<path class="line {kind}" d="M{points}"/>')
+        self._path(f"line {kind}", "M" + "L".join(self._places(xs, ys)))
 
     def dots(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
         """Many small dots at ``xs``, ``ys``, both of shape (n,), as one path."""
-        points = "".join(
-            f"M{pixel(self.x(a))} {pixel(self.y(b))}h0" for a, b in zip(xs, ys, strict=True)
-        )
-        self.parts.append(f'<path class="dots {kind}" d="{points}"/>')
+        self._path(f"dots {kind}", "".join(f"M{place}h0" for place in self._places(xs, ys)))
 
     def poses(self, xs: FloatArray, ys: FloatArray, poses: IntArray, kind: str) -> None:
         """A round dot for every pose (n,), which the script of the page knows by its number."""
-        dots = "".join(
-            f'<path data-i="{i}" d="M{pixel(self.x(a))} {pixel(self.y(b))}h0"/>'
-            for a, b, i in zip(xs, ys, poses, strict=True)
-        )
+        dots = "".join(f'<path data-i="{i}" d="M{place}h0"/>'
+                       for place, i in zip(self._places(xs, ys), poses, strict=True))
         self.parts.append(f'<g class="pose-dots {kind}">{dots}</g>')
 
     def squares(self, xs: FloatArray, ys: FloatArray, kind: str) -> None:
         """Open squares at ``xs``, ``ys``, both of shape (n,), as one path."""
-        half = SQUARE / 2
-        outlines = "".join(
-            f"M{pixel(self.x(a) - half)} {pixel(self.y(b) - half)}"
-            f"h{SQUARE:g}v{SQUARE:g}h-{SQUARE:g}z"
-            for a, b in zip(xs, ys, strict=True)
-        )
-        self.parts.append(f'<path class="{kind}" d="{outlines}"/>')
+        self._path(kind, "".join(f"M{place}{SQUARE}" for place in self._places(xs, ys)))
 
     def bars(self, xs: FloatArray, lows: FloatArray, highs: FloatArray, kind: str) -> None:
         """Vertical bars at ``xs`` from ``lows`` to ``highs``, all of shape (n,), as one path."""
-        lines = "".join(
-            f"M{pixel(self.x(a))} {pixel(self.y(low))}V{pixel(self.y(high))}"
-            for a, low, high in zip(xs, lows, highs, strict=True)
-        )
-        self.parts.append(f'<path class="{kind}" d="{lines}"/>')
+        self._path(kind, "".join(map(self._upright, xs, lows, highs)))
 
     def bar(self, x: float, low: float, high: float, kind: str, attribute: str = "") -> None:
         """A vertical bar from ``low`` to ``high``."""
-        at = pixel(self.x(x))
-        self.parts.append(
-            f'<path class="{kind}" d="M{at} {pixel(self.y(low))}V{pixel(self.y(high))}"'
-            f"{attribute}/>"
-        )
+        self._path(kind, self._upright(x, low, high), attribute)
+
+    def _places(self, xs: FloatArray, ys: FloatArray) -> Iterator[str]:
+        return (f"{pixel(self.x(a))} {pixel(self.y(b))}" for a, b in zip(xs, ys, strict=True))
+
+    def _upright(self, x: float, low: float, high: float) -> str:
+        return f"M{pixel(self.x(x))} {pixel(self.y(low))}V{pixel(self.y(high))}"
+
+    def _path(self, kind: str, course: str, attribute: str = "") -> None:
+        self.parts.append(f'<path class="{kind}" d="{course}"{attribute}/>')
 
     def mark(
         self, x: float, y: float, shape: int, kind: str, title: str = "", attribute: str = ""

@@ -61,8 +61,9 @@ def to_imu_tk(stored: Stored) -> Export:
         k = triad.units_per_count
         scale = [[float(k[i]) if i == j else 0.0 for j in range(3)] for i in range(3)]
         bias = [[float(b)] for b in triad.parameters.bias_counts]
-        parts = (triad.alignment.tolist(), scale, bias)
-        files[f"{short_name(triad)}.calib"] = "\n".join(map(_matrix_text, parts))
+        files[f"{short_name(triad)}.calib"] = "\n".join(
+            "".join(" ".join(f"{value:.12g}" for value in row) + "\n" for row in matrix)
+            for matrix in (triad.alignment.tolist(), scale, bias))
     return Export(files, (*no_sds(stored), *no_effects(stored, "imu_tk")))
 
 
@@ -70,10 +71,6 @@ def _nine(triad: StoredTriad) -> dict[str, list[float | None]]:
     return {name: value for key in PARAMETERS for name, value in (
         (key, getattr(triad.section.parameters, key)),
         (f"{key}_sd", getattr(triad.section.sd, key)))}
-
-
-def _matrix_text(rows: list[list[float]]) -> str:
-    return "".join(" ".join(f"{value:.12g}" for value in row) + "\n" for row in rows)
 
 
 def _effects_by_name(stored: Stored) -> tuple[str, ...]:

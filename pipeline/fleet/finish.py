@@ -30,13 +30,13 @@ from pipeline.fleet.population import (
 from pipeline.fleet.sessions import SessionRecord, evidence_blocks
 from pipeline.fleet.table import CSV_NAME, PARQUET_NAME, fleet_table, write_table
 from pipeline.results.json_values import Json
-from pipeline.results.written import require_written, write_output
+from pipeline.results.written import write_output
 from pipeline.text.formatting import count
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-
+OUTPUTS = (CSV_NAME, PARQUET_NAME, POPULATION_NAME, PAGE_NAME)  #: names of its files
 MEANING = {
     BUG: "ended by a bug or a lost worker",
     USAGE: "wrong configuration",
@@ -66,17 +66,6 @@ class FleetSummary:
         """Number of sessions by exit code, 0 first."""
         ended = self.table.groupby("session")["exit_code"].max().value_counts()
         return {int(code): int(ended[code]) for code in sorted(ended.index)}
-
-
-def require_own_lot(output: Path) -> None:
-    """Refuse a folder with files that a fleet run would replace and did not write.
-
-    Raises
-    ------
-    UnwritableOutput
-        Naming the file.
-    """
-    require_written(output, (CSV_NAME, PARQUET_NAME, POPULATION_NAME, PAGE_NAME))
 
 
 def finish_fleet(

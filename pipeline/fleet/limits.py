@@ -101,9 +101,9 @@ def with_limits(table: "DataFrame", limits: Limits) -> "DataFrame":
     for limit in limits.limits:
         of_triad = (table["triad"] == limit.triad).to_numpy()
         for name in _columns(table, limit):
-            value, sd = column(table, name), column(table, _sd_name(name))
-            if name.startswith(f"{SIZE}_"):
-                value = abs(value)  # the largest parameter, whatever its sign
+            value, sd = column(table, name), column(table, f"{name}_sd")
+            if name.startswith(f"{SIZE}_"):  # the largest parameter, whatever its sign
+                value, sd = abs(value), column(table, name.replace(SIZE, SIZE_SD, 1))
             for i in of_triad.nonzero()[0]:
                 told[int(i)].append(_judged(limit, name, value[i], sd[i], limits.guard_sds))
     judged = []
@@ -129,10 +129,6 @@ def _columns(table: "DataFrame", limit: ColumnLimit) -> list[str]:
     numeric = [name for name in table.columns if table[name].dtype.kind in "fi"]
     raise ConfigError(f"limits: {limit.triad}.{limit.column}: the table has no such column"
                       f"{nearest_name(limit.column, numeric)}. fleet.csv shows their names.")
-
-
-def _sd_name(name: str) -> str:
-    return name.replace(SIZE, SIZE_SD, 1) if name.startswith(f"{SIZE}_") else f"{name}_sd"
 
 
 def _judged(

@@ -216,29 +216,22 @@ class LotSets:
             return (f"its rows are of the runs {', '.join(dict.fromkeys(rows.run))}, and the "
                     f"design has {wanted}.")
 
-    def _nominal(self, triad: Triad, rows: SensorRows) -> tuple[FloatArray, FloatArray]:
-        """Readings and their sds by the data sheet, SI, each (n, 3)."""
-        return nominal_means(rows.numbers, triad, self.spec(triad))
-
     def _measured(
         self, triad: Triad, example: _Example, rows: SensorRows, accelerometer: Correction | None
     ) -> PoseSet:
         """The example with the measurements of this sensor."""
         at, poses = example.rows, example.poses
-        reading, sd = self._nominal(triad, rows)
-        force = poses.force
-        if "accelerometer" in self.triads:
-            force = reading if triad == "accelerometer" else self._nominal("accelerometer",
-                                                                            rows)[0]
-            force = force[at]
+        measured = {name: nominal_means(rows.numbers, name, self.spec(name))
+                    for name in self.triads}
+        reading, sd = measured[triad]
+        force = measured["accelerometer"][0][at] if "accelerometer" in measured else poses.force
         other: FloatArray | None = poses.other_reading
-        if len(self.triads) == 2:
-            beside: Triad = "gyroscope" if triad == "accelerometer" else "accelerometer"
-            other = self._nominal(beside, rows)[0][at]
+        for beside in measured.keys() - {triad}:
+            other = measured[beside][0][at]
         time_s = poses.time_s
         if TIME in rows.numbers and np.isfinite(poses.time_s).all():
             time_s = rows.numbers[TIME][at] - _begin(rows)
-        columns = {name: values[at] for name, values in _covariates(rows).items()}
+        columns = {name: values[at] for name, values in rows.numbers.items() if not is_read(name)}
         changed = replace(poses, reading=reading[at], sd=sd[at], force=force, time_s=time_s,
                           other_reading=other, run_time_s=time_s, columns=columns)
         if accelerometer is None:
@@ -251,11 +244,6 @@ def _begin(rows: SensorRows) -> float:
     """Start of the session of a sensor, s; 0 where no time is stated."""
     time_s = rows.numbers.get(TIME, np.zeros(1))
     return float(np.nanmin(time_s)) if np.isfinite(time_s).any() else 0.0
-
-
-def _covariates(rows: SensorRows) -> dict[str, FloatArray]:
-    """Logged columns (n,) besides time, means and sds."""
-    return {name: values for name, values in rows.numbers.items() if not is_read(name)}
 
 
 def _require_numbers(sensors: Sequence[SensorRows], needed: Sequence[str], table: Path) -> None:

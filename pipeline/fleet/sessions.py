@@ -62,7 +62,7 @@ def find_sessions(pattern: str) -> tuple[FleetSession, ...]:
     """
     parts = Path(pattern).parts
     fixed = 0
-    while fixed < len(parts) - 1 and not _is_open(parts[fixed]):
+    while fixed < len(parts) - 1 and not (is_pattern(parts[fixed]) or SENSOR in parts[fixed]):
         fixed += 1
     root = Path(*parts[:fixed])
     rest = str(Path(*parts[fixed:]))
@@ -99,10 +99,6 @@ def named_sessions(configs: Sequence[str]) -> tuple[FleetSession, ...]:
     sessions = [_session(path, path.relative_to(root).as_posix(), expression)
                 for path in (Path(config).absolute() for config in configs)]
     return _with_own_names(sorted(sessions, key=lambda session: natural_key(session.name)))
-
-
-def _is_open(part: str) -> bool:
-    return is_pattern(part) or SENSOR in part
 
 
 def _session(path: Path, below: str, expression: re.Pattern[str]) -> FleetSession:

@@ -82,7 +82,8 @@ class Connection:
             begun = self._set_up(last=baud == bauds[-1])
             if self._device.begin and begun is None:
                 continue
-            stream = Stream(self._parser(), begun.rate_hz if begun else self._record.sample_rate_hz)
+            parser = self._device.make(self._record.pattern or "")
+            stream = Stream(parser, begun.rate_hz if begun else self._record.sample_rate_hz)
             if begun:
                 stream.feed(begun.first_bytes, self._store.now_s())
             until = time.monotonic() + LISTEN_S
@@ -113,9 +114,6 @@ class Connection:
             if last:
                 raise
             return None
-
-    def _parser(self) -> Parser:
-        return self._device.make(self._record.pattern or "")
 
     def _why_nothing(self, heard: bytes, bauds: tuple[int, ...]) -> str:
         tried = ", ".join(map(str, bauds))

@@ -64,7 +64,9 @@ class SerialPort:
     def __init__(self, port: str, baud: int) -> None:
         self.port = port
         try:
-            self._serial = serial.Serial(port, baud, timeout=READ_S, exclusive=_exclusive())
+            # Exclusive use, where the system can grant it: Windows grants it anyway.
+            self._serial = serial.Serial(port, baud, timeout=READ_S,
+                                         exclusive=True if os.name == "posix" else None)
             self._serial.reset_input_buffer()
             # A thread of its own takes the bytes off the system, whose buffer holds a tenth of a
             # second at full speed, also while a pose is written to the disk.
@@ -127,11 +129,6 @@ class SerialPort:
         self._open.clear()
         self._thread.join()
         self._serial.close()
-
-
-def _exclusive() -> bool | None:
-    """Request exclusive use where the system can grant it (POSIX; Windows grants it anyway)."""
-    return True if os.name == "posix" else None
 
 
 def _why_not(port: str, error: serial.SerialException) -> str:

@@ -16,7 +16,7 @@ from pipeline.report.triad.axis_charts import axis_charts, lead_panel
 from pipeline.report.triad.charts import residual_figure, run_legend, staircase
 from pipeline.report.triad.effect_cards import effect_cards
 from pipeline.report.triad.pose_sphere import excluded_rows, pose_rows, sphere_json
-from pipeline.report.triad.refit_table import constants_json, refit_json
+from pipeline.report.triad.refit_table import CONSTANTS, refit_json
 from pipeline.report.triad.refitted import Refits
 from pipeline.report.triad.tables import RANKED, budget_rows, candidate_rows, parameter_groups
 from pipeline.results.history import HISTORY_NAME, history_text, read_history, with_step
@@ -74,7 +74,7 @@ def report_html(
         installation=mounting_view(outcome.installation),
         payload=script_json({
             "config": word(config),
-            "constants": constants_json(),
+            "constants": CONSTANTS,
             "triads": [views[triad]["payload"] for triad in order],
             "rates": [rate.terms for rate in rates if rate.terms],
         }),

@@ -136,6 +136,10 @@ def _prediction(prediction: Prediction) -> PredictionResult:
 def _diagnosis(result: TriadResult) -> TriadDiagnosis:
     diagnosis = result.diagnosis
     ranking = [CandidateResult.of(one, blind=False) for one in diagnosis.ranking]
+    # Effects that these data cannot see come last, without numbers.
+    blind = [CandidateResult(
+        name=name, log_evidence=None, chi2_drop=None, size=[], sd=[], rms_after=None,
+        loo_after=None, blind=True, aliases=[]) for name in diagnosis.blind]
     return TriadDiagnosis.of(
         diagnosis,
         inclusion=[InclusionResult.of(one, **{"class": one.name})
@@ -143,15 +147,8 @@ def _diagnosis(result: TriadResult) -> TriadDiagnosis:
         says=diagnosis.text,
         standing=diagnosis.explanation.standing,
         short=diagnosis.explanation.short,
-        ranking=[*ranking, *map(_blind, diagnosis.blind)],
+        ranking=[*ranking, *blind],
     )
-
-
-def _blind(name: str) -> CandidateResult:
-    """The entry of an effect that these data cannot see: last in the ranking, without numbers."""
-    return CandidateResult(
-        name=name, log_evidence=None, chi2_drop=None, size=[], sd=[], rms_after=None,
-        loo_after=None, blind=True, aliases=[])
 
 
 def _correction(

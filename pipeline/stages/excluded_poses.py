@@ -138,11 +138,7 @@ def chosen(
         return choose(labels, section.exclude)
     except ValueError as error:
         item, problem = error.args
-        path: PathTo = (*section_path(section, config), "exclude")
+        of_section = next(path for path, run in config.placed_runs() if run == section)
+        path: PathTo = (*of_section, "exclude")
         where = (*path, item) if (*path, item) in config.source.spans else path
         raise ConfigError(config.source.problem(where, problem)) from error
-
-
-def section_path(section: RunSection, config: Config) -> PathTo:
-    """Path of a section with poses in its configuration."""
-    return next(path for path, run in config.placed_runs() if run == section)

@@ -164,11 +164,6 @@ class TriadInput:
             frame=frame, warnings=tuple(warnings), excluded=self.recorded.excluded(fitted))
 
 
-def part_of(config: Config) -> str:
-    """Name of the class of parts of the sensor: factory-calibrated or not."""
-    return "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
-
-
 def triad_input(
     triad: Triad,
     config: Config,
@@ -204,11 +199,13 @@ def triad_input(
     # The configuration's rules refuse a triad without a data sheet, and gravity without a site.
     section, spec = config.triads[triad], triad_spec(config.sensor.sheets[triad])
     gravity = gravity_of(config.site) if config.site is not None else None
+    # The class of parts of the sensor: factory-calibrated or not.
+    part = "MTi" if "mti" in config.sensor.name.lower() else "MPU-6050"
 
     def read_in(recorded: TriadPoses, **more: Any) -> TriadInput:
         return TriadInput(
             section, recorded, spec, user_effects(config, triad, allow_python),
-            config.covariates, part_of(config), certificate_of(config, triad), **more)
+            config.covariates, part, certificate_of(config, triad), **more)
 
     if triad == "accelerometer":
         assert gravity is not None

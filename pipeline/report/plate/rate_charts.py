@@ -52,7 +52,7 @@ def rate_view(
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
     verdict = rate_verdict(rate, config)
     if not rate.clips:
-        return RateView(rate.name, headline, tuple(_facts(rate)), verdict)
+        return RateView(rate.name, headline, tuple(_facts(rate, clock)), verdict)
     # One clip per pose: the page shows the clip with the largest residual.
     worst = worst_clip(rate)
     frame = base64.b64encode(rate.annotated[worst].tobytes()).decode() if rate.annotated else ""
@@ -61,7 +61,7 @@ def rate_view(
     return RateView(
         name=rate.name,
         headline=f"{headline}, {rate.plate.direction} as filmed",
-        facts=(*_facts(rate), *_clock_fact(clock)),
+        facts=tuple(_facts(rate, clock)),
         verdict=verdict,
         frame=f"data:image/png;base64,{frame}" if frame else "",
         frame_caption=(
@@ -73,7 +73,8 @@ def rate_view(
     )
 
 
-def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
+def _facts(rate: SettingRate, clock: ClockRatio | None) -> Iterator[tuple[str, str]]:
+    """Names and values; the rate by the clock of the sensor's log where gravity shows it."""
     whole = rate.rate_rad_s
     yield "rate", f"{with_sd(whole, rate.sd_rad_s)} rad/s"
     if not rate.clips:
@@ -112,10 +113,6 @@ def _facts(rate: SettingRate) -> Iterator[tuple[str, str]]:
     yield from _speed_facts(rate.clips[worst], rate.sources[worst])
     rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
-
-
-def _clock_fact(clock: ClockRatio | None) -> Iterator[tuple[str, str]]:
-    """The rate by the clock of the sensor's log, where gravity shows it."""
     if clock is not None:
         yield "difference by gravity in the sensor's log", with_minus_signs(
             f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")

@@ -7,7 +7,7 @@ import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.verdict.decision import Code
-from calib.effects.effect import OF_COLUMN, Effect
+from calib.effects.effect import OF_COLUMN
 from calib.poses.imu_log import FloatArray
 from pipeline.drawings.charts import (
     PLAIN,
@@ -33,17 +33,22 @@ PLATE = "direction_dependent_rate"  #: the effect that shows an error that follo
 @dataclass(frozen=True, eq=False)
 class AxisCharts:
     """The panels of one effect; ``leads`` for those that the verdict names or the model contains.
-
-    ``against`` names the driver of the effect.
     """
 
     effect: str
-    against: str
     physics: str
     leads: bool
-    caption: str
-    panels: tuple[Panel, ...]
     in_model: bool
+    panels: tuple[Panel, ...]
+
+    @property
+    def caption(self) -> str:
+        """RMS of the errors without the effect and with it, in words."""
+        without, with_it = (
+            float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+            for errors in zip(*((p.before / p.sd, p.after / p.sd) for p in self.panels),
+                              strict=True))
+        return f"RMS in sds: {without:.3g} without {self.effect}, {with_it:.3g} with it."
 
     @property
     def figures(self) -> tuple[Figure, ...]:
@@ -58,9 +63,12 @@ def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
     ``refits`` are those of the same triad.
     """
     leading = list(_leading(result))
+    offered = [c.name for c in result.diagnosis.ranking
+               if c.kind == "listed" and c.probability >= CONSTANTS.least_offered]
     charts: list[AxisCharts] = []
+    model = result.calibration.fit.model.names
     known: set[tuple[str, ...]] = set()  # a column and an effect of it have the same panels
-    for name in dict.fromkeys([*leading, *_credible(result), *_covariates(result)]):
+    for name in dict.fromkeys([*leading, *offered, *_covariates(result)]):
         effect = refits.effect(name)
         if effect is None or result.triad not in effect.triads or (
                 effect.acts_on in ("reading", "noise")):
@@ -73,7 +81,7 @@ def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
         drawn = tuple(f"{p.axis} {p.against} {p.per} {p.slope:.4g}" for p in shown)
         if shown and drawn not in known:
             known.add(drawn)
-            charts.append(_charts(result, effect, shown, name in leading))
+            charts.append(AxisCharts(name, effect.physics, name in leading, name in model, shown))
     return tuple(charts)
 
 
@@ -91,12 +99,6 @@ def _leading(result: TriadResult) -> Iterator[str]:
     yield from (e.name for e in result.calibration.fit.model.effects if e.acts_on != "reading")
 
 
-def _credible(result: TriadResult) -> Iterator[str]:
-    """The effects that the diagnosis offers in addition to its verdict."""
-    yield from (c.name for c in result.diagnosis.ranking
-                if c.kind == "listed" and c.probability >= CONSTANTS.least_offered)
-
-
 def _covariates(result: TriadResult) -> Iterator[str]:
     """Errors against every covariate that varies: time, the logged columns, attitude, plate."""
     poses = result.calibration.fit.poses
@@ -104,20 +106,6 @@ def _covariates(result: TriadResult) -> Iterator[str]:
              "g_sensitivity" if result.triad == "gyroscope" else "quadratic", PLATE]
     unseen = {*result.diagnosis.blind, *result.diagnosis.unavailable}
     yield from (name for name in shown if name not in unseen)
-
-
-def _charts(
-    result: TriadResult, effect: Effect, shown: tuple[Panel, ...], leads: bool
-) -> AxisCharts:
-    before, after = (np.concatenate([values / p.sd for p, values in zip(shown, one, strict=True)])
-                     for one in ([p.before for p in shown], [p.after for p in shown]))
-    caption = (
-        f"RMS in sds: {np.sqrt(np.mean(before**2)):.3g} without {effect.name}, "
-        f"{np.sqrt(np.mean(after**2)):.3g} with it."
-    )
-    in_model = effect.name in result.calibration.fit.model.names
-    return AxisCharts(effect.name, ", ".join(dict.fromkeys(p.against for p in shown)),
-                      effect.physics, leads, caption, shown, in_model)
 
 
 def _sd_of(result: TriadResult, name: str) -> FloatArray | None:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from scipy.special import gammainc
 
 from calib.diagnosis.next_measurement.advice import pose_in_words, shown_name
-from calib.fit.validation.predicted_pose import PredictedPose
 from pipeline.drawings.charts import (
     SHAPES,
     Chart,
@@ -37,7 +36,8 @@ EXCLUDED = "excluded"  #: class of their marks, and name of their group in the c
 
 def residual_figure(result: TriadResult) -> Figure:
     """The residual of every pose with its noise band, in the order of the configuration."""
-    poses, excluded = result.comparison.poses, shown_excluded(result)
+    poses = result.comparison.poses
+    excluded = [one.predicted for one in result.excluded if one.predicted is not None]
     at_rest = result.calibration.fit.poses.reference.is_null
     unit, factor = DISPLAY[result.triad]
     limit = nice_limit(residual_limit(result) * factor)
@@ -109,11 +109,6 @@ def residual_limit(result: TriadResult) -> float:
     poses = result.comparison.poses
     typical = sorted(pose.sd for pose in poses)[len(poses) // 2]
     return max(SHOWN_SD * typical, *(abs(pose.residual) + pose.sd for pose in poses))
-
-
-def shown_excluded(result: TriadResult) -> list[PredictedPose]:
-    """The excluded poses with a prediction of the fit."""
-    return [one.predicted for one in result.excluded if one.predicted is not None]
 
 
 def _run_numbers(result: TriadResult) -> Mapping[str, int]:

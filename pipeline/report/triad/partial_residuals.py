@@ -88,6 +88,12 @@ class _Parameter:
     def name(self) -> str:
         return self.effect.parameters[self.j]
 
+    @property
+    def words(self) -> str:
+        """Its column in words."""
+        words = self.effect.follows_words or self.effect.page.formula.rpartition("= ")[2]
+        return words.replace("{axis}", AXES[self.a]).replace("{parameter}", self.name)
+
     def column(self, at: Conditions) -> FloatArray:
         """Error of the axis per unit of the parameter, SI (n,)."""
         return np.asarray(self.effect.evaluate(at, self.shape)[:, self.a, self.j])
@@ -140,36 +146,31 @@ def panels(fit: Fit, effect: Effect, sd: FloatArray | None = None) -> tuple[Pane
 def _panel(
     fit: Fit, of: _Parameter, depends: Dependence | None, rows: Rows
 ) -> Panel | None:
+    """The panel of a parameter: against the condition that drives it, else its own column."""
     with suppress(Undetermined):  # a user's function fails at conditions that no pose has
         driver, is_scale = depends.driver_of(of.a, of.j) if depends else (None, False)
-        if driver is not None:
-            return _driver_panel(fit, of, driver, is_scale, rows)
-    return _column_panel(fit, of, rows)
+        return _drawn_panel(fit, of, driver, is_scale, rows)
+    return _drawn_panel(fit, of, None, False, rows)
 
 
-def _shown(x: FloatArray, sd: FloatArray) -> IntArray | None:
-    """Poses with a small sd of the axis; None if these are too few, or x does not vary in them."""
-    best = float(np.min(sd, initial=np.inf))
-    kept = np.flatnonzero(np.isfinite(sd) & (sd <= POOREST * best))
-    return None if len(kept) < FEWEST or np.ptp(x[kept]) == 0 else kept
-
-
-def _driver_panel(
-    fit: Fit, of: _Parameter, driver: Driver, is_scale: bool, rows: Rows
+def _drawn_panel(
+    fit: Fit, of: _Parameter, driver: Driver | None, is_scale: bool, rows: Rows
 ) -> Panel | None:
-    """The panel of a parameter that one condition drives."""
     at = of.at
     per = at.vector[:, of.a] if is_scale else np.ones(len(at))
     unit, factor = ("ppm", PPM) if is_scale else DISPLAY[fit.poses.triad]
     with np.errstate(divide="ignore", invalid="ignore"):
         share, sd = rows[0] / per, rows[1] / np.abs(per)
-    x = driver.of(at)
-    kept = _shown(x, sd)
-    if kept is None:
+    x = of.column(at) if driver is None else driver.of(at)
+    # Poses with a small sd of the axis; no panel if these are too few, or x does not vary in them.
+    kept = np.flatnonzero(np.isfinite(sd) & (sd <= POOREST * np.min(sd, initial=np.inf)))
+    if len(kept) < FEWEST or np.ptp(x[kept]) == 0:
         return None
 
     def explained(values: FloatArray) -> FloatArray:
         """Effect of one unit of the parameter at ``values`` of the driver, SI or relative."""
+        if driver is None:
+            return values
         first: dict[str, Any] = {key: np.repeat(getattr(at, key)[kept[:1]], len(values), axis=0)
                                  for key in ("vector", *FIELDS)}
         same = Conditions(**first, columns={key: np.repeat(column[kept[:1]], len(values))
@@ -177,38 +178,21 @@ def _driver_panel(
         error = of.column(driver.changed(same, values))
         return np.asarray(error / same.vector[:, of.a] if is_scale else error)
 
-    grid = np.linspace(x[kept].min(), x[kept].max(), GRID)
+    grid = np.linspace(x[kept].min(), x[kept].max(), 2 if driver is None else GRID)
     mean = float(explained(x[kept]).mean())
     curve = explained(grid) - mean
-    straight = np.abs(np.diff(curve, 2)).max() <= 1e-6 * max(np.abs(curve).max(), NO_LENGTH)
+    bend = np.abs(np.diff(curve, 2)).max(initial=0.0)
+    is_straight = bend <= 1e-6 * max(np.abs(curve).max(), NO_LENGTH)
+    label, per_unit, size = (of.words, "", 1.0) if driver is None else (
+        driver.label, driver.unit, driver.factor)
     change = (curve[-1] - curve[0]) / (grid[-1] - grid[0])
-    slope = factor * change / driver.factor if straight else np.nan
+    slope = factor * change / size if is_straight else np.nan
     after = share[kept] * factor
     return Panel(
-        AXES[of.a], of.name, driver.label, driver.unit, unit, x[kept] * driver.factor,
+        AXES[of.a], of.name, label, per_unit, unit, x[kept] * size,
         after + of.theta * factor * (explained(x[kept]) - mean), after, sd[kept] * factor, kept,
-        np.stack([grid * driver.factor, of.theta * factor * curve]),
+        np.stack([grid * size, of.theta * factor * curve]),
         of.theta * slope, of.theta_sd * abs(slope),
-    )
-
-
-def _column_panel(fit: Fit, of: _Parameter, rows: Rows) -> Panel | None:
-    """The panel of a parameter that several conditions drive: against its own column."""
-    unit, factor = DISPLAY[fit.poses.triad]
-    x, (error, sd) = of.column(of.at), rows
-    kept = _shown(x, sd)
-    if kept is None:
-        return None
-    mean = float(x[kept].mean())
-    ends = np.array([x[kept].min(), x[kept].max()])
-    after = error[kept] * factor
-    words = of.effect.follows_words or of.effect.page.formula.rpartition("= ")[2]
-    words = words.replace("{axis}", AXES[of.a]).replace("{parameter}", of.name)
-    return Panel(
-        AXES[of.a], of.name, words, "", unit, x[kept],
-        after + of.theta * factor * (x[kept] - mean), after, sd[kept] * factor, kept,
-        np.stack([ends, of.theta * factor * (ends - mean)]),
-        of.theta * factor, of.theta_sd * factor,
     )
 
 

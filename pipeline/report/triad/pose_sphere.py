@@ -5,7 +5,7 @@ faces up. The script of the page draws the sphere, so that it can be rotated.
 """
 
 import base64
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from calib.poses.pose_set import PoseSet
 from pipeline.exclusion import shortest_names
 from pipeline.results.json_values import Json
 from pipeline.stages.excluded_poses import ExcludedPose
+from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count, with_minus_signs, with_sd
@@ -90,7 +91,7 @@ def sphere_json(outcome: Outcome, result: TriadResult) -> Json:
         One of its triads.
     """
     up = up_directions(result)
-    means = _means(outcome, result)
+    means = [mean for _, one in result.made_from.recorded.recorded for mean in one.means]
     along = reading_directions(result)
     expected, caption = coverage_of(up)
     return {
@@ -143,12 +144,6 @@ def _upward(triad: Triad, vector: FloatArray, poses: PoseSet) -> FloatArray:
         vector = np.where(turns != 0, vector * turns, poses.force)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.asarray(vector / np.linalg.norm(vector, axis=1, keepdims=True))
-
-
-def _means(outcome: Outcome, result: TriadResult) -> Sequence[PoseMean]:
-    """The averaged poses in the order of the fit."""
-    return [mean for run in outcome.config.runs_of(result.triad)
-            for mean in outcome.recordings.of(run).means]
 
 
 def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
@@ -229,12 +224,11 @@ def pose_frames(outcome: Outcome, result: TriadResult) -> list[Json | None]:
     None where no clip was filmed. A clip of a whole run has no clock in common with the logs: its
     frame, which the page shows with the plate rates, is one of that run.
     """
-    return [frame for run in outcome.config.runs_of(result.triad)
-            for frame in _of_run(outcome, run.rate, outcome.recordings.of(run).places)]
+    return [frame for setting, one in result.made_from.recorded.recorded
+            for frame in _of_run(outcome.rates.get(setting), setting, one.places)]
 
 
-def _of_run(outcome: Outcome, setting: str, places: IntArray) -> Iterator[Json | None]:
-    rate = outcome.rates.get(setting)
+def _of_run(rate: SettingRate | None, setting: str, places: IntArray) -> Iterator[Json | None]:
     for place in map(int, places):
         if rate is None or not rate.annotated:
             yield None

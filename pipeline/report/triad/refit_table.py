@@ -29,15 +29,12 @@ from pipeline.text.names import command
 PAIRED = 4
 """Number of the most probable effects that have a refit of every pair, in a triad that lacks
 something. Chosen: the tables of the tutorial cost a run 0.3 s of one core."""
+CONSTANTS: Json = {"shown_sd": SHOWN_SD, "nice": NICE}
+"""Levels that the page's script shares with the charts."""
 BLIND_REASON = (
     "these poses cannot determine it: bias, scale, misalignment and the effects in the model have "
     "the same signature, or these poses would show it only at a size that no sensor has"
 )
-
-
-def constants_json() -> Json:
-    """The levels that the page's script shares with the charts."""
-    return {"shown_sd": SHOWN_SD, "nice": NICE}
 
 
 def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
@@ -54,8 +51,11 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
     fit = result.calibration.fit
     unit, factor = DISPLAY[result.triad]
     names = tickable(result, refits)
-    guesses = [n for n in names if _aliases(n, result) and not result.diagnosis.named_class(n)]
-    entries = [_box_json(name, result, refits, guesses) for name in names]
+    listed = {c.name: c for c in result.diagnosis.ranking if c.kind == "listed"}
+    guesses = [name for name in names if name in listed and listed[name].aliases
+               and not result.diagnosis.named_class(name)]
+    entries = [_box_json(name, listed.get(name), refits, name in guesses) for name in names]
+    paired = 0 if result.diagnosis.verdict is Code.NOTHING_MISSING else PAIRED
     return {
         "triad": result.triad,
         "unit": unit,
@@ -69,7 +69,7 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
         "refits": [
             refit_row(refits, one, config, guesses)
             | {"ticked": sorted(names.index(name) for name in one)}
-            for one in _sets(refits.run.added, names, _paired(result))
+            for one in _sets(refits.run.added, names, paired)
         ],
     }
 
@@ -96,11 +96,6 @@ def tickable(result: TriadResult, refits: Refits) -> list[str]:
             if name in refits.run.added or refits.flipped(name) is not None]
 
 
-def _paired(result: TriadResult) -> int:
-    """Number of effects with a refit of every pair."""
-    return 0 if result.diagnosis.verdict is Code.NOTHING_MISSING else PAIRED
-
-
 def _sets(
     added: tuple[str, ...], names: Sequence[str], paired: int
 ) -> Iterator[tuple[str, ...]]:
@@ -111,20 +106,10 @@ def _sets(
     yield from {frozenset(one): one for one in sets}.values()
 
 
-def _candidate(name: str, result: TriadResult) -> Candidate | None:
-    return next((c for c in result.diagnosis.ranking if c.name == name and c.kind == "listed"),
-                None)
-
-
-def _aliases(name: str, result: TriadResult) -> list[str]:
-    candidate = _candidate(name, result)
-    return [] if candidate is None else list(candidate.aliases)
-
-
 def _box_json(
-    name: str, result: TriadResult, refits: Refits, guesses: Sequence[str]
+    name: str, candidate: Candidate | None, refits: Refits, is_guess: bool
 ) -> Json:
-    effect, candidate = refits.effect(name), _candidate(name, result)
+    effect = refits.effect(name)
     assert effect is not None
     # Share of chi² that the effect alone removes; 0 where noise alone could.
     share = (candidate.chi2_drop / refits.run.fit.chi2
@@ -135,8 +120,8 @@ def _box_json(
         "separates": effect.page.separates,
         "in_model": name in refits.run.added,
         "share": share,
-        "aliases": _aliases(name, result),
-        "guess": name in guesses,
+        "aliases": [] if candidate is None else list(candidate.aliases),
+        "guess": is_guess,
         "reason": None,
     }
 

@@ -41,13 +41,8 @@ class Refitted:
 
     @property
     def added(self) -> tuple[str, ...]:
-        """Names of the effects of the model beyond those on the reading."""
-        return added_names(self.fit.model)
-
-
-def added_names(model: Model) -> tuple[str, ...]:
-    """Names of the effects that a model has beyond bias, scale and misalignment."""
-    return tuple(e.name for e in model.effects if e.acts_on != "reading")
+        """Names of the effects of the model beyond bias, scale and misalignment."""
+        return tuple(e.name for e in self.fit.model.effects if e.acts_on != "reading")
 
 
 class Refits:

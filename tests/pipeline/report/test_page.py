@@ -16,7 +16,7 @@ from pipeline.drawings.charts import nice_limit, tick_text, upward
 from pipeline.report.page import css_text, report_html
 from pipeline.report.page_templates import TERMS, Term, with_terms
 from pipeline.report.triad.charts import staircase
-from pipeline.report.triad.refit_table import constants_json
+from pipeline.report.triad.refit_table import CONSTANTS
 from pipeline.results.schema.noise import HistoryLine, HistoryTriad
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
@@ -273,7 +273,7 @@ def test_names_stand_as_they_are_written(source: str) -> None:
 
 
 def test_the_script_takes_its_levels_from_the_program(source: str) -> None:
-    assert carried(source)["constants"] == json.loads(json.dumps(constants_json()))
+    assert carried(source)["constants"] == json.loads(json.dumps(CONSTANTS))
     script = source.split("<script>")[-1]
-    for name in constants_json():
+    for name in CONSTANTS:
         assert re.search(rf"\b{name}: [A-Z_]+", script), name
