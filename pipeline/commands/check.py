@@ -46,8 +46,7 @@ def command(config: Path, as_json: bool, quiet: bool) -> None:
         return
     echo_warnings(rehearsal.warnings)
     if not quiet:
-        for line in config_lines(loaded, rehearsal.poses):
-            click.echo(line)
+        click.echo("\n".join(config_lines(loaded, rehearsal.poses)))
 
 
 def _checked(path: Path) -> "tuple[Config, Rehearsal]":

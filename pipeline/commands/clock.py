@@ -97,8 +97,7 @@ def command(
         return
     click.echo(clock_line(clock, clock.measured))
     if not quiet:
-        for line in (*clock_parts(clock, film), next_step(clock)):
-            click.echo(line)
+        click.echo("\n".join([*clock_parts(clock, film), next_step(clock)]))
     click.echo(path)
 
 

@@ -56,8 +56,7 @@ def command(
         raise click.UsageError("no triad was calibrated in two of these sessions.")
     names = _names(sessions)
     for triad in compared:
-        for line in comparison_lines(triad, names):
-            click.echo(line)
+        click.echo("\n".join(comparison_lines(triad, names)))
         click.echo()
     for triad in compared:
         for line in conclusions(triad, names):

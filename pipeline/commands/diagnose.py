@@ -56,8 +56,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     for result in outcome.triads:
         click.echo()
         echo_verdict(result)
-        for line in [*misfit_lines(result), *ranking_lines(result)]:
-            click.echo(line)
+        click.echo("\n".join([*misfit_lines(result), *ranking_lines(result)]))
         if result.diagnosis.explanation.step == "discover":
             formula = discover(result.calibration.fit, session.covariates)
             sentence, *lines = answer_lines(result, formula)

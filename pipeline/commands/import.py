@@ -93,8 +93,7 @@ def command(
         guess = guess_session(tables, rates, per_deg_of(gyroscope_scale))
         asks = sys.stdin.isatty() and not (as_json or quiet)
         if not (as_json or quiet):
-            for line in guess_lines(guess):
-                click.echo(line)
+            click.echo("\n".join(guess_lines(guess)))
         echo_warnings(passed_over)
         if asks and guess.scales:
             guess = guess_session(tables, rates, _ask_scale(guess.scales))

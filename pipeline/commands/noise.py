@@ -83,8 +83,7 @@ def command(
         echo_whole(text)
         return
     if not quiet:
-        for line in noise_lines(readings.label, 1 / step_s, length_s, triads):
-            click.echo(line)
+        click.echo("\n".join(noise_lines(readings.label, 1 / step_s, length_s, triads)))
         click.echo()
     for name in files:
         click.echo(folder / name)

@@ -57,8 +57,7 @@ def command(
     for plan in plans if not (as_json or quiet) else ():
         sheet = getattr(loaded.sensor, plan.triad)
         wanted = _effects_of(loaded, plan.triad, effects, allow_python)
-        for line in plan_lines(plan, wanted, triad_spec(sheet).full_scale):
-            click.echo(line)
+        click.echo("\n".join(plan_lines(plan, wanted, triad_spec(sheet).full_scale)))
     require_sufficient(config, plans, reasons=as_json or quiet)
 
 

@@ -14,9 +14,10 @@ from pipeline.commands.interaction.arguments import (
     Finite,
     PathArgument,
     gyroscope_options,
+    log_in_si,
 )
 from pipeline.commands.interaction.output import echo_json, echo_warnings, json_option, quiet_option
-from pipeline.commands.interaction.rate_outputs import RateOutputs, show_flutter
+from pipeline.commands.interaction.rate_outputs import RateOutputs, measured_flutter, show_rates
 from pipeline.config.units import FASTEST_RPM
 
 if TYPE_CHECKING:
@@ -110,12 +111,10 @@ def command(
                                "--gyroscope-unit do.")
     outputs = RateOutputs(overlay, csv, page)
     outputs.require_free(videos, force)
-    if gyro is not None and camera is None and not videos:
-        if overlay or csv:
-            raise click.UsageError("--overlay and --csv need a clip.")
-        show_flutter(gyro, config, gyroscope_scale, [], outputs, shown)
-        return
-    if (camera is None) == (not videos):
+    of_log_alone = gyro is not None and camera is None and not videos
+    if of_log_alone and (overlay or csv):
+        raise click.UsageError("--overlay and --csv need a clip.")
+    if (camera is None) == (not videos) and not of_log_alone:
         raise click.UsageError("type one or more clips, or a camera (--camera 0), but not both.")
     if keep is not None and (camera is None or keep.suffix != ".mkv"):
         raise click.UsageError("--keep FILE.mkv needs --camera: it keeps the clip of the camera.")
@@ -126,14 +125,14 @@ def command(
     if rim is not None and tilted_rim is not None:
         raise click.UsageError("--rim and --tilted-rim both state the rim; give one of them.")
     ellipse = tilted_rim or (None if rim is None else (*rim, rim[2], 0.0))
-    with _filmed(camera, seconds, keep) as clip:
-        clips = videos if clip is None else (clip,)
-        rates = _measure(clips, _clock(clips, fps, clock), nominal_rpm, (from_s, to_s), ellipse,
-                         shown, outputs)
-        if flutter:
-            show_flutter(gyro, config, gyroscope_scale, rates, outputs, shown)
-        else:
-            _show(rates, outputs, shown)
+    log = None if gyro is None else log_in_si(gyro, config, gyroscope_scale)
+    rates: list[SettingRate] = []
+    if not of_log_alone:
+        with _filmed(camera, seconds, keep) as clip:
+            clips = videos if clip is None else (clip,)
+            rates = _measure(clips, _clock(clips, fps, clock), nominal_rpm, (from_s, to_s),
+                             ellipse, shown, outputs)
+    show_rates(rates, measured_flutter(rates, log, outputs) if flutter else [], outputs, shown)
 
 
 @contextmanager
@@ -224,27 +223,8 @@ def _measure(
 
             echo_json({stem: refusal_json(refused)})
         elif history is not None:
-            for line in rate_history_lines(stem, history):
-                click.echo(line)
+            click.echo("\n".join(rate_history_lines(stem, history)))
         raise refused
     for rate in rates:
         echo_warnings(rate.warnings)
     return rates
-
-
-def _show(
-    rates: "list[SettingRate]", outputs: RateOutputs, shown: Literal["text", "quiet", "json"]
-) -> None:
-    from pipeline.console.rate_text import clip_lines, rate_line
-
-    if shown == "json":
-        from pipeline.results.rate import rate_section
-
-        echo_json({rate.name: rate_section(rate).as_json() for rate in rates})
-        return
-    for rate in rates:
-        click.echo(rate_line(rate))
-        for line in clip_lines(rate) if shown == "text" else ():
-            click.echo(line)
-    for path in outputs.written:
-        click.echo(path)

@@ -68,8 +68,7 @@ def _show(outcome: "Outcome") -> None:
 
     for result in outcome.triads:
         click.echo()
-        for line in parameter_lines(result):
-            click.echo(line)
+        click.echo("\n".join(parameter_lines(result)))
         for line in certificate_lines(result.certificate) if result.certificate else ():
             click.echo(line)
     click.echo()

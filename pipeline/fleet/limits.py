@@ -97,25 +97,22 @@ def with_limits(table: "DataFrame", limits: Limits) -> "DataFrame":
     ConfigError
         A limit is of a column that the table does not have.
     """
-    told: dict[int, list[tuple[str, str]]] = {i: [] for i in range(len(table))}
+    stated = []
     for limit in limits.limits:
-        of_triad = (table["triad"] == limit.triad).to_numpy()
         for name in _columns(table, limit):
             value, sd = column(table, name), column(table, f"{name}_sd")
             if name.startswith(f"{SIZE}_"):  # the largest parameter, whatever its sign
                 value, sd = abs(value), column(table, name.replace(SIZE, SIZE_SD, 1))
-            for i in of_triad.nonzero()[0]:
-                told[int(i)].append(_judged(limit, name, value[i], sd[i], limits.guard_sds))
+            stated.append((limit, name, value, sd))
     judged = []
     for i, (code, triad) in enumerate(zip(table["exit_code"], table["triad"], strict=True)):
-        if code != DONE:
-            judged.append(f"{FAIL}: not calibrated")
-            continue
+        told = [_judged(limit, name, value[i], sd[i], limits.guard_sds)
+                for limit, name, value, sd in stated if limit.triad == triad]
         worst = next((standing for standing in (FAIL, OPEN)
-                      if any(one == standing for one, _ in told[i])), PASS)
-        what = "; ".join(text for standing, text in told[i] if standing == worst and text)
-        has_limits = any(limit.triad == triad for limit in limits.limits)
-        judged.append(f"{worst}: {what}" if what else worst if has_limits else "")
+                      if any(one == standing for one, _ in told)), PASS)
+        what = "; ".join(text for standing, text in told if standing == worst and text)
+        judged.append(f"{FAIL}: not calibrated" if code != DONE else
+                      f"{worst}: {what}" if what else worst if told else "")
     return table.assign(limits=judged)
 
 

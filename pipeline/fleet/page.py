@@ -146,7 +146,7 @@ def _triad_view(
         "verdicts": [(code, n, n / len(population.rows)) for code, n in verdicts.most_common()],
         "effects": _effect_rows(population, named),
         "board": board,
-        "links": dict(_links([row.session for row in board.rows], reports)),
+        "links": dict(_links([row.session for row, _ in board.rows], reports)),
         "unrepeatable": is_unrepeatable(population),
         "histograms": [_histogram_view(spread, population) for spread in population.spreads],
         "unlike": unlike,

@@ -1,6 +1,6 @@
 """A model change at the terminal: run, change the model, run again, print both results."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,13 +49,11 @@ class Manner:
 
         return run
 
-    def show(self, change: ModelChange) -> None:
-        """Print the errors before and after."""
+    def show(self, lines: Iterable[str], note: str = "") -> None:
+        """Print the errors before and after, and a note."""
         if not self.quiet:
-            for line in change_lines(change):
-                click.echo(line)
-            click.echo()
-        if note := note_on(change):
+            click.echo("\n".join([*lines, ""]))
+        if note:
             echo_warnings([note], "note")
 
 
@@ -84,10 +82,8 @@ def change_and_show(
                 if changes:
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
-            manner.show(changes[-1])
-        if not (folder / HISTORY_NAME).exists():  # the history begins with the model before
-            write_session(folder, outputs_of(changes[0].before, folder))
-        _write(changes[0].before.config, changes[-1].after, folder)
+            manner.show(change_lines(changes[-1]), note_on(changes[-1]))
+        _write(changes[0].before, changes[-1].after, folder)
     if anyway:
         reasons = filter(None, map(overruled, changes))
         echo_warnings(f"--anyway overrules: {reason}" for reason in reasons)
@@ -100,13 +96,8 @@ def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
         run = manner.runner(folder)
         before = run(config)
         after = run(excluding(before, poses))
-        if not manner.quiet:
-            for line in exclusion_lines(before, after):
-                click.echo(line)
-            click.echo()
-        if not (folder / HISTORY_NAME).exists():  # the history begins with the poses before
-            write_session(folder, outputs_of(before, folder))
-        _write(config, after, folder)
+        manner.show(exclusion_lines(before, after))
+        _write(before, after, folder)
     _finish(after, folder, manner.quiet)
 
 
@@ -126,13 +117,13 @@ def add_until_settled(path: Path, manner: Manner) -> None:
             if change is None:
                 break
             target = change.target
-            manner.show(change)
+            manner.show(change_lines(change), note_on(change))
             if not error_falls(change):
                 click.echo(f"{target} is not kept: what corrected readings are expected to err by "
                            f"in new attitudes does not fall with it.")
                 refused.append(target)
                 continue
-            _write(change.before.config, change.after, folder)
+            _write(change.before, change.after, folder)
             outcome = change.after
     for result in outcome.triads:
         echo_verdict(result)
@@ -153,9 +144,11 @@ def _why_unchanged(outcome: Outcome) -> str:
     return "the diagnosis names no effect to add"
 
 
-def _write(before: Config, after: Outcome, folder: Path) -> None:
-    """Write the configuration and its results together."""
-    write_session(folder, outputs_of(after, folder), before, after.config.source.text)
+def _write(before: Outcome, after: Outcome, folder: Path) -> None:
+    """Write the configuration and its results together; the history begins with those before."""
+    if not (folder / HISTORY_NAME).exists():
+        write_session(folder, outputs_of(before, folder))
+    write_session(folder, outputs_of(after, folder), before.config, after.config.source.text)
 
 
 def _finish(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from pipeline.commands.interaction.arguments import log_in_si
 from pipeline.commands.interaction.output import echo_json
 
 if TYPE_CHECKING:
+    from calib.poses.imu_log import ImuLog
+    from pipeline.stages.flutter import MeasuredFlutter
     from pipeline.stages.rate import SettingRate
 
 
@@ -42,40 +43,47 @@ class RateOutputs:
         return tuple(path for path in (self.overlay, self.csv, self.page) if path is not None)
 
 
-def show_flutter(
-    gyro: Path | None, config: Path | None, gyroscope_scale: str | float | None,
-    rates: "list[SettingRate]", outputs: RateOutputs, shown: Literal["text", "quiet", "json"],
-) -> None:
-    """Print wow and flutter of the clips and of a gyroscope's log, and write their page.
+def measured_flutter(
+    rates: "list[SettingRate]", log: "ImuLog | None", outputs: RateOutputs
+) -> "list[MeasuredFlutter]":
+    """Wow and flutter of the clips and of a gyroscope's log; their page is written.
 
     Raises
     ------
-    ConfigError, MissingFiles, UnreadableInput, UnwritableOutput, RateRefused
-        The log cannot be read or does not belong to the clip, is too short, or the page cannot be
-        written.
+    UnreadableInput, UnwritableOutput, RateRefused
+        The log does not belong to the clip, is too short, or the page cannot be written.
     """
-    from pipeline.console.rate_text import flutter_json, flutter_lines, rate_line
-    from pipeline.files import write_whole
     from pipeline.stages.flutter import flutter_of_clip, flutter_of_gyroscope
 
     measured = [flutter_of_clip(rate.sources[0], rate.clips[0]) for rate in rates]
-    if gyro is not None:
-        measured.append(flutter_of_gyroscope(log_in_si(gyro, config, gyroscope_scale),
-                                             rates[0].clips[0] if rates else None))
+    if log is not None:
+        measured.append(flutter_of_gyroscope(log, rates[0].clips[0] if rates else None))
     if outputs.page is not None:
+        from pipeline.files import write_whole
         from pipeline.report.plate.speed_charts import speed_page
 
         write_whole(outputs.page, speed_page(measured[0].source, measured))
+    return measured
+
+
+def show_rates(
+    rates: "list[SettingRate]", flutter: "list[MeasuredFlutter]", outputs: RateOutputs,
+    shown: Literal["text", "quiet", "json"],
+) -> None:
+    """Print the rates, with their clips or with wow and flutter, and the names of the files."""
+    from pipeline.console.rate_text import clip_lines, flutter_json, flutter_lines, rate_line
+
     if shown == "json":
         from pipeline.results.rate import rate_section
 
-        echo_json({**{rate.name: rate_section(rate).as_json() for rate in rates},
-                   "flutter": [flutter_json(source) for source in measured]})
+        sources = {"flutter": [flutter_json(source) for source in flutter]} if flutter else {}
+        echo_json({rate.name: rate_section(rate).as_json() for rate in rates} | sources)
         return
     for rate in rates:
         click.echo(rate_line(rate))
-    for source in measured:
-        for line in flutter_lines(source):
+        for line in clip_lines(rate) if shown == "text" and not flutter else ():
             click.echo(line)
+    for source in flutter:
+        click.echo("\n".join(flutter_lines(source)))
     for path in outputs.written:
         click.echo(path)
