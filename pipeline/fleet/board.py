@@ -70,8 +70,8 @@ def board_of(rows: "DataFrame", triad: str, most: int) -> Board:
         except UnknownEffect:  # a user's own
             unit, factor = "SI", 1.0
         effects.append((name, unit))
-        states = np.where(is_missing, MISSING, np.where(is_modelled, MODELLED, ""))
-        cells.append(partial(_cell, states, factor * size, factor * sd, order))
+        state = np.where(is_missing, 2, is_modelled).astype(np.int8)
+        cells.append(partial(_cell, state, factor * size, factor * sd, order))
     fails = rows["limits"].str.startswith(FAIL).to_numpy() if "limits" in rows else none
     worst = np.lexsort((-largest, -lacking, ~fails))[:most]
     return Board(tuple(effects), tuple(
@@ -80,10 +80,10 @@ def board_of(rows: "DataFrame", triad: str, most: int) -> Board:
 
 
 def _cell(
-    states: NDArray[np.str_], size: FloatArray, sd: FloatArray, order: FloatArray, i: int
+    states: NDArray[np.int8], size: FloatArray, sd: FloatArray, order: FloatArray, i: int
 ) -> BoardCell:
     """The cell of session ``i``; the others are of all n sessions, (n,), ``order`` 0 if unknown."""
-    state, sds = str(states[i]), float(order[i])
+    state, sds = ("", MODELLED, MISSING)[states[i]], float(order[i])
     text = with_sd(size[i], sd[i]) if sds else "named" if state else ""
     return BoardCell(state, text, sum(sds > level for level in LEVELS), sds)
 

@@ -55,9 +55,7 @@ class TriadPlan:
     triad : str
     settings : tuple of PlannedSetting
     noise : str
-        Where ``noise_sd`` comes from: ``measured``, ``typical`` or ``unknown``.
-    noise_sd : array, shape (3,)
-        Sd of the mean of one second of readings, SI.
+        Where its size comes from: ``measured``, ``typical`` or ``unknown``.
     at_hand, complete : Prospect, str or None
         Judged on the recorded poses, and with the missing ones added: the words of a refusal where
         poses do not determine the model, None where there are none.
@@ -75,7 +73,6 @@ class TriadPlan:
     triad: Triad
     settings: tuple[PlannedSetting, ...]
     noise: NoiseSource
-    noise_sd: FloatArray
     at_hand: Prospect | str | None
     complete: Prospect | str
     next_pose: BestPose
@@ -154,7 +151,7 @@ def _triad_plan(
     assert beside_all is not None  # any direction may be repeated
     at_hand_of_run = [len(setting.means) for _, setting in planned]
     minutes = [(setting.seconds + PAUSE_S) / 60 for _, setting in planned]
-    return TriadPlan(triad, tuple(settings), noise, noise_sd, at_hand, complete,
+    return TriadPlan(triad, tuple(settings), noise, at_hand, complete,
                      beside_all, best_pose(triad, runs, model, at_hand_of_run, minutes),
                      tuple(_saturating(triad, settings, spec)),
                      {effect: f"the column {name} is not in the logs that are there"

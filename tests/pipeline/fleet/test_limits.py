@@ -74,8 +74,8 @@ def test_the_board_shows_each_effect_in_its_unit_the_worst_sensor_first() -> Non
     rows["model"] = ["bias", "bias", "bias + g_sensitivity"]
     board = board_of(rows, "gyroscope", 10)
     assert board.effects == (("g_sensitivity", "°/s per g"),)
-    assert [row.session for row in board.rows] == ["s1", "s0", "s2"]
-    cells = {row.session: row.cells[0] for row in board.rows}
+    assert [row.session for row, _ in board.rows] == ["s1", "s0", "s2"]
+    cells = {row.session: cells[0] for row, cells in board.rows}
     assert (cells["s1"].state, cells["s1"].text) == (MISSING, "0.18992 ± 0.00056")
     assert (cells["s2"].state, cells["s2"].level) == (MODELLED, 2)
     assert cells["s0"].text == ""
@@ -89,5 +89,5 @@ def test_the_board_of_a_large_lot_holds_the_rows_that_it_shows() -> None:
     board = board_of(rows, "gyroscope", 10)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert [row.session for row in board.rows] == [f"s{n - 1 - i}" for i in range(10)]
+    assert [row.session for row, _ in board.rows] == [f"s{n - 1 - i}" for i in range(10)]
     assert peak / n < 150  # bytes a row: some numbers; a row of texts takes a thousand
