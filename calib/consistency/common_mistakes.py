@@ -9,11 +9,10 @@ import numpy as np
 from calib.consistency.force import FACTORS
 from calib.consistency.signed_axes import SIGNED_PERMUTATIONS, permutation_words
 from calib.errors import CalibrationError
-from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
-from calib.fit.model import Model, stack_columns
+from calib.fit.model import Model
+from calib.fit.triad.correction import linear_form
 from calib.numbers import RPM
-from calib.poses.conditions import Conditions
 from calib.poses.imu_log import BoolArray, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 
@@ -75,10 +74,16 @@ def blocks(poses: PoseSet) -> dict[str, BoolArray]:
 
 
 def block_mistakes(poses: PoseSet) -> Iterator[Mistake]:
-    """Mistakes of one run among several; in a single run, from some pose on."""
+    """Axes exchanged or mirrored, a wrong range or unit in one run among several.
+
+    In a single run, from some pose on. Poses of a gyroscope at rest show no gain: another range
+    cannot be told from another bias.
+    """
     alone = len(runs_by_name(poses)) == 1
     for where, member in blocks(poses).items():
-        yield from _of_readings(poses, member, where, within=alone)
+        at_rest = bool(poses.reference.is_null[member].all())
+        for matrix, words in CHANGED_AXES if at_rest else CHANGES.get(poses.triad, CHANGED_AXES):
+            yield _mistake(poses, matrix, member, f"{words} {where}", within=alone)
 
 
 def odd_mistakes(poses: PoseSet, odd: BoolArray) -> Iterator[Mistake]:
@@ -91,18 +96,6 @@ def odd_mistakes(poses: PoseSet, odd: BoolArray) -> Iterator[Mistake]:
         poses.triad, ())
     for matrix, words in changes:
         yield _mistake(poses, matrix, odd, f"{words} in {' and '.join(labels)}", within=True)
-
-
-def _of_readings(
-    poses: PoseSet, member: BoolArray, where: str, *, within: bool = True
-) -> Iterator[Mistake]:
-    """Axes exchanged or mirrored, a wrong range or unit, in poses ``member`` within a run.
-
-    Poses of a gyroscope at rest show no gain: another range cannot be told from another bias.
-    """
-    at_rest = bool(poses.reference.is_null[member].all())
-    for matrix, words in CHANGED_AXES if at_rest else CHANGES.get(poses.triad, CHANGED_AXES):
-        yield _mistake(poses, matrix, member, f"{words} {where}", within=within)
 
 
 def _mistake(
@@ -127,8 +120,8 @@ def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
             others = fit(poses.take(~member), base)
         except CalibrationError:
             continue
-        s = _corrected(others, poses.reading[member])
-        stated = poses.reference.magnitude[member]
+        matrix, offset = linear_form(others.model, others.theta)
+        s, stated = poses.reading[member] @ matrix.T + offset, poses.reference.magnitude[member]
         ratio = float(np.median(np.linalg.norm(s, axis=1) / stated))
         if abs(ratio - 1) < SAME_RATE:
             continue
@@ -179,9 +172,3 @@ def _at_rates(poses: PoseSet, changes: Sequence[tuple[BoolArray, float]]) -> Pos
         reference=replace(reference, magnitude=reference.magnitude * factor,
                           common=reference.common * factor[:, None]),
     )
-
-
-def _corrected(fitted: Fit, reading: FloatArray) -> FloatArray:
-    """The readings (m, 3) corrected by the nine parameters of a fit."""
-    columns = stack_columns(fitted.model.effects, Conditions.of_vectors(reading), {})
-    return np.asarray(reading - columns @ fitted.theta)

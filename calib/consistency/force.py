@@ -11,8 +11,9 @@ squares S of ``|f| - g``. It is named where this exceeds the logarithm of the nu
 effect that these hardly determine) contradicts nothing.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -22,7 +23,6 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Contradiction
 from calib.fit.triad.calibration import TriadCalibration
 from calib.poses.checks.frozen import CERTAIN_SD, FALSE_ALARM
-from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import LARGEST_DRIFT
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
@@ -70,90 +70,96 @@ def require_gravity(
     Contradiction
         Naming the run, what it reads, and the mistake that explains it if one does.
     """
-    nominal = poses.other_reading
-    assert nominal is not None  # only ideal poses have none
     runs = np.array(poses.run)
     sound = np.isfinite(poses.force).all(axis=1)
     for name in dict.fromkeys(runs[sound]):
         member = np.flatnonzero(sound & (runs == name))
         if len(member) >= FEWEST_POSES:
-            _check_run(str(name), poses.take(member), nominal[member], accelerometer, gravity_m_s2)
+            _check_run(str(name), _Force(poses.take(member), accelerometer, gravity_m_s2))
 
 
 @dataclass(frozen=True, eq=False)
-class _Allowed:
-    """Interval (n,) of plausible magnitudes of the force over ``lean``, the plate's share, m/s²."""
+class _Force:
+    """The calibrated specific force in n poses of the gyroscope, beside ``gravity``, m/s²."""
 
-    least: FloatArray
-    largest: FloatArray
-    lean: float
+    poses: PoseSet
+    accelerometer: TriadCalibration
+    gravity: float
 
-    @classmethod
-    def of(
-        cls, poses: PoseSet, at: Conditions, accelerometer: TriadCalibration, gravity: float
-    ) -> "_Allowed":
-        """The interval by gravity and the plate, widened by ``CERTAIN_SD`` of the calibration."""
-        unknown = CERTAIN_SD * _open(accelerometer, at)
+    @property
+    def nominal(self) -> FloatArray:
+        """Nominal readings, (n, 3)."""
+        assert self.poses.other_reading is not None  # only ideal poses have none
+        return self.poses.other_reading
+
+    def sizes(self, readings: FloatArray) -> FloatArray:
+        """Magnitudes (n,) of the force by nominal readings (n, 3)."""
+        at = self.poses.accelerometer_conditions(readings)
+        return np.asarray(np.linalg.norm(self.accelerometer.correct(at), axis=1))
+
+    @cached_property
+    def unknown(self) -> FloatArray:
+        """Uncertainty of the magnitudes by the calibration, (n,).
+
+        It combines the covariance of the parameters with the model's misfit in its own poses.
+        """
+        at = self.poses.accelerometer_conditions(self.nominal)
+        cov = self.accelerometer.covariance_of(
+            lambda correction: np.asarray(np.linalg.norm(correction.correct(at), axis=1)))
+        fitted = self.accelerometer.fit
+        misfit = np.linalg.norm(fitted.rows.vector, axis=1) - fitted.poses.reference.magnitude
+        return np.asarray(np.sqrt(np.maximum(np.diag(cov), 0.0) + np.mean(misfit**2)))
+
+    def misfit(self, readings: FloatArray) -> FloatArray:
+        """Distance (n,) of magnitudes from those that gravity and the plate allow.
+
+        These are wider by ``CERTAIN_SD`` of the calibration.
+        """
+        poses, unknown = self.poses, CERTAIN_SD * self.unknown
         lean = 1.0 if poses.ring is None else float(np.cos(poses.ring.tilt_rad).mean())
-        return cls(gravity - unknown,
-                   np.hypot(gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown, lean)
+        size = self.sizes(readings) / lean
+        largest = np.hypot(self.gravity, poses.spin_rad_s**2 * PLATE_RADIUS_M) + unknown
+        return np.asarray(np.maximum(size - largest, 0)
+                          + np.minimum(size - self.gravity + unknown, 0))
 
-    def misfit(self, size: FloatArray) -> FloatArray:
-        """Distance of magnitudes (n,) from the interval."""
-        size = size / self.lean
-        return np.asarray(np.maximum(size - self.largest, 0) + np.minimum(size - self.least, 0))
+    def leaning_advice(self) -> str:
+        """Advice if the force is small in a run because the plate leans.
+
+        "" where no run looks so: the rotating part of gravity is known already.
+        """
+        runs, size, sentences = np.array(self.poses.run), self.sizes(self.nominal), []
+        for name in dict.fromkeys(self.poses.run if self.poses.ring is None else ()):
+            of_run = size[runs == name] / self.gravity
+            least, varies = float(np.median(of_run)), float(np.std(of_run))
+            turned = self.poses.spin_rad_s[runs == name].all()
+            if turned and least < 1 - WITHIN_A_SESSION and varies < WITHIN_A_SESSION:
+                sentences.append(
+                    f"All poses of {name} read so, as on a plate that leans by "
+                    f"{np.degrees(np.arccos(least)):.0f}°: if it does, log each for at least "
+                    f"{FEWEST_TURNS} whole turns, which show that gravity goes round, and let no "
+                    f"cable turn the case. ")
+        return "".join(sentences)
 
 
-def _check_run(
-    run: str,
-    poses: PoseSet,
-    nominal: FloatArray,
-    accelerometer: TriadCalibration,
-    gravity: float,
-) -> None:
-    allowed = _Allowed.of(poses, poses.accelerometer_conditions(nominal), accelerometer, gravity)
-
-    def misfit(readings: FloatArray) -> FloatArray:
-        at = poses.accelerometer_conditions(readings)
-        return allowed.misfit(np.linalg.norm(accelerometer.correct(at), axis=1))
-
-    as_logged = misfit(nominal)
+def _check_run(run: str, force: _Force) -> None:
+    as_logged, gravity = force.misfit(force.nominal), force.gravity
+    off = float(np.sqrt(np.mean(as_logged**2)))
     impossible = float(np.median(np.abs(as_logged))) > LARGEST_DRIFT * gravity
-    if np.sqrt(np.mean(as_logged**2)) <= LARGEST_DRIFT * gravity:
+    if off <= LARGEST_DRIFT * gravity:
         return  # a sensor that drifted can look like one with a mirrored axis
-    likely = _likely_mistake(misfit, nominal, as_logged, gravity, only_axes=not impossible)
+    likely = _likely_mistake(force, as_logged, only_axes=not impossible)
     if likely is None and not impossible:
         return
-    sizes = np.linalg.norm(accelerometer.correct(poses.accelerometer_conditions(nominal)), axis=1)
-    kind = "on the turning plate" if poses.spin_rad_s.any() else "with the plate stopped"
-    leans = _leaning_advice(poses, sizes, gravity)
+    kind = "on the turning plate" if force.poses.spin_rad_s.any() else "with the plate stopped"
+    leans = force.leaning_advice()
     raise Contradiction(
         f"{run}: in its poses {kind} the calibrated accelerometer reads "
-        f"{np.median(sizes):.4g} m/s² (median) where gravity is {gravity:.4g} m/s², off by "
-        f"{np.sqrt(np.mean(as_logged**2)) / gravity:.2g} of it (root mean square). "
+        f"{np.median(force.sizes(force.nominal)):.4g} m/s² (median) where gravity is "
+        f"{gravity:.4g} m/s², off by {off / gravity:.2g} of it (root mean square). "
         + (likely or f"{leans}{'Else its' if leans else 'Its'} logs and those of the "
            f"accelerometer's own poses are of another sensor, range, unit or order of columns. "
            f"Compare the files of both.")
     )
-
-
-def _leaning_advice(poses: PoseSet, size: FloatArray, gravity: float) -> str:
-    """Advice if the ``size`` (n,) of the force is small in a run because the plate leans.
-
-    "" where no run looks so: the rotating part of gravity is known already.
-    """
-    runs, sentences = np.array(poses.run), []
-    for name in dict.fromkeys(poses.run if poses.ring is None else ()):
-        of_run = size[runs == name] / gravity
-        least, varies = float(np.median(of_run)), float(np.std(of_run))
-        turned = poses.spin_rad_s[runs == name].all()
-        if turned and least < 1 - WITHIN_A_SESSION and varies < WITHIN_A_SESSION:
-            sentences.append(
-                f"All poses of {name} read so, as on a plate that leans by "
-                f"{np.degrees(np.arccos(least)):.0f}°: if it does, log each for at least "
-                f"{FEWEST_TURNS} whole turns, which show that gravity goes round, and let no cable "
-                f"turn the case. ")
-    return "".join(sentences)
 
 
 def force_notes(
@@ -169,11 +175,9 @@ def force_notes(
     sound = np.flatnonzero(np.isfinite(poses.force).all(axis=1))
     if not sound.size:
         return None, None
-    member = poses.take(sound)
-    assert member.other_reading is not None  # only ideal poses have none
-    at = member.accelerometer_conditions(member.other_reading)
+    force = _Force(poses.take(sound), accelerometer, gravity_m_s2)
     hardly, off = None, None
-    sd = float(_open(accelerometer, at).max())
+    sd = float(force.unknown.max())
     if CERTAIN_SD * sd >= LARGEST_DRIFT * STANDARD_GRAVITY_M_S2:
         hardly = (
             f"in the poses of the gyroscope the accelerometer's model determines the specific "
@@ -181,51 +185,30 @@ def force_notes(
             f"goes far beyond them. The axes of the triads were not compared, and effects of the "
             f"specific force on the gyroscope are as uncertain."
         )
-    size = np.linalg.norm(accelerometer.correct(at), axis=1)
-    misfit = _Allowed.of(member, at, accelerometer, gravity_m_s2).misfit(size)
-    share = float(np.sqrt(np.mean(misfit**2))) / gravity_m_s2
+    share = float(np.sqrt(np.mean(force.misfit(force.nominal) ** 2))) / gravity_m_s2
     if share > WITHIN_A_SESSION and sound.size >= FEWEST_POSES and poses.ring is None:
-        leans = _leaning_advice(member, size, gravity_m_s2)
         off = (
             f"in the poses of the gyroscope the calibrated accelerometer reads "
-            f"{np.median(size):.5g} m/s² (median) where gravity is {gravity_m_s2:.5g} m/s², off by "
-            f"{100 * share:.2g} % (root mean square), more than a sensor drifts within a session. "
-            f"{leans}Are the poses at rest those of another unit, another range or another day? "
-            f"Record both with the same sensor."
+            f"{np.median(force.sizes(force.nominal)):.5g} m/s² (median) where gravity is "
+            f"{gravity_m_s2:.5g} m/s², off by {100 * share:.2g} % (root mean square), more than a "
+            f"sensor drifts within a session. {force.leaning_advice()}Are the poses at rest those "
+            f"of another unit, another range or another day? Record both with the same sensor."
         )
     return hardly, off
 
 
-def _open(accelerometer: TriadCalibration, at: Conditions) -> FloatArray:
-    """Uncertainty of ``|f|`` by the calibration, m/s², (n,).
-
-    It combines the covariance of the parameters with the model's misfit in its own poses.
-    """
-    cov = accelerometer.covariance_of(
-        lambda correction: np.asarray(np.linalg.norm(correction.correct(at), axis=1)))
-    fitted = accelerometer.fit
-    misfit = np.linalg.norm(fitted.rows.vector, axis=1) - fitted.poses.reference.magnitude
-    return np.asarray(np.sqrt(np.maximum(np.diag(cov), 0.0) + np.mean(misfit**2)))
-
-
-def _likely_mistake(
-    misfit: Callable[[FloatArray], FloatArray],
-    nominal: FloatArray,
-    as_logged: FloatArray,
-    gravity: float,
-    *,
-    only_axes: bool,
-) -> str | None:
+def _likely_mistake(force: _Force, as_logged: FloatArray, *, only_axes: bool) -> str | None:
     """The mistake that explains the contradiction, in words."""
     factors = [1.0] if only_axes else [1.0, *FACTORS["accelerometer"]]
     looks = [(i, f) for i, f in product(range(len(SIGNED_PERMUTATIONS)), factors)
              if (i, f) != (IDENTITY, 1.0)]
-    squares = np.array([np.mean(misfit(f * nominal @ SIGNED_PERMUTATIONS[i].T) ** 2)
-                        for i, f in looks])
-    least = (NOTICEABLE * gravity) ** 2
+    squares = np.array([
+        np.mean(force.misfit(f * force.nominal @ SIGNED_PERMUTATIONS[i].T) ** 2)
+        for i, f in looks])
+    least = (NOTICEABLE * force.gravity) ** 2
     best = int(np.argmin(squares))
     before = float(np.mean(as_logged**2))
-    gained = len(nominal) / 2 * np.log((before + least) / (squares[best] + least))
+    gained = len(as_logged) / 2 * np.log((before + least) / (squares[best] + least))
     if gained < np.log(len(looks) / FALSE_ALARM):
         return None
     i, factor = looks[best]
