@@ -1,13 +1,12 @@
 """Checks of the parts of a session against each other.
 
-    logs ─ repeats ─ clipping ─ clock ─┐                            same samples, limits, turns
+    logs ─ raw_samples ─ repeats ─ clock ┐             frozen or cut off, same samples, turns
     poses ─ force ─ plate_axes ────────┼─ mistakes                  gravity, axes, runs
     parameters ─ data_sheet ───────────┘
     parameters ─ certificate                                        beside the factory's
 
     signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave
-    at least; common_mistakes: the poses without each mistake; frozen_logs: what stands still;
-    normalised: vectors of one length
+    at least; common_mistakes: the poses without each mistake
 
 Each check compares two statements of one quantity and names the likely mistake: it evaluates what
 the data would be without each of a list of common mistakes (axes exchanged or mirrored, a factor,

@@ -10,9 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.consistency.clipping import require_unclipped
-from calib.consistency.frozen_logs import require_running
-from calib.consistency.normalised import require_raw
+from calib.consistency.raw_samples import require_raw, require_running, require_unclipped
 from calib.consistency.repeats import require_no_copies
 from calib.errors import CalibrationError, Contradiction
 from calib.poses.checks.frozen import without_frozen

@@ -16,10 +16,10 @@ from calib.consistency.certificate import (
 from calib.consistency.data_sheet import (
     direction_against_clip,
     gain_off_the_sheet,
+    sds_too_large,
     turning_while_still,
 )
 from calib.consistency.force import force_notes, require_gravity
-from calib.consistency.stated_sds import sds_too_large
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.effect import Effect
 from calib.fit.triad.calibration import TriadCalibration

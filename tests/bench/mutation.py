@@ -1,6 +1,6 @@
 """The share of small faults, put into a module one at a time, that its tests notice.
 
-    python -m tests.bench.mutation --each 12 [--module calib.consistency.clipping]
+    python -m tests.bench.mutation --each 12 [--module calib.consistency.force]
 
 A mutant has one comparison turned around, one sum made a difference, one product a quotient, one
 condition negated, or one number changed by a tenth and one. It lives in the memory of the process
@@ -24,17 +24,15 @@ from tests.paths import ROOT
 
 TESTED = {
     "calib.consistency.certificate": "tests/calib/consistency/test_certificate.py",
-    "calib.consistency.clipping": "tests/calib/consistency/test_clipping.py",
     "calib.consistency.clock": "tests/calib/consistency/test_clock.py",
     "calib.consistency.clock_ratio": "tests/calib/consistency/test_clock_ratio.py",
     "calib.consistency.common_mistakes": "tests/calib/consistency/test_mistakes.py",
     "calib.consistency.data_sheet": "tests/calib/consistency/test_data_sheet.py",
-    "calib.consistency.frozen_logs": "tests/calib/consistency/test_frozen_logs.py",
     "calib.consistency.force": "tests/calib/consistency/test_force.py",
     "calib.consistency.mistakes": "tests/calib/consistency/test_mistakes.py",
-    "calib.consistency.normalised": "tests/calib/consistency/test_normalised.py",
     "calib.consistency.plate_axes": "tests/calib/consistency/test_plate_axes.py",
     "calib.consistency.quadric": "tests/calib/consistency/test_odd_poses.py",
+    "calib.consistency.raw_samples": "tests/calib/consistency",
     "calib.consistency.repeats": "tests/calib/consistency/test_repeats.py",
     "calib.consistency.signed_axes": "tests/calib/consistency/test_plate_axes.py",
     "pipeline.files": "tests/pipeline/test_files.py",

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.consistency.frozen_logs import find_frozen
+from calib.consistency.raw_samples import find_frozen
 from calib.poses.imu_log import ImuLog
 
 ROWS, POSES, FROZE = 400, 24, 5

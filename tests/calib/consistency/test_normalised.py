@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.consistency.normalised import require_raw
+from calib.consistency.raw_samples import require_raw
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog

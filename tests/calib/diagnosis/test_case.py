@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.stated_sds import sds_too_large
+from calib.consistency.data_sheet import sds_too_large
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.next_measurement.advice import pose_in_words

@@ -1,4 +1,16 @@
-"""Logs in which the sensor, a triad or an axis stood still: it froze, or is stuck or cut off."""
+"""Readings that the sensor itself did not deliver: frozen, cut off, or brought to one length.
+
+**Frozen**: the sensor, a triad or an axis stood still for longer than its noise allows.
+
+**Cut off** below the converter's range, by a filter, an amplifier, or another full scale: noise is
+densest in its middle, and a wave is at its crest for less than half of the time. If a log stays at
+its own largest (or smallest) value more often, that value is a limit. A quiet sensor on a coarse
+converter has few values; an axis that stays at a single value while the other logs scatter is
+frozen.
+
+**Normalised**: an attitude filter needs only the direction of gravity. Such unit vectors fit every
+model of bias, scale and misalignment without a residual, and contain no information on the sensor.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +20,8 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.checks.frozen import FALSE_ALARM
+from calib.poses.checks.stray_samples import cut_off
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.samples.converter_steps import value_steps
 
@@ -133,3 +147,86 @@ def _longest_stretch(equal: BoolArray) -> tuple[int, int]:
     lengths = np.diff(edges)
     longest = int(np.argmax(lengths))
     return int(edges[longest]), int(lengths[longest])
+
+
+CLIPPED_SHARE = 0.45
+"""Share of a log's samples at its extreme. Derived: a wave of a few steps has up to 0.30 at its
+crest, 0.40 in one and a half turns; noise that is cut off in its middle has half."""
+
+FEWEST_LEVELS = 4
+"""Number of values of an axis. Derived: noise of fewer can have a third of them at its end."""
+
+
+def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> None:
+    """Refuse logs of ``triad`` in which an axis is cut off below the full scale of ``spec``.
+
+    Samples at the ends of the range are refused where the pose is averaged.
+
+    Parameters
+    ----------
+    logs : sequence of ImuLog
+    triad : str
+    spec : TriadSpec
+        The data sheet of the triad.
+
+    Raises
+    ------
+    Undetermined
+        Naming log, axis and value.
+    """
+    rails = spec.count_range
+    for log in logs:
+        if not log.has(triad):
+            continue
+        for name, axis in zip(AXES, spec.signed(log.readings(triad)).T, strict=True):
+            limits = cut_off(axis)
+            for extreme in (axis.max(), axis.min()):
+                there = axis == extreme
+                share = float(there.mean())
+                clipped = limits[there].any() or (
+                    share > CLIPPED_SHARE and len(np.unique(axis)) >= FEWEST_LEVELS)
+                if not clipped or not rails[0] < extreme < rails[1]:
+                    continue
+                raise Undetermined(
+                    f"{log.label}: {triad} {name} stands at {extreme:g} in {100 * share:.0f} % of "
+                    f"its samples and never goes beyond: the axis is clipped there, or stuck. The "
+                    f"true value is unknown; choose a larger full scale or a slower plate, and "
+                    f"record the pose again."
+                )
+
+
+SAME_LENGTH = 0.1
+"""Scatter of the samples' length over that of their axes. Derived: if the noise of one axis is
+three times less than that of the others it is 0.3; at a constant length only the steps scatter."""
+
+FEWEST_STEPS = 4.0
+"""Scatter of the axes, steps, from which one step is less than SAME_LENGTH of it. Derived."""
+
+
+def require_raw(logs: Sequence[ImuLog], spec: TriadSpec) -> None:
+    """Refuse logs of poses at rest whose accelerometer samples all have one length.
+
+    Raises
+    ------
+    Undetermined
+        Naming the first log, where most of them are so.
+    """
+    alike = []
+    for log in logs:
+        if not log.has("accelerometer"):
+            continue
+        counts = spec.signed(log.accelerometer)
+        values = spec.nominal(counts)
+        axes = float(np.sqrt(values.var(axis=0).mean()))
+        step = float((value_steps(counts) * spec.nominal_scale).min())
+        length = float(np.linalg.norm(values, axis=1).std())
+        if axes > FEWEST_STEPS * step and length < SAME_LENGTH * axes:
+            alike.append((log.label, length, axes))
+    if 2 * len(alike) > len(logs):
+        label, length, axes = alike[0]
+        raise Undetermined(
+            f"{label}: the accelerometer's samples have one length (sd {length:.2g} m/s², of each "
+            f"axis {axes:.2g} m/s²), as have {len(alike) - 1} other logs: something brought them "
+            f"to it, as filters of attitude do. Such vectors say nothing of bias and scale; log "
+            f"what the sensor itself delivers."
+        )
