@@ -102,28 +102,6 @@ class Compared:
         return np.asarray(self.difference / np.hypot(self.sd, self.certificate_sd))
 
 
-@dataclass(frozen=True, eq=False)
-class CertificateComparison:
-    """Estimate and certificate of one triad.
-
-    Attributes
-    ----------
-    bias, scale : Compared
-    misalignment : Compared or None
-        None where none is certified.
-    """
-
-    bias: Compared
-    scale: Compared
-    misalignment: Compared | None
-
-    @property
-    def groups(self) -> tuple[Compared, ...]:
-        """The groups that can be compared."""
-        groups = (self.misalignment, self.bias, self.scale)
-        return tuple(group for group in groups if group is not None)
-
-
 def rounding_sd(values: FloatArray) -> float:
     """Sd of values printed to as many decimals as the longest of them needs.
 
@@ -148,7 +126,7 @@ def frame_free(gain: FloatArray, aligned: FloatArray) -> tuple[FloatArray, Float
 
 def compare_certificate(
     parameters: TriadParameters, certificate: FactoryCertificate, spec: TriadSpec
-) -> CertificateComparison:
+) -> dict[str, Compared]:
     """Compare ``parameters`` with ``certificate``, whatever frame the certificate uses.
 
     Parameters
@@ -161,7 +139,8 @@ def compare_certificate(
 
     Returns
     -------
-    CertificateComparison
+    dict of str to Compared
+        Misalignment where one is certified, bias and scale.
     """
     aligned, aligned_sd = np.eye(3), 0.0
     stated = certificate.alignment is not None or certificate.misalignment_rad is not None
@@ -180,21 +159,22 @@ def compare_certificate(
     low, high = spec.count_range
     bias_difference = parameters.bias_counts - certificate.bias_counts
     half_range = (high - low) / 2
-    return CertificateComparison(
-        bias=Compared(
+    groups = [
+        Compared(
+            "misalignment", "rad", parameters.misalignment_rad, sd_alpha, alpha, alpha_sd,
+            100 * (parameters.misalignment_rad - alpha),
+        ),
+        Compared(
             "bias", "counts", parameters.bias_counts, sd_bias, certificate.bias_counts,
             np.full(3, rounding_sd(certificate.bias_counts)),
             100 * bias_difference / half_range if np.isfinite(half_range) else np.full(3, np.nan),
         ),
-        scale=Compared(
+        Compared(
             "scale", "counts per unit", parameters.scale_counts_per_unit, sd_scale, k, k_sd,
             100 * (parameters.scale_counts_per_unit / k - 1),
         ),
-        misalignment=Compared(
-            "misalignment", "rad", parameters.misalignment_rad, sd_alpha, alpha, alpha_sd,
-            100 * (parameters.misalignment_rad - alpha),
-        ) if stated else None,
-    )  # fmt: skip
+    ]
+    return {group.name: group for group in (groups if stated else groups[1:])}
 
 
 def _frame_free_sd(

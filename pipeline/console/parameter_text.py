@@ -1,12 +1,12 @@
 """Parameters for the terminal: fitted, with a certificate, and of the mounting."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from calib.consistency.certificate import CertificateComparison
+from calib.consistency.certificate import Compared
 from calib.effects.effect import Effect
 from calib.effects.units import display_unit
 from calib.fit.triad.calibration import TriadCalibration
@@ -118,10 +118,10 @@ def prediction_text(result: TriadResult) -> str:
     )
 
 
-def certificate_lines(comparison: CertificateComparison) -> list[str]:
+def certificate_lines(comparison: Mapping[str, Compared]) -> list[str]:
     """An aligned table: estimate, certificate, difference in sds and per cent."""
     rows = [["", "", "estimate", "certificate", "difference", "in sd", "%"]]
-    for group in comparison.groups:
+    for group in comparison.values():
         for j, axis in enumerate(AXES):
             rows.append(
                 [

@@ -66,8 +66,8 @@ def triad_section(
         "prediction": result.prediction and _prediction(result.prediction),
         "diagnosis": _diagnosis(result),
         "correction": _correction(result, user_effects, folder),
-        "certificate": result.certificate and {
-            group.name: CertificateGroup.of(group) for group in result.certificate.groups},
+        "certificate": None if result.certificate is None else {
+            name: CertificateGroup.of(group) for name, group in result.certificate.items()},
     }
     if result.triad == "accelerometer":
         return AccelerometerResult.of(**section, gravity=GravityResult.of(result.gravity))

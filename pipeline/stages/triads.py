@@ -9,7 +9,7 @@ import numpy as np
 
 from calib.assess import AssessedTriad, assess, calibrate
 from calib.consistency.certificate import (
-    CertificateComparison,
+    Compared,
     FactoryCertificate,
     compare_certificate,
 )
@@ -70,7 +70,7 @@ class TriadResult(AssessedTriad):
         return self.made_from.gravity
 
     @cached_property
-    def certificate(self) -> CertificateComparison | None:
+    def certificate(self) -> dict[str, Compared] | None:
         """The factory certificate beside the calibration; None where none is stated."""
         stated, calibration = self.made_from.certificate, self.calibration
         return None if stated is None else compare_certificate(

@@ -121,8 +121,7 @@ def _frame(result: TriadResult) -> Iterator[Group]:
 
 def _certified(result: TriadResult, name: str, j: int) -> tuple[str, str]:
     """The certificate's value and the difference in sds; blank where it states none."""
-    groups = result.certificate.groups if result.certificate else ()
-    group = next((one for one in groups if one.name == name), None)
+    group = result.certificate.get(name) if result.certificate else None
     if group is None:
         return "", ""
     value = with_sd(float(group.certificate[j]), float(group.certificate_sd[j]))

@@ -147,7 +147,7 @@ def test_the_certificate_of_the_file_stands_beside_the_triad(folder: Path) -> No
     stated, triad = certificate_of(config, "accelerometer"), calibration()
     assert stated is not None
     found = compare_certificate(triad.parameters, stated, triad.spec)
-    said = {group.name: CertificateGroup.of(group).as_json() for group in found.groups}
+    said = {name: CertificateGroup.of(group).as_json() for name, group in found.items()}
     assert set(said) == {"bias", "scale"}
     assert np.abs(said["bias"]["difference"]).max() < 3  # counts; the world has these very values
     assert np.abs(said["scale"]["per_cent"]).max() < 0.06
