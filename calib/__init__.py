@@ -46,7 +46,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from calib.notebook.calibration import Calibration
-    from calib.notebook.comparison import parameter_differences as compare
+    from calib.notebook.calibration import parameter_differences as compare
     from calib.notebook.from_table import calibrate
 
 __all__ = ["Calibration", "calibrate", "compare"]
@@ -61,8 +61,7 @@ def __getattr__(name: str) -> Any:
     """Load a name when a notebook first uses it: the command line imports this package too."""
     if name not in __all__:
         raise AttributeError(f"module 'calib' has no attribute {name!r}")
-    from calib.notebook import calibration, comparison, from_table
+    from calib.notebook import calibration, from_table
 
-    if name == "compare":
-        return comparison.parameter_differences
-    return getattr(from_table if name == "calibrate" else calibration, name)
+    return {"calibrate": from_table.calibrate, "compare": calibration.parameter_differences,
+            "Calibration": calibration.Calibration}[name]

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from calib.diagnosis.verdict.decision import Code
 from calib.discovery.discover import Discovered, discover
 from calib.errors import CalibrationError
-from calib.fit.validation.new_attitudes import mean_square_apart, mean_square_error
+from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
 from pipeline.config.edit import add_effect
 from pipeline.config.load import parse_config
 from pipeline.config.yaml_syntax import yaml_word

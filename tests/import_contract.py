@@ -51,16 +51,16 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.poses.averaging": [
         ("pose_mean",), ("sway",), ("average_pose",),
-        ("step_noise", "correlation"), ("drift_within", "mean_noise"),
+        ("correlation",), ("drift_within", "mean_noise"),
     ],
     "calib.poses.rests": [
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
     ],
     "calib.poses.runs": [
-        ("ring", "ring_errors"), ("pose_run",), ("reference_runs",), ("ideal_ring",),
+        ("ring",), ("pose_run",), ("reference_runs",), ("ideal_ring",),
     ],
     "calib.fit": [
-        ("model", "column_scaling", "stacked", "noise_size"), ("parameters", "small_systems"),
+        ("model", "linear", "stacked", "noise_size"), ("parameters",),
         ("rows",), ("least_squares",), ("triad",), ("validation",),
     ],
     "calib.fit.least_squares": [
@@ -71,14 +71,12 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.fit.triad": [
         ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
-        ("evaluable",),
     ],
     "calib.fit.validation": [
-        ("leave_one_out", "wave_misfit"), ("prediction",), ("predicted_pose", "new_attitudes"),
+        ("leave_one_out", "wave_misfit"), ("prediction",), ("elsewhere",),
     ],
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
-    "calib.notebook": [("tables", "display"), ("calibration",),
-                       ("comparison", "from_table")],
+    "calib.notebook": [("tables", "display"), ("calibration",), ("from_table",)],
     "calib.discovery": [("functions",), ("response",), ("grammar",), ("screen",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),

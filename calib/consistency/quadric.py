@@ -7,8 +7,7 @@ linear in its coefficients once its size is fixed by ``trace A = 3``. To first o
 
 import numpy as np
 
-from calib.fit.column_scaling import orthonormal_bases
-from calib.fit.small_systems import times
+from calib.fit.linear import orthonormal_bases, times
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 

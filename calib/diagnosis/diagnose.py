@@ -33,7 +33,7 @@ from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
-from calib.fit.validation.new_attitudes import mean_square_error
+from calib.fit.validation.elsewhere import mean_square_error
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import TEMPERATURE
 

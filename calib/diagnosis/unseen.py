@@ -27,7 +27,7 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
-from calib.fit.validation.predicted_pose import error_by_missing
+from calib.fit.validation.elsewhere import error_by_missing
 from calib.fit.validation.prediction import Prediction, typical_force
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs.reference_runs import TIME_BASE

@@ -28,8 +28,8 @@ from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares import solver
 from calib.fit.least_squares.result import Fit
+from calib.fit.validation.elsewhere import mean_square_error
 from calib.fit.validation.leave_one_out import left_out_residual
-from calib.fit.validation.new_attitudes import mean_square_error
 from calib.poses.imu_log import FloatArray
 from calib.poses.past import Past, with_pasts
 

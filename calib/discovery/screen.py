@@ -18,10 +18,10 @@ from calib.discovery.grammar import FACTORS, Factor, Formula
 from calib.discovery.response import READING
 from calib.effects.expression import read_expression
 from calib.effects.user_defined import Per, user_effect
-from calib.fit.column_scaling import NORM_FLOOR
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import noise_of
+from calib.fit.linear import NORM_FLOOR
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 from calib.poses.past import past_columns

@@ -9,8 +9,7 @@ Everything up to the fit is written once, for S sets of poses side by side; a se
 ``model``           a sum of effects, fitted jointly
 ``parameters``      alpha, b, k of the paper and the linear form that is fitted
 ``stacked``         records whose arrays have a leading axis of sets
-``column_scaling``  columns of one length, before they are decomposed
-``small_systems``   stacks of small systems of equations, some of which may be singular
+``linear``          columns of one length, and stacks of small systems that may be singular
 ``rows``            the equations: magnitude, null and prior rows with their derivatives
 ``least_squares``   the estimate with its covariance, from the ellipsoid or as published
 ``triad``           the calibrated triad: its sds, its correction, its frame

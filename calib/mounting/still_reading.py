@@ -13,8 +13,7 @@ from calib.errors import Remedy, Undetermined
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.correction import Correction
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.averaging.mean_noise import variance_of_mean
-from calib.poses.averaging.step_noise import variance_by_steps
+from calib.poses.averaging.mean_noise import variance_by_steps, variance_of_mean
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec

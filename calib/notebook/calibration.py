@@ -12,7 +12,7 @@ from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.diagnosis.diagnose import Diagnosis
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
-from calib.errors import CalibrationError, Undetermined
+from calib.errors import CalibrationError, Undetermined, UnusableLog
 from calib.fit.model import Model
 from calib.notebook import display
 from calib.notebook.display import partial_figure
@@ -199,3 +199,39 @@ def require_for_triad(effect: Effect, triad: Triad) -> None:
         others = " and the ".join(effect.triads)
         raise CalibrationError(f"{effect.name} is an effect of the {others}, and this is a "
                                f"calibration of the {triad}.")
+
+
+def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":
+    """Every parameter of two calibrations, and their difference in its sd.
+
+    Parameters
+    ----------
+    one, other : Calibration
+        Of the same triad; their sds count as independent.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``one``, ``other``, ``difference``, ``sd``, ``in_sd`` and ``unit`` by the
+        parameter's name; NaN for a parameter that only one of them has.
+
+    Raises
+    ------
+    UnusableLog
+        They are of different triads, or of different data sheets.
+    """
+    from pandas import DataFrame
+
+    if one.triad != other.triad:
+        raise UnusableLog(f"one calibration is of the {one.triad}, the other of the {other.triad}: "
+                          "compare two of the same triad.")
+    if one.assessed.calibration.spec != other.assessed.calibration.spec:
+        raise UnusableLog("the calibrations are of readings in different units or ranges: a count "
+                          "of the one is no count of the other.")
+    first, second = (item.to_pandas() for item in (one, other))
+    names = first.index.union(second.index, sort=False)
+    first, second = first.reindex(names), second.reindex(names)
+    difference, sd = second["value"] - first["value"], np.hypot(first["sd"], second["sd"])
+    return DataFrame({
+        "one": first["value"], "other": second["value"], "difference": difference, "sd": sd,
+        "in_sd": difference / sd, "unit": first["unit"].fillna(second["unit"])})

@@ -16,7 +16,7 @@ from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
 from calib.errors import Undetermined
-from calib.fit.column_scaling import orthonormal_columns
+from calib.fit.linear import orthonormal_columns
 from calib.lot import CalibratedBlock
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from calib.rounding import with_sd

@@ -18,10 +18,10 @@ from calib.diagnosis.hypotheses.signature import Projector, Signature, are_alias
 from calib.diagnosis.next_measurement.pose_blocks import POSE_S
 from calib.effects.effect import Effect
 from calib.effects.needs import unavailable
-from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import rows_about_zero, scaled_condition
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
+from calib.fit.linear import unit_columns
 from calib.fit.model import Model
 from calib.fit.parameters import triad_parameters
 from calib.fit.rows.residuals import Equations

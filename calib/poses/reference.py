@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+from calib.poses.imu_log import AXES, BoolArray, FloatArray, IntArray
 from calib.poses.rows import Rows
 
 PLAUSIBLE_RATIO = 3.0
@@ -155,3 +155,27 @@ def join_references(parts: Sequence[Reference]) -> Reference:
         names,
         frozenset().union(*(part.of_setting for part in parts)),
     )
+
+
+def room_names(run: str) -> tuple[str, str]:
+    """The common errors of a run by the Earth's horizontal rate, along and across the lean."""
+    return f"Earth's rate along the tilt of {run}", f"Earth's rate across the tilt of {run}"
+
+
+def tilt_name(run: str) -> str:
+    """The common error of a run by the tilt of its plate."""
+    return f"tilt of {run}"
+
+
+FRAME_NAMES = tuple(f"frame angle {axis}" for axis in AXES)
+"""The common errors by the rotation between both triads. Definition."""
+
+
+def accelerometer_names(count: int) -> tuple[str, ...]:
+    """The common errors by what the accelerometer's calibration leaves open."""
+    return tuple(f"accelerometer {i + 1}" for i in range(count))
+
+
+def is_free(name: str) -> bool:
+    """Whether a common error is an unknown that the rows alone decide."""
+    return name.startswith("tilt of ") or name in FRAME_NAMES

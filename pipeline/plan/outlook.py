@@ -24,11 +24,10 @@ from calib.poses.conditions import OTHER_TRIAD
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.pose_set import PoseSet, pose_set
-from calib.poses.reference import CommonError, PlateRate
+from calib.poses.reference import FRAME_NAMES, CommonError, PlateRate, room_names, tilt_name
 from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import GRAVITY, RATE_OF, TIME_BASE
 from calib.poses.runs.ring import DIRECTION_SD_RAD
-from calib.poses.runs.ring_errors import FRAME_NAMES, room_names, tilt_name
 from pipeline.config.load import Config
 from pipeline.config.sensor import triad_spec
 from pipeline.plan.settings import PAUSE_S, PlannedSetting, planned_setting

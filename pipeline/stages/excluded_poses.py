@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.fit.validation.predicted_pose import PredictedPose
+from calib.fit.validation.elsewhere import PredictedPose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray
 from pipeline.config.load import Config

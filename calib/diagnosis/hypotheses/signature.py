@@ -13,10 +13,10 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
-from calib.fit.column_scaling import NORM_FLOOR, orthonormal_columns
 from calib.fit.least_squares.identifiability import ROUNDING, VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.square_start import square_columns
+from calib.fit.linear import NORM_FLOOR, orthonormal_columns
 from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import evaluate_for, sensor_columns
 from calib.fit.rows.shape_derivatives import shape_derivatives

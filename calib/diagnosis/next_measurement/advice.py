@@ -21,8 +21,8 @@ from calib.diagnosis.next_measurement.pose_blocks import (
     minutes_for,
 )
 from calib.effects.effect import Effect
-from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
+from calib.fit.linear import orthonormal_columns
 from calib.fit.validation.prediction import Prediction
 from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import direction_name, list_directions

@@ -24,10 +24,9 @@ from calib.numbers import RPM
 from calib.poses.attitudes import natural_directions, uncovered
 from calib.poses.imu_log import TEMPERATURE, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.reference import Reference
+from calib.poses.reference import Reference, room_names
 from calib.poses.runs.ideal_ring import ADVISED_TILT, ADVISED_TILT_RAD, ideal_ring
 from calib.poses.runs.reference_runs import RATE_OF, TIME_BASE
-from calib.poses.runs.ring_errors import room_names
 
 #: fact: 16⅔, 33⅓, 45 and 78 rpm
 RECORD_SPEEDS_RAD_S = np.array([50 / 3, 100 / 3, 45.0, 78.0]) * RPM

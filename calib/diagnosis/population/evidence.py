@@ -17,9 +17,9 @@ import numpy as np
 from calib.diagnosis.hypotheses.listed import candidate_effects
 from calib.diagnosis.hypotheses.signature import effect_columns
 from calib.effects.effect import Effect
-from calib.fit.column_scaling import NORM_FLOOR, orthonormal_bases
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
+from calib.fit.linear import NORM_FLOOR, orthonormal_bases
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 

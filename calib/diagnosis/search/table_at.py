@@ -10,10 +10,10 @@ from calib.diagnosis.hypotheses.listed import Hypothesis
 from calib.diagnosis.hypotheses.signature import Projector
 from calib.diagnosis.search.raw_columns import RawColumns
 from calib.diagnosis.search.table import Spectrum, Table
-from calib.fit.column_scaling import NORM_FLOOR, RANK_TOLERANCE
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import noise_of
+from calib.fit.linear import NORM_FLOOR, RANK_TOLERANCE
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 

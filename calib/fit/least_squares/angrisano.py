@@ -19,7 +19,6 @@ import numpy as np
 
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, FitFailed, Remedy
-from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.stack_fits import (
@@ -28,6 +27,7 @@ from calib.fit.least_squares.stack_fits import (
     only_fit,
     require_determinable,
 )
+from calib.fit.linear import unit_columns
 from calib.fit.model import Model
 from calib.fit.parameters import TriadParameters, theta_of
 from calib.fit.rows.residuals import Equations

@@ -4,7 +4,6 @@
 import numpy as np
 
 from calib.errors import FitFailed
-from calib.fit.column_scaling import pseudo_inverse_square
 from calib.fit.least_squares.identifiability import (
     Refusals,
     misfitting_sizes,
@@ -12,9 +11,9 @@ from calib.fit.least_squares.identifiability import (
     undetermined_sets,
 )
 from calib.fit.least_squares.result import Fit
+from calib.fit.linear import inverse_square, pseudo_inverse_square
 from calib.fit.rows.problem import Problem, Solution
 from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.fit.small_systems import inverse_square
 from calib.poses.imu_log import FloatArray, Triad
 
 OUTLIER_SD = 4.0

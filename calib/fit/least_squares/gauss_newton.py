@@ -23,9 +23,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.effects.effect import Shape
-from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.linear import RANK_TOLERANCE, times, triangle_solutions, unit_columns
 from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
-from calib.fit.small_systems import times, triangle_solutions
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray
 

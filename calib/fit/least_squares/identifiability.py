@@ -11,7 +11,7 @@ import numpy as np
 from calib.effects.effect import Effect
 from calib.effects.variation import about_mean
 from calib.errors import CalibrationError, Contradiction, FitFailed, Remedy, Undetermined
-from calib.fit.column_scaling import RANK_TOLERANCE, unit_columns
+from calib.fit.linear import RANK_TOLERANCE, unit_columns
 from calib.fit.model import stack_columns
 from calib.fit.rows.problem import Estimate
 from calib.fit.rows.residuals import Equations

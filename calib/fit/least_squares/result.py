@@ -9,8 +9,8 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.effects.effect import Effect
-from calib.fit.column_scaling import unit_columns
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
+from calib.fit.linear import unit_columns
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, with_common
 from calib.fit.rows.residuals import Equations
@@ -19,7 +19,7 @@ from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring_errors import is_free
+from calib.poses.reference import is_free
 
 HUBER_VARIANCE = 0.7785
 """Mean of ψ² for standard normal noise, ``Φ(c) - Φ(-c) - 2cφ(c) + 2c²(1 - Φ(c))`` at 1.5.

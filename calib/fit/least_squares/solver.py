@@ -38,11 +38,11 @@ from calib.fit.least_squares.stack_fits import (
     near_warm_start,
     only_fit,
 )
+from calib.fit.linear import combined
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
-from calib.fit.small_systems import combined
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from calib.effects.effect import Effect
-from calib.fit.column_scaling import RANK_TOLERANCE, pseudo_inverse
+from calib.fit.linear import RANK_TOLERANCE, pseudo_inverse, times
 from calib.fit.rows.residuals import Equations
-from calib.fit.small_systems import times
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 

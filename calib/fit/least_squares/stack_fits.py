@@ -11,17 +11,16 @@ import numpy as np
 
 from calib.effects.effect import EFFECTS
 from calib.errors import FitFailed, Remedy
-from calib.fit.column_scaling import orthonormal_bases
 from calib.fit.least_squares.finish import finish
 from calib.fit.least_squares.gauss_newton import minimise
 from calib.fit.least_squares.identifiability import Refusals, too_few, undetermined_sets
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.visible_basis import visible_bases
+from calib.fit.linear import orthonormal_bases, times
 from calib.fit.model import Model
 from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import too_large_effects
-from calib.fit.small_systems import times
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.rows import taken

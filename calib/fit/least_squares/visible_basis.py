@@ -6,13 +6,13 @@ import numpy as np
 
 from calib.effects.effect import Effect
 from calib.errors import Undetermined
-from calib.fit.column_scaling import orthonormal_bases
 from calib.fit.least_squares.identifiability import (
     ROUNDING,
     VISIBLE_SHARE,
     Refusals,
     varying_columns,
 )
+from calib.fit.linear import orthonormal_bases
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows

@@ -19,16 +19,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from calib.fit.linear import solutions, times
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.rows.wave_rows import WaveRows
 from calib.fit.rows.whitened_rows import Whitening
-from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.attitudes import two_across
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import FRAME_NAMES, accelerometer_names
 from calib.poses.runs.ring import DIRECTION_SD_RAD
-from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
 
 
 def whitened_references(

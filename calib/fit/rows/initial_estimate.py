@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from calib.fit.linear import choleskys, inverses, solutions, times
 from calib.fit.model import Model
-from calib.fit.small_systems import choleskys, inverses, solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import BoolArray, FloatArray
 from calib.poses.reference import SAME_MAGNITUDE

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.fit.linear import combined
 from calib.fit.model import Model, stack_columns
 from calib.fit.rows.model_terms import ModelTerms, Surroundings
 from calib.fit.rows.sensitive_axes import (
@@ -27,7 +28,6 @@ from calib.fit.rows.sensitive_axes import (
     sensor_slope,
     solve_sensor,
 )
-from calib.fit.small_systems import combined
 from calib.fit.stacked import Stacked
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray

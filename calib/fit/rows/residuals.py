@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.fit.linear import combined, times
 from calib.fit.model import Model
 from calib.fit.rows.axis_rows import AxisRows, whitened_references
 from calib.fit.rows.initial_estimate import Start
@@ -30,7 +31,6 @@ from calib.fit.rows.readings import Readings
 from calib.fit.rows.sensitive_axes import Shapes, axes_of, evaluate_for
 from calib.fit.rows.wave_rows import WaveRows
 from calib.fit.rows.whitened_rows import WhitenedRows, Whitening, lengths
-from calib.fit.small_systems import combined, times
 from calib.fit.stacked import Stacked
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, IntArray

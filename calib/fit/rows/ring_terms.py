@@ -12,8 +12,8 @@ from calib.fit.rows.initial_estimate import Start
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import room_names, tilt_name
 from calib.poses.runs.ring import ANGLES, DIRECTION_SD_RAD, TO_WAVES, Ring
-from calib.poses.runs.ring_errors import room_names, tilt_name
 from calib.poses.samples.in_step import HARMONICS
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from calib.effects.effect import Effect, ShapeValue
 from calib.errors import FitFailed, Remedy
-from calib.fit.small_systems import combined, inverses
+from calib.fit.linear import combined, inverses
 from calib.fit.stacked import Stacked
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.fit.linear import solutions, times
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.fit.small_systems import solutions, times
 from calib.poses.imu_log import FloatArray
 
 DIFFERENCE_STEP = 1e-4

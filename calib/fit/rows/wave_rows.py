@@ -35,6 +35,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from calib.effects.effect import Effect
+from calib.fit.linear import solutions, times
 from calib.fit.model import Model
 from calib.fit.rows.initial_estimate import Start
 from calib.fit.rows.model_terms import Surroundings
@@ -42,7 +43,6 @@ from calib.fit.rows.readings import Readings
 from calib.fit.rows.ring_terms import RingTerms, waves_round
 from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
-from calib.fit.small_systems import solutions, times
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet

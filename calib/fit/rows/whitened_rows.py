@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+from calib.fit.linear import solutions
 from calib.fit.rows.initial_estimate import Start, starts_of
 from calib.fit.rows.model_terms import ModelTerms
 from calib.fit.rows.sensitive_axes import Axes, axes_of
-from calib.fit.small_systems import solutions
 from calib.fit.stacked import Stacked
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray, Triad

@@ -1,7 +1,7 @@
 """From a fitted model to a calibrated triad.
 
     calibration: parameters, sds and their budget
-      ├ determined: sds against sizes;  run_scatter: rates that scatter between runs
+      ├ determined: sds against sizes, and rates that scatter between runs
       └ correction: the model applied to readings
-    rotation ─ frame_alignment: the gyroscope's frame in that of the accelerometer
+    frame_alignment, leaning: the gyroscope's frame in that of the accelerometer
 """

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.fit.column_scaling import pseudo_inverse
 from calib.fit.least_squares.result import Fit
+from calib.fit.linear import pseudo_inverse
 from calib.fit.model import stack_columns
 from calib.fit.rows.axis_rows import rotation_onto
 from calib.poses.attitudes import two_across

@@ -17,9 +17,9 @@ from calib.fit.model import stack_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import FRAME_NAMES, accelerometer_names
 from calib.poses.runs.ideal_ring import NOT_FITTED, Leaning
 from calib.poses.runs.ring import ANGLES, TO_WAVE, leans_of
-from calib.poses.runs.ring_errors import FRAME_NAMES, accelerometer_names
 
 
 def with_axes(poses: PoseSet, accelerometer: Fit) -> PoseSet:

@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
+from calib.fit.linear import inverse_square, orthonormal_columns
 from calib.fit.rows.problem import Estimate, Problem
 from calib.fit.rows.residuals import Equations
-from calib.fit.small_systems import inverse_square
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 

@@ -17,12 +17,12 @@ from scipy.special import fdtrc
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.needs import unavailable
-from calib.fit.column_scaling import orthonormal_columns
 from calib.fit.least_squares.result import Fit
+from calib.fit.linear import orthonormal_columns
 from calib.fit.rows.wave_rows import WaveRows
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
-from calib.poses.runs.ring_errors import room_names
+from calib.poses.reference import room_names
 from calib.poses.samples.in_step import NEIGHBOURS
 from calib.rounding import two_digits
 

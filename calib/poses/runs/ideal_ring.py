@@ -10,7 +10,7 @@ from calib.errors import Undetermined
 from calib.poses.attitudes import two_across
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import FloatArray
-from calib.poses.reference import Reference
+from calib.poses.reference import Reference, tilt_name
 from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import GRAVITY, gravity_run
 from calib.poses.runs.ring import (
@@ -22,7 +22,6 @@ from calib.poses.runs.ring import (
     ring_of_run,
     tilt_of_run,
 )
-from calib.poses.runs.ring_errors import tilt_name
 from calib.poses.samples.in_step import FEWEST_TURNS
 
 ADVISED_TILT_RAD = float(np.radians(9.0))

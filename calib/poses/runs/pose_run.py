@@ -9,9 +9,8 @@ from calib.errors import Undetermined
 from calib.poses.attitudes import direction_name, nearest_faces
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import AXES, FloatArray, Triad
-from calib.poses.reference import Reference
+from calib.poses.reference import FRAME_NAMES, Reference
 from calib.poses.runs.ring import Ring
-from calib.poses.runs.ring_errors import FRAME_NAMES
 
 
 @dataclass(frozen=True, eq=False)

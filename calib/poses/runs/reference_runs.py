@@ -16,10 +16,10 @@ from calib.poses.reference import (
     PlateRate,
     Reference,
     constant_reference,
+    room_names,
 )
 from calib.poses.runs.pose_run import PoseRun, check_alive
 from calib.poses.runs.ring import ring_of_run
-from calib.poses.runs.ring_errors import room_names
 from calib.poses.triad_kind import TRIAD_KINDS
 
 TURNING_RAD_S = 0.09

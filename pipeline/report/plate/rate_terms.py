@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.fit.column_scaling import RANK_TOLERANCE
+from calib.fit.linear import RANK_TOLERANCE
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.drawings.charts import nice_limit
 from pipeline.report.page_templates import rounded

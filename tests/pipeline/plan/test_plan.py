@@ -16,9 +16,8 @@ from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_pose
 from calib.planning.prospect import WEDGE, best_pose, prospect_of
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import Triad
-from calib.poses.reference import CommonError
+from calib.poses.reference import CommonError, tilt_name
 from calib.poses.runs.ring import DIRECTION_SD_RAD
-from calib.poses.runs.ring_errors import tilt_name
 from pipeline.stages.pose_means import first_directions
 from tests.fitting import Calibrated, averaged, calibrated, spec_of, tilted_pose_sets
 from tests.sessions import configured, pipeline, typed

@@ -11,8 +11,8 @@ from calib.effects.user_defined import user_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
+from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
 from calib.fit.validation.leave_one_out import compare
-from calib.fit.validation.new_attitudes import mean_square_apart, mean_square_error
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import FAST, SD, SLOW, SPECS, made_poses, noisy
 
