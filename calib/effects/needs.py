@@ -30,7 +30,11 @@ def unavailable(effect: Effect, at: Conditions) -> str | None:
 
 def why_not_finite(effect: Effect, at: Conditions) -> str:
     """Reason why the columns of ``effect`` are not finite in poses at ``at``, in words."""
-    return why_lacking(effect, at) or "its columns are not numbers in these poses"
+    needs, columns = lacking(effect, at)
+    if needs:
+        return LACKING[needs[0]]
+    return (f"the logs have no complete column {columns[0]}" if columns else
+            "its columns are not numbers in these poses")
 
 
 LACKING: Mapping[Need, str] = {
@@ -70,11 +74,3 @@ def lacking(effect: Effect, at: Conditions) -> tuple[list[Need], list[str]]:
         [need for need in effect.needs if not np.isfinite(fields[need]).all()],
         [name for name in effect.logged if not np.isfinite(at.column(name)).all()],
     )
-
-
-def why_lacking(effect: Effect, at: Conditions) -> str | None:
-    """First need of ``effect`` that poses at ``at`` do not meet, in words."""
-    needs, columns = lacking(effect, at)
-    if needs:
-        return LACKING[needs[0]]
-    return f"the logs have no complete column {columns[0]}" if columns else None

@@ -127,7 +127,8 @@ def prospect_of(
         fit=fitted,
         sd=np.array([misalignment, bias / scale, scale_sd / scale]),
         dof=fitted.dof,
-        condition=float(scaled_condition(_about_zero(fitted) @ fitted.basis)[0]),
+        condition=float(scaled_condition(
+            rows_about_zero(fitted.equations, fitted.rows) @ fitted.basis)[0]),
         d_efficiency=d_efficiency(fitted),
         blind=tuple(signature.name for signature in signatures if signature.is_blind),
         partly=partly,
@@ -150,11 +151,6 @@ def alias_groups(signatures: Sequence[Signature]) -> tuple[tuple[str, ...], ...]
     return tuple(tuple(s.name for s in group) for group in groups if len(group) > 1)
 
 
-def _about_zero(fitted: Fit) -> FloatArray:
-    """Whitened rows (d, p) of the parameters about the zero of the corrected vector."""
-    return rows_about_zero(fitted.equations, fitted.rows)
-
-
 def _information(rows: FloatArray, poses: int) -> float:
     """``det(JᵀJ)^(1/p) / n`` of the whitened rows (d, p) of n poses."""
     singular = np.linalg.svd(rows, compute_uv=False)
@@ -173,7 +169,8 @@ def d_efficiency(fitted: Fit) -> float:
     wedge_rows = ideal.rows(np.zeros(p), eta, fitted.shapes).jacobian[: ideal.data_count, :p]
     base = fitted.equations.terms.reading.index
     basis = fitted.basis if len(base) == p else np.eye(p)[:, base]
-    return (_information(_about_zero(fitted) @ basis, len(fitted.poses))
+    rows = rows_about_zero(fitted.equations, fitted.rows)
+    return (_information(rows @ basis, len(fitted.poses))
             / _information(wedge_rows @ basis, len(WEDGE)))
 
 
@@ -247,18 +244,16 @@ def best_pose(
     BestPose or None
         None where all are recorded.
     """
-    up, run_of = [run.up for run in runs], [np.full(len(run.up), i) for i, run in enumerate(runs)]
-    there = [np.arange(len(run.up)) < (len(run.up) if recorded is None else recorded[i])
-             for i, run in enumerate(runs)]
-    planned = list(runs)
-    if recorded is None:
-        more = natural_directions()
-        later = POSE_S * np.arange(1, len(more) + 1)
-        planned += [run.turned(more, run.time_s.max() + later) for run in runs]
-        up += [more] * len(runs)
-        run_of += [np.full(len(more), i) for i in range(len(runs))]
-        there += [np.zeros(len(more), bool)] * len(runs)
-    ups, runs_of, at_hand = np.concatenate(up), np.concatenate(run_of), np.concatenate(there)
+    more = natural_directions() if recorded is None else np.zeros((0, 3))
+    later = POSE_S * np.arange(1, len(more) + 1)
+    planned = [
+        run.turned(np.vstack([run.up, more]), np.append(run.time_s, run.time_s.max() + later))
+        for run in runs]
+    there = [len(run.up) for run in runs] if recorded is None else recorded
+    ups = np.concatenate([run.up for run in planned])
+    runs_of = np.repeat(np.arange(len(runs)), [len(run.up) for run in planned])
+    at_hand = np.concatenate([np.arange(len(run.up)) < count
+                              for run, count in zip(planned, there, strict=True)])
     candidates = np.flatnonzero(~at_hand)
     if not len(candidates):
         return None
