@@ -10,10 +10,8 @@ from calib.consistency.mistakes import require_no_mistake, require_one_sensor
 from calib.consistency.plate_axes import require_common_axes
 from calib.consistency.repeats import require_no_repeated_means
 from calib.diagnosis.diagnose import Diagnosis, diagnose
-from calib.diagnosis.room_field import beside_a_field
-from calib.diagnosis.seen import among_what_is_seen
+from calib.diagnosis.grounds import on_its_grounds
 from calib.diagnosis.unseen import LOW_COST, with_unseen
-from calib.diagnosis.untested import untested
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import Effect
 from calib.errors import FitFailed, Remedy, Undetermined
@@ -102,14 +100,9 @@ def assess(
         of_parameters = calibration.averaged(averaged.factor, averaged.unlisted)
         prediction = with_unseen(with_sds_of(prediction, of_parameters), calibration, diagnosis,
                                  part)
-    diagnosis = beside_a_field(diagnosis, fitted)
     return AssessedTriad(
-        whole,
-        compare(fitted),
-        among_what_is_seen(diagnosis, fitted, prediction, part, spec.full_scale)
-        if tests_the_model(fitted.poses) else untested(diagnosis),
-        prediction,
-    )
+        whole, compare(fitted),
+        on_its_grounds(diagnosis, fitted, prediction, part, spec.full_scale), prediction)
 
 
 def calibrate(

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.diagnosis.next_measurement.advice import best_block
-from calib.diagnosis.next_measurement.chance import Rival
+from calib.diagnosis.next_measurement.advice import settling_block
+from calib.diagnosis.next_measurement.chance import Rival, chance_of_a_name
 from calib.effects.catalogue import BASE, EFFECTS, find_effect
 from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined
@@ -270,11 +270,11 @@ def _next_measurement(
         effects = [find_effect(name) for name in names]
     except CalibrationError:  # a user-defined effect has no page
         return "Record poses in which its columns change while everything else stays."
-    advice = best_block(
-        result.calibration.fit,
-        [Rival(effect, sizes.get(effect.name)) for effect in effects],
+    rivals = [Rival(effect, sizes.get(effect.name)) for effect in effects]
+    advice = settling_block(
+        result.calibration.fit, lambda then: chance_of_a_name(then, rivals),
         result.calibration.spec.full_scale,
     )
-    if advice is not None:
+    if advice is not None and advice.is_worth_it:
         return f"{title}: record {advice.timed}."
     return f"{title}: {effects[0].page.separates}."

@@ -81,11 +81,11 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding", "averaged", "stand_ins"), ("diagnose",),
-        ("unseen", "untested", "room_field", "population"), ("seen",),
+        ("unseen", "population"), ("grounds",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],
     "calib.diagnosis.search": [
-        ("evidence",), ("raw_columns", "table", "refit"), ("table_at", "candidates", "sizes"),
+        ("evidence",), ("table", "refit"), ("table_at", "candidates"),
         ("posterior",), ("search",),
     ],
     "calib.diagnosis.verdict": [

@@ -10,7 +10,6 @@
 ``averaged``          bias of the parameters by all credible hypotheses, for their sds
 ``diagnose``          the way through these modules
 ``unseen``            influence on the parameters of effects that no residual shows, if typical
-``seen``              the verdict with what it rests on where poses are blind or turn with a plate
-``untested``          the verdict where the noise of the poses is not known
+``grounds``           the verdict with what it rests on: noise, blind poses, a turning plate
 ``constants``         every number that decides, with its origin
 """

@@ -10,14 +10,14 @@ with X what the model leaves of C and r the residual: what the parameters hold o
 rows and its prior tell. It is exact for a linear model and has no level at which it sets in.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from calib.diagnosis.hypotheses.listed import Course, Hypothesis
-from calib.diagnosis.search.posterior import Entry, Posterior
-from calib.diagnosis.search.table_at import unit_columns_of
+from calib.diagnosis.search.posterior import Posterior
+from calib.diagnosis.search.table_at import whole_unit_columns
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
 
@@ -59,9 +59,10 @@ def averaged(posterior: Posterior) -> Averaged:
     some = [entry for entry in posterior.credible
             if entry.members and posterior.table.seen[list(entry.members)].all()]
     blocks = _blocks(posterior, sorted({j for entry in some for j in entry.members}))
-    for entry in some:
+    sizes = posterior.table.likeliest_sizes([entry.members for entry in some])
+    for entry, taus in zip(some, sizes, strict=True):
         mass = posterior.mass(entry)
-        variance, of_all, of_unlisted = _held(posterior, entry, blocks)
+        variance, of_all, of_unlisted = _held(posterior, [blocks[j] for j in entry.members], taus)
         total += mass
         factor += mass * variance
         held += mass * of_all
@@ -84,22 +85,21 @@ def _blocks(posterior: Posterior, which: Sequence[int]) -> dict[int, _Shown]:
     """The columns of the hypotheses ``which``, by their index."""
     fit, model = posterior.base, posterior.table.projector.model
     hypotheses = [_about_mean(posterior.hypotheses[j]) for j in which]
-    columns, owner = unit_columns_of(fit, hypotheses, posterior.table.projector)
-    visible, absorbed = columns - (columns @ model) @ model.T, _absorbed(fit, columns)
-    return {j: _Shown(visible[owner == i], absorbed[:, owner == i], h.course is None)
+    columns = whole_unit_columns(fit, hypotheses, posterior.table.projector)
+    return {j: _Shown(columns[i] - (columns[i] @ model) @ model.T, _absorbed(fit, columns[i]),
+                      h.course is None)
             for i, (j, h) in enumerate(zip(which, hypotheses, strict=True))}
 
 
 def _held(
-    posterior: Posterior, entry: Entry, blocks: Mapping[int, _Shown]
+    posterior: Posterior, members: Sequence[_Shown], sizes: FloatArray
 ) -> tuple[float, FloatArray, FloatArray]:
     """Variance of the noise under a set, and what the parameters hold of its members, (p, p).
 
-    The latter for all members, and for those that are not listed.
+    The latter for all members, of these ``sizes`` (k,), and for those that are not listed.
     """
-    table, members = posterior.table, [blocks[j] for j in entry.members]
-    count = [len(each.visible) for each in members]
-    tau = np.repeat(table.sets([entry.members]).likeliest_sizes()[0], count)
+    table, count = posterior.table, [len(each.visible) for each in members]
+    tau = np.repeat(sizes, count)
     visible = np.concatenate([each.visible for each in members])
     inverse = np.linalg.inv(visible @ visible.T + np.diag(tau**-2.0))
     score = visible @ table.residual

@@ -39,10 +39,6 @@ class Constants:
         2, "tuned: fewer left explain anything; of those evenings 0.06 fewer are named with 4, "
         "which leaves cross_quadratic no name, with 1 as many as with 2"
     )
-    behind_share: float = _constant(
-        0.1, "derived: share of the log odds that the best gains over nothing which a refit can "
-        "make up beside, since the error of the linearisation grows with the signal"
-    )
     near: float = _constant(1.0, "tuned: log odds behind the best that adding a little can make up")
     negligible: float = _constant(12.0, "derived: a set behind by so much has no share to speak of")
 

@@ -17,14 +17,16 @@ from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.columns import set_aside
 from calib.diagnosis.next_measurement.advice import (
     Advice,
-    another_soak,
-    best_block,
-    film_each_pose,
+    block_called,
     lay_missing,
-    likeliest_block,
+    settling_block,
 )
-from calib.diagnosis.next_measurement.chance import Rival
-from calib.diagnosis.next_measurement.settling import settling_block
+from calib.diagnosis.next_measurement.chance import (
+    Rival,
+    chance_of_a_name,
+    chance_of_hypotheses,
+)
+from calib.diagnosis.next_measurement.pose_blocks import CLIPS, SOAK
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.stand_ins import stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
@@ -36,10 +38,6 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.validation.elsewhere import mean_square_error
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import TEMPERATURE
-
-RIVALS_COMPARED = 4
-"""Largest number of rivals of a class: a limit of time, since a block of poses is judged for every
-pair."""
 
 NOT_ELSEWHERE = "Record the same poses in random order: with it new attitudes would err by more"
 """What follows a name that these poses determine only where they are."""
@@ -111,6 +109,10 @@ class Diagnosis:
     def text(self) -> str:
         """The verdict in words."""
         return self.explanation.text
+
+    def saying(self, more: str) -> "Diagnosis":
+        """The same with a sentence more."""
+        return replace(self, explanation=replace(self.explanation, text=self.text + more))
 
     def __repr__(self) -> str:
         odds = ", ".join(f"{' or '.join(each.members)} {each.probability:.2g}"
@@ -226,25 +228,20 @@ def _advise(
     full_scale: float,
 ) -> Advice | None:
     """The block that would settle an open verdict."""
-    plate = [j for j, h in enumerate(posterior.hypotheses) if h.name == "rate_scatter"]
-    if plate and "rate_scatter" in (verdict.name, *verdict.group):
-        return film_each_pose(posterior.base, float(posterior.drop[plate].max()))
+    if "rate_scatter" in (verdict.name, *verdict.group):
+        return block_called(posterior.base, CLIPS.code)
     if verdict.code == Code.UNKNOWN and verdict.name == TEMPERATURE:
-        follows = [j for j, h in enumerate(posterior.hypotheses) if h.follows == TEMPERATURE]
-        return another_soak(posterior.base, float(posterior.drop[follows].max()))
+        return block_called(posterior.base, SOAK)
     is_open = verdict.code == Code.AMBIGUOUS or len(verdict.group) > 1
     if not is_open or verdict.code not in (Code.AMBIGUOUS, Code.EFFECT):
         return None
     size = {c.name: c.size for c in ranking if c.kind == "listed"}
-    shape = {h.name: h.shape for h in posterior.hypotheses}
-    effect = {h.name: h.effect for h in posterior.hypotheses
-              if h.kind == "listed" and not h.is_placed}
-    if any(name not in effect or name not in size for name in verdict.group):
-        return settling_block(posterior, verdict.group, full_scale)
-    rivals = [Rival(effect[name], size[name], shape[name])  # type: ignore[arg-type]
-              for name in verdict.group]
-    compared = rivals[:RIVALS_COMPARED]
-    best = best_block(posterior.base, compared, full_scale)
-    if best is None or best.chance is None or best.chance < CONSTANTS.sure:
-        return likeliest_block(posterior.base, compared, full_scale)
-    return best
+    rivals = {h.name: Rival(h.effect, size[h.name], h.shape)
+              for h in posterior.hypotheses if h.effect and not h.is_placed and h.name in size}
+    if rivals.keys() >= {*verdict.group}:
+        some = [rivals[name] for name in verdict.group]
+        return settling_block(
+            posterior.base, lambda then: chance_of_a_name(then, some), full_scale)
+    return settling_block(
+        posterior.base, lambda then: chance_of_hypotheses(posterior, then, verdict.group),
+        full_scale)

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import expit
 
 from calib.diagnosis.diagnose import Diagnosis
-from calib.diagnosis.hypotheses.signature import square_vectors, vector_columns, whole_columns
+from calib.diagnosis.hypotheses.signature import Linearisation, whole_columns
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.kinds_of_noise import WANDER
 from calib.effects.catalogue import STEP
@@ -119,23 +119,18 @@ def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, 
 
 def _columns(fit: Fit, effect: Effect) -> FloatArray:
     """Whitened columns (d, k); gravity is along the axis of the plate where nobody logged it."""
-    poses = fit.poses
+    poses, solution = fit.poses, Linearisation(fit)
     if effect.in_square:
-        return vector_columns(fit, _square_vectors(fit, effect))
+        vectors = solution.squares(effect)
+        if poses.ring is not None:  # its waves have the effect itself
+            vectors[poses.ring.place] = 0.0
+        return solution.rows(vectors)
     if "force" not in effect.needs or np.isfinite(poses.force).all():
         return whole_columns(fit, effect)
     along = np.sign(poses.spin_rad_s)[:, None] * fit.rows.vector
     up = along / np.linalg.norm(fit.rows.vector, axis=1, keepdims=True)
-    at = replace(fit.equations.conditions(fit.rows.vector), force=typical_force(poses) * up)
-    return vector_columns(fit, sensor_columns((effect,), at, {}, fit.rows.axes))
-
-
-def _square_vectors(fit: Fit, effect: Effect) -> FloatArray:
-    """Errors (n, 3, k) by the products of parameters; none of the waves' poses, which have it."""
-    vectors = square_vectors(fit, effect)
-    if fit.poses.ring is not None:
-        vectors[fit.poses.ring.place] = 0.0
-    return vectors
+    at = replace(solution.corrected, force=typical_force(poses) * up)
+    return solution.rows(sensor_columns((effect,), at, {}, fit.rows.axes))
 
 
 def _typical_root(effect: Effect, size: float) -> FloatArray:

@@ -49,6 +49,10 @@ LEAST_FALL = 0.05
 """Relative fall of the chi-square of the left-out poses. A judgement: no user would want to keep a
 formula that gains less."""
 
+BENT = 0.1
+"""Share of the log odds of the likeliest formula that a refit can make up beside. Derived: the
+error of the linearisation grows with the signal."""
+
 REFITTED = 6  #: the likeliest formulas, of different classes, that are refitted; a limit of time
 TABLED = 200  #: the likeliest formulas, compared with the listed effects; a limit of time
 
@@ -164,7 +168,7 @@ def _tried(
 ) -> list[_Tried]:
     """The likeliest and the shortest of each class of equivalent formulas, at their refits."""
     best = float(odds[np.nanargmax(odds)])
-    bar = max(0.0, best - CONSTANTS.negligible - CONSTANTS.behind_share * best)
+    bar = max(0.0, best - CONSTANTS.negligible - BENT * best)
     likely = [int(j) for j in np.argsort(-odds) if odds[j] > bar]
     tried: list[_Tried] = []
     for _ in range(REFITTED):

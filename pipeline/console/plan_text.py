@@ -1,11 +1,12 @@
 """Output of ``pipeline plan``: expected results of a session's poses, for people and programs."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from math import degrees
 from typing import Any
 
-from calib.diagnosis.next_measurement.advice import best_block
-from calib.diagnosis.next_measurement.chance import Rival
+from calib.diagnosis.next_measurement.advice import settling_block
+from calib.diagnosis.next_measurement.chance import Rival, chance_of_a_name
 from calib.effects.catalogue import find_effect
 from calib.effects.effect import EFFECTS, OF_COLUMN, Effect
 from calib.numbers import RPM
@@ -120,9 +121,10 @@ def _determined(
         named = {effect.name: effect for effect in effects}
         confused = [named.get(name) or find_effect(name) for group in rivals for name in group
                  if name in named or name in EFFECTS or name.startswith(OF_COLUMN)]
-        advice = best_block(prospect.fit, [Rival(rival, None) for rival in confused or [effect]],
-                            full_scale)
-        yield (f"  for {effect.name} record: {advice.timed}" if advice else
+        advice = settling_block(
+            prospect.fit, partial(chance_of_a_name, rivals=[
+                Rival(rival, None) for rival in confused or [effect]]), full_scale)
+        yield (f"  for {effect.name} record: {advice.timed}" if advice and advice.is_worth_it else
                f"  for {effect.name} further poses do not help: {effect.page.separates}")
 
 

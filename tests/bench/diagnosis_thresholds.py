@@ -26,7 +26,8 @@ from calib.diagnosis import finding
 from calib.diagnosis.constants import CONSTANTS, Constants
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses import courses, listed, unlisted
-from calib.diagnosis.search import candidates, evidence, search, sizes
+from calib.diagnosis.search import candidates, evidence, search
+from calib.diagnosis.verdict import ranking
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit import noise_size
@@ -45,16 +46,16 @@ SIZES = (4.0, 100.0)  #: noise units over the rows, from hardly seen to plain
 DISTURBED_BY = ("jump", "bad_pose", "wander", "periodic")
 COUNTS = {(courses, "STEPS_TRIED"): 4, (listed, "MODES"): 200,
           (candidates, "BEST_OF_EACH_SIZE"): 0, (candidates, "LARGEST_LISTED"): 2,
-          (search, "ROUNDS"): 0, (search, "FAR_ROUNDS"): 0, (search, "REFITTED"): 30,
+          (search, "ROUNDS"): 0, (search, "REFITTED"): 30,
           (search, "GROWN"): 0, (search, "MOST_SETS_OF_PLACES"): 0}
 """Counts of its modules, with the value by which each is switched off."""
 
 SHARES = {(noise_size, "LEAST_EXTRA"): 1e-3, (noise_size, "ODDS_RARE"): 1e-300,
           (noise_size, "FORMULA_ERROR"): 0.0, (unlisted, "SMOOTH"): 1e-3,
-          (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (sizes, "SEEN_SHARE"): 0.0}
+          (listed, "LEAST_BEND"): 0.0, (courses, "PAUSE"): 1e9, (ranking, "SEEN_SHARE"): 0.0}
 OFF = {
     "odds_listed": 1e-300, "odds_unknown": 1e-300, "odds_wander": 1e-300,
-    "alias_correlation": 1.0, "fewest_dof": 1, "behind_share": 0.0, "near": 0.0, "negligible": 1e3,
+    "alias_correlation": 1.0, "fewest_dof": 1, "near": 0.0, "negligible": 1e3,
     "sure": 0.0, "least_offered": 0.0, "least_listed": 0.0, "misfit_p_value": 0.0, "told_apart":
     0.0, "limit_sd": 0.0, "prior_nothing": 0.0,
 }

@@ -7,6 +7,7 @@ blind: the model would absorb it. Two effects whose signatures span the same spa
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +22,8 @@ from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import evaluate_for, sensor_columns
 from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.numbers import NO_LENGTH
-from calib.poses.imu_log import BoolArray, FloatArray
+from calib.poses.conditions import Conditions
+from calib.poses.imu_log import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,90 +124,91 @@ class Projector:
         return Signature(name, columns, remainder @ (directions[:, visible] / strength), strength)
 
 
-def effect_columns(
-    fit: Fit, effect: Effect, shape: float | None = None
-) -> FloatArray:
-    """Columns (..., d, k) of ``effect`` over the data rows of a fit, or of many, whitened.
+class Linearisation:
+    """What the columns of effects are taken from at ``fit``, or at each of a stack of fits."""
 
-    Of an effect that is a bias or a gain where nothing varies, those of how it varies
-    (:func:`calib.effects.variation.about_mean`). Their sign is that of the effect: a residual of
+    def __init__(self, fit: Fit) -> None:
+        self.fit = fit
+        self.sets = int(np.prod(fit.rows.residual.shape[:-1]))
+
+    @cached_property
+    def corrected(self) -> Conditions:
+        """Conditions with the corrected vectors; a pose at rest is held at its expected reading."""
+        return self.fit.equations.conditions(self.fit.rows.vector)
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """Sensitivity of every data row to an error of its vector, per SI unit, (..., d, 3)."""
+        return self.fit.equations.directions(self.fit.rows.vector, self.fit.rows.slope)
+
+    def varying(self, effect: Effect) -> Effect:
+        """Variation of an effect that is a bias or a gain where nothing varies."""
+        return about_mean(effect, self.fit.model.names, self.sets)
+
+    def vectors(self, effect: Effect, shape: float | None = None) -> FloatArray:
+        """Errors of the vectors by an effect, (..., n, 3, k), SI per unit of each parameter."""
+        lead = self.fit.rows.residual.shape[:-1]
+        shapes = {} if shape is None else {effect.name: np.full(lead, shape)}
+        if effect.acts_on == "reading":
+            return evaluate_for(lead, effect, self.fit.equations.at_reading, shapes)
+        return sensor_columns((effect,), self.corrected, shapes, self.fit.rows.axes)
+
+    def squares(self, effect: Effect) -> FloatArray:
+        """Errors (n, 3, k), SI, by products of parameters that the length shows squared only."""
+        equations, s = self.fit.equations, self.fit.rows.vector
+        columns, n = square_columns(equations, effect, self.corrected), equations.magnitude
+        vectors = np.zeros((*s.shape, columns.shape[1]))
+        direction = s[n] / np.linalg.norm(s[n], axis=1, keepdims=True)
+        vectors[n] = direction[:, :, None] * columns[:, None, :]
+        return vectors
+
+    def rows(self, vectors: FloatArray) -> FloatArray:
+        """Whitened columns (..., d, k) of errors (..., n, 3, k) ahead of what follows them."""
+        of_rows = vectors[..., self.fit.equations.row_pose, :, :]
+        rows = np.einsum("...di,...dik->...dk", self.directions, of_rows)
+        return self.without_rounding(rows, (vectors**2).sum(axis=(-3, -2)))
+
+    def without_rounding(self, rows: FloatArray, whole: FloatArray) -> FloatArray:
+        """Whitened columns (..., d, k), those that are rounding and no signal zero.
+
+        A rotation is perpendicular to every reading: its rows show next to nothing of the errors
+        of the vectors, whose squares, SI, add up to ``whole`` (..., k).
+        """
+        typical = np.median(self.fit.equations.row_sd, axis=-1)[..., None]
+        rounding = np.sqrt((rows**2).sum(axis=-2)) < ROUNDING * np.sqrt(whole) / typical
+        return np.where(rounding[..., None, :], 0.0, rows) if rounding.any() else np.asarray(rows)
+
+    def of_reference(self, effect: Effect) -> FloatArray:
+        """Whitened columns (..., d, k) of an effect on the reference."""
+        lead = self.fit.rows.residual.shape[:-1]
+        return self.fit.equations.of_reference(evaluate_for(lead, effect, self.corrected, {}))
+
+    def with_waves(
+        self, columns: FloatArray, effect: Effect, shape: float | None = None
+    ) -> FloatArray:
+        """``columns`` (..., d, k) with what it leaves in the waves of a leaning plate, in sds."""
+        waves = self.fit.equations.waves
+        if waves is not None:
+            columns[..., -waves.count :, :] = waves.columns(self.fit.rows, effect, shape)
+        return columns
+
+
+def whole_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Whitened columns (..., d, k) of ``effect`` over the data rows of a fit, or of many.
+
+    As its formula is, a bias or a gain included. Their sign is that of the effect: a residual of
     ``columns @ theta`` is what theta would leave.
     """
-    sets = int(np.prod(fit.rows.residual.shape[:-1]))
-    return whole_columns(fit, about_mean(effect, fit.model.names, sets), shape)
-
-
-def whole_columns(
-    fit: Fit, effect: Effect, shape: float | None = None
-) -> FloatArray:
-    """Whitened columns (..., d, k) of ``effect`` as its formula is, a bias or a gain included."""
+    at = Linearisation(fit)
     if effect.acts_on == "reference":
-        return reference_columns(fit, effect)
-    return with_waves(fit, vector_columns(fit, _whole_vectors(fit, effect, shape)), effect, shape)
+        return at.of_reference(effect)
+    return at.with_waves(at.rows(at.vectors(effect, shape)), effect, shape)
 
 
-def with_waves(
-    fit: Fit, columns: FloatArray, effect: Effect, shape: float | None = None
-) -> FloatArray:
-    """``columns`` (..., d, k) with what it leaves in the waves of a leaning plate, in sds."""
-    waves = fit.equations.waves
-    if waves is not None:
-        columns[..., -waves.count :, :] = waves.columns(fit.rows, effect, shape)
-    return columns
-
-
-def _whole_vectors(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
-    equations, lead = fit.equations, fit.rows.residual.shape[:-1]
-    shapes = {} if shape is None else {effect.name: np.full(lead, shape)}
-    if effect.acts_on == "reading":
-        return evaluate_for(lead, effect, equations.at_reading, shapes)
-    at = equations.conditions(fit.rows.vector)
-    return sensor_columns((effect,), at, shapes, fit.rows.axes)
-
-
-def square_vectors(fit: Fit, effect: Effect) -> FloatArray:
-    """Errors (n, 3, k), SI, by the products of parameters that the length shows squared only."""
-    equations = fit.equations
-    n, s = equations.magnitude, fit.rows.vector
-    columns = square_columns(equations, effect, equations.conditions(s))
-    vectors = np.zeros((*s.shape, columns.shape[1]))
-    direction = s[n] / np.linalg.norm(s[n], axis=1, keepdims=True)
-    vectors[n] = direction[:, :, None] * columns[:, None, :]
-    return vectors
-
-
-def reference_columns(fit: Fit, effect: Effect) -> FloatArray:
-    """Whitened columns (..., d, k) of an effect on the reference."""
-    equations, lead = fit.equations, fit.rows.residual.shape[:-1]
-    return equations.of_reference(
-        evaluate_for(lead, effect, equations.conditions(fit.rows.vector), {}))
-
-
-def vector_columns(fit: Fit, vectors: FloatArray) -> FloatArray:
-    """Whitened columns (..., d, k) of errors (..., n, 3, k) ahead of what follows the vector."""
-    pose = fit.equations.row_pose
-    directions = fit.equations.directions(fit.rows.vector, fit.rows.slope)
-    rows = np.einsum("...di,...dik->...dk", directions, vectors[..., pose, :, :])
-    shown, whole = (rows**2).sum(axis=-2), (vectors**2).sum(axis=(-3, -2))
-    rounding = is_rounding(fit, shown, whole)
-    return np.where(rounding[..., None, :], 0.0, rows) if rounding.any() else np.asarray(rows)
-
-
-def is_rounding(fit: Fit, shown: FloatArray, whole: FloatArray) -> BoolArray:
-    """Whether columns are rounding, not a signal, (..., k).
-
-    A rotation is perpendicular to every reading: its rows show next to nothing of it.
-
-    Parameters
-    ----------
-    fit : Fit
-    shown : array, shape (..., k)
-        Sum of the squares of the whitened rows.
-    whole : array, shape (..., k)
-        Sum of the squares of the vectors' errors, SI.
+def effect_columns(fit: Fit, effect: Effect, shape: float | None = None) -> FloatArray:
+    """Whitened columns (..., d, k) of how an effect varies about what a bias or a gain would hold.
     """
-    typical = np.median(fit.equations.row_sd, axis=-1)[..., None]
-    return np.asarray(np.sqrt(shown) < ROUNDING * np.sqrt(whole) / typical)
+    return whole_columns(fit, Linearisation(fit).varying(effect), shape)
 
 
 def contains(larger: Signature, smaller: Signature) -> bool:

@@ -4,13 +4,16 @@ A block is a hypothesis with columns X; a set of blocks is a covariance of the p
 
     r ~ N(0, V K),    K = I + Σ_k tau_k² X_k X_kᵀ
 
-tau_k the root mean square signal of block k in noise units. With G = XᵀX and h = Xᵀr the block and
-the others are eliminated one after another,
+tau_k the root mean square signal of block k in noise units. The columns of one block are
+orthogonal, so that the widest block, the last, goes without a solution. With D its squared lengths,
+A the products of the other columns with them, G those of the others among themselves, h those with
+the residual, S = τ²/(1 + τ² D) for the last and T the sizes of the others, one Cholesky factor
 
-    G_kk - G_ko (G_oo + 1/tau_o²)⁻¹ G_ok,    h_k - G_ko (G_oo + 1/tau_o²)⁻¹ h_o,
+    ⎡ I + T (G - A S Aᵀ) T    T (h - A S h_w) ⎤
+    ⎣           .                    ∞        ⎦  =  L Lᵀ
 
-and along the eigenvectors of what is left of block k its density is a product for every tau_k. The
-columns of one block are orthogonal, so that the last, widest block goes without a solution.
+has the determinant of K on its diagonal, and in the last row y by which rᵀ K⁻¹ r = rᵀr - h_wᵀ S h_w
+- yᵀy.
 
 The variance V is that of :mod:`calib.fit.noise_size`. Log densities are relative to those of unit
 rows without any constant. They are averaged over tau = 1, 2, 4 ... and over V: no threshold is
@@ -76,64 +79,62 @@ def block_log_densities(
 class Sets:
     """B sets of k blocks about one residual, the columns of the last block orthogonal.
 
-    Its part of every matrix is diagonal, so that it costs next to nothing however wide it is.
-
     Parameters
     ----------
     gram : array, shape (B, a, a + w)
-        Products of the columns of all blocks but the last with all columns; zero where a block is
-        filled up to its width.
+        Products of the columns of all blocks but the last with all columns; zero where a set has
+        fewer than a of these, or w of the last.
     squared : array, shape (B, w)
         Squared lengths of the columns of the last block.
     product : array, shape (B, a + w)
         h.
+    block : array of int, shape (B, a)
+        Which block each of the first columns is of.
+    seen : array of int, shape (B, k)
+        How many columns each block has.
     chi2 : float
         rᵀr.
     noise : Noise
-    widths : tuple of int, length k
-        Columns of each block, the same in all sets; the last is w.
-    seen : array of int, shape (B, k)
-        How many of them are its own.
     """
 
     gram: FloatArray
     squared: FloatArray
     product: FloatArray
+    block: IntArray
+    seen: IntArray
     chi2: float
     noise: Noise
-    widths: tuple[int, ...]
-    seen: IntArray
 
     @property
-    def _inside(self) -> FloatArray:
-        return self.gram[:, :, : self.gram.shape[1]]
-
-    @property
-    def _across(self) -> FloatArray:
-        return self.gram[:, :, self.gram.shape[1] :]
+    def _parts(self) -> tuple[FloatArray, ...]:
+        """Products of the first columns with themselves and with the last, of both with r."""
+        a = self.gram.shape[1]
+        return self.gram[..., :a], self.gram[..., a:], self.product[:, :a], self.product[:, a:]
 
     @cached_property
     def _fitted(self) -> tuple[FloatArray, FloatArray]:
         """Columns fitted to the residual (B, a + w), and what that leaves of chi-square (B,)."""
-        a = self.gram.shape[1]
+        inside, across, first, last = self._parts
         length = self.squared + RIDGE
-        share = self._across / length[:, None, :]
-        matrix = self._inside + RIDGE * np.eye(a) - share @ self._across.swapaxes(1, 2)
-        rest = self.product[:, :a] - (share @ self.product[:, a:, None])[:, :, 0]
-        first = np.linalg.solve(matrix, rest[:, :, None])
-        last = (self.product[:, a:] - (self._across.swapaxes(1, 2) @ first)[:, :, 0]) / length
-        solution = np.concatenate([first[:, :, 0], last], axis=1)
+        share = across / length[:, None, :]
+        matrix = inside + RIDGE * np.eye(inside.shape[1]) - share @ across.swapaxes(1, 2)
+        mine = np.linalg.solve(matrix, first[..., None] - share @ last[..., None])
+        other = (last - (across.swapaxes(1, 2) @ mine)[..., 0]) / length
+        solution = np.concatenate([mine[..., 0], other], axis=1)
         return solution, self.chi2 - (self.product * solution).sum(axis=1)
 
     def likeliest_sizes(self) -> FloatArray:
-        """The tau of every block (B, blocks) near which the density is highest; no unit."""
+        """The tau of every block (B, k) near which the density is highest; no unit."""
         solution, unexplained = self._fitted
+        a, count = self.gram.shape[1], self.seen.shape[1]
         least = 1.0 if self.noise.is_known else np.finfo(float).tiny
         variance = np.maximum(
             unexplained / np.maximum(self.noise.dof - self.seen.sum(axis=1), 1), least)
-        begin = np.cumsum((0, *self.widths[:-1]))
-        mean = np.add.reduceat(solution**2, begin, axis=1) / self.seen
-        return np.asarray(np.clip(np.sqrt(mean / variance[:, None]), TAUS[0], TAUS[-1]))
+        square = solution**2
+        total = np.stack([*((square[:, :a] * (self.block == k)).sum(axis=1)
+                            for k in range(count - 1)), square[:, a:].sum(axis=1)], axis=1)
+        return np.asarray(
+            np.clip(np.sqrt(total / self.seen / variance[:, None]), TAUS[0], TAUS[-1]))
 
     def at_most(self) -> FloatArray:
         """Upper bound of the log density (B,), no unit: that of the residual fitted at no cost."""
@@ -142,7 +143,7 @@ class Sets:
     def take(self, which: IntArray) -> "Sets":
         """The sets ``which`` alone."""
         return replace(self, gram=self.gram[which], squared=self.squared[which],
-                       product=self.product[which], seen=self.seen[which])
+                       product=self.product[which], block=self.block[which], seen=self.seen[which])
 
     @property
     def are_apart(self) -> BoolArray:
@@ -151,97 +152,84 @@ class Sets:
         What is less is the error of a formula. More columns than rows are never apart, and no
         member is known by one of them alone.
         """
-        if len(self.widths) == 1:
-            return np.ones(len(self.gram), dtype=bool)
-        length = np.sqrt(np.einsum("baa->ba", self._inside))
+        inside, across, _, _ = self._parts
+        if not inside.shape[1]:
+            return np.ones(len(inside), dtype=bool)
+        length = np.sqrt(np.einsum("baa->ba", inside))
         length[length == 0] = 1.0
-        inside = self._inside / (length[:, :, None] * length[:, None, :])
+        inside = inside / (length[:, :, None] * length[:, None, :])
         np.einsum("baa->ba", inside)[:] = 1.0 - VISIBLE_SHARE**2
         last = np.where(self.squared > 0, self.squared, 1.0)
-        across = self._across / (
+        across = across / (
             length[:, :, None] * np.sqrt(last * (1 - VISIBLE_SHARE**2))[:, None])
         least = np.linalg.eigvalsh(inside - across @ across.swapaxes(1, 2))[:, 0]
         return np.asarray((least > 0) | (self.seen.sum(axis=1) > self.noise.dof))
 
     def averaged(self) -> FloatArray:
         """Log density (B,), every size averaged with the others at their likeliest, and V."""
-        if len(self.widths) == 1:
+        if not self.gram.shape[1]:
             strength = np.sqrt(self.squared)
             along = self.product / np.where(strength > 0, strength, 1.0)
             return block_log_densities(strength, along, self.chi2, self.noise)
         taus = self.likeliest_sizes()
-        density, average = np.zeros(len(taus)), np.zeros(len(taus))
-        for k in range(len(self.widths)):
-            gain = self._over_sizes_of(k, taus)
+        density, average = np.zeros((2, len(taus)))
+        for k in range(taus.shape[1]):
+            gain = self._log_densities(k, taus)
             best = gain.argmax(axis=0)
             taus[:, k] = TAUS[best]
             density = gain[best, np.arange(len(best))]
             average += over_sizes(gain) - density
         return np.asarray(density + average)
 
-    def _over_sizes_of(self, k: int, taus: FloatArray) -> FloatArray:
-        """Log density (taus, B) for every size of block ``k``, the others' as of ``taus``."""
-        n, sets = len(TAUS), len(taus)
-        if k < len(self.widths) - 1 or self.widths[k] < max(n, 2 * self.gram.shape[1]):
-            return self._of_sizes(k, taus, np.asarray(TAUS[:, None]))
-        # The last block is large and diagonal, the matrix of all others at most half as large.
-        many = np.tile(taus, (n, 1))
-        many[:, k] = np.repeat(TAUS, sets)
-        every = self.take(np.tile(np.arange(sets), n))
-        return every._of_sizes(0, many, many[None, :, 0]).reshape(n, sets)
-
-    def _of_sizes(self, k: int, taus: FloatArray, mine: FloatArray) -> FloatArray:
-        """Log density (t, B) for sizes ``mine`` (t, B or 1) of block ``k``."""
-        gram, product, chi2, log_det = self._beside(k, taus)
-        squared, turns = np.linalg.eigh(gram)
-        along = (turns.swapaxes(1, 2) @ product[:, :, None])[:, :, 0] ** 2
-        size = mine[:, :, None] ** 2
-        signal = size * np.maximum(squared, 0.0)
-        fall = (along * size / (1 + signal)).sum(axis=2)
-        stated, larger = self.noise.log_density(
-            chi2 - fall, log_det + np.log1p(signal).sum(axis=2), self.chi2)
-        return np.logaddexp(stated, larger)
-
-    def _beside(self, k: int, taus: FloatArray) -> tuple[FloatArray, ...]:
-        """Rest of block ``k`` beside the others of sizes ``taus`` (B, blocks).
-
-        The products of its columns (B, v, v), those with the residual (B, v), its chi-square and
-        the log determinant of the others, each (B,).
+    def _log_densities(self, k: int, taus: FloatArray) -> FloatArray:
+        """Log density (sizes, B) for every size of block ``k``, the others' as of ``taus`` (B, k).
         """
-        a, sizes = self.gram.shape[1], np.repeat(taus, self.widths, axis=1) ** 2
-        gram, product, log_det = self._inside, self.product[:, :a], np.zeros(len(taus))
-        chi2 = np.full(len(taus), self.chi2)
-        if k < len(self.widths) - 1:  # the last block, which is diagonal, goes first
-            signal, along = sizes[:, a:] * self.squared, self.product[:, a:]
-            share = sizes[:, a:] / (1 + signal)
-            held = self._across * share[:, None, :]
-            gram = gram - held @ self._across.swapaxes(1, 2)
-            product = product - (held @ along[:, :, None])[:, :, 0]
-            chi2 = chi2 - (share * along**2).sum(axis=1)
-            log_det = np.log1p(signal).sum(axis=1)
-        else:
-            across, product = self._across, self.product
-            gram = np.block([[gram, across],
-                             [across.swapaxes(1, 2), self.squared[:, :, None] * np.eye(
-                                 self.squared.shape[1])]])
-        begin = sum(self.widths[:k])
-        mine = np.arange(begin, begin + self.widths[k])
-        rest = np.delete(np.arange(gram.shape[1]), mine)
-        across, along = gram[:, rest[:, None], mine], product[:, rest, None]
-        others = gram[:, rest[:, None], rest] + np.eye(len(rest)) / sizes[:, None, rest]
-        solved = np.linalg.solve(others, np.concatenate([across, along], axis=2))
-        less = across.swapaxes(1, 2) @ solved
-        return (gram[:, mine[:, None], mine] - less[:, :, :-1], product[:, mine] - less[:, :, -1],
-                chi2 - (along * solved[:, :, -1:]).sum(axis=(1, 2)),
-                log_det + np.linalg.slogdet(others)[1] + np.log(sizes[:, rest]).sum(axis=1))
+        inside, across, along, of_last = self._parts
+        last, a = taus.shape[1] - 1, inside.shape[1]
+        squares = (TAUS[:, None, None] if k == last else taus[None, :, last:]) ** 2
+        signal = squares * self.squared
+        share = squares / (1 + signal)
+        log_det = np.log1p(signal).sum(axis=-1)
+        held = across * share[:, :, None, :]
+        matrix = np.empty((*held.shape[:2], a + 1, a + 1))
+        matrix[..., :a, :a] = inside - held @ across.swapaxes(1, 2)
+        matrix[..., a, :a] = matrix[..., :a, a] = along - (held @ of_last[..., None])[..., 0]
+        matrix[..., a, a] = self.chi2 - (share * of_last**2).sum(axis=-1)
+        size = np.take_along_axis(taus, self.block, axis=1)[None]
+        if k < last:
+            size = np.where(self.block == k, TAUS[:, None, None], size)
+            order = np.argsort(self.block == k, axis=1, kind="stable")
+            size = np.take_along_axis(size, order[None], axis=2)
+            fixed = a - int((self.block == k).sum(axis=1).max())
+            order = np.pad(order, ((0, 0), (0, 1)), constant_values=a)
+            sets = np.arange(len(order))[:, None, None]
+            matrix = matrix[0, sets, order[:, :, None], order[:, None, :]]
+            side = matrix[:, :fixed, :] * size[0, :, :fixed, None]
+            others = np.eye(fixed) + side[..., :fixed] * size[0, :, None, :fixed]
+            side = side[..., fixed:]
+            matrix = (matrix[:, fixed:, fixed:]
+                      - side.swapaxes(1, 2) @ np.linalg.solve(others, side))[None]
+            log_det = log_det + np.linalg.slogdet(others)[1]
+            size = size[..., fixed:]
+        a = size.shape[2]
+        scale = np.concatenate([size, np.ones((*size.shape[:2], 1))], axis=2)
+        matrix = matrix * scale[..., :, None] * scale[..., None, :]
+        q = matrix[..., a, a].copy()
+        np.einsum("...aa->...a", matrix)[...] += 1
+        matrix[..., a, a] += self.chi2  # more than yᵀy
+        lower = np.linalg.cholesky(matrix)
+        log_det = log_det + 2 * np.log(np.einsum("...aa->...a", lower)[..., :a]).sum(axis=-1)
+        return np.logaddexp(*self.noise.log_density(
+            q - (lower[..., a, :a] ** 2).sum(axis=-1), log_det, self.chi2))
 
 
 def width_for(seen: int) -> int:
     """The width to which a block of so many columns is filled up: few widths are few groups.
 
-    What a wide block costs grows with the cube of its width.
-
-    >>> [width_for(seen) for seen in (1, 3, 5, 7, 33, 98)]
-    [3, 3, 6, 12, 36, 108]
+    >>> [width_for(seen) for seen in (1, 3, 5, 12, 33, 98)]
+    [3, 3, 12, 12, 36, 108]
     """
-    return min(3 << max(-(-seen // 3) - 1, 0).bit_length(), 12 * -(-seen // 12))
+    width = 12 if seen > 3 else 3
+    while width < seen:
+        width *= 3
+    return width

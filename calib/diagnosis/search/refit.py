@@ -13,11 +13,13 @@ from scipy.special import erfcx, ndtr
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.effects.effect import Effect
+from calib.effects.typical import largest_for
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit, shapes_at_bound
 from calib.fit.least_squares.solver import extend
 from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.fit.validation.leave_one_out import left_out_residual
+from calib.poses.imu_log import FloatArray, Triad
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,3 +130,34 @@ def _gradient(joint: Fit, names: Sequence[str]) -> dict[str, float]:
     ).slope
     return dict(zip(names, map(float, slope.T @ (joint.weight * joint.rows.residual)),
                     strict=True))
+
+
+def largest_of(effect: Effect, triad: Triad) -> float:
+    """Upper bound of the parameters of an effect in a part, SI; infinite without any.
+
+    Nothing bounds what an evening or a bench does to a sensor, nor the unit of a logged column.
+    """
+    if effect.largest is not None:
+        return effect.largest
+    of_the_part = effect.belongs_to == "sensor" and not effect.drawn and not effect.logged
+    return largest_for(triad, effect.page.typical.values()) if of_the_part else np.inf
+
+
+def beyond_nature(joint: Refit) -> dict[str, float]:
+    """Ratio of each effect of ``joint`` to the largest size of a sensor, where it exceeds that."""
+    fit, slices = joint.fit, joint.fit.model.slices()
+    times = {}
+    for effect in fit.model.effects:
+        if effect.name not in joint.names:
+            continue
+        where = slices[effect.name]
+        times[effect.name] = _times(fit.theta[where], np.sqrt(np.diag(fit.cov)[where]),
+                                    largest_of(effect, fit.poses.triad))
+    return {name: beyond for name, beyond in times.items() if beyond}
+
+
+def _times(size: FloatArray, sd: FloatArray, largest: float) -> float:
+    """The size over the ``largest``; 0 where its sd allows for that."""
+    if not (np.abs(size) - CONSTANTS.limit_sd * sd > largest).any():
+        return 0.0
+    return float(np.abs(size).max() / largest)

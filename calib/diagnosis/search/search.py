@@ -24,8 +24,7 @@ from calib.diagnosis.search.candidates import (
     Members,
 )
 from calib.diagnosis.search.posterior import Entry, Posterior
-from calib.diagnosis.search.refit import Refit, refit
-from calib.diagnosis.search.sizes import beyond_nature
+from calib.diagnosis.search.refit import Refit, beyond_nature, refit
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
 from calib.effects.effect import Effect
@@ -37,9 +36,6 @@ MOST_SETS_OF_PLACES = 1000
 
 ROUNDS = 6
 """Solutions at which sets are weighed again, at most. A limit of time."""
-
-FAR_ROUNDS = 2
-"""Rounds in which sets are refitted that only a bent linearisation puts behind. A limit of time."""
 
 REFITTED = 4
 """Sets refitted in one round. A limit of time."""
@@ -58,17 +54,17 @@ def search(base: Fit, hypotheses: Sequence[Hypothesis]) -> Posterior:
     search.screen_small()
     if search.posterior.is_nothing:
         return search.posterior
-    search.refit_best(from_afar=False, most=1)
+    search.refit_best(most=1)
     is_explained = search.is_explained
     if not is_explained:
         search.screen_effects(LARGEST_LISTED)
-        search.refit_best(from_afar=False, most=1)
+        search.refit_best(most=1)
         is_explained = search.is_explained
         search.screen_larger(1 if is_explained else LARGEST_LISTED)
     if is_explained:
         search.weigh_again()
-    for count in range(ROUNDS):
-        if not (search.refit_best(from_afar=count < FAR_ROUNDS) or search.refit_with_one_less()):
+    for _ in range(ROUNDS):
+        if not (search.refit_best() or search.refit_with_one_less()):
             break
         search.weigh_again()
     return search.posterior
@@ -111,8 +107,7 @@ class _Search:
     def screen_small(self) -> None:
         """Weigh every hypothesis alone and every pair of effects."""
         alone = [(j,) for j in self.seen]
-        self._note(alone, [self.candidates.bits[j] for j in self.seen],
-                   self.singles[self.seen] + self.candidates.log_prior(alone), -np.inf)
+        self._note(alone, self.singles[self.seen] + self.candidates.log_prior(alone), -np.inf)
         self.screen_effects(2)
 
     def screen_effects(self, count: int) -> None:
@@ -179,29 +174,24 @@ class _Search:
         if not open_ones:
             return
         prior = self.candidates.log_prior(open_ones)
-        values = table.at_most(open_ones) + prior
+        batch = table.batch(open_ones)
+        values = batch.at_most() + prior
         likeliest = np.argsort(-values, kind="stable")
         least = -np.inf
-        is_right = table is self.at_solution and bool(self.solution and self.solution.explains)
-        behind = 0.0 if is_right else CONSTANTS.behind_share
         for some in (likeliest[:WEIGHED_FIRST], likeliest[WEIGHED_FIRST:]):
             some = some[values[some] > least]
-            values[some] = table.weighed([open_ones[i] for i in some]) + prior[some]
-            best = float(values[some].max(initial=least))
-            gain = max(best - self.entries[0].log_posterior, 0.0)
-            least = best - CONSTANTS.negligible - behind * gain
-        self._note(open_ones, [self.candidates.key(members) for members in open_ones], values,
-                   least)
+            values[some] = (batch.averaged(some) + prior)[some]
+            least = max(least, float(values[some].max(initial=-np.inf)) - CONSTANTS.negligible)
+        self._note(open_ones, values, least)
 
-    def _note(
-        self, sets: Sequence[Members], keys: Sequence[Key], values: FloatArray, least: float
-    ) -> None:
-        """Keep what ``sets`` weigh, those of the same ``keys`` together.
+    def _note(self, sets: Sequence[Members], values: FloatArray, least: float) -> None:
+        """Keep what ``sets`` weigh, those of the same names together.
 
         What weighs less than ``least`` and is not known yet is not kept.
         """
         of_key: dict[Key, list[tuple[float, Members]]] = {}
-        for members, key, value in zip(sets, keys, values.tolist(), strict=True):
+        for members, value in zip(sets, values.tolist(), strict=True):
+            key = self.candidates.key(members)
             if value > least or (key in self.entries and value > -np.inf):
                 of_key.setdefault(key, []).append((value, members))
         for key, weighed in of_key.items():
@@ -219,17 +209,15 @@ class _Search:
         return key in self.refused or any(
             one & key for one in self.refused if one.bit_count() == 1)
 
-    def refit_best(self, from_afar: bool, most: int = REFITTED) -> bool:
+    def refit_best(self, most: int = REFITTED) -> bool:
         """Refit the likeliest sets that have no refit yet, so many at ``most``; whether any was.
 
-        The linearisation is right at a solution, and one more member that is small is linear as it
-        is; elsewhere it errs the more, the more there is to explain.
+        Where a smaller set has one, the linearisation is right, and one more member that is small
+        is linear as it is.
         """
         unfit = self.candidates.without_effect
         best = max(e.log_posterior for k, e in self.entries.items() if not k & unfit)
         least = best + np.log(CONSTANTS.least_listed) - CONSTANTS.near
-        if from_afar:
-            least -= CONSTANTS.behind_share * (best - self.entries[0].log_posterior)
         whole = [k for k, e in self.entries.items() if e.refit is not None]
         open_ones = [
             e for k, e in self.entries.items()
@@ -240,26 +228,22 @@ class _Search:
                  or not any(part & k == part for part in whole))
         ]
         open_ones.sort(key=lambda e: -e.log_posterior)
-        chosen = open_ones[:most]
-        if from_afar:  # one effect by itself is a start where all larger sets are astray
-            chosen += [e for e in open_ones[REFITTED:] if len(e.members) == 1][:REFITTED]
-        for entry in chosen:
+        for entry in open_ones[:most]:
             self._refit(entry.members)
-        return bool(chosen)
+        return bool(open_ones)
 
     def refit_with_one_less(self) -> bool:
         """Refit the sets that lack one member of the solution and keep a shape; whether any was.
 
         The shape stands where that member left it: what lies beside it at that shape says little
-        of the set without, and a straight line beside a slow warm-up would never be missed. One
-        effect by itself is where the search begins.
+        of the set without, and a straight line beside a slow warm-up would never be missed.
         """
         if self.solution is None:
             return False
         best = next(e for e in self.entries.values() if e.refit is self.solution)
         smaller = [
             members for members in combinations(best.members, len(best.members) - 1)
-            if len(members) > 1 and self._is_open(self.candidates.key(members))
+            if members and self._is_open(self.candidates.key(members))
             and any(self.candidates.hypotheses[j].shape is not None for j in members)
         ]
         for members in smaller:
@@ -283,7 +267,7 @@ class _Search:
             return
         table = table_at(joint.fit, chosen, joint.names)
         order = sorted(range(len(members)), key=lambda i: int(table.seen[i]))
-        value = float(table.weighed([tuple(order)])[0])
+        value = float(table.batch([tuple(order)]).averaged()[0])
         value += float(self.candidates.log_prior([members])[0]) + joint.log_shape_width
         value += sum(float(np.log(len(h.effect.shape.starts))) for h in chosen
                      if h.effect is not None and h.effect.shape is not None)

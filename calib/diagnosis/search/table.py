@@ -36,19 +36,35 @@ class Spectrum:
 
 
 @dataclass(frozen=True, eq=False)
-class Products:
-    """Products of columns of a table; the last column of each kind is nothing.
+class Batch:
+    """N sets of hypotheses, those of like shape side by side.
 
-    ``gram`` (u, v) of those of some hypotheses with those of all, ``squared`` (v,) of each with
-    itself and ``product`` (v,) with the residual; ``row`` and ``first`` (m,) are where those of
-    each hypothesis begin.
+    ``parts`` are the places (B,) in the batch of some of them, and these sets; those with a blind
+    member are in none.
     """
 
-    gram: FloatArray
-    squared: FloatArray
-    product: FloatArray
-    row: IntArray
-    first: IntArray
+    count: int
+    parts: Sequence[tuple[IntArray, Sets]]
+
+    def at_most(self) -> FloatArray:
+        """Upper bound of the log density of the residual under every set, (N,), no unit."""
+        values = np.full(self.count, -np.inf)
+        for places, sets in self.parts:
+            values[places] = sets.at_most()
+        return values
+
+    def averaged(self, which: Sequence[int] | IntArray = (0,)) -> FloatArray:
+        """Log density (N,) of the residual under the sets ``which``, -inf of all others.
+
+        And where members are not apart: the others leave next to nothing of one.
+        """
+        values = np.full(self.count, -np.inf)
+        for places, sets in self.parts:
+            some = np.flatnonzero(np.isin(places, which))
+            if some.size:
+                group = sets.take(some)
+                values[places[some]] = np.where(group.are_apart, group.averaged(), -np.inf)
+        return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,92 +143,61 @@ class Table:
                 strength[some, :width], amplitude[some, :width], self.chi2, self.noise)
         return density, (amplitude**2).sum(axis=1)
 
-    @cached_property
-    def _widths(self) -> list[int]:
-        return [width_for(seen) if seen else 0 for seen in self.seen.tolist()]
-
-    def products(self, sets: Sequence[tuple[int, ...]]) -> Products:
-        """The products that ``sets`` are made of."""
-        some = sorted({j for members in sets for j in members[:-1]})
-        every = sorted({j for members in sets for j in members})
-        (few, row), (rows, first) = self._columns(some), self._columns(every)
-        return Products(few @ rows.T, (rows**2).sum(axis=1), rows @ self.residual, row, first)
-
-    def _columns(self, which: Sequence[int]) -> tuple[FloatArray, IntArray]:
-        """The visible columns of the hypotheses ``which``, and nothing; where each begins, (m,)."""
-        seen, first = self.seen[which], np.zeros(len(self.seen), int)
-        first[which] = np.cumsum(seen) - seen
-        nothing = np.zeros((1, len(self.residual)))
-        return np.concatenate([*(self.rows[self.where(j)] for j in which), nothing]), first
-
-    def sets(self, members: Sequence[tuple[int, ...]], of: Products | None = None) -> Sets:
-        """Sets of hypotheses whose blocks have the same widths, one after another.
-
-        ``of`` has the products that they are made of, where these are known.
-        """
-        of = self.products(members) if of is None else of
-        which = np.array(members)  # (B, k)
-        seen, widths = self.seen[which], tuple(self._widths[j] for j in members[0])
-
-        def index(first: IntArray, nothing: int, k: int) -> IntArray:
-            place = np.arange(widths[k])
-            return np.where(place < seen[:, k, None], first[which[:, k], None] + place, nothing)
-
-        blocks = range(len(widths))
-        columns = [index(of.first, len(of.product) - 1, k) for k in blocks]
-        across = np.concatenate(columns, axis=1)
-        rows = np.concatenate([np.zeros((len(which), 0), int),
-                               *(index(of.row, len(of.gram) - 1, k) for k in blocks[:-1])], axis=1)
-        return Sets(of.gram[rows[:, :, None], across[:, None, :]], of.squared[columns[-1]],
-                    of.product[across], self.chi2, self.noise, widths, seen)
-
-    def weighed(self, sets: Sequence[tuple[int, ...]]) -> FloatArray:
-        """Log density of the residual under every set, (B,).
-
-        -inf where a set has a member that is blind, or one that the others leave next to nothing
-        of.
-        """
-        values = np.full(len(sets), -np.inf)
-        groups = self._of_equal_widths(sets)
-        of = self.products(sets)
-        for places in groups:
-            members = [sets[i] for i in places]
-            values[places] = (self.sets(members, of).averaged() if members[0] else
-                              np.logaddexp(*self.noise.nothing(self.chi2)))
-        self._leave_apart(sets, groups, of, values)
-        return values
-
-    def at_most(self, sets: Sequence[tuple[int, ...]]) -> FloatArray:
-        """Upper bound of the log density (B,), no unit, of ``sets``; see :meth:`weighed`."""
-        values, of = np.full(len(sets), np.inf), self.products(sets)
-        for places in self._of_equal_widths(sets):
-            if sets[places[0]]:
-                values[places] = self.sets([sets[i] for i in places], of).at_most()
-        return values
-
-    def _of_equal_widths(self, sets: Sequence[tuple[int, ...]]) -> list[IntArray]:
-        """Groups of ``sets`` with blocks of equal widths, all of them seen."""
-        groups: dict[tuple[int, ...], list[int]] = {}
-        widths, seen = self._widths, self.seen.tolist()
+    def batch(self, sets: Sequence[tuple[int, ...]]) -> Batch:
+        """``sets`` of hypotheses, the members of each by their number of columns, fewest first."""
+        seen, groups = self.seen.tolist(), dict[tuple[int, ...], list[int]]()
         for i, members in enumerate(sets):
-            if all(seen[j] for j in members):
-                groups.setdefault(tuple([widths[j] for j in members]), []).append(i)
-        return [np.array(places) for places in groups.values()]
+            widths = [seen[j] for j in members]
+            if all(widths):
+                shape = len(members), 3 * -(-sum(widths[:-1]) // 3), width_for(widths[-1])
+                groups.setdefault(shape, []).append(i)
+        which = [np.array([sets[i] for i in places]) for places in groups.values()]
+        first, last = ([self._index(each[:, part], shape[1 + k])
+                        for each, shape in zip(which, groups, strict=True)]
+                       for k, part in enumerate((slice(-1), slice(-1, None))))
+        few, row = self._used([index for index, _ in first])
+        many, column = self._used([index for index, _ in (*first, *last)])
+        gram, squared, product = few @ many.T, (many**2).sum(axis=1), many @ self.residual
 
-    def _leave_apart(
-        self, sets: Sequence[tuple[int, ...]], groups: Sequence[IntArray], of: Products,
-        values: FloatArray,
-    ) -> None:
-        """Give -inf in ``values`` (B,) to sets whose members are not apart, if they could count."""
-        judged, best = np.zeros(len(sets), bool), np.inf
-        while (top := float(values.max(initial=-np.inf))) < best:  # it falls with its best set
-            best = top
-            for at in groups:
-                some = at[(values[at] > best - 2 * CONSTANTS.negligible) & ~judged[at]]
-                if len(some) and len(sets[some[0]]) > 1:
-                    group = self.sets([sets[i] for i in some], of)
-                    values[some[~group.are_apart]] = -np.inf
-                judged[some] = True
+        def of_group(g: int) -> Sets:
+            (index, block), (diagonal, _) = first[g], last[g]
+            every = column[np.concatenate([index, diagonal], axis=1)]
+            return Sets(gram[row[index][:, :, None], every[:, None, :]],
+                        squared[column[diagonal]], product[every], block, self.seen[which[g]],
+                        self.chi2, self.noise)
+
+        return Batch(len(sets), [(np.array(places), of_group(g))
+                                 for g, places in enumerate(groups.values())])
+
+    def _index(self, members: IntArray, width: int) -> tuple[IntArray, IntArray]:
+        """Which rows of :attr:`rows` are the columns of B sets of ``members`` (B, k), one behind
+        the next, the number of all where a set has fewer; and whose each is: both (B, width)."""
+        seen, count = self.seen[members], members.shape[1]
+        ends = np.cumsum(seen, axis=1)
+        place = np.arange(width if count else 0)
+        block = (place >= ends[:, :, None]).sum(axis=1)
+        inside, block = block < count, np.minimum(block, count - 1)
+        begin = np.take_along_axis(self.first[members] - ends + seen, block, axis=1)
+        return np.where(inside, begin + place, len(self.rows)), block
+
+    def _used(self, indices: Sequence[IntArray]) -> tuple[FloatArray, IntArray]:
+        """The columns of these ``indices`` and of nothing as rows, and the place of each index."""
+        is_used = np.arange(len(self.rows) + 1) == len(self.rows)
+        for index in indices:
+            is_used[index] = True
+        used = np.flatnonzero(is_used)
+        rows = np.concatenate([self.rows[used[:-1]], np.zeros((1, len(self.residual)))])
+        return rows, np.cumsum(is_used) - 1
+
+    def likeliest_sizes(self, sets: Sequence[tuple[int, ...]]) -> list[FloatArray]:
+        """The tau (k,) of each member of ``sets``, near which the density is highest, no unit."""
+        order = [sorted(range(len(members)), key=lambda i: self.seen[members[i]])
+                 for members in sets]
+        ordered = [tuple(members[i] for i in of) for members, of in zip(sets, order, strict=True)]
+        sizes = {places[i]: taus[np.argsort(order[places[i]])]
+                 for places, some in self.batch(ordered).parts
+                 for i, taus in enumerate(some.likeliest_sizes())}
+        return [sizes[i] for i in range(len(sets))]
 
     def left_out(self, members: Sequence[int], pose: IntArray) -> FloatArray:
         """Whitened residual of every data row when its pose is left out of the fit, (d,).
@@ -225,7 +210,7 @@ class Table:
         if not seen:
             return left_out_residual(self.residual, base, pose)
         x = np.concatenate([self.rows[self.where(j)] for j in seen]).T
-        root = 1 / np.repeat(self.sets([seen]).likeliest_sizes()[0], self.seen[list(seen)])
+        root = 1 / np.repeat(self.likeliest_sizes([seen])[0], self.seen[list(seen)])
         solution = np.linalg.solve(x.T @ x + np.diag(root**2), x.T @ self.residual)
         residual = np.concatenate([self.residual - x @ solution, -root * solution])
         nothing = np.zeros((len(root), base.shape[1]))

@@ -9,8 +9,12 @@ from scipy.special import chdtrc
 from calib.diagnosis.hypotheses.listed import held
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
-from calib.diagnosis.search.sizes import predicted_size
+from calib.diagnosis.search.table import Table
 from calib.poses.imu_log import FloatArray
+
+SEEN_SHARE = 1e-3
+"""Share of the best seen combination of parameters; those seen less have no size of their own. A
+judgement."""
 
 LEAST_LEFT = 1e-3
 """Floor of what a row keeps for itself after the fit. Numerical."""
@@ -119,7 +123,7 @@ def _candidate(
     if h.kind == "listed":
         assert h.effect is not None
         if not h.effect.in_square:
-            size, sd = predicted_size(table, j)
+            size, sd = _predicted_size(table, j)
         unit = h.effect.unit_for(posterior.base.poses.triad)
         same = table.aliases(j, [k for k, other in enumerate(posterior.hypotheses)
                                  if other.kind == "listed" and other.name != h.name])
@@ -150,6 +154,15 @@ def _candidate(
         aliases=tuple(dict.fromkeys(posterior.hypotheses[k].name for k in same)),
         follows=h.follows,
     )
+
+
+def _predicted_size(table: Table, j: int) -> tuple[FloatArray, FloatArray]:
+    """Size and sd of the parameters of ``j`` alone that the residual requires, SI, each (k,)."""
+    each = table.spectra[j]
+    seen = each.squared > SEEN_SHARE**2 * float(each.squared.max())
+    turns, squared = each.turns[:, seen], each.squared[seen]
+    size = turns @ (each.along[seen] / squared)
+    return size * each.unit, np.sqrt((turns**2 / squared).sum(axis=1)) * each.unit
 
 
 def _drop(posterior: Posterior, refit: Refit) -> float:

@@ -38,6 +38,7 @@ def test_so_often_as_stated_a_name_comes_of_the_poses_once_more(size: float) -> 
     (then,) = (then for block, then in hypothetical(base) if block.code == "repeat")
     rivals = [Rival(EFFECTS[name], sizes[name]) for name in ("quadratic", "asymmetry")]
     chance = chance_of_a_name(then, rivals)
+    assert chance is not None
     named = [diagnosed(size, 100 + seed, 2)[1].group == ("quadratic",) for seed in range(SESSIONS)]
     sd = np.sqrt(max(chance * (1 - chance), 0.04) / SESSIONS)
     assert abs(np.mean(named) - chance) < 3 * sd

@@ -204,7 +204,7 @@ def test_a_step_in_a_pause_of_a_long_session_is_named_with_its_time(seed: int) -
 MINUTES = re.compile(r"\(\d+ min\b")
 CHANCE = re.compile(r"\(\d+ min, after which \d+ % of simulated sessions name it\)")
 NOTHING_MORE = "Nothing more can be known of it from this sensor on this bench"
-ADVICE = Advice("speed", "the same poses at another speed", 20.0, 10.0, chance=0.9)
+ADVICE = Advice("speed", "the same poses at another speed", 10.0, chance=0.9)
 SEVERAL = Inclusion("quadratic", ("quadratic", "asymmetry"), 0.6, "listed")
 ENDS: Mapping[Code, Sequence[tuple[Verdict, Step, Step]]] = {
     Code.NOTHING_MISSING: [(Verdict(Code.NOTHING_MISSING, explains=True), "apply", "apply")],

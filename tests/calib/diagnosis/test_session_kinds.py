@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.next_measurement.advice import best_block, film_each_pose
-from calib.diagnosis.next_measurement.chance import Rival
+from calib.diagnosis.next_measurement.advice import block_called, settling_block
+from calib.diagnosis.next_measurement.chance import Rival, chance_of_a_name
 from calib.diagnosis.next_measurement.kind import at_one_speed, in_a_chamber
 from calib.diagnosis.next_measurement.pose_blocks import menu
 from calib.effects.catalogue import BASE, find_effect
@@ -87,16 +87,16 @@ def test_a_plate_that_may_drift_is_asked_for_a_clip_with_each_pose() -> None:
     drift = np.full(3, 0.05)
     rivals = [Rival(find_effect("reference_drift"), drift[:1]),
               Rival(find_effect("scale_drift"), drift)]
-    advice = best_block(fitted, rivals)
+    advice = settling_block(fitted, lambda then: chance_of_a_name(then, rivals))
     assert advice is not None
     assert advice.block == "clips"
     assert "clip" in advice.instruction
-    film = film_each_pose(fitted, 20.0)
+    film = block_called(fitted, "clips")
     assert film is not None
     assert film.block == "clips"
     # Poses with rates of their own may still share the Earth's, where no latitude is given.
     own = replace(poses.reference, common=np.full((len(poses), 1), 4e-5),
                   common_names=("Earth rate, latitude not given",), of_setting=frozenset())
     filmed = fit(replace(poses, reference=own), BASE_MODEL)
-    assert film_each_pose(filmed, 20.0) is None
+    assert block_called(filmed, "clips") is None
     assert "clips" not in {block.code for block in menu(filmed)}

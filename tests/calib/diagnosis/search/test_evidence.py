@@ -84,8 +84,9 @@ def one_set(x: np.ndarray, r: np.ndarray, sizes: tuple[int, ...]) -> Sets:
     x = x.copy()
     x[:, last:] = x[:, last:] @ np.linalg.svd(x[:, last:])[2].T  # orthogonal, its span as it was
     gram, product = x.T @ x, x.T @ r
-    return Sets(gram[None, :last], np.diag(gram)[None, last:], product[None], float(r @ r),
-                known(len(r)), sizes, np.array([sizes]))
+    block = np.repeat(np.arange(len(sizes) - 1), sizes[:-1])
+    return Sets(gram[None, :last], np.diag(gram)[None, last:], product[None], block[None],
+                np.array([sizes]), float(r @ r), known(len(r)))
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,4 +1,9 @@
-"""The basis of a verdict: effects that its poses cannot see, and the lever of a turning plate."""
+"""What a verdict rests on: the noise of its poses, what these cannot see, the turning plate.
+
+Gravity turns in the axes of a sensor on a leaning plate, and so does everything fixed in the room:
+the magnet of a motor makes the waves of a g-sensitivity in every pose. If the player leans the
+other way, gravity's waves change sign relative to the room, and those of a field do not.
+"""
 
 from dataclasses import replace
 
@@ -18,31 +23,67 @@ from calib.diagnosis.verdict.wording import (
 from calib.effects.effect import EFFECTS, Effect
 from calib.effects.units import display_unit
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.unknown_sd import tests_the_model
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import Triad
 
 ALSO_NAMED = 3  #: other measurements that a verdict prices: it chooses words only
 
+GRAVITY_SENSED = "g_sensitivity"
+OR_A_FIELD = (
+    " It rests on waves that keep step with the plate, and a field that stays in the room, as of a "
+    "motor's magnet, makes the same ones: the same poses with the other side of the record player "
+    "raised, or with the plate stopped, tell them apart."
+)
+UNTESTED = (
+    "Whether something is missing cannot be determined: the poses have no sds, and no attitude was "
+    "repeated often enough to estimate their noise, so that whatever the model misses counts as "
+    "noise. The ranking shows which effect would lower the leave-one-out error. State the sds of "
+    "the means, use the logs that they come from, or record every pose twice."
+)
+BY_THE_REST = (
+    " The poses have no sds: what the named effect leaves in the residual is taken for their noise."
+)
 
-def among_what_is_seen(
+
+def on_its_grounds(
     diagnosis: Diagnosis, fit: Fit, prediction: Prediction | None, part: str, full_scale: float
 ) -> Diagnosis:
-    """``diagnosis`` with the basis of "nothing is missing": effects that these poses cannot see.
-
-    Where a typical size says more of what corrected readings err by than the poses do, the session
-    is not complete, and what to record next makes the effect visible.
+    """``diagnosis`` of ``fit`` with what it rests on.
 
     Parameters
     ----------
     diagnosis : Diagnosis
-        Of ``fit``.
     fit : Fit
     prediction : Prediction or None
-        :func:`with_unseen`.
+        :func:`calib.diagnosis.unseen.with_unseen`.
     part : str
         Class of the sensor, as the pages of the catalogue call it.
     full_scale : float
         Of the triad, SI; keeps what to record next to what the sensor can measure.
+    """
+    poses = fit.poses
+    if (poses.ring is not None and GRAVITY_SENSED in diagnosis.names
+            and len({poses.run[place] for place in poses.ring.place}) == 1
+            and not poses.reference.is_null.any()):
+        diagnosis = diagnosis.saying(OR_A_FIELD)
+    if tests_the_model(poses):
+        return _among_what_is_seen(diagnosis, fit, prediction, part, full_scale)
+    if diagnosis.verdict == Code.EFFECT:  # the residual shows it whatever its noise
+        return diagnosis.saying(BY_THE_REST)
+    return replace(
+        diagnosis, verdict=Code.REFUSED, name=None, names=(), group=(), inclusion=(), advice=None,
+        explanation=Explanation("open", "its model cannot be tested", UNTESTED, "record",
+                                "State the sds of the means, or record every pose twice"))
+
+
+def _among_what_is_seen(
+    diagnosis: Diagnosis, fit: Fit, prediction: Prediction | None, part: str, full_scale: float
+) -> Diagnosis:
+    """``diagnosis`` with the effects that "nothing is missing" says nothing of.
+
+    Where a typical size says more of what corrected readings err by than the poses do, the session
+    is not complete, and what to record next makes the effect visible.
     """
     if diagnosis.verdict != Code.NOTHING_MISSING or prediction is None or not prediction.unseen:
         return diagnosis
