@@ -28,9 +28,11 @@ LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the pos
 
 def guess_lines(guess: SessionGuess) -> Iterator[str]:
     """The first table of each set of poses, and doubts."""
+    known: set[TableGuess] = set()
     for source in guess.sources:
         shown = source.tables[:1] if source.layout == "files" else source.tables[:TABLES_SHOWN]
-        for table in shown:
+        for table in (table for table in shown if table not in known):
+            known.add(table)
             yield from guessed_table(table)
         clip = f", as in {source.clip.path.name}" if source.clip else ""
         turning = ("turning" if guess.scales else

@@ -1,49 +1,38 @@
 """Refusal of texts of numbers that are not a table of samples, with the way to make one."""
 
-import math
 import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
 
-import numpy as np
-
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES
 from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.formats.file_table import FileTable
-from pipeline.logs.head import find_head
+from pipeline.logs.head import width_of_numbers
 from pipeline.logs.header_words import read_name
-from pipeline.logs.sentences import COLOURS, LIST, SLOT
+from pipeline.logs.sentence_names import COLOURS, SLOT
+from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
-from pipeline.text.names import word
 
 EVENTS = 200  #: rows that show whether a file is a list of events
 MOST_KINDS = 12  #: largest number of sensors: those of a phone
-LEAST_TURNS = 0.25
-"""Least share of rows whose board differs from that of the row before. A judgement: boards that
-send in turn change in half of the rows or more, the state of one board changes rarely."""
-IN_TURN = 0.7
-"""Least share of rows whose sensor is the usual successor of the last. A judgement: it is four of
-five for sensors that send in turn, one of two at most for a reading with a few values."""
-FARTHER = 5.0
-"""Least ratio of the step between sensors to that within one plus the resolution. A judgement: the
-biases of two boards differ by ten times the noise in one of six axes, those of one board by 1."""
 LONGEST_CHANNELS = 4
 """Ratio of the cells of a row to the number of rows above which each row is a channel. A judgement:
 a log has more samples than columns, and 60 columns at most."""
 NOT_LINES_OF_NUMBERS = (
     (re.compile(r"#(?:[0-9A-Fa-f]{2}){3,}(?!\w)"
-                r"|(?:(?<![\w.])[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)"
+                r"|^(?=.*\b(?:[A-Fa-f]\d|\d[A-Fa-f]|[A-Fa-f]{2})\b)[^:]*"
+                r"(?<![\w.])(?:[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)(?!.*::)"
                 r"|\b0x[0-9A-Fa-f]{2}[ ,;\t]+0x[0-9A-Fa-f]{2}\b"),
      "its lines are messages of a bus or a port, with their bytes in hexadecimal. The description "
      "of the device says what they mean. Decode them first, those of a CAN bus for example by "
      "`cantools decode`, and import the table that comes of it"),
-    (re.compile(r"[A-Za-z0-9+/]{12,}={0,2}"),
+    (re.compile(r"^[A-Za-z0-9+/]{12,}={0,2}$"),
      "its lines are bytes in letters, as base64 writes them. Decode them first, and import the "
      "table that comes of it"),
-    (re.compile(r"\s*<.*>\s*"),
+    (re.compile(r"^\s*<.*>\s*$"),
      "it is XML or HTML. Open it in a spreadsheet or a browser, and save the table as CSV"),
 )
 """Patterns of lines that are not rows of numbers, and advice on each. Facts."""
@@ -88,31 +77,51 @@ def with_samples_in_rows(path: Path, tables: Sequence[FileTable]) -> list[FileTa
     return able
 
 
+def require_no_bytes(path: Path, lines: Sequence[str]) -> None:
+    """Refuse lines of bytes in hexadecimal, of which some look like numbers.
+
+    Raises
+    ------
+    UnreadableInput
+    """
+    manner, what = NOT_LINES_OF_NUMBERS[0]
+    if _are_mostly(lines, manner):
+        raise UnreadableInput(f"{path}: {what}.")
+
+
+def _are_mostly(lines: Sequence[str], manner: re.Pattern[str]) -> bool:
+    shown = [line for line in lines[-EVENTS:] if line.strip()]
+    return sum(manner.search(line) is not None for line in shown) > len(shown) / 2
+
+
 def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:
     """The error for a text in which no line is a row of readings."""
     _require_one_row_a_sample(path, lines)
-    shown = [line for line in lines[-EVENTS:] if line.strip()]
     for manner, what in NOT_LINES_OF_NUMBERS:
-        fits = manner.search if manner is NOT_LINES_OF_NUMBERS[0][0] else manner.fullmatch
-        if sum(fits(line) is not None for line in shown) > len(shown) / 2:
+        if _are_mostly(lines, manner):
             return UnreadableInput(f"{path}: {what}.")
+    shown = [line for line in lines[-EVENTS:] if line.strip()]
     last = shown[-1].strip()[:LONGEST_SHOWN] if shown else ""
+    if len(shown) > MOST_KINDS and 0 < width_of_numbers(shown[-1]) < len(AXES):
+        return UnreadableInput(
+            f"{path}: each row holds one value, as '{last}'. The three axes of a sensor are "
+            f"expected beside each other; where each has its file, write one table of them, for "
+            f"example in Python by `pandas.merge_asof()` over their times.")
     return UnreadableInput(
         f"{path}: no line holds three numbers; the last one is '{last}'. Is it a log? Readings are "
         f"expected as a table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")
 
 
 def require_samples(text: LogText) -> None:
-    """Refuse tables whose rows are not samples of one sensor.
+    """Refuse tables whose rows are not samples.
 
     Raises
     ------
     UnreadableInput
-        Its rows are channels, or readings of several sensors, or its columns are single bytes.
+        Its rows are channels, or its columns are single bytes.
     """
     _require_no_factor(text)
     _require_samples_in_rows(text)
-    _require_one_sensor(text)
     _require_whole_numbers(text)
 
 
@@ -149,55 +158,6 @@ def _require_whole_numbers(text: LogText) -> None:
             f"{text.path}: {', '.join(pairs)} stand in two columns each, a high and a low byte. "
             f"Write them as one number, 256 times the high byte plus the low one, and 65536 less "
             f"from 32768 on.")
-
-
-def _require_one_sensor(text: LogText) -> None:
-    """Refuse rows of several sensors or boards in turn, which a column names in each row.
-
-    Whatever the names, the readings then jump between successive rows, but not between successive
-    rows of one sensor.
-    """
-    rows = [cells for _, cells in islice(text.rows(), EVENTS)]
-    width = min(map(len, rows), default=0)
-    numbers = np.array([[_number(text, cell) for cell in cells[:width]] for cells in rows])
-    for i in range(width):
-        words = [cells[i] for cells in rows]
-        kinds = list(dict.fromkeys(words))
-        follows = Counter(pairwise(words))
-        turns = sum(n for (one, other), n in follows.items() if one != other) / len(words)
-        in_turn = sum(max((n for (one, _), n in follows.items() if one == kind), default=0)
-                      for kind in kinds) / len(words)
-        others = np.delete(numbers, i, axis=1)
-        few = 1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) and all(kinds)
-        if (few and turns > LEAST_TURNS and in_turn > IN_TURN
-                and _jump_between(others, [kinds.index(word) for word in words])):
-            readings = [kind for kind in kinds if kind.lower().startswith(("acc", "gyr"))]
-            one = (readings or kinds)[0]
-            shown = f"^{one}$" if one.isdecimal() else re.escape(one)
-            sign = text.dialect.delimiter or " "
-            header = "NR==1 || " if find_head(text.lines).names else ""
-            raise UnreadableInput(
-                f"{text.path}: column {i + 1} names the sensor of each row ({', '.join(kinds)}): "
-                f"the rows are those of several sensors and no samples of one. Write a file for "
-                f"each, for example by `awk -F'{sign}' '{header}${i + 1} ~ /{shown}/' "
-                f"{word(text.path.name)} > {word(re.sub(r'[^a-z0-9]+', '_', one.lower()))}.csv`, "
-                f"and import {'these files together' if readings else 'each by itself'}.")
-
-
-def _number(text: LogText, cell: str) -> float:
-    """The number in a cell; NaN if there is none."""
-    return float(text.dialect.decimal_points(cell)) if text.dialect.holds_number(cell) else math.nan
-
-
-def _jump_between(columns: FloatArray, kinds: Sequence[int]) -> bool:
-    """Whether a column of (t, k) has much smaller steps within each of the rows' ``kinds`` (t,)."""
-    between = np.abs(np.diff(columns, axis=0))[np.diff(kinds) != 0]
-    order = np.argsort(kinds, kind="stable")
-    same = np.diff(np.asarray(kinds)[order]) == 0
-    within = np.abs(np.diff(columns[order], axis=0))[same]
-    apart = np.diff(np.sort(columns, axis=0), axis=0)
-    finest = np.where(apart > 0, apart, np.inf).min(axis=0)
-    return bool((np.median(between, axis=0) > FARTHER * (np.median(within, axis=0) + finest)).any())
 
 
 def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:

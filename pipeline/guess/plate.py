@@ -6,6 +6,7 @@ the accelerometer on a tilted plate, the speeds of record players, or the user.
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -26,9 +27,17 @@ from pipeline.guess.magnitudes import (
     near_scales,
     record_rpm,
 )
-from pipeline.guess.pool import FEWEST_MEANS, common_mean, sphere_through
+from pipeline.guess.pool import (
+    FEWEST_MEANS,
+    REST_S,
+    are_still,
+    block_rows,
+    common_mean,
+    sphere_through,
+    usual_step,
+)
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
-from pipeline.guess.units import TriadGuess, rate_unit
+from pipeline.guess.units import SHORTEST_LOG_S, TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0
@@ -262,3 +271,26 @@ def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
         for i in group:
             speeds[i] = median
     return speeds
+
+
+def speeds_in(table: TableGuess) -> list[tuple[float, bool]]:
+    """Rest (0) and the speed, rad/s, at which a log of many poses is steady, each with whether it
+    turns clockwise; empty unless it has both, and both triads."""
+    log = table.log() if table.accelerometer and table.gyroscope else None
+    if log is None or len(log.time_s) < 2:
+        return []
+    size = max(1, round(REST_S / usual_step(log.time_s)))
+    rows, _ = block_rows(np.zeros(len(log.time_s), np.int64), size)
+    steady = rows[are_still(log.gyroscope[rows])] if len(rows) else rows
+    if len(steady) < FEWEST_MEANS:
+        return []
+    mean, force = (values[steady].mean(axis=1) for values in (log.gyroscope, log.accelerometer))
+    bias = _rate_bias(mean)
+    mean = mean if bias is None else mean - bias
+    length = np.linalg.norm(mean, axis=1)
+    turning = length > TURNING_RAD_S
+    clockwise = turning & ((mean * force).sum(axis=1) < 0)
+    blocks = Counter(zip(speeds_of([*np.where(turning, length, 0.0)]), clockwise.tolist(),
+                         strict=True))
+    able = [way for way, count in blocks.items() if count * REST_S >= SHORTEST_LOG_S]
+    return able if len(able) == 2 and (0.0, False) in able else []

@@ -11,6 +11,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.guess.no_log import (
     no_table,
+    require_no_bytes,
     require_numbers_in_cells,
     require_samples,
     with_samples_in_rows,
@@ -19,7 +20,7 @@ from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
 from pipeline.logs.head import FEWEST_NUMBERS, find_head
 from pipeline.logs.header_words import read_name
-from pipeline.logs.source import read_bytes, text_lines
+from pipeline.logs.source import picked_lines, read_bytes, tables_of_text
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 from pipeline.text.names import word
 
@@ -82,19 +83,30 @@ def raw_tables(path: Path) -> list[RawTable]:
     file, member = split_member(path)
     kind = kind_of(file)
     if kind is None:
-        lines = text_lines(path, read_bytes(path))
-        require_numbers_in_cells(path, lines)
-        text = raw_text(path, lines)
-        if text is None:
-            raise no_table(path, lines)
-        require_samples(text)
-        return [_text_table(text)]
+        texts = tables_of_text(file, read_bytes(file))
+        require_no_bytes(file, next(iter(texts.values())))
+        if member:
+            texts = {member: picked_lines(file, texts, member)}
+        return [table for name, lines in texts.items()
+                if (table := _table_of_lines(file / name, lines, bool(name))) is not None]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     tables = with_samples_in_rows(path, tables)
     whole = len(tables) == 1 and kind.si
     return [RawTable(file if whole else file / table.name, table.columns, si=kind.si,
                      header=tuple(table.columns))
             for table in tables if table.columns]
+
+
+def _table_of_lines(path: Path, lines: list[str], one_of_many: bool) -> RawTable | None:
+    """The table of a text; None if it is one of many and has no rows."""
+    require_numbers_in_cells(path, lines)
+    text = raw_text(path, lines)
+    if text is None and one_of_many:
+        return None
+    if text is None:
+        raise no_table(path, lines)
+    require_samples(text)
+    return _text_table(text)
 
 
 def _continued(values: FloatArray) -> FloatArray:

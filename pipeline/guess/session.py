@@ -20,6 +20,7 @@ from pipeline.guess.plate import (
     matching_clip,
     nominal_rpm,
     settle_scale,
+    speeds_in,
     speeds_of,
     without_rate_bias,
 )
@@ -116,19 +117,20 @@ def guess_session(
     doubts += _doubts_of_tables(settled)
     beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
-    groups: dict[tuple[Layout, float | None, bool], list[TableGuess]] = {}
+    groups: dict[tuple[Layout, float | None, bool], dict[TableGuess, float]] = {}
     rates = [beside.get(table, table) for table in settled]
-    for table, rate, turns in zip(settled, rates, speeds_of([t.turning_rad_s for t in rates]),
+    for table, rate, usual in zip(settled, rates, speeds_of([t.turning_rad_s for t in rates]),
                                   strict=True):
         kind: Layout = "means" if table.are_means else layout
-        rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
         force = next((one for one, other in beside.items() if other is rate), table)
-        clockwise = bool(turns) and rate.turns_clockwise(force)
-        groups.setdefault((kind, rpm, clockwise), []).append(table)
+        every = speeds_in(table) if kind == "log" and not scales else []
+        for turns, clockwise in every or [(usual, bool(usual) and rate.turns_clockwise(force))]:
+            rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
+            groups.setdefault((kind, rpm, clockwise), {})[table] = turns
     sources = tuple(
-        _source("log", rpm, clockwise, _paired(group, beside), clips)
-        if kind == "log" or (kind == "files" and not _are_poses(group)) else
-        _source(kind, rpm, clockwise, group, clips)
+        _source("log", rpm, clockwise, _paired([*group], beside), [*group.values()], clips)
+        if kind == "log" or (kind == "files" and not _are_poses([*group])) else
+        _source(kind, rpm, clockwise, [*group], [*group.values()], clips)
         for (kind, rpm, clockwise), group in groups.items())
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
@@ -147,13 +149,14 @@ def _speed_rpm(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> float | None
 
 def _source(
     layout: Layout, rpm: float | None, clockwise: bool, tables: Sequence[TableGuess],
-    clips: Sequence[MeasuredClip],
+    speeds: Sequence[float], clips: Sequence[MeasuredClip],
 ) -> PoseSource:
-    """Tables of one setting with their clip; ``rpm`` is 0 at rest and None if not known."""
+    """Tables of one setting with their speeds, rad/s, and their clip; ``rpm`` is 0 at rest and None
+    if not known."""
     if rpm == 0:
         return PoseSource(layout, tuple(tables), STOPPED)
     sign = -1.0 if clockwise else 1.0
-    turning = sign * float(np.median([table.turning_rad_s for table in tables if table.gyroscope]))
+    turning = sign * float(np.median([speed for speed in speeds if speed]))
     if rpm is None:
         return PoseSource(layout, tuple(tables), None, turning)
     clip = matching_clip(turning, clips)

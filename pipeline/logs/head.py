@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
@@ -23,13 +24,14 @@ from pipeline.logs.dialect import (
     split_cells,
 )
 from pipeline.logs.header import MISSING_TRIAD, our_names, wrong_header
-from pipeline.logs.header_words import spelled_unit
+from pipeline.logs.header_words import read_name, spelled_unit
 
 COMMENT_SIGNS = ("#", "//", "%")
 #: Comment of MT Manager; missing in some exports, so never assumed.
 UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
 #: Largest number of lines of a head; settings above the header ("Fs,100") take a few lines.
 LONGEST_HEAD = 200
+MOST_NAMES = 4  #: fact: lines of names, units, comments and kinds of Origin and of Campbell loggers
 LONGEST_FOOTER = 100  #: largest number of lines of text and sums below the rows
 OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units of other columns
 FEWEST_NUMBERS = 3  #: least number of numbers in a row: a triad
@@ -73,15 +75,13 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     usual: tuple[int, bool] | None = None
     begin, rate_hz = _start_and_rate(lines)
     for i, line in enumerate(lines[begin:LONGEST_HEAD], begin):
-        text = line.strip()
+        text = _stripped(line)
         comment = text.startswith(COMMENT_SIGNS)
         if comment:
             stated = UPDATE_RATE.search(text)
             rate_hz = float(stated.group(1)) if stated else rate_hz
             text = text.lstrip("#/% ")
         cells = split_cells(text, delimiter_of(text))
-        if line.startswith("\t") and not line.startswith("\t\t"):
-            cells = ["", *cells]  # an index without a name, as pandas writes it
         if not cells:
             continue
         if _is_header(cells, columns):
@@ -106,6 +106,11 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     return Head(None, names, at, rate_hz)
 
 
+def _stripped(line: str) -> str:
+    """A line without blanks around it; a leading tab ends an empty cell, as pandas writes it."""
+    return line.rstrip().lstrip(" ")
+
+
 def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
     """Number of lines with the start and the rate in every column, and that rate in Hz.
 
@@ -123,7 +128,7 @@ def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
 def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
     """The most frequent shape of rows in the second half of a text; None without rows."""
     shapes: Counter[tuple[int, bool]] = Counter()
-    for line in map(str.strip, lines[len(lines) // 2 :][:LONGEST_HEAD]):
+    for line in map(_stripped, lines[len(lines) // 2 :][:LONGEST_HEAD]):
         dialect = dialect_of(line)
         cells = dialect.cells(line)
         if sum(map(dialect.holds_number, cells)) >= FEWEST_NUMBERS:
@@ -146,17 +151,33 @@ def _head(
     fitting = [(at, names) for at, names in above
                if len(without_sign(names, width) or ()) in (width, width - 1)]
     if header is None and fitting:
-        header = fitting[-1]
-        units = sum(bool(spelled_unit(unit)) or unit.lower() in OTHER_UNITS
-                    for unit in map(_bare_unit, header[1]))
-        if units > len(header[1]) / 2 and len(fitting) > 1:
-            at, names = fitting[-2]
-            header = (at, [f"{name} ({_bare_unit(unit)})" if unit else name for name, unit in
-                           zip(names, header[1], strict=False)])
+        header = _best_names(fitting)
     if header is None:
         return Head(first, None, first, rate_hz)
     return Head(first, header[1], header[0], rate_hz)
 
+
+def _best_names(fitting: Sequence[tuple[int, list[str]]]) -> tuple[int, list[str]]:
+    """The line above the rows, or two lines joined, in which most names are known, with the units
+    of a line of units."""
+    units = [(at, names) for at, names in fitting[1:] if _are_units(names)][-1:]
+    rows = [row for row in fitting[-MOST_NAMES:] if row not in units]
+    joined = [(at, [" ".join(dict.fromkeys(filter(None, pair))) for pair in zip(
+        names, below, strict=True)]) for (_, names), (at, below) in pairwise(rows)
+        if len(names) == len(below)]
+    at, names = max([*joined, *rows], key=lambda row: (
+        sum(read_name(name).quantity != "" for name in row[1]), row in rows, row[0]))
+    for _, cells in units:
+        names = [f"{name} ({_bare_unit(unit)})" if unit else name
+                 for name, unit in zip(names, cells, strict=False)]
+    return at, names
+
+
+def _are_units(names: Sequence[str]) -> bool:
+    """Whether most cells of a line are units, or words of a row that names its units."""
+    units = [unit for unit in map(_bare_unit, names)
+             if spelled_unit(unit) or unit.lower() in (*OTHER_UNITS, "units", "unit")]
+    return len(units) > len(names) / 2 and any(map(spelled_unit, units))
 
 
 def _bare_unit(cell: str) -> str:

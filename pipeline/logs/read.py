@@ -29,7 +29,7 @@ from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_of
 from pipeline.logs.header import named_columns, our_names
 from pipeline.logs.join import join_logs
-from pipeline.logs.source import read_bytes, text_lines
+from pipeline.logs.source import picked_lines, read_bytes, tables_of_text
 from pipeline.logs.text import MOST_LACKING, LogText, log_text, numbers_of
 from pipeline.text.names import nearest_name
 
@@ -106,8 +106,10 @@ def column_names(path: Path, columns: ColumnNames | None = None) -> list[str]:
     UnreadableInput
         As in :func:`read_log`.
     """
-    if path.is_file() and kind_of(path) is None:
-        names = log_text(path, text_lines(path, read_bytes(path)), columns).names
+    file, member = split_member(path)
+    if file.is_file() and kind_of(file) is None:
+        lines = picked_lines(file, tables_of_text(file, read_bytes(file)), member)
+        names = log_text(path, lines, columns).names
         return [name for name in names if name != SKIP]
     return [name for table in read_tables(path, columns) for name in table.values]
 
@@ -125,12 +127,10 @@ def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable
     file, member = split_member(path)
     kind = kind_of(file)
     if kind is None:
-        if member:
-            raise UnreadableInput(f"{path}: {file.name} is one table of text and has no "
-                                  f"'{member}'. Name the file alone.")
-        return _by_rate(_text_table(log_text(path, text_lines(path, read_bytes(path)), columns)))
-    if kind == ARCHIVE and (lines := member_lines(file, member)) is not None:
+        lines = picked_lines(file, tables_of_text(file, read_bytes(file)), member)
         return _by_rate(_text_table(log_text(path, lines, columns)))
+    if kind == ARCHIVE and (inside := member_lines(file, member)) is not None:
+        return _by_rate(_text_table(log_text(path, inside, columns)))
     return _picked(path, member, tables_of(file, kind), columns)
 
 

@@ -1,151 +1,183 @@
-"""Rows from sentences: lines with the same words and signs and different numbers.
+"""Rows of numbers from lines with text around them, as sketches, consoles and databases print them.
 
-Examples are ``I (1312) IMU: acc=0.01,-0.02,0.98 gyr=1.2,0.3,-0.5``, cells with vectors
-(``0.02,"[0.1, 0.2, 9.8]"``) and numbers with units (``0.02s, 0.98g``). The names are in the text
-between the numbers, or in a header with as many cells as the line.
+The form of a line is its text with a mark in place of each number and time. The lines of a log have
+one form, or a few that recur in one order: a line for each sensor or axis, a document of YAML. The
+lines of a sample are joined into one row. Rows keep their line numbers in the file.
 """
 
 import re
 from collections import Counter
-from collections.abc import Sequence
-from itertools import groupby, pairwise
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain, islice, pairwise
 
-from calib.poses.imu_log import AXES
 from pipeline.logs.columns import TIME
-from pipeline.logs.dialect import (
-    DELIMITERS,
-    delimiter_of,
-    dialect_of,
-    local_date_seconds,
-    seconds_of,
-)
+from pipeline.logs.dialect import Dialect, delimiter_of, dialect_of, local_date_seconds, seconds_of
 from pipeline.logs.header_words import spelled_unit
+from pipeline.logs.sentence_names import (
+    MARK,
+    SLOT,
+    names_of_header,
+    names_of_sample,
+    numbered,
+    without_colours,
+)
 
-LEAST_SHARE = 0.9  #: least share of the lines with one format
+SHOWN = 400  #: number of last lines that show the forms; a message of ROS has 50 lines
+MOST_LINES = 100  #: largest number of lines of a sample
+LEAST_SHARE = 0.9  #: least share of the lines with one form, or in one order
 FEWEST = 3  #: least number of numbers in a row: a triad
-#: Repetitions are possessive (``++``), or the search of a long line would take minutes.
-NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
-DAY = r"(?:\d{4}-\d{2}-\d{2}[ T])?\d{1,2}:\d{2}:\d{2}(?:\.\d++|,\d{3}(?![\d.,]))?"
-SLOT = re.compile(rf"(?<![\w.^])(?<!\d:)(?:{DAY}(?![\w:])|{NUMBER})")
-COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal
-PADDING = re.compile(r"(?<=[\[({]) | (?=[\])}])")  #: padding blanks inside brackets
-IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
-AROUND = " \t:=<>()[]{}/\"',;|"
-BEHIND = {"[": "]", "(": ")"}
-LIST = re.compile(r"-?[\d.]+(?:[|]-?[\d.]+){4,}")  #: samples of one channel in one cell
+PADDING = re.compile(rf"(?<=[\[({{:=]) | (?=[\])}}])|(?<={MARK}) (?!{MARK})|(?<!{MARK}) (?={MARK})")
+"""Blanks around numbers and inside brackets, which the width of a number changes."""
+LETTERS = re.compile(r"[^\W\d_]+")
+LIST = re.compile(r"(?<![\d.])-?[\d.]++(?:[|]-?[\d.]++){4,}")  #: samples of one channel in one cell
 COMMA = re.compile(r"(\d),(\d)")  #: a decimal comma
 NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: a decimal point, or commas between numbers
-MARK = "\0"  #: placeholder of a number
 VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbers in brackets
 
 
-def rows_of_sentences(lines: list[str], shown: Sequence[str]) -> list[str] | None:
-    """``lines`` as rows under a header, one row per line; None if they are not sentences.
+def rows_of_lines(lines: list[str]) -> list[str]:
+    """``lines`` as rows of numbers under a header, or unchanged if they are a table already.
 
-    ``shown`` are the lines that determine the format. Lines of other formats become comments.
+    The header replaces the line before the first row or, without such a line, the first row.
     """
-    if shown and delimiter_of(shown[-1]) in (";", "\t") and not any(map(NO_COMMA.search, shown)):
-        lines, shown = ([COMMA.sub(r"\1.\2", line) for line in each] for each in (lines, shown))
-    texts = Counter(_text(line) for line in shown)
-    text, count = max(texts.items(), key=lambda item: item[1], default=("", 0))
-    if text.count(MARK) < FEWEST or count < LEAST_SHARE * len(shown):
-        return None
-    if not _hides_numbers(next(line for line in shown if _text(line) == text)):
-        return None
-    rows = [",".join(slot.replace(",", ".") for slot in SLOT.findall(COLOURS.sub("", line)))
-            if _text(line) == text else f"# {line}" for line in lines]
-    first = next(i for i, row in enumerate(rows) if not row.startswith("# "))
-    clock = TIME if ":" in rows[first].split(",")[0] else "t" if _grows(shown) else ""
-    above = next((line for line in reversed(lines[:first]) if line.strip()), "")
-    names = _names_of_header(text, above) or _names_of_text(text, clock)
-    if not all(map(str.isdecimal, names)):  # positions alone would be a row of numbers
-        rows[max(first - 1, 0)] = ",".join(names)
+    shown = [*islice((line for line in reversed(lines) if line.strip()), SHOWN)][::-1]
+    if shown and delimiter_of(shown[-1]) in (";", "\t", None) and not any(
+            map(NO_COMMA.search, shown)) and any(map(COMMA.search, shown)):
+        decimal = [COMMA.sub(r"\1.\2", line) for line in shown]
+    else:
+        decimal = shown
+    if not shown or not _hide_numbers(decimal):
+        return lines
+    if decimal is not shown:
+        lines, shown = [COMMA.sub(r"\1.\2", line) for line in lines], decimal
+    for form in (form_of, _loose_form):
+        cycle = _cycle([*map(form, shown)])
+        if sum(one.count(MARK) for one in cycle) >= FEWEST:
+            return _rows(lines, cycle, form)
+    return lines
+
+
+def form_of(line: str) -> str:
+    """The line with marks in place of its numbers, and no more than single blanks."""
+    return PADDING.sub("", " ".join(SLOT.sub(MARK, without_colours(line)).split()))
+
+
+def _loose_form(line: str) -> str:
+    """The form of a line whose words change, such as a state or a level."""
+    return LETTERS.sub("a", form_of(line))
+
+
+def _cycle(forms: Sequence[str]) -> list[str]:
+    """The forms of the lines of a sample, in order; empty if they do not recur.
+
+    Forms of one or two lines are messages between the samples.
+    """
+    counts = Counter(forms)
+    form, count = counts.most_common(1)[0]
+    if count >= LEAST_SHARE * len(forms):
+        return [form]
+    recurring = [form for form in forms if counts[form] > 2] or [*forms]
+    for period in range(1, min(MOST_LINES, len(recurring) // 2) + 1):
+        alike = sum(map(str.__eq__, recurring, recurring[period:]))
+        if alike >= LEAST_SHARE * (len(recurring) - period):
+            cycle = recurring[:period]
+            separators = [i for i, form in enumerate(cycle) if not LETTERS.search(form)
+                          and MARK not in form]
+            begin = separators[-1] + 1 if separators else 0
+            return cycle[begin:] + cycle[:begin]
+    return []
+
+
+def _rows(lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]) -> list[str]:
+    """A row in place of the last line of each sample, comments in place of all other lines."""
+    cycle = _from_first(lines, cycle, form)
+    samples = dict(_samples(lines, cycle, form))
+    if not samples:
+        return [*lines]
+    first, example = next(iter(samples.items()))
+    rows = [f"# {line}" if at > first or any(map(str.isdigit, line)) else ""
+            for at, line in enumerate(lines)]  # words above are no header of the joined rows
+    for at, sample in samples.items():
+        rows[at] = ",".join(slot.replace(",", ".") for line in sample
+                            for slot in SLOT.findall(without_colours(line)))
+    names = names_of_sample(example)
+    begin = next((i for i, line in enumerate(lines) if line in example), first)
+    above = next((line for line in reversed(lines[:begin]) if line.strip()), "")
+    if len(cycle) == 1 or not any(map(LETTERS.search, cycle)):
+        titles = [names_of_header(form_of(line), above) for line in example]
+        names = [*chain(*titles)] if all(titles) else names
+    leading = [cells.split(",", 1)[0] for cells in islice((rows[at] for at in samples), SHOWN)]
+    if names and not names[0]:
+        names[0] = TIME if ":" in leading[0] else "t" if _grow(leading) else ""
+    if any(names):  # positions alone would be a row of numbers
+        rows[max(first - 1, 0)] = ",".join(numbered(names))
     return rows
 
 
-def _text(line: str) -> str:
-    """The line with marks in place of its numbers, and single blanks."""
-    return PADDING.sub("", " ".join(SLOT.sub(MARK, COLOURS.sub("", line)).split()))
+def _from_first(
+    lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
+) -> list[str]:
+    """The cycle from the form with which the first complete sample of the file begins."""
+    if any(not LETTERS.search(one) and MARK not in one for one in cycle):
+        return [*cycle]
+    forms = [form(line) for line in islice(filter(str.strip, lines), SHOWN)]
+    turned = [[*cycle[i:], *cycle[:i]] for i in range(len(cycle))]
+    return next((one for i in range(len(forms)) for one in turned
+                 if forms[i : i + len(cycle)] == one), [*cycle])
 
 
-def _grows(lines: Sequence[str]) -> bool:
-    """Whether the first number increases from line to line, as a clock does."""
-    firsts = [float(match[0].replace(",", ".")) for line in lines
-              if (match := SLOT.search(COLOURS.sub("", line))) and ":" not in match[0]]
-    return len(firsts) > FEWEST and all(one < other for one, other in pairwise(firsts))
+def _samples(
+    lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
+) -> Iterator[tuple[int, list[str]]]:
+    """Index of the last line, and the lines, of each sample; lines of other forms are left out."""
+    sample: list[str] = []
+    for i, line in enumerate(lines):
+        one = form(line)
+        if one != cycle[len(sample)]:
+            if one not in cycle:
+                continue
+            sample = []
+        if one == cycle[len(sample)]:
+            sample.append(line)
+        if len(sample) == len(cycle):
+            yield i, sample
+            sample = []
 
 
-def _hides_numbers(line: str) -> bool:
-    """Whether the line is not a plain table: numbers have units or are in vectors."""
-    plain = COLOURS.sub("", line)
-    dialect = dialect_of(plain)
-    hidden = [cell for cell in dialect.cells(plain)
-              if not dialect.holds_number(cell) and seconds_of(cell) is None
-              and local_date_seconds(cell) is None]
-    if LIST.search(line):
+def _grow(leading: Sequence[str]) -> bool:
+    """Whether the first number increases from row to row, as a clock does."""
+    try:
+        numbers = [*map(float, leading)]
+    except ValueError:
         return False
-    if VECTOR.search(_text(line)):
+    return len(numbers) > FEWEST and all(one < other for one, other in pairwise(numbers))
+
+
+def _hide_numbers(lines: Sequence[str]) -> bool:
+    """Whether the lines are not a plain table: numbers have words or units in their cells, are in
+    vectors, or are fewer than a triad in most lines."""
+    plain = [without_colours(line) for line in lines]
+    if any(map(LIST.search, plain)):
+        return False
+    dialects = [dialect_of(line) for line in plain]
+    hidden = [[*_hidden(line, dialect)] for line, dialect in zip(plain, dialects, strict=True)]
+    numbers = [sum(map(dialect.holds_number, dialect.cells(line)))
+               for line, dialect in zip(plain, dialects, strict=True)]
+    with_numbers = sum(SLOT.search(line) is not None for line in plain)
+    if sum(count >= FEWEST for count in numbers) <= with_numbers / 2:
         return True
-    with_units = any(spelled_unit(cell[slot.end() :]) for cell in hidden
-                     if (slot := SLOT.match(cell)))
-    return with_units or sum(len(SLOT.findall(cell)) for cell in hidden) >= FEWEST
+    if sum(VECTOR.search(form_of(line)) is not None for line in plain) > len(lines) / 2:
+        return True
+    if sum(any(spelled_unit(cell[slot.end():]) for cell in cells if (slot := SLOT.match(cell)))
+           for cells in hidden) > len(lines) / 2:
+        return True
+    tokens = [tuple(number for cell in cells for number in SLOT.findall(cell)) for cells in hidden]
+    return len(set(tokens)) > len(tokens) / 2
 
 
-def _names_of_header(text: str, above: str) -> list[str]:
-    """Names from the cells of the line above, with the units that follow the numbers."""
-    sign = max(DELIMITERS, key=text.count)
-    whole = IN_BRACKETS.sub(lambda vector: vector[0].replace(sign, " "), text)
-    cells, names = whole.split(sign), [name.strip(' "') for name in above.split(sign)]
-    if len(cells) != len(names) or len(cells) < 2 or SLOT.search(above):
-        return []
-    named = []
-    for cell, name in zip(cells, names, strict=True):
-        count = cell.count(MARK)
-        unit = cell.rpartition(MARK)[2].strip(AROUND) if count else ""
-        title = f"{name} ({unit})" if spelled_unit(unit) else name
-        named += ([title] if count == 1 else [title, f"{title} sd"] if count == 2 and "±" in cell
-                  else _spread(name, count))
-    return named
-
-
-def _names_of_text(text: str, first: str) -> list[str]:
-    """Names from the words before the numbers; a number without words continues the last name.
-
-    ``first`` is the name of the first number if it has no words.
-    """
-    labels: list[str] = []
-    units: dict[int, str] = {}
-    for part in text.split(MARK)[:-1]:
-        words = re.split(r"[,;|]", part)[-1].replace(":", " ").strip(AROUND)
-        words += "".join(BEHIND[sign] for sign in BEHIND if words.count(sign) > words.count(
-            BEHIND[sign]))
-        behind, _, others = " ".join(words.split()).partition(" ")
-        if labels and spelled_unit(behind.strip(AROUND)):
-            units[len(labels) - 1] = behind.strip(AROUND)
-            words = others
-        if words.lower() in AXES and labels and labels[-1][-1:].lower() in AXES:
-            words = f"{labels[-1][:-1]}{words}"
-        labels.append(words if any(map(str.isalpha, words)) else "")
-    labels[0] = labels[0] or first
-    if labels[0] == TIME:
-        units.pop(0, None)  # "14:05:00.020 Raw data" is no unit
-    groups: list[list[str]] = []
-    for is_named, run in groupby(labels, key=bool):
-        several = list(run)
-        if is_named or not groups:
-            groups += [[label] for label in several]
-        else:
-            groups[-1] += several
-    named: list[str] = []
-    for group in groups:
-        unit = units.get(len(named) + len(group) - 1)
-        names = group if len(group) == 1 else _spread(group[0], len(group))
-        named += [f"{name} ({unit})" if unit and name else name for name in names]
-    return named
-
-
-def _spread(name: str, count: int) -> list[str]:
-    """Names of several numbers with one name: with the axes for a triad, else their positions."""
-    if count == len(AXES):
-        return [f"{name} {axis}" for axis in AXES]
-    return [str(place) for place in range(1, count + 1)]
+def _hidden(line: str, dialect: Dialect) -> Iterator[str]:
+    """The cells of a line that are neither a number nor a time."""
+    for cell in dialect.cells(line):
+        if not dialect.holds_number(cell) and seconds_of(cell) is None and (
+                local_date_seconds(cell) is None):
+            yield cell

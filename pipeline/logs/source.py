@@ -3,6 +3,7 @@
 import gzip
 import re
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -11,9 +12,10 @@ from pipeline.files import may_never_end
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
 from pipeline.logs.header_words import read_name
-from pipeline.logs.labels import unlabelled_lines
 from pipeline.logs.memory import largest_text, too_large
-from pipeline.text.names import word
+from pipeline.logs.row_kinds import lines_by_kind
+from pipeline.logs.sentences import rows_of_lines
+from pipeline.text.names import nearest_name, word
 
 REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
@@ -87,6 +89,39 @@ def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
         ) from error
 
 
+def tables_of_text(path: Path, data: bytes) -> dict[str, list[str]]:
+    """The lines of each table of a text as rows of numbers: one without a name, or one for each
+    kind of rows.
+
+    Raises
+    ------
+    UnreadableInput
+        As in :func:`text_lines`.
+    """
+    return {kind: rows_of_lines(lines)
+            for kind, lines in lines_by_kind(text_lines(path, data)).items()}
+
+
+def picked_lines(path: Path, tables: Mapping[str, list[str]], member: str) -> list[str]:
+    """The lines of the table named ``member``, or of the only one.
+
+    Raises
+    ------
+    UnreadableInput
+        There is none with that name, or several and no name.
+    """
+    if member in tables:
+        return tables[member]
+    if tables.keys() == {""}:
+        raise UnreadableInput(f"{path}: is one table of text and has no '{member}'. Name the file "
+                              "alone.")
+    name = "" if not member else f" no table is named '{member}'{nearest_name(member, [*tables])};"
+    raise UnreadableInput(
+        f"{path}:{name} its rows are those of several sensors: {', '.join(tables)}. Name one as a "
+        f"file, as in `{path.name}/{next(iter(tables))}`; `pipeline import {word(path.name)}` "
+        f"reads them all.")
+
+
 def text_lines(path: Path, data: bytes) -> list[str]:
     """The lines of a text in UTF-8, or in UTF-16, whose byte order follows from the first letter.
 
@@ -105,14 +140,16 @@ def text_lines(path: Path, data: bytes) -> list[str]:
         text = data.decode(utf_16 or "utf-8-sig")
     except UnicodeDecodeError as error:
         text = _in_code_page(data)
-        damaged = utf_16 or any(width_of_numbers(line) >= FEWEST_NUMBERS
-                                for line in text.split("\n") if not line.isascii())
+        damaged = utf_16 or any(
+            not cell.isascii() and not re.search("[A-Za-z]", cell) for line in text.split("\n")
+            if not line.isascii() and width_of_numbers(line) >= FEWEST_NUMBERS
+            for cell in split_cells(line, delimiter_of(line)))
         if damaged:
             raise _not_text(path, data, error.start) from error
     if "\0" in text:
         raise _not_text(path, data, data.index(0))
     text = decimal_numbers(text).replace("\r\n", "\n").replace("\r", "\n")
-    return unlabelled_lines(text.split("\n"))
+    return text.split("\n")
 
 
 def _in_code_page(data: bytes) -> str:

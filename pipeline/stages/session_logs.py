@@ -4,7 +4,7 @@ Each log is labelled by its path from the configuration.
 """
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -191,12 +191,26 @@ def read_session(config: Config) -> SessionLogs:
                 require_running(one.logs, every)
     for triad, spec in specs.items():
         settings = settings_of(config, triad)
-        require_no_copies([log for setting in settings for log in session[setting].logs], triad)
+        require_no_copies([*_each_once(settings, session)], triad)
         for setting in settings:
             require_unclipped(session[setting].logs, triad, spec)
             if triad == "accelerometer" and setting.rate == STOPPED and not setting.poses.log:
                 require_raw(session[setting].logs, spec)
     return session
+
+
+def _each_once(
+    settings: Sequence[Setting], session: Mapping[Setting, SettingLogs]
+) -> Iterator[ImuLog]:
+    """The logs of settings; once a long log of which one uses the rests, one the turning part."""
+    turning = {log.label for setting in settings if setting.poses.log and setting.rate != STOPPED
+               for log in session[setting].logs}
+    for setting in settings:
+        for log in session[setting].logs:
+            if setting.poses.log and setting.rate == STOPPED and log.label in turning:
+                turning.remove(log.label)
+            else:
+                yield log
 
 
 def _read(setting: Setting, folder: Path, choice: Choice | None, specs: Specs) -> SettingLogs:

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable, columns_of_array, tables_by_length
 from pipeline.logs.memory import largest_text, too_large
-from pipeline.logs.source import text_lines
+from pipeline.logs.source import picked_lines, tables_of_text
 from pipeline.logs.text import columns_of_text, raw_text
 
 ENCRYPTED = 1  #: bit in a member's flags
@@ -29,10 +29,12 @@ def member_lines(path: Path, name: str) -> list[str] | None:
     """The lines of a table of text in an archive; None if it has no text with that name."""
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {member.filename: member for member in _wanted(path, archive)}
-            if name not in members or not name.lower().endswith(TEXT):
+            member = next((member for member in _wanted(path, archive)
+                           if f"{name}/".startswith(f"{member.filename}/")), None)
+            if member is None or not member.filename.lower().endswith(TEXT):
                 return None
-            return text_lines(path / name, archive.read(members[name]))
+            tables = tables_of_text(path / name, archive.read(member))
+            return picked_lines(path / member.filename, tables, name[len(member.filename) + 1 :])
     except zipfile.BadZipFile as error:
         raise _damaged(path, error) from error
 
@@ -67,9 +69,10 @@ def _tables(path: Path, archive: zipfile.ZipFile) -> list[FileTable]:
             array = np.load(io.BytesIO(data), allow_pickle=False)
             arrays |= columns_of_array(name.stem, array)
             continue
-        text = raw_text(path / name, text_lines(path / name, data))
-        if text is not None:
-            tables.append(FileTable(name.as_posix(), columns_of_text(text)))
+        for kind, lines in tables_of_text(path / name, data).items():
+            text = raw_text(path / name / kind, lines)
+            if text is not None:
+                tables.append(FileTable((name / kind).as_posix(), columns_of_text(text)))
     return [*tables, *tables_by_length(arrays)]
 
 

@@ -49,7 +49,9 @@ def _table(name: str, rows: list[Any]) -> list[FileTable]:
     for key in words:
         kinds = list(dict.fromkeys(row[key] for row in rows))
         turns = sum(one[key] != other[key] for one, other in pairwise(rows))
-        if 1 < len(kinds) <= MOST_KINDS and turns > LEAST_TURNS * len(rows):
+        keys = {(row[key], *row) for row in rows}  # each kind has keys of its own
+        if 1 < len(kinds) <= MOST_KINDS and (turns > LEAST_TURNS * len(rows) or (
+                len(keys) == len(kinds) == len({names[1:] for names in keys}))):
             return [table for kind in kinds for table in _table(
                 kind, [{**row, key: None} for row in rows if row[key] == kind])]
     samples = [dict(_numbers("", sample)) for sample in _unrolled(rows)]

@@ -242,9 +242,7 @@ CONTAINERS_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = 
     "tarball": (tarball, "an archive of tar. Unpack it by `tar xf poses.tar.gz`"),
     "database": (database, "a database of SQLite"),
     "quoted_thousands": (quoted_thousands, "may be a decimal comma or separate thousands"),
-    "home_assistant": (home_assistant, "each row holds one value"),
     "diary": (diary, r"multiplied by 1.0e\+03"),
     "letters": (letters, "base64"),
-    "spreadsheet_xml": (spreadsheet_xml, "XML or HTML.*save the table as CSV"),
     "can_bus": (can_bus, "messages of a bus .*cantools decode"),
 }

@@ -196,9 +196,9 @@ def a_value_a_line(folder: Path, log: HandLog) -> Foreign:
     """ESPHome's log."""
     names = [f"{sensor} {axis}" for sensor in ("Accel", "Gyro") for axis in "XYZ"]
     return Foreign([write_lines(folder / "esphome.log", [
-        f"\x1b[0;36m[14:05:{t % 60:02.0f}][D][sensor:094]: 'MPU6050 {name}': Sending state {v:.5f} "
-        f"with 3 decimals of accuracy\x1b[0m" for t, row in zip(
-            log.time_s[:500], np.hstack([log.acc, log.gyr]), strict=False)
+        f"\x1b[0;36m[14:05:{int(t) % 60:02d}][D][sensor:094]: 'MPU6050 {name}': Sending state "
+        f"{v:.5f} with 3 decimals of accuracy\x1b[0m" for t, row in zip(
+            log.time_s, np.hstack([log.acc, log.gyr]), strict=True)
         for name, v in zip(names, row, strict=True)])])
 
 
@@ -229,13 +229,11 @@ LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
         fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg,
         plotter, wide_letters, event_lines, start_and_rate, blocks, between_the_lines,
-        both_sensors_in_the_file)
+        both_sensors_in_the_file, sensors_in_uneven_turns, a_value_a_line)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
     "samples_beside_each_other": (
         samples_beside_each_other, r"it has 300 columns .* Write a row for each sample"),
     "bytes_of_a_bus": (bytes_of_a_bus, r"with their bytes in hexadecimal"),
-    "sensors_in_uneven_turns": (sensors_in_uneven_turns, r"column 2 names the sensor of each row"),
-    "a_value_a_line": (a_value_a_line, r"each line holds one value, as .*MPU6050 "),
 }

@@ -134,9 +134,64 @@ def time_with_a_colon(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "teensy.txt", ["# raw", *rows])], 4096 / G, 16.384 / DEG)
 
 
+def axes_in_rows_of_their_own(folder: Path, log: HandLog) -> Foreign:
+    """Science Journal: a row for each axis, whose cells of the others are empty."""
+    rows = [",".join([str(round(1000 * t) + k), *(f"{v:.6f}" if j == k else "" for j in range(3))])
+            for t, a in zip(log.time_s, log.acc, strict=True) for k, v in enumerate(a)]
+    return Foreign([write_lines(folder / "recording.csv", ["relative_time,AccX,AccY,AccZ", *rows])],
+                   1.0, None)
+
+
+def rare_kinds_of_objects(folder: Path, log: HandLog) -> Foreign:
+    """gpsd: now and then an object of another class, with keys of its own."""
+    names = ("t", "acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z")
+    rows = [{"class": "ATT"} | dict(zip(names, map(float, row), strict=True))
+            for row in si_rows(log)]
+    rows[::25] = [{"class": "TPV", "mode": 3, "lat": 48.1, "lon": 11.5} for _ in rows[::25]]
+    return Foreign([write_lines(folder / "gpsd.json", list(map(json.dumps, rows)))])
+
+
+def three_lines_of_names(folder: Path, log: HandLog) -> Foreign:
+    """Origin: long names, units and comments, with what each line holds in its first cell."""
+    head = ["Long Name\tTime" + "\tAcceleration" * 3 + "\tAngular rate" * 3,
+            "Units\tms" + "\tmg" * 3 + "\tdps" * 3, "Comments\t" + "\tx\ty\tz" * 2]
+    rows = ["\t".join(["", f"{1000 * float(row[0]):.0f}", *row[1:]])
+            for row in si_rows(log, 1000 / G, 1 / DEG)]
+    return Foreign([write_lines(folder / "Book1.dat", [*head, *rows])], 1000 / G, 1 / DEG)
+
+
+def an_axis_a_file(folder: Path, log: HandLog) -> Foreign:
+    """Arduino Cloud: a file with times and values for each variable."""
+    return Foreign([write_lines(folder / f"acc_{axis}.csv", ["time,value", *(
+        f"{t:.3f},{v:.5f}" for t, v in zip(log.time_s, values, strict=True))])
+        for axis, values in zip("xyz", log.acc.T, strict=True)])
+
+
+def bytes_of_a_port(folder: Path, log: HandLog) -> Foreign:
+    """A terminal's view of what a sensor sends, of which some bytes read as numbers."""
+    counts = np.clip(counts_of(log), -32768, 32767).astype("<i2")
+    return Foreign([write_lines(folder / "hex.txt", [
+        f"55 51 {row.tobytes().hex(' ')}".upper() for row in counts])])
+
+
+def poses_side_by_side(folder: Path, log: HandLog) -> Foreign:
+    """A pose in each column, in a code page, with units in its row names."""
+    means = np.array([log.acc[log.rest == i].mean(axis=0) for i in range(18)])
+    return Foreign([write_lines(folder / "poses.csv", [
+        ";".join(["", *(f"Lage {i + 1}" for i in range(18))]), *(
+            ";".join([f"a{axis} [m/s²]", *(f"{v:.4f}" for v in row)])
+            for axis, row in zip("xyz", means.T, strict=True))], "cp1252")])
+
+
+LATE_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
+    "an_axis_a_file": (an_axis_a_file, "each row holds one value, as .*merge_asof"),
+    "bytes_of_a_port": (bytes_of_a_port, "with their bytes in hexadecimal"),
+    "poses_side_by_side": (poses_side_by_side, "each row is a channel .ax .m/s².*Transpose"),
+}
 LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         movella_dot, registers, fortran, spreadsheet, taking_turns, tagged_lines,
         vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own,
+        axes_in_rows_of_their_own, rare_kinds_of_objects, three_lines_of_names,
         names_in_the_first_row, index_without_a_name, json_in_a_string, time_with_a_colon)
 }

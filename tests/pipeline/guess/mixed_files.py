@@ -144,5 +144,5 @@ def low_resolution(folder: Path, log: HandLog) -> Foreign:
 MIXED: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         two_sensors, wide, missing_values, time_resets, duplicate_headers, two_line_header,
-        shimmer, pandas_index, gz_blanks, nested_json, metawear, low_resolution)
+        android_lines, shimmer, pandas_index, gz_blanks, nested_json, metawear, low_resolution)
 }

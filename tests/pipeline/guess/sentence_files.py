@@ -212,10 +212,8 @@ SENTENCES: dict[str, Callable[[Path, HandLog], Foreign]] = {
         idf_monitor, python_logging, wrapped_json, columns_of_json, japanese, vectors,
         units_in_cells, nmea, witmotion_chinese, browser, aerospace, slow_gyroscope,
         ros2_csv, parts, bno055, whole_seconds, numbered_axes, g_force, arrow, xml,
-        two_chips)
+        two_chips, two_boards, one_value_a_row)
 }
 SENTENCES_REFUSED = {
-    "two_boards": (two_boards, "column 8 names the sensor .*each by itself"),
-    "one_value_a_row": (one_value_a_row, "whose name stands in column 6 .ax, ay, az, .*pivot"),
     "thousands": (thousands, "points separate the thousands"),
 }

@@ -17,8 +17,8 @@ from tests.pipeline.guess.container_files import CONTAINERS, CONTAINERS_REFUSED
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
 from tests.pipeline.guess.lab_files import LAB, LAB_REFUSED
-from tests.pipeline.guess.late_files import LATE
-from tests.pipeline.guess.mixed_files import MIXED, android_lines
+from tests.pipeline.guess.late_files import LATE, LATE_REFUSED
+from tests.pipeline.guess.mixed_files import MIXED
 from tests.pipeline.guess.odd_files import ODD
 from tests.pipeline.guess.sentence_files import SENTENCES, SENTENCES_REFUSED
 from tests.pipeline.guess.strange_files import REFUSED, STRANGE
@@ -28,7 +28,7 @@ from tests.sessions import pipeline
 EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES, **UNSEEN, **CONTAINERS,
          **LAB}
 EVERY_REFUSED = {**REFUSED, **SENTENCES_REFUSED, **UNSEEN_REFUSED, **CONTAINERS_REFUSED,
-                 **LAB_REFUSED}
+                 **LAB_REFUSED, **LATE_REFUSED}
 SITE = "{gravity_m_s2: 9.80665}"
 
 
@@ -67,13 +67,6 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
         assert gyroscope is not None
         assert gyroscope.nominal_scale * foreign.per_rad_s == pytest.approx(1.0, rel=0.01)
         assert checked.outcome.triad("gyroscope") is not None
-
-
-def test_a_list_of_events_is_refused_with_the_command_that_splits_it(
-    tmp_path: Path, log: HandLog
-) -> None:
-    with pytest.raises(UnreadableInput, match=r"column 2 names the sensor .*ACC/.* events.csv"):
-        guess_files(android_lines(tmp_path, log).files, None)
 
 
 def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_path: Path) -> None:

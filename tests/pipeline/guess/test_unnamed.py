@@ -6,11 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.guess.checked import checked_config
 from pipeline.guess.clocks import guess_clock
+from pipeline.guess.config_text import Choices
 from pipeline.guess.files import guess_files
 from pipeline.guess.pool import pooled
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.session import SessionGuess, guess_session
+from pipeline.guess.units import per_deg_of
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
 from tests.pipeline.guess.evening import Evening
 from tests.pipeline.guess.hand_log import HandLog, hand_log
 
@@ -112,3 +117,20 @@ def test_a_long_log_on_the_plate_turns_as_its_samples_say(tmp_path: Path, rpm: f
                comments="")
     (source,) = guessed([tmp_path / "turn.csv"]).sources
     assert np.sign(source.rate_rad_s) == np.sign(rpm)
+
+
+def test_a_log_of_a_whole_evening_has_its_rests_and_its_turning_part(tmp_path: Path) -> None:
+    evening = Evening(range_deg_s=2000.0, poses=12)
+    files = [path for name, rpm, seed in (("rest", 0.0, 1), ("turn", TURN_RPM, 2))
+             for path in evening.write(tmp_path, name, rpm, seed)]
+    tables = [np.loadtxt(path, delimiter=",", skiprows=1) for path in files]
+    for i, table in enumerate(tables):
+        table[:, 0] += 20_000 * i
+    np.savetxt(tmp_path / "all.csv", np.vstack(tables), "%d", ",", header=evening.header,
+               comments="")
+    guess = guess_session(guess_files([tmp_path / "all.csv"], None)[0], (), per_deg_of(2000.0))
+    checked = checked_config(guess, tmp_path / "c.yaml", Choices(),
+                             lambda config: run_stages(config, RunContext()))
+    assert checked.outcome is not None
+    assert checked.changes == ()
+    assert [len(result.calibration.fit.poses) for result in checked.outcome.triads] == [12, 24]

@@ -4,7 +4,8 @@ import time
 
 import pytest
 
-from pipeline.logs.labels import unlabelled_lines
+from pipeline.logs.row_kinds import lines_by_kind
+from pipeline.logs.sentences import rows_of_lines
 
 LONG = 5000
 
@@ -18,32 +19,31 @@ def test_twice_the_length_takes_about_twice_the_time(line: str) -> None:
     for length in (LONG, 2 * LONG):
         lines = [(line * length)[:length] + end for end in ("", "|", " x", ")")]
         begun = time.process_time()
-        assert len(unlabelled_lines(lines)) == len(lines)
+        assert len(rows_of_lines(lines)) == len(lines)
         took.append(time.process_time() - begun)
     assert took[1] < 3.3 * took[0] + 0.05
 
 
-def test_rows_of_the_most_frequent_kind_are_read_under_the_names_of_their_message() -> None:
+def test_rows_of_the_kinds_of_sensors_are_read_under_the_names_of_their_message() -> None:
     lines = ["FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns",
              "FMT, 163, 58, IMU, QBfff, TimeUS,I,GyrX,GyrY,GyrZ", "PARM, 1, RATE, 400",
              *["IMU, 10, 0, 0.1, 0.2, 0.3", "IMU, 20, 0, 0.1, 0.2, 0.3", "ATT, 20, 1.5"] * 30]
-    rows = unlabelled_lines(lines)
-    assert len(rows) == len(lines)
-    assert rows[:5] == ["", "FMT,TimeUS,I,GyrX,GyrY,GyrZ", "", lines[3], lines[4]]
-    assert rows[5] == ""
+    tables = lines_by_kind(lines)
+    assert [*tables] == ["IMU"]
+    assert tables["IMU"][1:6] == ["FMT,TimeUS,I,GyrX,GyrY,GyrZ", "", lines[3], lines[4], ""]
 
 
 def test_numbers_of_a_fixed_width_in_brackets_are_cells() -> None:
-    rows = unlabelled_lines([f"{t:.2f} [{v: .3f} {-v: .3f} {v: .3f}]"
+    rows = rows_of_lines([f"{t:.2f} [{v: .3f} {-v: .3f} {v: .3f}]"
                              for t, v in enumerate([0.5, -0.25] * 20)])
     assert rows[1] == "1.00,-0.250,0.250,-0.250"
 
 
 def test_numbers_behind_one_letter_and_a_colon_are_cells() -> None:
-    assert unlabelled_lines(["A:-12,34,998;G:120,-30,5"] * 40)[1] == "-12,34,998,120,-30,5"
+    assert rows_of_lines(["A:-12,34,998;G:120,-30,5"] * 40)[1] == "-12,34,998,120,-30,5"
 
 
 def test_a_time_of_the_day_before_numbers_that_have_names_is_the_clock() -> None:
-    rows = unlabelled_lines([f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
+    rows = rows_of_lines([f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
                              for i in range(50)])
     assert rows[7] == "14:05:07.5,7.1,0.2,0.3"

@@ -1,0 +1,133 @@
+"""Tables of several sensors, boards or messages whose rows take turns in one text.
+
+A cell of each row names its kind: ``ACCE;12.1;0.1;0.2;9.8``, ``$PIMU,...*5A``, the number of a
+board. Each kind becomes a table of its own; its rows keep their line numbers in the file.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import islice, pairwise
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray
+from pipeline.logs.dialect import Dialect, dialect_of
+from pipeline.logs.head import COMMENT_SIGNS
+from pipeline.logs.header_words import read_name
+
+EVENTS = 400  #: number of last rows that show the kinds
+MOST_KINDS = 12  #: largest number of sensors: those of a phone
+LEAST_TURNS = 0.25
+"""Least share of rows whose board differs from that of the row before. A judgement: boards that
+send in turn change in half of the rows or more, the state of one board changes rarely."""
+IN_TURN = 0.7
+"""Least share of rows whose sensor is the usual successor of the last. A judgement: it is four of
+five for sensors that send in turn, one of two at most for a reading with a few values."""
+FARTHER = 5.0
+"""Least ratio of the step between sensors to that within one plus the resolution. A judgement: the
+biases of two boards differ by ten times the noise in one of six axes, those of one board by 1."""
+FEWEST = 3  #: least number of numbers in a row: a triad
+SENTENCE = re.compile(r"\s*+[$%#](\w++,.*)\*[0-9A-Fa-f]{2,8}\s*+")
+"""A sentence of NMEA 0183, or a message of NovAtel."""
+KIND = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  #: a first cell that names the kind of a row
+
+
+def lines_by_kind(lines: list[str]) -> Mapping[str, list[str]]:
+    """The lines of each kind, others empty; all lines under an empty name if there is one kind."""
+    if sum(SENTENCE.fullmatch(line) is not None for line in lines[-EVENTS:]) > EVENTS / 4:
+        lines = [match[1].replace(";", ",") if (match := SENTENCE.fullmatch(line)) else f"# {line}"
+                 for line in lines]
+    shown = [line for line in lines[-EVENTS:]
+             if line.strip() and not line.startswith(COMMENT_SIGNS)]
+    if not shown:
+        return {"": lines}
+    dialect = dialect_of(shown[-1])
+    rows = [dialect.cells(line) for line in shown]
+    at = _column_of_kinds(rows, dialect)
+    if at is None:
+        return {"": lines}
+    widths: dict[str, Counter[int]] = {}
+    for row in rows:
+        if sum(map(dialect.holds_number, row)) >= FEWEST:
+            widths.setdefault(row[at], Counter())[len(row)] += 1
+    kinds = {kind: width.most_common(1)[0][0] for kind, width in widths.items()}
+    tables = {kind: _of_kind(lines, dialect, at, kind, width, [*kinds])
+              for kind, width in sorted(kinds.items())}
+    named = [kind for kind, table in tables.items() if _names_a_sensor(kind, table, dialect)]
+    return {kind: tables[kind] for kind in named or tables} or {"": lines}
+
+
+def _of_kind(
+    lines: Sequence[str], dialect: Dialect, at: int, kind: str, width: int, kinds: Sequence[str]
+) -> list[str]:
+    """The lines without the rows and the headers of other kinds."""
+    kept = []
+    for line in lines:
+        bare = line.lstrip("#/%; ") if line.startswith((*COMMENT_SIGNS, ";")) else line
+        cells = dialect.cells(bare)
+        is_row = len(cells) == width and cells[at] == kind and (
+            sum(map(dialect.holds_number, cells)) >= FEWEST)
+        words = not any(map(dialect.holds_number, cells[-width:]))
+        if is_row or (words and cells[:1] == [kind]):
+            kept.append(bare)
+        elif words and kind in cells[1:] and len(cells) > width:  # "FMT, 163, 58, IMU, ..., TimeUS"
+            kept.append((dialect.delimiter or " ").join([cells[0], *cells[1 - width:]]))
+        else:
+            kept.append(line if words and not {*cells} & {*kinds} else "")
+    return kept
+
+
+def _names_a_sensor(kind: str, table: Sequence[str], dialect: Dialect) -> bool:
+    """Whether a kind or the names above its rows are those of an accelerometer or a gyroscope."""
+    head = [cells for line in islice(filter(None, table), EVENTS)
+            if not any(map(dialect.holds_number, cells := dialect.cells(line)))]
+    return kind.lower().startswith(("acc", "gyr")) or any(
+        read_name(cell).quantity in ("acc", "gyr") for cells in head for cell in cells
+        if cells[:1] == [kind] or kind not in cells)
+
+
+def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | None:
+    """The column whose cell names the kind of each row; None if the rows are those of one sensor.
+
+    In a first column kinds of different widths show it. Otherwise the rows take turns and,
+    whatever the names, the readings jump between successive rows but not between those of a kind.
+    """
+    width = min(map(len, rows))
+    if not width:
+        return None
+    kinds = Counter((row[0], len(row)) for row in rows)
+    usual = [kind for kind, count in kinds.items() if count >= FEWEST]
+    if all(KIND.fullmatch(kind) for kind, _ in kinds) and all(
+            len({one[i] for one in usual}) > 1 for i in (0, 1)):
+        return 0
+    columns = [[row[i] for row in rows] for i in range(width)]
+    numbers = {i: [float(dialect.decimal_points(cell)) for cell in column]
+               for i, column in enumerate(columns) if dialect.hold_numbers(column)}
+    return next((i for i, column in enumerate(columns) if _take_turns(column) and _jump_between(
+        np.array([cells for j, cells in numbers.items() if j != i]).T, column)), None)
+
+
+def _take_turns(words: Sequence[str]) -> bool:
+    """Whether a few words follow each other in turn."""
+    kinds = {*words}
+    if not 1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) or "" in kinds:
+        return False
+    follows = Counter(pairwise(words))
+    turns = sum(n for (one, other), n in follows.items() if one != other)
+    in_turn = sum(max((n for (one, _), n in follows.items() if one == kind), default=0)
+                  for kind in kinds)
+    return turns > LEAST_TURNS * len(words) and in_turn > IN_TURN * len(words)
+
+
+def _jump_between(columns: FloatArray, words: Sequence[str]) -> bool:
+    """Whether a column of (t, k) has much smaller steps within each of the rows' ``words`` (t,)."""
+    if not columns.size:
+        return False
+    kinds = np.unique(words, return_inverse=True)[1]
+    between = np.abs(np.diff(columns, axis=0))[np.diff(kinds) != 0]
+    order = np.argsort(kinds, kind="stable")
+    within = np.abs(np.diff(columns[order], axis=0))[np.diff(kinds[order]) == 0]
+    apart = np.diff(np.sort(columns, axis=0), axis=0)
+    finest = np.where(apart > 0, apart, np.inf).min(axis=0)
+    return bool((np.median(between, axis=0) > FARTHER * (np.median(within, axis=0) + finest)).any())
