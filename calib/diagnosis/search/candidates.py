@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
@@ -57,19 +56,15 @@ class Candidates:
         return self.key(j for j, h in enumerate(self.hypotheses) if h.effect is None)
 
     def listed(self, table: Table, singles: FloatArray) -> list[int]:
-        """One hypothesis for every effect that is seen, at the likeliest of its shapes."""
+        """One hypothesis for every effect that is seen, at the likeliest of its shapes; ascending.
+        """
         best: dict[str, int] = {}
         for j, h in enumerate(self.hypotheses):
             if h.kind == "listed" and h.course is None and not table.is_blind(j):
                 known = best.setdefault(h.name, j)
                 if singles[j] > singles[known]:
                     best[h.name] = j
-        return [*best.values()]
-
-    def of_effects(self, table: Table, listed: Sequence[int], count: int) -> Iterator[Members]:
-        """Every set of ``count`` of ``listed``."""
-        seen = table.seen.tolist()
-        return combinations(sorted(listed, key=lambda j: (seen[j], j)), count)
+        return sorted(best.values())
 
     def placed(self, table: Table) -> tuple[list[int], ...]:
         """Every pose that these rows can separate from the others, and every visible step."""
@@ -79,10 +74,10 @@ class Candidates:
 
     def one_more(self, table: Table, members: Members, which: Iterable[int]) -> Iterator[Members]:
         """``members`` and one more of ``which``."""
-        inside, seen = self.key(members), table.seen.tolist()
+        inside, blind = self.key(members), (table.seen == 0).tolist()
         for j in which:
-            if seen[j] and not inside & self.bits[j]:
-                yield tuple(sorted((*members, j), key=lambda i: (seen[i], i)))
+            if not blind[j] and not inside & self.bits[j]:
+                yield tuple(sorted((*members, j)))
 
     def beside(self, table: Table, members: Members, every: Sequence[int]) -> Iterator[Members]:
         """The sets beside one: a member of ``every`` more, one less, or one exchanged."""

@@ -112,7 +112,7 @@ class _Search:
 
     def screen_effects(self, count: int) -> None:
         """Weigh every set of ``count`` effects."""
-        self._weigh(self.table, [*self.candidates.of_effects(self.table, self._listed, count)])
+        self._weigh(self.table, [*combinations(self._listed, count)])
 
     def screen_larger(self, largest: int) -> None:
         """Weigh sets of bad poses and of steps, and everything beside the best of each size.
@@ -134,7 +134,7 @@ class _Search:
     def _of_places(self, placed: Sequence[int], count: int) -> Sequence[Members]:
         """Sets of ``count`` bad poses or steps: all where they are few, as one hides the next."""
         if comb(len(placed), count) <= MOST_SETS_OF_PLACES:
-            return [*self.candidates.of_effects(self.table, placed, count)]
+            return [*combinations(placed, count)]
         fewer = [e for e in self.entries.values()
                  if len(e.members) == count - 1 and {*placed}.issuperset(e.members)]
         fewer.sort(key=lambda e: -e.log_posterior)
@@ -266,8 +266,7 @@ class _Search:
             self.entries = {k: e for k, e in self.entries.items() if not self._is_refused(k)}
             return
         table = table_at(joint.fit, chosen, joint.names)
-        order = sorted(range(len(members)), key=lambda i: int(table.seen[i]))
-        value = float(table.batch([tuple(order)]).averaged()[0])
+        value = float(table.batch([range(len(members))]).averaged()[0])
         value += float(self.candidates.log_prior([members])[0]) + joint.log_shape_width
         value += sum(float(np.log(len(h.effect.shape.starts))) for h in chosen
                      if h.effect is not None and h.effect.shape is not None)

@@ -143,9 +143,10 @@ class Table:
                 strength[some, :width], amplitude[some, :width], self.chi2, self.noise)
         return density, (amplitude**2).sum(axis=1)
 
-    def batch(self, sets: Sequence[tuple[int, ...]]) -> Batch:
-        """``sets`` of hypotheses, the members of each by their number of columns, fewest first."""
-        seen, groups = self.seen.tolist(), dict[tuple[int, ...], list[int]]()
+    def batch(self, sets: Sequence[Sequence[int]]) -> Batch:
+        """``sets`` of hypotheses, in which the member of most columns is the last block."""
+        seen, groups = self._seen, dict[tuple[int, ...], list[int]]()
+        sets = [self.by_width(members) for members in sets]
         for i, members in enumerate(sets):
             widths = [seen[j] for j in members]
             if all(widths):
@@ -169,6 +170,14 @@ class Table:
         return Batch(len(sets), [(np.array(places), of_group(g))
                                  for g, places in enumerate(groups.values())])
 
+    def by_width(self, members: Sequence[int]) -> tuple[int, ...]:
+        """``members`` by their number of columns, the fewest first."""
+        return tuple(sorted(members, key=lambda j: (self._seen[j], j)))
+
+    @cached_property
+    def _seen(self) -> list[int]:
+        return list(map(int, self.seen))
+
     def _index(self, members: IntArray, width: int) -> tuple[IntArray, IntArray]:
         """Which rows of :attr:`rows` are the columns of B sets of ``members`` (B, k), one behind
         the next, the number of all where a set has fewer; and whose each is: both (B, width)."""
@@ -189,15 +198,14 @@ class Table:
         rows = np.concatenate([self.rows[used[:-1]], np.zeros((1, len(self.residual)))])
         return rows, np.cumsum(is_used) - 1
 
-    def likeliest_sizes(self, sets: Sequence[tuple[int, ...]]) -> list[FloatArray]:
+    def likeliest_sizes(self, sets: Sequence[Sequence[int]]) -> list[FloatArray]:
         """The tau (k,) of each member of ``sets``, near which the density is highest, no unit."""
-        order = [sorted(range(len(members)), key=lambda i: self.seen[members[i]])
-                 for members in sets]
-        ordered = [tuple(members[i] for i in of) for members, of in zip(sets, order, strict=True)]
-        sizes = {places[i]: taus[np.argsort(order[places[i]])]
-                 for places, some in self.batch(ordered).parts
-                 for i, taus in enumerate(some.likeliest_sizes())}
-        return [sizes[i] for i in range(len(sets))]
+        sizes: list[FloatArray] = [np.zeros(0)] * len(sets)
+        for places, some in self.batch(sets).parts:
+            for i, taus in zip(places, some.likeliest_sizes(), strict=True):
+                of = dict(zip(self.by_width(sets[i]), taus, strict=True))
+                sizes[i] = np.array([of[j] for j in sets[i]])
+        return sizes
 
     def left_out(self, members: Sequence[int], pose: IntArray) -> FloatArray:
         """Whitened residual of every data row when its pose is left out of the fit, (d,).

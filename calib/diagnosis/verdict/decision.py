@@ -152,8 +152,7 @@ def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
     for entry in posterior.entries:
         if entry.refit is not None and {*entry.members} == {*members}:
             return entry.refit
-    effects = [hypotheses[j].effect for j in members]
-    return refit(posterior.base, [effect for effect in effects if effect is not None])
+    return refit(posterior.base, [held(hypotheses[j], j) for j in members if hypotheses[j].effect])
 
 
 def _signal_rows(posterior: Posterior, joint: Refit, name: str) -> FloatArray:
