@@ -3,8 +3,8 @@
 Noise does not repeat itself. If a row has H bits of collision entropy given the rows before it
 (``2^-H`` is the chance that two such rows agree), a stretch of L rows agrees with another of N by
 chance with the probability ``N² 2^(-H L) / 2``; the length at which this falls below
-``FALSE_ALARM`` is the shortest copy that can be detected. Successive rows are correlated, so
-``CORRELATED`` times as many are required.
+``FALSE_ALARM`` is the shortest copy that can be detected. The log of most entropy decides that
+length; logs whose rows would need more are left alone.
 """
 
 from collections.abc import Sequence
@@ -19,14 +19,6 @@ from calib.poses.imu_log import ImuLog, Triad
 from calib.poses.pose_set import PoseSet
 
 Keys = NDArray[np.uint64]
-
-CORRELATED = 4.0
-"""Rows of a low-cost sensor's noise that make one independent row. A judgement: they are read at up
-to four times the rate at which their filter gives independent values."""
-
-LEAST_ENTROPY = 0.5
-"""Least entropy of a row, bits. A judgement: coarser logs repeat themselves by nature, and would
-determine the length of a copy for all others."""
 
 SHORTEST_COPY = 32
 """Rows. Derived: a shorter copy moves a mean by less than its sd in every log of three seconds."""
@@ -112,12 +104,12 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
     rows = [keys[index] for keys, index in zip(every, kept, strict=True)]
     bits = 2 * np.log2(sum(map(len, rows)) + 1) - np.log2(FALSE_ALARM)
     entropy = [_entropy(keys) for keys in rows]
-    usable = [i for i, h in enumerate(entropy) if h > LEAST_ENTROPY]
-    if not usable:
+    needed = bits / max(entropy, default=0.0) if any(entropy) else np.inf
+    if needed > max(map(len, rows), default=0):
         return None
-    needed = CORRELATED * bits / min(entropy[i] for i in usable)
     doublings = int(np.ceil(np.log2(max(needed, SHORTEST_COPY))))
-    usable = [i for i in usable if len(rows[i]) >= 2**doublings]
+    usable = [i for i, h in enumerate(entropy)
+              if len(rows[i]) >= 2**doublings and h * 2**doublings >= bits]
     if not usable:
         return None
     windows = [_window_keys(rows[i], doublings) for i in usable]
