@@ -285,7 +285,6 @@ def _left_out(fit: Fit) -> FloatArray:
     """Sum of the squares of the whitened rows of each fold when it is left out, (FOLDS,)."""
     fold = np.random.default_rng(len(fit.poses)).permutation(len(fit.poses)) % FOLDS
     of_row = fold[fit.equations.row_pose]
-    root = np.sqrt(fit.weight)
-    jacobian = fit.rows.jacobian @ fit.directions * root[:, None]
-    out = left_out_residual(fit.rows.residual * root, jacobian, of_row)
+    residual = fit.rows.residual * np.sqrt(fit.weight)
+    out = left_out_residual(residual, fit.weighted_jacobian, of_row)
     return np.asarray(np.bincount(of_row, out**2, minlength=FOLDS), float)

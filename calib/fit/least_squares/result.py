@@ -201,6 +201,11 @@ class Fit(Stacked):
         return with_common(self.basis, len(self.eta))
 
     @property
+    def weighted_jacobian(self) -> FloatArray:
+        """Rows by the fitted directions, times the roots of their weights, no unit, (r, v + q)."""
+        return np.asarray(self.rows.jacobian @ self.directions * np.sqrt(self.weight)[:, None])
+
+    @property
     def shape_sd(self) -> Mapping[str, float]:
         """Sds of the shape parameters; NaN if held, at a bound, or without influence on any row."""
         at_bound = shapes_at_bound(self.model, self.shapes)

@@ -115,8 +115,7 @@ def scatter_between_runs(fit: Fit) -> FloatArray:
     if runs.shape[1] < 2 or fit.bounded_p_value >= MISFIT_P_VALUE:
         return nothing
     root = np.sqrt(fit.weight)
-    jacobian = fit.rows.jacobian @ fit.directions * root[:, None]
-    q, r = np.linalg.qr(jacobian)
+    q, r = np.linalg.qr(fit.weighted_jacobian)
     of_runs = runs * root[:, None]
     shown = of_runs - q @ (q.T @ of_runs)
     u, singular, _ = np.linalg.svd(shown, full_matrices=False)

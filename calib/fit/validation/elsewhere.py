@@ -63,7 +63,7 @@ def mean_square_error(fit: Fit) -> float:
     if elsewhere is None:
         return (scatter - 1) * float(np.mean(fit.equations.row_sd**2))
     missed = (scatter - 1) * float(np.mean(fit.equations.magnitude_sd**2))
-    whitened = fit.rows.jacobian @ fit.directions * np.sqrt(fit.weight)[:, None]
+    whitened = fit.weighted_jacobian
     gradient = gradient_of(fit, elsewhere) @ fit.directions[: fit.model.size]
     by_row = gradient @ inverse_square(whitened) @ whitened[: fit.equations.data_count].T
     return missed + scatter * float((by_row**2).sum(axis=1).mean())

@@ -9,7 +9,6 @@ from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
 from calib.fit.linear import inverse_square, orthonormal_columns
 from calib.fit.rows.problem import Estimate, Problem
-from calib.fit.rows.residuals import Equations
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -92,14 +91,17 @@ class Comparison:
         return sorted(self.poses, key=lambda pose: -abs(pose.in_sd))[:count]
 
 
-def pose_blocks(q: FloatArray, pose: IntArray) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+def pose_blocks(
+    jacobian: FloatArray, pose: IntArray
+) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
     """Rows (m, b) of the poses that have b rows each, and their blocks of ``I - H``.
 
     These as eigenvalues (m, b), ascending, and eigenvectors (m, b, b).
 
-    ``q`` (r, k) is an orthonormal basis of the fitted directions, ``pose`` (d,) numbers the data
-    rows' poses: the rows of a pose need not be adjacent, since its waves come after all means.
+    H is the hat matrix of ``jacobian`` (r, k), ``pose`` (d,) numbers the data rows' poses: the rows
+    of a pose need not be adjacent, since its waves come after all means.
     """
+    q = orthonormal_columns(jacobian)
     order = np.argsort(pose, kind="stable")
     _, first, count = np.unique(pose[order], return_index=True, return_counts=True)
     for size in np.unique(count):
@@ -126,23 +128,11 @@ def left_out_residual(residual: FloatArray, jacobian: FloatArray, pose: IntArray
         In sds of the rows.
     """
     out = np.empty(len(pose))
-    for rows, values, vectors in pose_blocks(orthonormal_columns(jacobian), pose):
+    for rows, values, vectors in pose_blocks(jacobian, pose):
         values = np.maximum(values, 1 - LARGEST_LEVERAGE)
         turned = np.einsum("mji,mj->mi", vectors, residual[rows]) / values
         out[rows] = np.einsum("mij,mj->mi", vectors, turned)
     return out
-
-
-def redundancy(jacobian: FloatArray, pose: IntArray) -> FloatArray:
-    """Share of an error of each pose that its residual shows, in the worst direction, (n,).
-
-    The least eigenvalue of the pose's block of ``I - H``; the arguments are those of
-    :func:`left_out_residual`.
-    """
-    share = np.ones(len(np.unique(pose)))
-    for rows, values, _ in pose_blocks(orthonormal_columns(jacobian), pose):
-        share[pose[rows[:, 0]]] = values[:, 0]
-    return share
 
 
 def compare(fit: Fit) -> Comparison:
@@ -178,9 +168,8 @@ def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float, float]:
     of all about their predictions, or one where the stated sds explain it and are known.
     """
     root, pose = np.sqrt(fit.weight), fit.equations.row_pose
-    q = orthonormal_columns(fit.rows.jacobian @ fit.directions * root[:, None])
     spread, square, log_det = np.empty(len(pose)), 0.0, 0.0
-    for rows, values, vectors in pose_blocks(q, pose):
+    for rows, values, vectors in pose_blocks(fit.weighted_jacobian, pose):
         values = np.maximum(values, 1 - LARGEST_LEVERAGE)
         turned = np.einsum("mji,mj->mi", vectors, out[rows] * root[rows])
         spread[rows] = np.sqrt(np.einsum("mij,mj->mi", vectors**2, 1 / values))
@@ -207,30 +196,22 @@ def refitted_residual(fit: Fit) -> FloatArray:
     equations, root = fit.equations, np.sqrt(fit.weight)
     problem = Problem.of(equations.take(None), fit.basis[None], weight=fit.weight[None])
     problem = problem.with_shapes_held()
-    directions, pose = problem.directions[0], equations.row_pose
-    jacobian = fit.rows.jacobian @ directions * root[:, None]
+    pose, jacobian = equations.row_pose, fit.weighted_jacobian
     closed = left_out_residual(fit.rows.residual * root, jacobian, pose)
     out = closed / np.maximum(root[: len(pose)], NO_LENGTH)
     moved = np.zeros((len(fit.poses), jacobian.shape[1]))
     np.add.at(moved, pose, closed[:, None] * jacobian[: len(pose)])
     step = moved @ inverse_square(jacobian)
-    far = _bent(equations, jacobian, step)
+    # The bend of a length is |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
+    relative_sd = np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0)
+    bend = np.abs(step @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
+    far = np.flatnonzero(bend >= LINEAR_SD)
     if far.size:
         mine = pose == far[:, None]
-        rows, known = _refitted(fit, problem, mine, step[far] @ directions.T)
+        rows, known = _refitted(fit, problem, mine, step[far] @ fit.directions.T)
         chosen = mine & known[:, None]
         out[np.nonzero(chosen)[1]] = rows[:, : len(pose)][chosen]
     return out
-
-
-def _bent(equations: Equations, jacobian: FloatArray, step: FloatArray) -> IntArray:
-    """Steps (n, k) so long that the nonlinearity of lengths matters.
-
-    The bend of a length is |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
-    """
-    relative_sd = float(np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0))
-    bend = np.abs(step @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
-    return np.flatnonzero(bend >= LINEAR_SD)
 
 
 def _refitted(

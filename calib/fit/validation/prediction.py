@@ -17,7 +17,7 @@ from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.correction import linear_form
-from calib.fit.validation.leave_one_out import redundancy
+from calib.fit.validation.leave_one_out import pose_blocks
 from calib.poses.attitudes import natural_directions, spread_directions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
@@ -217,8 +217,9 @@ def _wanted(
 
 def _unchecked(fit: Fit) -> tuple[str, ...]:
     """The poses whose errors would pass into the parameters unnoticed."""
-    root = np.sqrt(fit.weight)[:, None]
-    shares = redundancy(fit.rows.jacobian @ fit.directions * root, fit.equations.row_pose)
+    pose, shares = fit.equations.row_pose, np.ones(len(fit.poses))
+    for rows, values, _ in pose_blocks(fit.weighted_jacobian, pose):
+        shares[pose[rows[:, 0]]] = values[:, 0]  # the worst direction
     return tuple(
         label for label, share in zip(fit.poses.label, shares, strict=True)
         if share < LEAST_REDUNDANCY
