@@ -76,7 +76,8 @@ class Rows:
         at = self.move(x)
         linear = at.rows.jacobian[0] @ self.problem.directions[0]
         if self.problem.free:
-            linear = np.hstack([linear, at.shape_derivatives(self.problem).slope[0]])
+            by_shape = at.shape_derivatives(self.problem.equations, self.problem.free)
+            linear = np.hstack([linear, by_shape.slope[0]])
         return np.asarray(linear * self.root[:, None])
 
 

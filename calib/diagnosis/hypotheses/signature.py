@@ -20,7 +20,6 @@ from calib.fit.least_squares.square_start import square_columns
 from calib.fit.linear import NORM_FLOOR, orthonormal_columns
 from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import evaluate_for, sensor_columns
-from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
@@ -74,9 +73,7 @@ def untested_columns(fit: Fit, tested: Sequence[str]) -> FloatArray:
     shaped = [name for name, sd in fit.log_shape_sd.items()
               if name not in tested and not np.isnan(sd)]
     if shaped:
-        slope = shape_derivatives(
-            fit.equations, fit.theta, fit.eta, fit.shapes, fit.rows, shaped).slope
-        columns = np.hstack([columns, slope])
+        columns = np.hstack([columns, fit.at.shape_derivatives(fit.equations, shaped).slope])
     return np.asarray(columns * np.sqrt(fit.weight)[:, None])
 
 

@@ -17,7 +17,6 @@ from calib.effects.typical import largest_for
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit, shapes_at_bound
 from calib.fit.least_squares.solver import extend
-from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray, Triad
 
@@ -125,9 +124,7 @@ def _log_shape_width(joint: Fit, effects: Sequence[Effect]) -> float:
 
 def _gradient(joint: Fit, names: Sequence[str]) -> dict[str, float]:
     """Derivative of half of chi-square by the logarithms of the shapes of these effects."""
-    slope = shape_derivatives(
-        joint.equations, joint.theta, joint.eta, joint.shapes, joint.rows, names
-    ).slope
+    slope = joint.at.shape_derivatives(joint.equations, names).slope
     return dict(zip(names, map(float, slope.T @ (joint.weight * joint.rows.residual)),
                     strict=True))
 

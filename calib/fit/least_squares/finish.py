@@ -74,7 +74,8 @@ def _covariance(
     linear = at.rows.jacobian @ directions
     if not problem.free:
         return directions @ inverse_square(linear * root) @ directions.swapaxes(1, 2), no_sd
-    slope, v = at.shape_derivatives(problem).slope, directions.shape[2]
+    slope = at.shape_derivatives(problem.equations, problem.free).slope
+    v = directions.shape[2]
     unknowns = pseudo_inverse_square(np.concatenate([linear, slope], axis=2) * root)
     variance = np.einsum("skk->sk", unknowns)[:, v:]
     sd = np.where(slope.any(axis=1), np.sqrt(variance), np.nan)

@@ -203,7 +203,7 @@ def _shape_step(
     q, r, norm = decomposition
     root = np.sqrt(problem.weight)
     residual = at.rows.residual * root
-    by_shape = at.shape_derivatives(problem)
+    by_shape = at.shape_derivatives(problem.equations, problem.free)
     slope = by_shape.slope * root[..., None]
     pull = problem.weight * at.rows.residual
     mixed = np.zeros((*problem.directions.shape[:2], slope.shape[2]))

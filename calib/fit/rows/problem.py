@@ -5,7 +5,7 @@ kind; they differ in their start, in what is held, and in their precision. All r
 leading axis for S sets, which are minimised side by side.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,7 +13,6 @@ import numpy as np
 
 from calib.effects.effect import Shape
 from calib.fit.rows.residuals import Equations
-from calib.fit.rows.shape_derivatives import ShapeDerivatives, shape_derivatives
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.stacked import Stacked
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -125,6 +124,24 @@ def with_common(basis: FloatArray, common: int) -> FloatArray:
     return full
 
 
+DIFFERENCE_STEP = 1e-3
+"""Step of the logarithm of a shape parameter: central differences are exact to 1e-6 of themselves.
+Numerical."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeDerivatives:
+    """Derivatives of the r whitened rows by the logarithms of h shape parameters.
+
+    ``slope`` (..., r, h) the first, ``curvature`` (..., r, h) the second, ``mixed`` (..., r, p, h)
+    the second by theta and the shape.
+    """
+
+    slope: FloatArray
+    curvature: FloatArray
+    mixed: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class Estimate(Stacked):
     """A point of each set: ``theta`` (S, p), ``eta`` (S, q), the ``shapes`` (S,), and the rows."""
@@ -146,10 +163,16 @@ class Estimate(Stacked):
         with np.errstate(all="ignore"):
             return cls(theta, eta, shapes, equations.rows(theta, eta, shapes))
 
-    def shape_derivatives(self, problem: Problem) -> ShapeDerivatives:
-        """Derivatives of the rows by the logarithms of the free shape parameters."""
-        return shape_derivatives(problem.equations, self.theta, self.eta, self.shapes, self.rows,
-                                 tuple(problem.free))
+    def shape_derivatives(self, equations: Equations, names: Iterable[str]) -> ShapeDerivatives:
+        """Derivatives of the rows by the logarithms of the shapes of effects, by differences."""
+        step, p, shapes = DIFFERENCE_STEP, self.theta.shape[-1], self.shapes
+        pairs = [[equations.rows(self.theta, self.eta,
+                                 {**shapes, name: shapes[name] * np.exp(change)})
+                  for change in (-step, step)] for name in names]
+        down, up = (np.stack([pair[k].residual for pair in pairs], axis=-1) for k in (0, 1))
+        mixed = np.stack([(high.jacobian - low.jacobian)[..., :p] for low, high in pairs], axis=-1)
+        bent = up + down - 2 * self.rows.residual[..., None]
+        return ShapeDerivatives((up - down) / (2 * step), bent / step**2, mixed / (2 * step))
 
     def cost(self, weight: FloatArray) -> FloatArray:
         """Weighted sum of squares, no unit, (S,); infinite where there are no true vectors."""

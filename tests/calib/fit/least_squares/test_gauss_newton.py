@@ -14,7 +14,6 @@ from calib.fit.least_squares.solver import extend, fit
 from calib.fit.model import Model
 from calib.fit.rows.problem import Estimate, Problem
 from calib.fit.rows.residuals import Equations
-from calib.fit.rows.shape_derivatives import shape_derivatives
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.trials import DESIGNS, drawn, poses_of
@@ -34,13 +33,13 @@ def poses_with(name: str, seed: int = 5) -> PoseSet:
 def test_derivatives_by_a_shape_are_those_of_the_rows(name: str) -> None:
     found = fit(poses_with(name), Model.of((*BASE, "quadratic", name)))
     value, step = SHAPED[name], 1e-4
-    rows = found.equations.rows(found.theta, found.eta, {name: value})
+    at = Estimate.of(found.equations, found.theta, found.eta, {name: value})
 
     def residual(theta: FloatArray, log_change: float) -> FloatArray:
         shapes = {name: float(value * np.exp(log_change))}
         return found.equations.rows(theta, found.eta, shapes).residual
 
-    exact = shape_derivatives(found.equations, found.theta, found.eta, {name: value}, rows, (name,))
+    exact = at.shape_derivatives(found.equations, (name,))
     up, middle, down = (residual(found.theta, h) for h in (step, 0.0, -step))
     slope, curvature = (up - down) / (2 * step), (up + down - 2 * middle) / step**2
     scale = np.abs(slope).max()
