@@ -129,10 +129,10 @@ def _table(
     from pipeline.errors import UnreadableInput
     from pipeline.fleet.lot_run import run_lot
     from pipeline.fleet.lot_sets import LotSets, load_design
-    from pipeline.fleet.lot_table import is_table
+    from pipeline.fleet.lot_table import TABLES
     from pipeline.stages.context import RunContext
 
-    if not is_table(table) or not table.is_file():
+    if table.suffix.lower() not in TABLES or not table.is_file():
         raise UnreadableInput(f"{table}: with --design one table is expected, an existing file "
                               f"whose name ends in .parquet or .csv.")
     sets = LotSets.of(load_design(design, table), table, RunContext(allow_python=allow_python))

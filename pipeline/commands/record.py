@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pipeline.commands.interaction.recording_display import LivePanel, PlainLines
     from pipeline.config.load import Config
     from pipeline.plan.so_far import Outlook
-    from pipeline.record.session import RecordingDisplay, Session
+    from pipeline.record.session import RecordingDisplay
     from vision.camera import Watch
 
 FASTEST_BAUD = 100_000_000  #: bits per second, of a serial line over USB
@@ -61,9 +61,10 @@ def command(
         return
     from pipeline.commands.interaction.recording_display import watcher
     from pipeline.plan.so_far import Outlook
+    from pipeline.record.demo import SPEED, demo_config, demo_session
     from pipeline.record.start import open_session
 
-    loaded = _rehearsal() if config is None else _recordable(config, anyway)
+    loaded = demo_config(Path(REHEARSAL)) if config is None else _recordable(config, anyway)
     path = loaded.source.path
     outlook = Outlook(path)
     with ExitStack() as shown:
@@ -71,8 +72,12 @@ def command(
         if watch and config is None:
             shown.enter_context(_demo_camera(watch))
         try:
-            session = (_demo(loaded, display) if config is None else
-                       open_session(loaded, display, port, baud, camera, watch))
+            if config is None:
+                display.say(f"A rehearsal with a simulated sensor, {SPEED:g} times as fast as in "
+                            f"life; its files go to {REHEARSAL}.")
+                session = demo_session(loaded, display)
+            else:
+                session = open_session(loaded, display, port, baud, camera, watch)
             done = session.run()
         except KeyboardInterrupt:
             again = proposed("record", "--demo") if config is None else proposed("record", path)
@@ -135,20 +140,6 @@ def _recordable(path: Path, anyway: bool) -> "Config":
                                f"determine the model, add --anyway.") from refused
         click.echo(f"--anyway overrules: {refused}", err=True)
     return loaded
-
-
-def _rehearsal() -> "Config":
-    from pipeline.record.demo import demo_config
-
-    return demo_config(Path(REHEARSAL))
-
-
-def _demo(config: "Config", display: "RecordingDisplay") -> "Session":
-    from pipeline.record.demo import SPEED, demo_session
-
-    display.say(f"A rehearsal with a simulated sensor, {SPEED:g} times as fast as in life; its "
-                f"files go to {REHEARSAL}.")
-    return demo_session(config, display)
 
 
 def _list_ports() -> None:

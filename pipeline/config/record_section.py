@@ -4,15 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from pipeline.config.types import Count, Positive, Section, Three, no_such, refusal
+from pipeline.config.types import Count, Positive, Section, Three, one_of, refusal
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
-
-
-def _device(name: str) -> str:
-    if name not in DEVICES:
-        raise no_such("device", name, tuple(DEVICES))
-    return name
 
 
 def _pattern(text: str) -> str:
@@ -29,7 +23,7 @@ SECONDS_PER_POSE = 10.0  #: batches of a second show the correlation of a mean's
 class RecordSection(Section):
     """Settings of ``pipeline record``: what to record, and from which device."""
 
-    device: Annotated[str, AfterValidator(_device)]
+    device: Annotated[str, one_of("device", DEVICES)]
     port: str | None = None  #: the only USB serial port by default
     baud: Count | None = None  #: the usual speeds of the device are tried by default
     sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own

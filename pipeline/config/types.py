@@ -1,7 +1,7 @@
 """The types of values in a configuration, and their checks."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar
@@ -92,6 +92,16 @@ def no_such(kind: str, name: str, right: tuple[str, ...]) -> PydanticCustomError
     return refusal(f"no {kind} is named '{name}'{nearest_name(name, right)}; there are: {listed}")
 
 
+def one_of(kind: str, known: Collection[str]) -> AfterValidator:
+    """The check of a name that must be among ``known``."""
+    def checked(name: str) -> str:
+        if name not in known:
+            raise no_such(kind, name, tuple(known))
+        return name
+
+    return AfterValidator(checked)
+
+
 # --- kinds of values ---------------------------------------------------------------------------
 
 
@@ -134,13 +144,6 @@ def _user_effect_name(name: str) -> str:
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) or name in EFFECTS:
         raise refusal(f"'{name}' cannot name a user-defined effect: letters, digits and _ are "
                       "expected, and a name that no listed effect has")
-    return name
-
-
-def _vision_term(name: str) -> str:
-    known = (CONSTANT_RATE, *TERMS)
-    if name not in known:
-        raise no_such("vision term", name, known)
     return name
 
 
@@ -218,21 +221,15 @@ def _camera(name: str) -> str:
     return name
 
 
-def _triad_name(name: str) -> str:
-    if name not in TRIAD_KINDS:
-        raise no_such("triad", name, tuple(TRIAD_KINDS))
-    return name
-
-
 CameraName = Annotated[str, AfterValidator(_camera)]
 FolderName = Annotated[str, AfterValidator(_folder_name)]
-TriadName = Annotated[str, AfterValidator(_triad_name)]
+TriadName = Annotated[str, one_of("triad", TRIAD_KINDS)]
 RateName = Annotated[str, BeforeValidator(_rate_name)]
 UserEffectName = Annotated[str, AfterValidator(_user_effect_name)]
 Files = Annotated[tuple[Path, ...], BeforeValidator(_files)]
 Effects = Annotated[tuple[Annotated[str, AfterValidator(_effect)], ...],
                     Field(min_length=1)]
-VisionTerms = Annotated[tuple[Annotated[str, AfterValidator(_vision_term)], ...],
+VisionTerms = Annotated[tuple[Annotated[str, one_of("vision term", (CONSTANT_RATE, *TERMS))], ...],
                         Field(min_length=1)]
 PoseNames = Annotated[tuple[Annotated[str, Field(min_length=1, strict=True)] | Count, ...],
                       BeforeValidator(lambda names: [names] if isinstance(names, str | int)

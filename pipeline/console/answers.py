@@ -116,17 +116,14 @@ def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
         wrong += (" The stated rates do not depend on it, because every rate is fitted together "
                   "with these waves.")
     commands = tuple(verdict.command for verdict in lacking if verdict.command)
+    worst = max(lacking, key=lambda verdict: verdict.rms_deg)
+    good = (f"The rates are measured. The angle residual of the clips still has a shape; the "
+            f"largest is {worst.rms_deg:.2g}° RMS ({worst.setting}).")
     return Answer(
-        RATES, "open", short, _rates_good(lacking), wrong,
+        RATES, "open", short, good, wrong,
         "Add the term; the phase residual is printed before and after:" if commands else
         "Test the terms in the section on the plate rates.",
         "add" if commands else "discover", commands)
-
-
-def _rates_good(lacking: Sequence[RateVerdict]) -> str:
-    worst = max(lacking, key=lambda verdict: verdict.rms_deg)
-    return (f"The rates are measured. The angle residual of the clips still has a shape; the "
-            f"largest is {worst.rms_deg:.2g}° RMS ({worst.setting}).")
 
 
 def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:

@@ -67,7 +67,10 @@ def fitted_text(value: float, sd: float) -> str:
 def parameter_lines(result: TriadResult) -> list[str]:
     """The parameters ± sd of a triad as an aligned table."""
     rows = [[result.triad, *AXES]]
-    rows += _nine_rows(result.calibration)
+    nine, spec = result.calibration.parameters, result.calibration.spec
+    rows += [[f"  {key.split('_')[0]} [{unit_of(key, result.triad, spec)}]",
+              *(fitted_text(v, s) for v, s in zip(getattr(nine, key), sd, strict=True))]
+             for key, sd in zip(PARAMETERS, nine.sd, strict=True)]
     rows += [row for shown in shown_effects(result.calibration) for row in effect_rows(shown)]
     if result.frame is not None:
         angles = zip(result.frame.angles_rad, result.frame.sd_rad, strict=True)
@@ -81,16 +84,6 @@ def parameter_lines(result: TriadResult) -> list[str]:
             f"they are averaged over what may be missing"
         )
     return lines
-
-
-def _nine_rows(calibration: TriadCalibration) -> list[list[str]]:
-    """Name with unit and three values of α, b and k⁻¹; the data sheet's if not fitted."""
-    parameters = calibration.parameters
-    return [
-        [f"  {key.split('_')[0]} [{unit_of(key, calibration.triad, calibration.spec)}]",
-         *(fitted_text(v, s) for v, s in zip(getattr(parameters, key), sd, strict=True))]
-        for key, sd in zip(PARAMETERS, parameters.sd, strict=True)
-    ]
 
 
 def effect_rows(shown: ShownEffect) -> list[list[str]]:

@@ -15,7 +15,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
 from typing import Any, TextIO, cast
 
 from pipeline.text.plain import HIDDEN, escape
@@ -152,17 +151,13 @@ def shown_streams() -> Iterator[ShownStream]:
             sys.stdout, sys.stderr = out, err
 
 
-def _interrupt(_signal: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
 @contextmanager
 def terminated_as_interrupted() -> Iterator[None]:
     """SIGTERM ends a command as Ctrl-C does: files are finished, the cursor is restored."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, _interrupt)
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:

@@ -91,11 +91,6 @@ UNUSABLE = {
 }
 
 
-def advice_on(line: str) -> str:
-    """Advice on a sketch that prints such a line; empty where nothing is wrong."""
-    return next((advice for starts, advice in UNUSABLE.items() if line.startswith(starts)), "")
-
-
 @dataclass(frozen=True)
 class HeaderTable:
     """The columns of separated rows, as their header names them."""
@@ -240,7 +235,8 @@ class Mpu6050TextParser:
             if self._table is not None:
                 self.clock, self.unit = self._table.clock, self._table.unit
             else:
-                self.advice = self.advice or advice_on(line)
+                self.advice = self.advice or next((advice for starts, advice in UNUSABLE.items()
+                                                   if line.startswith(starts)), "")
             return None
         values = [number for number in numbers if number is not None]
         self._bare += 1

@@ -99,7 +99,10 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
                    **past_columns(log.columns, log.time_s, pasts)}
         at = Conditions.of_vectors(nominal, columns, **known)
         _require_evaluable(log.label, triad.name, correction, at)
-        corrected[triad.name] = _correct(correction, at)
+        # Block by block, which keeps the effects' columns small and in the processor's cache.
+        corrected[triad.name] = np.concatenate([
+            correction.correct(at.take(slice(start, start + BLOCK)))
+            for start in range(0, len(nominal), BLOCK)])
         _require_numbers(log.label, triad.name, corrected[triad.name])
         if triad.name == "accelerometer":
             known["force"] = corrected[triad.name]
@@ -219,13 +222,6 @@ def _reason(effect: Effect, at: Conditions) -> str:
             f"it is empty, or calibrate without it."
         )
     return "its formula gives no number there. Calibrate without it."
-
-
-def _correct(correction: Correction, at: Conditions) -> FloatArray:
-    """Block by block, which keeps the effects' columns small and in the processor's cache."""
-    n = len(at.vector)
-    blocks = [slice(start, start + BLOCK) for start in range(0, n, BLOCK)]
-    return np.concatenate([correction.correct(at.take(block)) for block in blocks])
 
 
 def applied_csv(applied: Applied) -> bytes:

@@ -223,18 +223,12 @@ def _prediction(triad: str, prediction: PredictionResult | None) -> str:
     unit, factor = DISPLAY[triad]
     worst = with_minus_signs(direction_name(
         np.array(prediction.worst_direction, float), triad))
+    parts = prediction.parts
+    typical = "" if parts is None or parts.poses is None else not_measured(triad, parts.poses, {
+        printable(name): rms for name, rms in parts.unseen.items() if rms is not None})
     return (f"Corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, "
             f"median over all directions), at worst by {prediction.sd_worst * factor:.2g} "
-            f"{unit} ({worst}){_typical(triad, prediction)}.")
-
-
-def _typical(triad: str, prediction: PredictionResult) -> str:
-    """Share of the prediction that no pose has measured; empty where it is none or unknown."""
-    parts = prediction.parts
-    if parts is None or parts.poses is None:
-        return ""
-    return not_measured(triad, parts.poses, {
-        printable(name): rms for name, rms in parts.unseen.items() if rms is not None})
+            f"{unit} ({worst}){typical}.")
 
 
 # --- the reference -----------------------------------------------------------------------------

@@ -97,11 +97,6 @@ def triad_named(stored: Stored, name: str) -> StoredTriad | None:
     return next((triad for triad in stored.triads if triad.name == name), None)
 
 
-def short_name(triad: StoredTriad) -> str:
-    """``acc``, ``gyro``, or the prefix of the columns of a further triad."""
-    return "gyro" if triad.name == "gyroscope" else TRIAD_KINDS[triad.name].prefix
-
-
 def example_counts(triad: StoredTriad) -> FloatArray:
     """The reading of the worked example, counts, (3,)."""
     wanted = EXAMPLE_DIRECTION * (ONE_G if triad.name == "accelerometer" else OF_OTHERS)

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from calib.poses.imu_log import AXES, SI_UNIT
-from pipeline.export.parts import Export, no_effects, no_sds, short_name
+from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.export.parts import Export, no_effects, no_sds
 from pipeline.results.json_values import unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
@@ -28,7 +29,10 @@ def to_json(stored: Stored) -> Export:
         for triad in stored.triads
     }
     text = json.dumps({"title": stored.contents.title, **triads}, indent=1, ensure_ascii=False)
-    return Export({"calibration.json": text + "\n"}, _effects_by_name(stored))
+    return Export({"calibration.json": text + "\n"}, tuple(
+        f"The matrix of the {triad.name} does not contain {', '.join(triad.section.effects)}. "
+        f"The file lists their values; `pipeline apply` corrects them."
+        for triad in stored.triads if triad.section.effects))
 
 
 def to_csv(stored: Stored) -> Export:
@@ -61,7 +65,8 @@ def to_imu_tk(stored: Stored) -> Export:
         k = triad.units_per_count
         scale = [[float(k[i]) if i == j else 0.0 for j in range(3)] for i in range(3)]
         bias = [[float(b)] for b in triad.parameters.bias_counts]
-        files[f"{short_name(triad)}.calib"] = "\n".join(
+        name = "gyro" if triad.name == "gyroscope" else TRIAD_KINDS[triad.name].prefix
+        files[f"{name}.calib"] = "\n".join(
             "".join(" ".join(f"{value:.12g}" for value in row) + "\n" for row in matrix)
             for matrix in (triad.alignment.tolist(), scale, bias))
     return Export(files, (*no_sds(stored), *no_effects(stored, "imu_tk")))
@@ -71,15 +76,6 @@ def _nine(triad: StoredTriad) -> dict[str, list[float | None]]:
     return {name: value for key in PARAMETERS for name, value in (
         (key, getattr(triad.section.parameters, key)),
         (f"{key}_sd", getattr(triad.section.sd, key)))}
-
-
-def _effects_by_name(stored: Stored) -> tuple[str, ...]:
-    return tuple(
-        f"The matrix of the {triad.name} does not contain {', '.join(triad.section.effects)}. "
-        f"The file lists their values; `pipeline apply` corrects them."
-        for triad in stored.triads
-        if triad.section.effects
-    )
 
 
 def to_residuals(stored: Stored) -> Export:

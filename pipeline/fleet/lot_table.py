@@ -18,6 +18,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.errors import UnreadableInput
 
 SENSOR, POSE, RUN, STATION = "sensor", "pose", "run", "station"
+TABLES = (".parquet", ".csv")  #: endings of the name of a lot in one table
 TEXTS = (SENSOR, POSE, RUN, STATION)
 ROWS_AT_ONCE = 20_000  #: rows of the table; a limit of memory
 
@@ -31,11 +32,6 @@ class SensorRows:
     pose: tuple[str, ...]
     run: tuple[str, ...]
     numbers: Mapping[str, FloatArray]
-
-
-def is_table(path: Path) -> bool:
-    """Whether a lot is one table, by its name."""
-    return path.suffix.lower() in (".parquet", ".csv")
 
 
 def sensor_blocks(

@@ -36,7 +36,7 @@ from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.run import Outcome, StageResult, run_stages
+from pipeline.stages.run import StageResult, run_stages
 from pipeline.stages.triads import TriadResult
 from pipeline.text.names import program_version
 from vision.errors import VisionError
@@ -159,15 +159,11 @@ def _run(task: FleetTask, key: str) -> SessionRecord:
         else:
             write_session(folder, {RESULTS_NAME: results_text(results)})
         clock.lap("files")
-        _keep_evidence(outcome, task)
+        for result in outcome.triads:
+            evidence = evidence_of(result.calibration.fit,
+                                   tuple(result.made_from.defined.values()), config.covariates)
+            write_evidence(evidence_path(task.output, session.name, result.triad), evidence)
         clock.lap("evidence")
     return SessionRecord(
         session.name, session.sensor, key, 0, "", rows_of_results(session, results), clock.seconds
     )
-
-
-def _keep_evidence(outcome: Outcome, task: FleetTask) -> None:
-    for result in outcome.triads:
-        defined = tuple(result.made_from.defined.values())
-        evidence = evidence_of(result.calibration.fit, defined, outcome.config.covariates)
-        write_evidence(evidence_path(task.output, task.session.name, result.triad), evidence)

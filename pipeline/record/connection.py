@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Protocol
 
 from pipeline.config.load import Config
 from pipeline.config.record_section import RecordSection
@@ -30,10 +29,8 @@ SHEET_UNITS = {COUNTS: (None, None), SI: ("m_s2", "rad_s"), G_AND_DEG: ("g", "de
 OpenPort = Callable[[int], Port]
 
 
-class Tell(Protocol):
-    """Shows a line to the user."""
-
-    def __call__(self, text: str) -> None: ...
+Tell = Callable[[str], None]
+"""Shows a line to the user."""
 
 
 class Connection:

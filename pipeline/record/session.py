@@ -4,7 +4,6 @@ import random
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -217,7 +216,8 @@ class Session:
                 self._handle_event(event, detector, connection.stream, block, task, covered)
             phase, before = detector.status.phase, phase
             if self._filming and block.turns and phase == "taking" and before != "taking":
-                self._filming.start(clip_of(block))
+                assert isinstance(block.clips, NumberedFiles)  # ensured by require_clip_names
+                self._filming.start(block.clips.path(block.poses.next_number()))
             status = detector.status
             if connection.silent_s > SILENT_S:
                 status = Status("wrong", f"no reading for {connection.silent_s:.0f} s: check the "
@@ -272,9 +272,3 @@ class Session:
 
     def _stop_filming(self, keep: bool) -> str:
         return self._filming.stop(keep) if self._filming else ""
-
-
-def clip_of(block: RecordingBlock) -> Path:
-    """The clip of the next pose."""
-    assert isinstance(block.clips, NumberedFiles)  # ensured by require_clip_names
-    return block.clips.path(block.poses.next_number())

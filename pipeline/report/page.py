@@ -127,7 +127,7 @@ def _triad_view(
         "line": triad_figures(result),
         "text": result.diagnosis.text,
         "model": ", ".join(calibration.fit.model.names),
-        "groups": parameter_groups(result),
+        "groups": tuple(parameter_groups(result)),
         "certified": result.certificate is not None,
         "budget": budget_rows(result),
         "unseen": tuple(result.unseen),

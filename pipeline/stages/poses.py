@@ -126,7 +126,8 @@ def _tabled(
     choice = chosen([mean.label for mean in means], section, config)
     excluded = tuple(ExcludedMean(means[i].label, i, means[i]) for i in map(int, choice.excluded))
     kept = tuple(means[i] for i in choice.kept)
-    return Recording(kept, tuple(_known(mean.time_s) for mean in kept), choice.kept,
+    starts = tuple(mean.time_s if math.isfinite(mean.time_s) else math.inf for mean in kept)
+    return Recording(kept, starts, choice.kept,
                      excluded=excluded)
 
 
@@ -164,11 +165,6 @@ def _excluded_mean(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseM
         return None if log is None else average_pose(log, specs, rate_rad_s)
     except CalibrationError:
         return None
-
-
-def _known(time_s: float) -> float:
-    """Start time of a recording; infinity where it is not known."""
-    return time_s if math.isfinite(time_s) else math.inf
 
 
 def _pooled(recordings: Sequence[Recording]) -> Recording:

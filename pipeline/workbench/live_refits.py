@@ -12,7 +12,6 @@ from typing import Any
 
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
-from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import load_config
@@ -201,17 +200,14 @@ class OpenSession:
         with self._lock:
             if key not in self._inputs:
                 recordings = recordings_without(self.recordings, self.config, config)
-                beside = None if triad == "accelerometer" else self._accelerometer(state)
+                beside = (self.refitted(state, "accelerometer").calibration
+                          if triad != "accelerometer" and "accelerometer" in state.triads
+                          else None)
                 plates = {name: rate.plate for name, rate in self.rates.items()}
                 self._inputs[key] = triad_input(
                     triad, config, plates, recordings, beside,
                     allow_python=self.context.allow_python)
             return replace(self._inputs[key], section=config.triads[triad])
-
-    def _accelerometer(self, state: Screen) -> TriadCalibration | None:
-        if "accelerometer" not in state.triads:
-            return None
-        return self.refitted(state, "accelerometer").calibration
 
 
 def _key(state: Screen, triad: Triad, model: bool = True) -> tuple[Any, ...]:

@@ -7,7 +7,7 @@ import base64
 import math
 import struct
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -195,15 +195,12 @@ def _view(measured: MeasuredFlutter) -> Json:
     head, *lines = flutter_lines(measured)
     figures = (polar_figure(measured.course), spectrum_figure(measured.figures, measured.course),
                spectrogram_figure(measured.course))
+    facts = [("mean rate", f"{measured.course.rate_rad_s / RPM:.4f} rpm")]
+    for line in lines:  # of the terminal: a name, two blanks or more, a value; or a remark
+        name, _, value = line.strip().partition("  ")
+        facts.append((name, value.strip()) if value else ("remark", name))
     return {
         "title": head.removeprefix("flutter "),
-        "facts": (("mean rate", f"{measured.course.rate_rad_s / RPM:.4f} rpm"), *_facts(lines)),
+        "facts": facts,
         "figures": [figure for figure in figures if figure is not None],
     }
-
-
-def _facts(lines: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """The lines of the terminal: a name, two blanks or more, a value; a remark has no name."""
-    for line in lines:
-        name, _, value = line.strip().partition("  ")
-        yield (name, value.strip()) if value else ("remark", name)

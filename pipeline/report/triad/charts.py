@@ -40,7 +40,9 @@ def residual_figure(result: TriadResult) -> Figure:
     excluded = [one.predicted for one in result.excluded if one.predicted is not None]
     at_rest = result.calibration.fit.poses.reference.is_null
     unit, factor = DISPLAY[result.triad]
-    limit = nice_limit(residual_limit(result) * factor)
+    typical = sorted(pose.sd for pose in poses)[len(poses) // 2]
+    reach = max(SHOWN_SD * typical, *(abs(pose.residual) + pose.sd for pose in poses))
+    limit = nice_limit(reach * factor)  # the script of the page computes the same
     chart = Chart(rightward(-0.5, len(poses) + len(excluded) - 0.5),
                   upward(-limit / factor, limit / factor), "pose", f"residual [{unit}]")
     chart.y_axis([(part * limit / factor, tick_text(part * limit)) for part in FRACTIONS],
@@ -102,13 +104,6 @@ def _expected_within(result: TriadResult) -> float:
     null = int(fit.poses.reference.is_null.sum())
     inside = [math.erf(1 / math.sqrt(2 * share)), float(gammainc(1.5, 1.5 / share))]
     return inside[0] * (len(fit.poses) - null) + inside[1] * null
-
-
-def residual_limit(result: TriadResult) -> float:
-    """The limit of the residual charts, SI; the script of the page computes the same."""
-    poses = result.comparison.poses
-    typical = sorted(pose.sd for pose in poses)[len(poses) // 2]
-    return max(SHOWN_SD * typical, *(abs(pose.residual) + pose.sd for pose in poses))
 
 
 def _run_numbers(result: TriadResult) -> Mapping[str, int]:

@@ -56,6 +56,15 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
                and not result.diagnosis.named_class(name)]
     entries = [_box_json(name, listed.get(name), refits, name in guesses) for name in names]
     paired = 0 if result.diagnosis.verdict is Code.NOTHING_MISSING else PAIRED
+    rows = []
+    for ticked in _sets(refits.run.added, names, paired):
+        refitted = refits.of(ticked)
+        row: Json = {"failed": True}
+        if refitted is not None:
+            row = refitted_json(refitted)
+            row |= {"residual": rounded(row["residual"])} | changes_json(
+                refits.of, refits.run.added, ticked, refitted, config, guesses)
+        rows.append(row | {"ticked": sorted(names.index(name) for name in ticked)})
     return {
         "triad": result.triad,
         "unit": unit,
@@ -66,27 +75,8 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
         "sd": rounded(pose.sd * factor for pose in result.comparison.poses),
         "left_out": rounded(pose.left_out * factor for pose in result.comparison.poses),
         "effects": entries + list(_unseen(result)),
-        "refits": [
-            refit_row(refits, one, config, guesses)
-            | {"ticked": sorted(names.index(name) for name in one)}
-            for one in _sets(refits.run.added, names, paired)
-        ],
+        "refits": rows,
     }
-
-
-def refit_row(
-    refits: Refits, ticked: Sequence[str], config: Path, guesses: Sequence[str]
-) -> Json:
-    """One set of effects: its figures, and the value of each change of the run's model.
-
-    ``config`` and ``guesses`` as in :func:`pipeline.report.triad.refit_table.changes_json`.
-    """
-    refitted = refits.of(ticked)
-    if refitted is None:
-        return {"failed": True}
-    now = refitted_json(refitted)
-    return now | {"residual": rounded(now["residual"])} | changes_json(
-        refits.of, refits.run.added, ticked, refitted, config, guesses)
 
 
 def tickable(result: TriadResult, refits: Refits) -> list[str]:

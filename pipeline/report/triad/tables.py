@@ -38,9 +38,18 @@ Group = tuple[str, str, str, list[Row]]
 """Parameters of one kind: their name, unit, meaning and rows."""
 
 
-def parameter_groups(result: TriadResult) -> tuple[Group, ...]:
-    """Bias, scale and misalignment, then every added effect."""
-    return (*_base_groups(result), *_effect_groups(result), *_frame(result))
+def parameter_groups(result: TriadResult) -> Iterator[Group]:
+    """Bias, scale and misalignment, then every added effect, and the rotation of the frame."""
+    yield from _base_groups(result)
+    yield from _effect_groups(result)
+    if (frame := result.frame) is not None:
+        yield (
+            "to the accelerometer", "rad",
+            "Rotation of the axes of the gyroscope relative to those of the accelerometer. It can "
+            "be determined only if both were logged together on the turning plate.",
+            [(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
+             for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)],
+        )
 
 
 def budget_rows(result: TriadResult) -> tuple[tuple[str, str, str, str], ...]:
@@ -104,19 +113,6 @@ def _effect_groups(result: TriadResult) -> Iterator[Group]:
             label = f"{effect.shape.name} [{effect.shape.unit}]"
             rows.append((label, shown.shape, "", "", "", ""))
         yield effect.name, shown.unit, effect.physics, rows
-
-
-def _frame(result: TriadResult) -> Iterator[Group]:
-    frame = result.frame
-    if frame is None:
-        return
-    yield (
-        "to the accelerometer", "rad",
-        "Rotation of the axes of the gyroscope relative to those of the accelerometer. It can be "
-        "determined only if both were logged together on the turning plate.",
-        [(axis, with_sd(angle, sd), "0", f"{math.degrees(angle):+.3f}°", "", "")
-         for axis, angle, sd in zip(AXES, frame.angles_rad, frame.sd_rad, strict=True)],
-    )
 
 
 def _certified(result: TriadResult, name: str, j: int) -> tuple[str, str]:
