@@ -13,7 +13,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO, cast
 
@@ -96,9 +96,12 @@ class ShownStream:
         return "\n".join(cut_between_words(line, columns) for line in clean.split("\n"))
 
     def _send(self, text: str) -> None:
+        self._attempt(lambda: self.raw.write(text))
+
+    def _attempt(self, act: Callable[[], object]) -> None:
         if not self._gone:
             try:
-                self.raw.write(text)
+                act()
             except OSError as error:
                 self._give_up(error)
 
@@ -109,19 +112,11 @@ class ShownStream:
             self._send(visible(data.decode(errors="replace")))
             return
         self.flush()
-        if not self._gone:
-            try:
-                raw.write(data)
-            except OSError as error:
-                self._give_up(error)
+        self._attempt(lambda: raw.write(data))
 
     def flush(self) -> None:
         """Flush the buffer."""
-        if not self._gone:
-            try:
-                self.raw.flush()
-            except OSError as error:
-                self._give_up(error)
+        self._attempt(self.raw.flush)
 
     def _give_up(self, error: OSError) -> None:
         self._gone = True

@@ -116,10 +116,10 @@ def _triad_view(
 ) -> dict[str, Any]:
     """Contents of the page on one triad."""
     refits = Refits(result)
-    payload = refit_json(result, refits, outcome.config.source.path) | {
+    payload = refit_json(refits, outcome.config.source.path) | {
         "poses": sphere_json(outcome, result)}
     calibration = result.calibration
-    axes = axis_charts(result, refits)
+    axes = axis_charts(refits)
     lead, lead_effect = lead_panel(result, axes)
     return {
         "name": result.triad,
@@ -135,7 +135,7 @@ def _triad_view(
         "gravity": result.gravity,
         "payload": payload,
         "effects": payload["effects"],
-        "cards": effect_cards(result, payload, refits, drawings),
+        "cards": effect_cards(refits, payload["effects"], drawings),
         "residual": residual_figure(result),
         "legend": run_legend(result),
         "axes": axes,

@@ -13,7 +13,7 @@ from pipeline.console.run_text import installation_line, recordings_line, triad_
 from pipeline.stages.context import CACHE_NAME, RunContext
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
-from pipeline.stages.run import OnResult, Outcome, StageResult, run_stages
+from pipeline.stages.run import Outcome, StageResult, run_stages
 from pipeline.stages.triads import TriadResult
 
 
@@ -21,22 +21,6 @@ def say_waiting(folder: Path) -> None:
     """Report that another command is working on this session."""
     click.echo(f"{folder}: another command is working on this session; waiting for it to end "
                f"(Ctrl-C to give up)", err=True)
-
-
-def stage_display(progress: Progress, lines: bool) -> OnResult:
-    """Display of each stage: its warnings on standard error, its line on standard output.
-
-    ``progress`` is closed before anything is written; ``lines`` is False for commands that print
-    their own comparison, and then only the warnings are written.
-    """
-    def show(result: StageResult) -> None:
-        progress.close()
-        echo_warnings(result.notes if isinstance(result, Mounting) else result.warnings)
-        line = _line(result)
-        if lines and line:
-            click.echo(line)
-
-    return show
 
 
 def _line(result: StageResult) -> str:
@@ -56,9 +40,16 @@ def run_shown(
 ) -> Outcome:
     """Run every stage of ``config`` with its warnings; phase tracks are kept in ``folder``.
 
-    ``lines`` shows a line for each stage, ``bars`` the progress of the clips. Results of
-    ``before``, an outcome with another model, are reused.
+    Warnings go to standard error. ``lines`` shows a line for each stage on standard output,
+    ``bars`` the progress of the clips. Results of ``before``, an outcome with another model, are
+    reused.
     """
     with Progress(bars) as progress:
+        def show(result: StageResult) -> None:
+            progress.close()
+            echo_warnings(result.notes if isinstance(result, Mounting) else result.warnings)
+            if lines and (line := _line(result)):
+                click.echo(line)
+
         context = RunContext(folder / CACHE_NAME, progress, allow_python)
-        return run_stages(config, context, stage_display(progress, lines), before)
+        return run_stages(config, context, show, before)

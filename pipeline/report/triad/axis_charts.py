@@ -57,11 +57,9 @@ class AxisCharts:
         return tuple(panel_figure(self.effect, panel, limit) for panel in self.panels)
 
 
-def axis_charts(result: TriadResult, refits: Refits) -> tuple[AxisCharts, ...]:
-    """The panels of every effect worth showing: the verdict's first, then the covariates'.
-
-    ``refits`` are those of the same triad.
-    """
+def axis_charts(refits: Refits) -> tuple[AxisCharts, ...]:
+    """The panels of every effect worth showing: the verdict's first, then the covariates'."""
+    result = refits.result
     leading = list(_leading(result))
     offered = [c.name for c in result.diagnosis.ranking
                if c.kind == "listed" and c.probability >= CONSTANTS.least_offered]

@@ -46,24 +46,20 @@ SizeCell = tuple[str, str, bool, float]
 """One parameter: value, sd, whether it is clearly not zero, and its share of the largest."""
 
 
-def effect_cards(
-    result: TriadResult, payload: Json, refits: Refits, drawings: Sequence[str]
-) -> list[Json]:
+def effect_cards(refits: Refits, boxes: Sequence[Json], drawings: Sequence[str]) -> list[Json]:
     """A card for every effect of the triad, the expanded ones first.
 
     Parameters
     ----------
-    result : TriadResult
-    payload : dict
-        :func:`pipeline.report.triad.refit_table.refit_json` of the same triad.
     refits : Refits
-        Of the same triad.
+    boxes : sequence of dict
+        ``effects`` of :func:`pipeline.report.triad.refit_table.refit_json` of the same triad.
     drawings : sequence of str
         Names of the macros that draw.
     """
-    entries = {one["name"]: one for one in payload["effects"]}
-    cards = [_card(result, refits, effect, entries.get(effect.name), drawings)
-             for effect in _effects(result, entries, refits.defined)]
+    entries = {one["name"]: one for one in boxes}
+    cards = [_card(refits, effect, entries.get(effect.name), drawings)
+             for effect in _effects(refits.result, entries, refits.defined)]
     return sorted(cards, key=lambda card: not card["expanded"])
 
 
@@ -81,10 +77,10 @@ def _effects(
 
 
 def _card(
-    result: TriadResult, refits: Refits, effect: Effect, entry: Json | None,
-    drawings: Sequence[str],
+    refits: Refits, effect: Effect, entry: Json | None, drawings: Sequence[str]
 ) -> Json:
     """View of one effect; ``size`` is None where nothing was fitted."""
+    result = refits.result
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)

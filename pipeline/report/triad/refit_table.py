@@ -37,20 +37,11 @@ BLIND_REASON = (
 )
 
 
-def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
-    """Data of the boxes of one triad.
-
-    Parameters
-    ----------
-    result : TriadResult
-    refits : Refits
-        Of the same triad.
-    config : Path
-        The configuration, for commands.
-    """
-    fit = result.calibration.fit
+def refit_json(refits: Refits, config: Path) -> Json:
+    """Data of the boxes of one triad; its commands change ``config``."""
+    result, fit = refits.result, refits.run.fit
     unit, factor = DISPLAY[result.triad]
-    names = tickable(result, refits)
+    names = tickable(refits)
     listed = {c.name: c for c in result.diagnosis.ranking if c.kind == "listed"}
     guesses = [name for name in names if name in listed and listed[name].aliases
                and not result.diagnosis.named_class(name)]
@@ -79,9 +70,9 @@ def refit_json(result: TriadResult, refits: Refits, config: Path) -> Json:
     }
 
 
-def tickable(result: TriadResult, refits: Refits) -> list[str]:
+def tickable(refits: Refits) -> list[str]:
     """Effects with a box: those of the model, then the candidates, the most probable first."""
-    listed = [c.name for c in result.diagnosis.ranking if c.kind == "listed"]
+    listed = [c.name for c in refits.result.diagnosis.ranking if c.kind == "listed"]
     return [name for name in dict.fromkeys([*refits.run.added, *listed])
             if name in refits.run.added or refits.flipped(name) is not None]
 

@@ -55,6 +55,7 @@ class Refits:
     """
 
     def __init__(self, result: TriadResult) -> None:
+        self.result = result
         self.run = Refitted(result.calibration, result.comparison)
         self.defined = result.made_from.defined
         self.robust = result.made_from.section.loss == "huber"

@@ -27,7 +27,8 @@ G = 9.80665
 
 def cards_of(result: TriadResult, drawings: dict[str, object]) -> list[Json]:
     refits = Refits(result)
-    return effect_cards(result, refit_json(result, refits, Path("c.yaml")), refits, tuple(drawings))
+    boxes = refit_json(refits, Path("c.yaml"))["effects"]
+    return effect_cards(refits, boxes, tuple(drawings))
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +104,7 @@ def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(
     result = hidden_session.outcome.triad("gyroscope")
     assert result is not None
     refits = Refits(result)
-    shapes = {name: fingerprint(refits, name) for name in tickable(result, refits)}
+    shapes = {name: fingerprint(refits, name) for name in tickable(refits)}
     there = shapes.pop("g_sensitivity")
     assert there is not None
     assert there.explained > 0.95

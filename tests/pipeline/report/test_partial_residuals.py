@@ -164,7 +164,7 @@ def test_of_two_missing_effects_each_is_shown_beside_the_other(tmp_path: Path) -
     gyroscope = outcome.triad("gyroscope")
     assert gyroscope is not None
     assert {h.name for h in hidden} <= set(gyroscope.diagnosis.names)
-    first, second = axis_charts(gyroscope, Refits(gyroscope))[:2]
+    first, second = axis_charts(Refits(gyroscope))[:2]
     assert {first.effect, second.effect} == {h.name for h in hidden}
     for chart in (first, second):
         assert in_sds(chart.panels, "after") < 0.2 * in_sds(chart.panels, "before"), chart.effect
@@ -199,7 +199,7 @@ def test_the_report_leads_with_the_effect_of_the_verdict_and_shows_time_too(
     assert outcome.triad("gyroscope") is not None
     for result, name in ((outcome.triad("accelerometer"), "temperature_bias"),
                          (outcome.triad("gyroscope"), "g_sensitivity")):
-        charts = axis_charts(result, Refits(result))
+        charts = axis_charts(Refits(result))
         assert (charts[0].effect, charts[0].leads) == (name, True)
         assert "bias_drift" in {chart.effect for chart in charts if not chart.leads}
         assert len({chart.effect for chart in charts}) == len(charts)
@@ -210,14 +210,14 @@ def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
 ) -> None:
     assert outcome.triad("gyroscope") is not None
     gyroscope = outcome.triad("gyroscope")
-    lead, effect = lead_panel(gyroscope, axis_charts(gyroscope, Refits(gyroscope)))
+    lead, effect = lead_panel(gyroscope, axis_charts(Refits(gyroscope)))
     assert lead is not None
     assert effect == "g_sensitivity"
     assert re.match(r"Axis [xyz] errs by .* °/s per g of specific force along [xyz]",
                     lead.title)
     for result in outcome.triads:  # one size of an effect on a page
         quoted = re.search(r"Its largest part is (\S+ ± \S+)", result.diagnosis.explanation.text)
-        shown, _ = lead_panel(result, axis_charts(result, Refits(result)))
+        shown, _ = lead_panel(result, axis_charts(Refits(result)))
         assert quoted is not None
         assert shown is not None
         assert quoted[1] in shown.title.replace("−", "-")
@@ -227,6 +227,6 @@ def test_the_first_screen_shows_what_is_missing_and_never_what_the_model_holds(
     config.write_text(f"{head}misalignment, g_sensitivity]{tail}", encoding="utf-8")
     with_it = run_stages(load_config(config), RunContext()).triad("gyroscope")
     assert with_it is not None
-    charts = axis_charts(with_it, Refits(with_it))
+    charts = axis_charts(Refits(with_it))
     assert (charts[0].effect, charts[0].in_model) == ("g_sensitivity", True)
     assert lead_panel(with_it, charts) == (None, "")
