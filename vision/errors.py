@@ -50,7 +50,11 @@ class NoPlate(RateRefused):
 
 
 class OnlyShifts(NoPlate):
-    """The picture shifts in one direction: the camera moves, or something passes in front of it."""
+    """The picture moves without turning: the camera moves, or something passes in front of it."""
+
+
+class EqualReturns(NoPlate):
+    """The picture returns after a part of a turn: blades, spokes, equal marks."""
 
 
 def more_telling(first: RateRefused | None, later: RateRefused) -> RateRefused:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision.errors import NoPlate, OnlyShifts
+from vision.errors import EqualReturns, NoPlate, OnlyShifts
 from vision.image_return import BLOCK, image_return
 from vision.plate.periodic import PeriodicFit
 from vision.plate.pixel_motion import Turning, turning
@@ -120,7 +120,18 @@ def test_a_picture_that_returns_twice_per_turn_gives_no_sense_of_a_turn() -> Non
     time = FRAME_S * np.arange(FRAMES)
     fit = PeriodicFit(frames[:, mask], time, returned.period_s, returned.sd_s)
     assert 60 / returned.period_s == pytest.approx(2 * 20.3, rel=0.01)
-    assert turning(fit.coefficients, mask) is None
+    with pytest.raises(EqualReturns, match=r"moves by about 0\.[45]\d of a turn"):
+        turning(fit.coefficients, mask)
+
+
+def test_traffic_both_ways_turns_about_no_axis() -> None:
+    """Its flow has a curl, as that of a plate has."""
+    y, x = np.mgrid[:96, :128]
+    time = np.arange(FRAMES)[:, None, None]
+    lanes = sum(80 * np.exp(-(((x - way * 2 * time + 35) % 70 - 35) ** 2 + (y - row) ** 2) / 90)
+                for way, row in ((1, 30), (-1, 62)))
+    with pytest.raises(OnlyShifts, match="about no common axis"):
+        turned_by(90 + lanes, np.abs(y - 46) < 34, 35.0)
 
 
 def test_what_goes_to_and_fro_is_no_turning_plate() -> None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.errors import NoPlate, OnlyShifts
+from vision.errors import EqualReturns, NoPlate, OnlyShifts
 from vision.geometry import FloatArray, PlateView, view_of_ellipse
 
 MOTION_ORDERS = 5  #: number of orders for the motion; numerical, 3 to 12 give the same
@@ -45,8 +45,9 @@ class TurningThresholds:
         Share of the explained change that one common shift explains. Derived: nine tenths; for a
         plate it is the rotation that explains, unless its spindle is far outside the frame.
     mostly : float
-        Share of the change of the pixels that this shift explains. Derived: half; with less, the
-        passing object is not most of the change, and a plate may be in the rest.
+        Share of the change of the pixels that this shift, or a motion about no axis or by a part of
+        a turn explains. Derived: half; with less, that object is not most of the change, and a
+        plate may be in the rest.
     """
 
     backwards: float = 0.7
@@ -118,12 +119,17 @@ def turning(waves: NDArray[np.float32], mask: NDArray[np.bool_]) -> Turning | No
         if by_shift > max(THRESHOLDS.passes * explained, THRESHOLDS.mostly):
             raise OnlyShifts(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
                              f"how it changes, turning {explained - by_shift:.0%} more)")
-        return None
     # The points follow x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2
     form = np.array([[-flow[1, 0], skew], [skew, flow[0, 1]]]) * np.sign(flow[0, 1])
     squared, axes = np.linalg.eigh(form)
-    if squared[0] <= 0:
+    if explained > THRESHOLDS.mostly and squared[0] <= 0:
+        raise OnlyShifts(f"it turns about no common axis, though one linear motion explains "
+                         f"{explained:.0%} of how it changes (as of traffic both ways)")
+    if explained > THRESHOLDS.mostly and once < THRESHOLDS.once:
+        raise EqualReturns(f"it moves by about {np.sqrt(once):.2f} of a turn, so it looks the same "
+                           f"several times per turn (blades, spokes, equal marks)")
+    if once < THRESHOLDS.once or squared[0] <= 0:
         return None
     centre = middle - np.linalg.solve(flow, at_middle)
     away = np.array([x, y], float) - centre[:, None]

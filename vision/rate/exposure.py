@@ -73,6 +73,8 @@ class ExposureDrift:
         Relative sd of the rate: half that change over the time, weighted by the probability.
     probability : float
         Probability that the exposure changed at all.
+    brighter : bool
+        Whether the brightness of the frames changed too.
     evidence : str
         Evidence of the change.
     """
@@ -80,6 +82,7 @@ class ExposureDrift:
     change_s: float
     relative_sd: float
     probability: float
+    brighter: bool
     evidence: str
 
 
@@ -114,16 +117,18 @@ def exposure_drift(
     evidence = "the smear of the plate"
     if shine:
         evidence += f" and the brightness ({ratio - 1:.0%})"
-    return ExposureDrift(change_s, 0.5 * change_s / span * float(np.sqrt(share)), share, evidence)
+    relative_sd = 0.5 * change_s / span * float(np.sqrt(share))
+    return ExposureDrift(change_s, relative_sd, share, shine, evidence)
 
 
 def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ...]:
     """Warnings of a changed exposure."""
     if drift is None or drift.probability < LIKELY or drift.change_s < THRESHOLDS.least_s:
         return ()
+    unless = "" if drift.brighter else ", unless it is locked already,"
     return (
-        f"{source}: lock the exposure and film again: {drift.evidence} changes from the beginning "
-        f"of the clip to its end, so the exposure may have changed by up to "
+        f"{source}: lock the exposure{unless} and film again: {drift.evidence} changes from the "
+        f"beginning of the clip to its end, so the exposure may have changed by up to "
         f"{1e3 * drift.change_s:.1f} ms, and the middle of the exposure moved against the time "
         f"stamps. The sd includes {1e6 * drift.relative_sd:.0f} ppm for it.",
     )

@@ -4,5 +4,5 @@
 
 ``stretch``: the frames to learn from. ``registration``: motion of the camera, and its removal from
 the frames. ``tracker``: plate angle against the template. ``frame_measurement``: the measurements
-of a frame. ``track``: the clip in one pass.
+of a frame. ``track``: the clip in one pass. ``best_track``: the choice among several methods.
 """

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.drawing import annotated
-from vision.errors import NoPlate, OnlyShifts, RateRefused
+from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused
 from vision.geometry import FloatArray, PlateView
 from vision.image_return import ImageReturn
 from vision.numbers import RPM
@@ -86,11 +86,13 @@ def picture_return(small: SmallClip) -> PictureReturn:
     try:
         seen = turning(fit.coefficients, mask)
     except NoPlate as error:
-        passes = isinstance(error, OnlyShifts)  # and its next features need not be as far apart
+        # Of what passes by the next features need not be as far apart.
+        no_turn = isinstance(error, OnlyShifts | EqualReturns)
+        what = "each return is a part of a turn" if isinstance(error, EqualReturns) else (
+            "what returns is no plate")
         raise type(error)(
             f"the picture repeats every {returns.period_s:.3g} s or so, {returns.turns} times in a "
-            f"row, and what returns is no plate: {error}", returns=None if passes else returns
-        ) from error
+            f"row, and {what}: {error}", returns=None if no_turn else returns) from error
     return PictureReturn(small, returns, values, fit, seen)
 
 

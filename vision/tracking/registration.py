@@ -8,7 +8,7 @@ and do not count as surroundings. The homography of the table's plane also holds
 which lies near it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -50,11 +50,15 @@ class RegistrationThresholds:
     moved_px : float
         Root mean square motion of the surroundings, pixels of the analysed frame, from which the
         frames are registered. Tuned on tests.bench.clip_study hand_held.
+    remains : float
+        Largest share of the differences from the reference that remains without the motion of a
+        camera. Derived: half; cameras that move leave 0.01 to 0.11, flickering lamps 1.4 and more.
     """
 
     agree_px: float = 1.5
     stands: float = 0.6
     moved_px: float = 0.6
+    remains: float = 0.5
 
 
 THRESHOLDS = RegistrationThresholds()
@@ -103,6 +107,27 @@ class Registration:
             (x, y), (u, v) = (self.corners - self.corners.mean(axis=0)).T, away.T
             by_roll = float((x * v - y * u).sum()) / float(np.sqrt((x**2 + y**2).sum() * len(x)))
             self._away_px.append(float(np.hypot(np.hypot(*away.mean(axis=0)), by_roll)))
+
+    def explains(self, lumas: Sequence[Luma]) -> bool:
+        """Whether the frames, (h, w), are more like the reference when they are brought back.
+
+        Light that flickers shifts the corners too, and then they are less like it.
+        """
+        reach = WINDOW[0] // 2
+        before = after = 0.0
+        for luma in lumas:
+            motion = self.motion(luma)
+            if motion is None:
+                continue
+            registered = brought_back(luma, motion)
+            for x, y in np.round(self.corners).astype(int):
+                around = np.s_[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
+                wanted, *seen = (_of_unit_contrast(image[around])
+                                 for image in (self._reference, luma, registered))
+                before, after = (total + float(((one - wanted) ** 2).mean())
+                                 for total, one in zip((before, after), seen, strict=True))
+        self._motion = np.eye(3)
+        return after < THRESHOLDS.remains * before
 
     @property
     def moved(self) -> bool:
@@ -186,7 +211,10 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
               for onto, seen in followed if (seen & stands).sum() >= FEWEST]
     away = np.array(shifts) - median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
-    return Registration(reference, corners[stands]), moved_px
+    camera = Registration(reference, corners[stands])
+    if moved_px > THRESHOLDS.moved_px and not camera.explains(looked_at):
+        moved_px = 0.0
+    return camera, moved_px
 
 
 def _corners(reference: Luma) -> NDArray[np.float32]:
@@ -240,6 +268,11 @@ def _common_motion(
 def _moved(corners: NDArray[np.float32], motion: FloatArray) -> FloatArray:
     x, y, n = motion @ np.column_stack([corners, np.ones(len(corners))]).T
     return np.asarray(np.stack([x / n, y / n], axis=1))
+
+
+def _of_unit_contrast(patch: Luma) -> FloatArray:
+    """A patch (h, w) without its brightness and contrast, no unit."""
+    return np.asarray((patch - patch.mean()) / max(float(patch.std()), 1.0))
 
 
 def brought_back(image: Luma, motion: FloatArray) -> Luma:

@@ -10,14 +10,15 @@ found late, and if the camera moves after that, the clip is read again.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeGuard
+from typing import TYPE_CHECKING
 
 import cv2
 
-from vision.errors import NoPlate, NoSuchPart, NothingMoves, OnlyShifts, RateRefused, more_telling
+from vision.errors import NoPlate, NoSuchPart, NothingMoves, RateRefused
 from vision.geometry import PlateOverride
+from vision.tracking.best_track import best_track, has_turns, is_explained, is_good
 from vision.tracking.search import ClipTask, learned_plate
 from vision.tracking.small_clip import SmallClip
 from vision.tracking.stretch import Stretch
@@ -31,27 +32,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ClipThresholds:
-    """Limits for the tracks of a clip.
+    """Limit for the tracks of a clip.
 
     Attributes
     ----------
-    fewest_turns : float
-        Apparent turns, or parts of a turn if the plate looks the same after each; with fewer, a
-        mark of colour may be better. Derived: fewer give no rate.
     whole : float
         Share of the stated length below which a clip was cut short.
-    scatter_rad : float
-        Scatter of the angles about an even rotation, rad, from which the return of the picture is
-        measured too. Ten times that of a poor clip (``tests.bench.vision_films``).
-    clearly : float
-        Largest scatter over the least one at which a plate by its template precedes one by the
-        return of the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
     """
 
-    fewest_turns: float = 1.0
     whole: float = 0.9
-    scatter_rad: float = 0.0122
-    clearly: float = 1.5
 
 
 THRESHOLDS = ClipThresholds()
@@ -92,86 +81,23 @@ def track_phase(
     task = ClipTask(Path(path), plate, from_s, on_progress)
     attempts = _Attempts(task)
     by_luma = attempts.tracked()
-    if _good(by_luma):
+    if is_good(by_luma):
         return by_luma
     tracks, returned = [by_luma], None
     if plate is None and not isinstance(by_luma, NothingMoves):
         returned = attempts.by_return(by_luma)
-    nothing = isinstance(returned, NoPlate) and not _explained(by_luma)
-    if not _turns(by_luma) and not nothing and not _good(returned):
+    nothing = isinstance(returned, NoPlate) and not is_explained(by_luma)
+    if not has_turns(by_luma) and not nothing and not is_good(returned):
         tracks.append(attempts.tracked(colours=True))
     if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
         raise by_luma  # the colours show no rotation either
-    if plate is None and not _good(tracks[-1]):
-        colour_turns = len(tracks) > 1 and _turns(tracks[-1])
+    if plate is None and not is_good(tracks[-1]):
+        colour_turns = len(tracks) > 1 and has_turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):
             # A plate tracked by its colour may supply a view.
             returned = attempts.by_return(tracks[-1])
         tracks.append(returned)
-    return _best(task.path.name, tracks)
-
-
-def _best(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
-    """The most even track; without one a refusal that says what was seen."""
-    turning = [track for track in tracks if _turns(track)]
-    if turning:
-        # If the times scatter and not the angles, all tracks scatter equally.
-        allowed = THRESHOLDS.clearly * min(map(_scatter_rad, turning))
-        return next(track for track in turning if _scatter_rad(track) <= allowed)
-    refusals = [track for track in tracks if isinstance(track, RateRefused)]
-    returned = next((each for each in refusals
-                     if each.returns is not None or isinstance(each, OnlyShifts)), None)
-    if returned is not None:
-        raise _only_returns(name, returned)
-    still = [track for track in tracks if not isinstance(track, RateRefused)]
-    if still:
-        return still[0]
-    seen = next((each for each in reversed(refusals) if isinstance(each, NoPlate)), None)
-    telling = reduce(more_telling, refusals)
-    if seen is None or isinstance(telling, NoPlate):
-        raise telling
-    more = str(telling).removeprefix(f"{name}: ")
-    raise NoPlate(f"{name}: {seen}. {more[:1].upper()}{more[1:]}")
-
-
-def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
-    """A refusal with advice if the picture returns, or moves as a whole, without a plate."""
-    if isinstance(refusal, NoPlate):
-        return type(refusal)(f"{name}: {refusal}. Film the whole plate from above and from a "
-                             f"stand, with nothing else that moves.", returns=refusal.returns)
-    assert refusal.returns is not None
-    rate = refusal.returns.rate_rad_s
-    sd = rate * refusal.returns.sd_s / refusal.returns.period_s
-    return RateRefused(
-        f"{name}: {refusal}. Film the whole plate from above, with one bold mark near its rim; "
-        f"where it makes one turn in that time, and this rate will do, state it in a configuration "
-        f"(rate: {{{Path(name).stem}: {{rate_rad_s: {rate:.4f}, sd_rad_s: {sd:.1g}}}}}).",
-        returns=refusal.returns)
-
-
-def _turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
-    if isinstance(result, RateRefused):
-        return False
-    return result.apparent_turns * result.plate.symmetry >= THRESHOLDS.fewest_turns
-
-
-def _explained(result: "PhaseTrack | RateRefused") -> bool:
-    """Whether rotation explains most of what varies in a tracked plate, at whatever rate."""
-    from vision.rate.checks import THRESHOLDS as CHECKS
-
-    return not isinstance(result, RateRefused) and result.plate.explained > CHECKS.mostly
-
-
-def _good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
-    """Whether a plate was tracked well enough to try no other method."""
-    return result is not None and _turns(result) and _scatter_rad(result) < THRESHOLDS.scatter_rad
-
-
-def _scatter_rad(track: "PhaseTrack") -> float:
-    """Scatter of the angles about an even rotation, with a slow camera taken into account."""
-    from vision.rate.slow_camera import frame_times
-
-    return frame_times(track, track.time_s).scatter_rad
+    return best_track(task.path.name, tracks)
 
 
 class _Attempts:
@@ -194,7 +120,8 @@ class _Attempts:
         """The track by the return of the picture, with the view of a poor track of the plate."""
         try:
             picture = self._picture
-            return picture.track(roughly if _turns(roughly) else None, _notes(picture.small.clip))
+            notes = _notes(picture.small.clip)
+            return picture.track(roughly if has_turns(roughly) else None, notes)
         except RateRefused as refusal:
             return refusal
 

@@ -116,3 +116,22 @@ def test_what_stands_on_one_side_only_is_no_surroundings() -> None:
         image[y : y + 112, 340:436] = arm
         images.append(image)
     assert registration(frames(images))[0] is None
+
+
+def test_bands_of_a_flickering_lamp_are_no_motion_of_the_camera() -> None:
+    """They shift corners without contrast; brought back, the frames are no more alike."""
+    rng = np.random.default_rng(2)
+    scene = cv2.GaussianBlur(rng.uniform(60, 180, (360, 480)), (0, 0), 5)
+    scene = 110 + 20 * (scene - scene.mean()) / scene.std()
+    row = np.arange(360)[:, None]
+    frames = [
+        Frame(i / 25, np.clip(
+            scene * (1 + 0.2 * np.sin(row / 40 + 2.3 * i)) + rng.normal(0, 1.5, scene.shape),
+            0, 255).astype(np.uint8), NO_CHROMA)
+        for i in range(30)]
+    camera, moved_px = registration(frames)
+    assert camera is not None
+    assert moved_px == 0
+    swayed = [Frame(frame.time_s, moved(scene, *sway(8 * i)).astype(np.uint8), NO_CHROMA)
+              for i, frame in enumerate(frames)]
+    assert registration(swayed)[1] > 2
