@@ -122,7 +122,8 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     since_1970 = _epoch_units(ticks[0])
     stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
     rate = f"{1 / usual:.4g} rows per unit of it"
-    if stated is not None and (stated in likely or not likely):
+    if stated is not None and (stated in likely or not likely or (
+            stated == "min" and "s" in likely_units(usual * SECONDS_PER[stated]))):
         return stated, "its name states the unit", ""
     if since_1970 and (since_1970[0] in likely or not likely):
         return since_1970[0], "it counts from 1970", ""

@@ -14,6 +14,7 @@ from pipeline.guess.triads import chosen_triads
 #: Names of the files in which phone apps write computed quantities and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
+ALONE = 4  #: fact: columns of a table of one triad with its times
 MOST_SENSORS = 4  #: fact: files of one recording: three triads and a temperature
 
 
@@ -36,7 +37,8 @@ def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -
     If the names of two files of the same times show nothing, one is the gyroscope if it predicts
     the turns of gravity in the other, even if their columns have the same names.
     """
-    hints = [hint_of(table.path) for table in tables]
+    hints = [hint_of(table.path) or (
+        hint_of(table.path.parent) if len(table.columns) <= ALONE else "") for table in tables]
     able = [i for i, hint in enumerate(hints)
             if hint in ("", "acc") and not tables[i].si and clocks[i].is_known]
     together = {i: [j for j in able if clocks[i].overlaps(clocks[j])] for i in able}

@@ -11,6 +11,8 @@ from calib.poses.imu_log import FloatArray
 from pipeline.config.units import UNIT_WORDS
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.magnitudes import (
+    BNO055_PER_DEG_S,
+    BNO055_PER_G,
     CODES,
     COUNTS_PER_DEG_S,
     FORCE_UNITS,
@@ -137,12 +139,12 @@ def gyroscope_in(
     if stated and (seen is None or LOOSEST > seen / stated > 1 / LOOSEST):
         return rate_triad(rate.columns, math.radians(1) / stated, "",
                           f"{because}, which state the unit", mounted)
+    per_g = STANDARD_GRAVITY_M_S2 / accelerometer.si_per_unit if accelerometer else 0.0
     if turn is None or seen is None:
         in_mg = accelerometer is not None and accelerometer.sheet == (("unit", "mg"),)
-        choices = _open_scales(rate, encoding, in_mg)
+        choices = _open_scales(rate, encoding, in_mg, per_g)
         return rate_triad(rate.columns, choices[0], encoding, because, mounted, _bits(rate),
                           choices if len(choices) > 1 else ())
-    per_g = STANDARD_GRAVITY_M_S2 / accelerometer.si_per_unit if accelerometer else 0.0
     per_deg = math.radians(1) / seen
     able = near_scales(per_deg, rate_scales(encoding, per_g))
     doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
@@ -158,13 +160,17 @@ def gyroscope_in(
     return replace(triad, is_unusual=not able and encoding != OFFSET_BINARY)
 
 
-def _open_scales(rate: PossibleTriad, encoding: str, in_mg: bool) -> tuple[float, ...]:
+def _open_scales(
+    rate: PossibleTriad, encoding: str, in_mg: bool, per_g: float
+) -> tuple[float, ...]:
     """Possible units per °/s of a gyroscope by its noise and its largest reading.
 
     Whole numbers are counts of a usual range, or also a small unit if the accelerometer is in mg.
     """
     if encoding:
         known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
+        if math.isclose(per_g, BNO055_PER_G):
+            known = (BNO055_PER_DEG_S, *known)
         small = tuple(UNITS_PER_DEG_S[unit] for unit in WHOLE_RATE_UNITS)
         return (*known, *small) if in_mg else known
     noise = sample_noise_sd(rate.values)

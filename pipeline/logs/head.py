@@ -32,6 +32,7 @@ UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
 #: Largest number of lines of a head; settings above the header ("Fs,100") take a few lines.
 LONGEST_HEAD = 200
 MOST_NAMES = 4  #: fact: lines of names, units, comments and kinds of Origin and of Campbell loggers
+FEWEST_COUNTED = 10  #: number of first rows whose numbers show that a column counts them; chosen
 LONGEST_FOOTER = 100  #: largest number of lines of text and sums below the rows
 OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units of other columns
 FEWEST_NUMBERS = 3  #: least number of numbers in a row: a triad
@@ -235,6 +236,18 @@ def without_sign(
         return names
     return (names[1:] if names[0] in OF_COMMENTS else
             names[:-1] if names[-1].lower() in REMARKS else names)
+
+
+def are_numbered(dialect: Dialect, lines: Sequence[str], first: int) -> bool:
+    """Whether rows begin with their numbers or quoted names, as pandas and R print them."""
+    rows = [cells for line in lines[first : first + FEWEST_COUNTED]
+            if (cells := dialect.cells(line))]
+    if not rows or not all(cells[-1] for cells in rows):
+        return False
+    names = [cells[0] for cells in rows]
+    numbers = [str(int(names[0]) + i) for i in range(FEWEST_COUNTED)] if (
+        names[0].isascii() and names[0].isdecimal()) else []
+    return names[0][:1] == '"' or names == numbers
 
 
 def moving_columns(

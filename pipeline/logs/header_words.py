@@ -46,10 +46,11 @@ _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spe
 
 TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus", "millis", "micros",
         "ms", "us", "ns", "datetime", "date", "clock", "elapsed", "seconds", "utc", "epoch", "sec",
-        "secs", "second", "msec", "usec", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
+        "secs", "second", "msec", "usec", "minutes", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
         "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp", "tijd", "czas", "время",
         "时间", "時間", "時刻", "tow"}
-CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns"}
+CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns",
+               "minutes"}
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
            "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
@@ -124,6 +125,7 @@ def read_name(name: str) -> Words:
     if axis is None:
         words, axis = _split_axis(words)
     unit = unit or next((_UNIT[word] for word in words if word in CLOCK_WORDS), "")
+    unit = "min" if words == ["min"] else unit
     words += spread
     stem = "".join(words)
     quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
@@ -204,7 +206,7 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
         return "temperature"
     if stem in COUNTER:
         return "counter"
-    if known & TIME or stem.endswith(ENDS_OF_TIME):
+    if known & TIME or stem == "min" or stem.endswith(ENDS_OF_TIME):
         return "time"
     return ""
 

@@ -17,8 +17,10 @@ from pipeline.logs.header_words import read_name, spelled_unit
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
 DATE = r"(?:\d{4}-\d{1,2}-\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4}|\d{4}/\d{1,2}/\d{1,2})"
 CLOCK = r"\d{1,2}:\d{2}:\d{2}(?:[.:]\d++|,\d{3}(?![\d.,]))?(?: ?[AP]M\b|Z\b|[-+]\d{2}:?\d{2}\b)?"
-SLOT = re.compile(rf"(?<![\w.^])(?!(?<=\d:)(?<!\d\d\d\d:)\d\d(?!\d))"
-                  rf"(?:(?:{DATE}[ T])?{CLOCK}(?!\w|:\d)|{DATE}(?![\w.])|{NUMBER})")
+#: No number is a part of a word or of a clock, nor a fraction before a unit: ``1/16 °/s``.
+SLOT = re.compile(
+    r"(?<![\w.^])(?<![\s;,(]\d/)(?!\d/\d++ ?[°A-Za-z])(?!(?<=\d:)(?<!\d\d\d\d:)\d\d(?!\d))"
+    rf"(?:(?:{DATE}[ T])?{CLOCK}(?!\w|:\d)|{DATE}(?![\w.])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|#$%*&-"
@@ -61,7 +63,7 @@ def names_of_sample(sample: Sequence[str]) -> list[str]:
             titles = [(depth, title) for depth, title in titles if depth < indent]
             titles.append((indent, line.strip(AROUND)))
             continue
-        for name in _names_of_line(line):
+        for name in _names_of_line(line, len(sample) > 1):
             lone = name.lower() in AXES
             above = [title for depth, title in titles if depth < indent or lone]
             if lone and not above and named and named[-1][-1:].lower() in AXES:
@@ -81,16 +83,20 @@ def numbered(names: Sequence[str]) -> list[str]:
     return every
 
 
-def _names_of_line(line: str) -> list[str]:
+def _names_of_line(line: str, one_of_many: bool) -> list[str]:
     """Names from the words before the numbers; two more numbers without words are further axes.
 
-    A single axis belongs to the name before it, a unit after the last of three numbers to all.
+    A single axis belongs to the name before it, a unit after the last of three numbers to all. In a
+    line that is one of many of a sample, words in the cell before a number are its name too.
     """
     labels: list[str] = []
     units: dict[int, str] = {}
     *parts, last = SLOT.split(line)
     for part in parts:
-        words = re.split(r"[,;|]", part)[-1].replace(":", " ").strip(AROUND)
+        *before, words = (cell.replace(":", " ").strip(AROUND)
+                          for cell in re.split(r"[,;|]", part))
+        if one_of_many and not words:
+            words = next((cell for cell in reversed(before) if cell and not spelled_unit(cell)), "")
         words += "".join(BEHIND[sign] for sign in BEHIND if words.count(sign) > words.count(
             BEHIND[sign]))
         behind, _, others = " ".join(words.split()).partition(" ")

@@ -20,6 +20,7 @@ from pipeline.logs.dialect import (
 )
 from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
 from pipeline.logs.head import (
+    are_numbered,
     date_column,
     find_head,
     is_time,
@@ -116,9 +117,8 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
         raise no_rows(path, head)
     dialect, cells = _first_row(path, lines, head.first)
     lines = without_footer(lines, dialect, len(cells))
-    names = named_columns(f"{path}:{head.names_line + 1}",
-                          without_sign(head.names, len(cells), cells[0][:1] == '"'),
-                          len(cells), columns,
+    header = without_sign(head.names, len(cells), are_numbered(dialect, lines, head.first))
+    names = named_columns(f"{path}:{head.names_line + 1}", header, len(cells), columns,
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]
@@ -138,7 +138,7 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
         return None
     dialect, cells = _first_row(path, lines, head.first)
     names = [bare(name) for name in without_sign(
-        head.names, len(cells), cells[0][:1] == '"') or ()]
+        head.names, len(cells), are_numbered(dialect, lines, head.first)) or ()]
     if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # repeated: no names
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))

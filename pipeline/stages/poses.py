@@ -171,11 +171,10 @@ def _pooled(recordings: Sequence[Recording]) -> Recording:
     """The poses of several recordings of one sensor; each has a clock of its own."""
     if len(recordings) == 1:
         return recordings[0]
-    counts = " + ".join(str(len(recording.means)) for recording in recordings)
     means = tuple(mean for recording in recordings for mean in recording.means)
     notes = tuple(note for recording in recordings for note in recording.warnings)
-    note = (f"{len(recordings)} logs hold the same triads: their poses are pooled ({counts}), and "
-            f"nothing is joined in time.")
+    note = (f"{len(recordings)} logs hold the same triads: their {len(means)} poses are pooled, "
+            f"and nothing is joined in time.")
     return Recording(means, (min(min(recording.starts_s) for recording in recordings),),
                      np.arange(len(means)),
                      (note, *notes),

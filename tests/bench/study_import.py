@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from string import ascii_letters
@@ -54,6 +55,7 @@ BY_NUMBERS = {tool: {**EVERY, **SENTENCES, **UNSEEN, **CONTAINERS}[tool] for too
     "increments", "micro_g", "nine_unnamed")}
 FACT = re.compile(r"\bfacts?\b", re.IGNORECASE)
 GUESS = [f"pipeline.guess.{each.name}" for each in pkgutil.iter_modules(pipeline.guess.__path__)]
+READERS = ("guess.no_log", "guess.raw_tables")
 Guess = Callable[[], object]
 
 
@@ -86,11 +88,16 @@ def nameless(table: RawTable) -> RawTable:
                    header=letters if table.header else ())
 
 
+@cache
+def read(path: Path) -> list[RawTable]:
+    """The tables of a file, read once unless a threshold of the reader changes."""
+    return raw_tables(path)
+
+
 def essence(files: list[Path], rate_hz: float | None, names: bool = True) -> object:
     """What a configuration would state of the files."""
     try:
-        tables = [table if names else nameless(table)
-                  for path in files for table in raw_tables(path)]
+        tables = [table if names else nameless(table) for path in files for table in read(path)]
         guess = guess_session([table for table in guess_tables(tables, rate_hz) if table])
     except UnreadableInput as error:
         return str(error)
@@ -122,10 +129,14 @@ def main() -> None:
             users: list[Any] = [user for user in map(import_module, GUESS) if hasattr(user, name)]
             changed = []
             for factor in (0.5, 2.0):
+                if module in READERS:
+                    read.cache_clear()
                 for user in users:
                     setattr(user, name, type(each.value)(each.value * factor))
                 changed.append(sum(guess() != before
                                    for guess, before in zip(every, as_it_is, strict=True)))
+            if module in READERS:
+                read.cache_clear()
             for user in users:
                 setattr(user, name, each.value)
             words = [f"{n} sets change" if n > 1 else "1 set changes" if n else "no effect"

@@ -41,7 +41,7 @@ def member_lines(path: Path, name: str) -> list[str] | None:
 
 def _wanted(path: Path, archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     members = [member for member in archive.infolist() if not member.is_dir()]
-    if any(member.filename.startswith("xl/") for member in members):
+    if any(member.filename.startswith(("xl/", "content.xml")) for member in members):
         raise UnreadableInput(f"{path}: is a spreadsheet. Save the sheet as CSV.")
     wanted = [member for member in members
               if member.filename.lower().endswith((*TEXT, ".npy"))

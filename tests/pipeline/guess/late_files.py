@@ -160,6 +160,43 @@ def three_lines_of_names(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "Book1.dat", [*head, *rows])], 1000 / G, 1 / DEG)
 
 
+def printed_frame(folder: Path, log: HandLog) -> Foreign:
+    """pandas: the first column counts the rows, and the line of names has none for it; minutes."""
+    rows = [f"{i:<6d}{float(row[0]) / 60:12.8f}" + "".join(f"{cell:>12}" for cell in row[1:])
+            for i, row in enumerate(si_rows(log))]
+    head = " " * 6 + "".join(f"{name:>12}" for name in ("min", "ax", "ay", "az", "gx", "gy", "gz"))
+    return Foreign([write_lines(folder / "frame.txt", [head, *rows])])
+
+
+def brick_logger(folder: Path, log: HandLog) -> Foreign:
+    """Tinkerforge: a value, its name and its unit in each row, with numbers in units and names."""
+    rows = [f"2026-03-04T14:05:{t:06.3f}+01:00;IMU Brick 2.0;{name}-{axis};{v:.0f};{unit}"
+            for t, a, w in zip(log.time_s, log.acc * 100, log.gyr / DEG * 16, strict=True)
+            for name, unit, row in (("Acceleration", "cm/s²", a),
+                                    ("Angular Velocity", "1/16 °/s", w))
+            for axis, v in zip("XYZ", row, strict=True)]
+    return Foreign([write_lines(folder / "bricks.csv", ["TIME;NAME;VAR;RAW;UNIT", *rows])], 100.0,
+                   16 / DEG)
+
+
+def sensors_in_folders(folder: Path, log: HandLog) -> Foreign:
+    """A folder for each sensor, with files and columns of the same names."""
+    files = []
+    for name, values in (("acc", log.acc), ("gyro", log.gyr)):
+        (folder / name).mkdir()
+        rows = [",".join([f"{t:.3f}", *(f"{v:.6f}" for v in row)])
+                for t, row in zip(log.time_s, values, strict=True)]
+        files.append(write_lines(folder / name / "data.csv", ["timestamp,x,y,z", *rows]))
+    return Foreign(files)
+
+
+def bare_hexadecimal(folder: Path, log: HandLog) -> Foreign:
+    """Registers without 0x, of which some look like decimal numbers."""
+    rows = [",".join([str(round(1000 * t)), *(f"{int(v) & 0xFFFF:04X}" for v in row)])
+            for t, row in zip(log.time_s, counts_of(log), strict=True)]
+    return Foreign([write_lines(folder / "hex.csv", ["t_ms,ax,ay,az,gx,gy,gz", *rows])])
+
+
 def an_axis_a_file(folder: Path, log: HandLog) -> Foreign:
     """Arduino Cloud: a file with times and values for each variable."""
     return Foreign([write_lines(folder / f"acc_{axis}.csv", ["time,value", *(
@@ -184,6 +221,7 @@ def poses_side_by_side(folder: Path, log: HandLog) -> Foreign:
 
 
 LATE_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
+    "bare_hexadecimal": (bare_hexadecimal, "6 of its columns hold hexadecimal .*0x in front"),
     "an_axis_a_file": (an_axis_a_file, "each row holds one value, as .*merge_asof"),
     "bytes_of_a_port": (bytes_of_a_port, "with their bytes in hexadecimal"),
     "poses_side_by_side": (poses_side_by_side, "each row is a channel .ax .m/s².*Transpose"),
@@ -193,5 +231,6 @@ LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
         movella_dot, registers, fortran, spreadsheet, taking_turns, tagged_lines,
         vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own,
         axes_in_rows_of_their_own, rare_kinds_of_objects, three_lines_of_names,
+        printed_frame, brick_logger, sensors_in_folders,
         names_in_the_first_row, index_without_a_name, json_in_a_string, time_with_a_colon)
 }
