@@ -26,6 +26,7 @@ APART_PX = 9  #: least distance from corner to corner
 QUALITY = 0.01  # of the strongest corner
 WINDOW = (21, 21)  #: pixels around a corner
 LEVELS = 3  #: levels of the pyramid: motions of up to eight windows
+NEAR_LEVELS = 1  #: levels that are tried first, from one frame to the next: half the time
 LOOKED_AT = 14  # frames, to find whether the camera moves and which corners are stationary
 FEWEST = 8  # corners, twice what determines a homography
 ENOUGH = 24  # corners for a homography; fewer give shift, roll and scale
@@ -89,14 +90,17 @@ class Registration:
         fewest : float
             Least share of the corners that follow it.
         """
-        onto, seen = _followed(self._reference, luma, self.corners, self._motion)
-        if seen.sum() < FEWEST:
-            return None
-        motion, agree = _common_motion(self.corners[seen], onto[seen])
-        if motion is None or agree.sum() < max(FEWEST, fewest * len(agree)):
-            return None
-        self._motion = motion
-        return motion
+        for levels in (NEAR_LEVELS, LEVELS):
+            onto, seen = _followed(
+                self._reference, luma, self.corners, self._motion, levels=levels)
+            if seen.sum() < FEWEST:
+                continue
+            motion, agree = _common_motion(self.corners[seen], onto[seen])
+            share = fewest if levels == LEVELS else THRESHOLDS.stands
+            if motion is not None and agree.sum() >= max(FEWEST, share * len(agree)):
+                self._motion = motion
+                return motion
+        return None
 
     def look(self, luma: Luma) -> None:
         """Measure in a frame the displacement of the surroundings."""
@@ -113,19 +117,15 @@ class Registration:
 
         Light that flickers shifts the corners too, and then they are less like it.
         """
-        reach = WINDOW[0] // 2
+        around = np.indices(WINDOW).reshape(2, -1).T - WINDOW[0] // 2
+        places = (self.corners[:: 1 + len(self.corners) // ENOUGH, None] + around).reshape(-1, 2)
+        wanted = _patches(self._reference, places)
         before = after = 0.0
         for luma in lumas:
             motion = self.motion(luma)
-            if motion is None:
-                continue
-            registered = brought_back(luma, motion)
-            for x, y in np.round(self.corners).astype(int):
-                around = np.s_[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
-                wanted, *seen = (_of_unit_contrast(image[around])
-                                 for image in (self._reference, luma, registered))
-                before, after = (total + float(((one - wanted) ** 2).mean())
-                                 for total, one in zip((before, after), seen, strict=True))
+            if motion is not None:
+                before += float(((_patches(luma, places) - wanted) ** 2).sum())
+                after += float(((_patches(luma, _moved(places, motion)) - wanted) ** 2).sum())
         self._motion = np.eye(3)
         return after < THRESHOLDS.remains * before
 
@@ -265,14 +265,18 @@ def _common_motion(
     return np.vstack([part, [0, 0, 1.0]]), np.asarray(agree).ravel() > 0
 
 
-def _moved(corners: NDArray[np.float32], motion: FloatArray) -> FloatArray:
+def _moved(corners: NDArray[np.floating], motion: FloatArray) -> FloatArray:
     x, y, n = motion @ np.column_stack([corners, np.ones(len(corners))]).T
     return np.asarray(np.stack([x / n, y / n], axis=1))
 
 
-def _of_unit_contrast(patch: Luma) -> FloatArray:
-    """A patch (h, w) without its brightness and contrast, no unit."""
-    return np.asarray((patch - patch.mean()) / max(float(patch.std()), 1.0))
+def _patches(luma: Luma, places: NDArray[np.floating]) -> FloatArray:
+    """Patches (n, p) at places (n p, 2) without their brightness and contrast, no unit."""
+    x, y = np.asarray(places.T, np.float32)
+    seen = cv2.remap(luma, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    patches = np.asarray(seen, float).reshape(-1, WINDOW[0] * WINDOW[1])
+    patches -= patches.mean(axis=1, keepdims=True)
+    return np.asarray(patches / np.maximum(patches.std(axis=1, keepdims=True), 1.0))
 
 
 def brought_back(image: Luma, motion: FloatArray) -> Luma:
