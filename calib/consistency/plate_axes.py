@@ -19,7 +19,7 @@ from calib.consistency.signed_axes import (
     permutation_words,
 )
 from calib.errors import Contradiction
-from calib.poses.imu_log import BoolArray, FloatArray, IntArray
+from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 
 FEWEST_POSES = 6  #: derived: three directions, each seen twice
@@ -68,21 +68,19 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
     """
     used = (poses.spin_rad_s != 0) & np.isfinite(poses.force).all(axis=1)
     used &= (np.linalg.norm(vector, axis=1) > 0) & (np.linalg.norm(poses.force, axis=1) > 0)
-    runs = np.array(poses.run)
-    names = [name for name in dict.fromkeys(runs[used]) if (used & (runs == name)).any()]
+    runs = np.array(poses.run)[used]
+    names = list(dict.fromkeys(runs))
     if used.sum() < FEWEST_POSES or len(names) > MOST_RUNS:
         return
-    products = _products(poses, vector, used)
-    known = {name: sense.get(name, 0.0) for name in names}
-    relation = _relation({name: products[used & (runs == name)] for name in names}, known)
+    f, n = _units(poses.force[used]), _units(vector[used])
+    relation = _relation(f, n, runs, sense)
     if relation is None:
         return
-    rotation, signs = relation
+    rotation, sigma = relation
     if len(names) > 1:
-        _compare_runs(products, runs, used, names, known)
-    sigma = np.array([signs.get(name, 0.0) for name in runs])
-    angle = _angles(products, rotation, sigma)
-    if np.median(angle[used]) > LARGEST_SCATTER:
+        _compare_runs(f, n, runs, sense)
+    angle = _angles(f, sigma[:, None] * n @ rotation.T)
+    if np.median(angle) > LARGEST_SCATTER:
         length = np.linalg.norm(vector[used], axis=1) / poses.reference.magnitude[used]
         if np.max(np.abs(length - 1)) > OTHER_LENGTH:
             return  # some poses distort the fit, and all directions with it
@@ -97,10 +95,11 @@ def require_common_axes(poses: PoseSet, vector: FloatArray, sense: Mapping[str, 
             f"gyroscope: on the turning plate both triads point along its axis, but here only if "
             f"in the gyroscope's axes, or in the accelerometer's, {_in_words(order)}. {REPAIR}"
         )
-    odd = np.flatnonzero(used & (angle > OTHER_POSE))
-    if odd.size:
-        near = max(SAME_DIRECTION, 3 * float(np.median(angle[used])))
-        raise Contradiction(_of_one_pose(poses, vector, odd, sigma[odd[0]] * rotation, near))
+    far = np.flatnonzero(angle > OTHER_POSE)
+    if far.size:
+        near = max(SAME_DIRECTION, 3 * float(np.median(angle)))
+        odd = np.flatnonzero(used)[far]
+        raise Contradiction(_of_one_pose(poses, vector, odd, sigma[far[0]] * rotation, near))
 
 
 def _of_one_pose(
@@ -114,9 +113,10 @@ def _of_one_pose(
     force, turned = poses.force[i], float(poses.reference.magnitude[i])
     gyroscope = SIGNED_PERMUTATIONS @ logged @ affine[:3] + affine[3]  # (48, 3)
     length = np.abs(np.linalg.norm(gyroscope, axis=1) / turned - 1) < OTHER_LENGTH
-    by = {"gyroscope": np.where(length, _angle(gyroscope @ rotation.T, force), np.inf),
-          "accelerometer": np.where(length[IDENTITY], _angle(
-              SIGNED_PERMUTATIONS @ force, rotation @ vector[i]), np.inf)}
+    by = {"gyroscope": np.where(
+        length, _angles(_units(gyroscope @ rotation.T), _units(force)), np.inf),
+          "accelerometer": np.where(length[IDENTITY], _angles(
+              _units(SIGNED_PERMUTATIONS @ force), _units(rotation @ vector[i])), np.inf)}
     triad = min(by, key=lambda each: float(by[each].min()))
     rate, gravity = float(np.linalg.norm(vector[i])), float(np.nanmedian(
         np.linalg.norm(poses.force, axis=1)))
@@ -138,10 +138,14 @@ def _of_one_pose(
     )
 
 
-def _angle(vectors: FloatArray, other: FloatArray) -> FloatArray:
-    """Angles between vectors (k, 3) and a vector (3,), rad, (k,)."""
-    cosine = vectors @ other / np.linalg.norm(vectors, axis=1) / np.linalg.norm(other)
-    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+def _units(vectors: FloatArray) -> FloatArray:
+    """Vectors (..., 3) at unit length."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+def _angles(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Angles between unit vectors (..., 3), rad."""
+    return np.asarray(np.arccos(np.clip((one * other).sum(axis=-1), -1.0, 1.0)))
 
 
 def _in_words(order: FloatArray) -> str:
@@ -152,60 +156,43 @@ def _in_words(order: FloatArray) -> str:
     return words
 
 
-def _products(poses: PoseSet, vector: FloatArray, used: BoolArray) -> FloatArray:
-    """``f nᵀ`` of unit vectors for every pose, (n, 3, 3); zero where not ``used``."""
-    products = np.zeros((len(poses), 3, 3))
-    f = poses.force[used] / np.linalg.norm(poses.force[used], axis=1, keepdims=True)
-    n = vector[used] / np.linalg.norm(vector[used], axis=1, keepdims=True)
-    products[used] = np.einsum("mi,mj->mij", f, n)
-    return products
-
-
 def _relation(
-    products: Mapping[str, FloatArray], known: Mapping[str, float]
-) -> tuple[FloatArray, dict[str, float]] | None:
-    """R (3, 3) and σ by run; None where the poses leave an axis open.
+    f: FloatArray, n: FloatArray, runs: np.ndarray, sense: Mapping[str, float]
+) -> tuple[FloatArray, FloatArray] | None:
+    """R (3, 3) and σ (m,) of unit vectors f and n (m, 3); None where the poses leave an axis open.
 
     Where no run's sense is known, R and all σ are known up to one common sign: then the R nearer to
     the identity is chosen.
     """
-    sums = np.array([each.sum(axis=0) for each in products.values()])
-    count = sum(map(len, products.values()))
+    names = list(dict.fromkeys(runs))
+    sums = np.array([f[runs == name].T @ n[runs == name] for name in names])
+    known = [sense.get(name, 0.0) for name in names]
     best: tuple[float, tuple[float, ...]] = (-1.0, ())
-    choices = [(s,) if (s := known[name]) else (1.0, -1.0) for name in products]
-    for signs in product(*choices):
+    for signs in product(*((s,) if s else (1.0, -1.0) for s in known)):
         total = np.tensordot(np.array(signs), sums, 1)
         best = max(best, (float(np.linalg.svd(total, compute_uv=False).sum()), signs))
     sign = np.array(best[1])
     u, singular, vt = np.linalg.svd(np.tensordot(sign, sums, 1))
-    if singular[-1] < LEAST_SPREAD * count:
+    if singular[-1] < LEAST_SPREAD * len(f):
         return None
     rotation = u @ vt
-    if not any(known[name] for name in products) and np.trace(rotation) < 0:
+    if not any(known) and np.trace(rotation) < 0:
         rotation, sign = -rotation, -sign
-    return rotation, dict(zip(products, map(float, sign), strict=True))
-
-
-def _angles(products: FloatArray, rotation: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Angle between f and σ R n of each pose, rad, (n,)."""
-    cosine = sigma * np.einsum("nij,ij->n", products, rotation)
-    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return rotation, sign[[names.index(name) for name in runs]]
 
 
 def _compare_runs(
-    products: FloatArray, runs: np.ndarray, used: BoolArray, names: list[str],
-    known: Mapping[str, float],
+    f: FloatArray, n: FloatArray, runs: np.ndarray, sense: Mapping[str, float]
 ) -> None:
     """Refuse a run whose axes are exchanged where those of other runs are not."""
     orders: dict[str, FloatArray] = {}
-    for name in names:
-        member = used & (runs == name)
-        relation = _relation({name: products[member]}, known) if member.sum() > 2 else None
+    for name in dict.fromkeys(runs):
+        of_run = f[runs == name], n[runs == name]
+        relation = _relation(*of_run, runs[runs == name], sense) if len(of_run[0]) > 2 else None
         if relation is None:
             continue
-        rotation, signs = relation
-        fits = np.median(_angles(products[member], rotation, np.full(member.sum(), signs[name])))
-        if fits < LARGEST_SCATTER:
+        rotation, sigma = relation
+        if np.median(_angles(of_run[0], sigma[:, None] * of_run[1] @ rotation.T)) < LARGEST_SCATTER:
             orders[name] = nearest_signed(rotation)
     odd = [name for name, order in orders.items() if not np.array_equal(order, np.eye(3))]
     if odd and len(odd) < len(orders):

@@ -236,6 +236,14 @@ def test_poses_at_rest_alone_are_refused() -> None:
         fit(rest, MODEL)
 
 
+def test_an_effect_that_no_length_shows_is_refused() -> None:
+    """A rotation errs across the readings: what rounding leaves of it along them is no signal."""
+    for triad in TRIADS:
+        poses = noisy(made_poses(triad, (SLOW, FAST)), 1)
+        with pytest.raises(Undetermined, match="cannot see 'frame_rotation'"):
+            fit(poses, Model.of([*BASE, "frame_rotation"]))
+
+
 def test_a_model_without_misalignment_is_fitted_as_such() -> None:
     model = Model.of(("bias", "scale"))
     truth = base_theta(model, "accelerometer")
