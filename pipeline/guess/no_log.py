@@ -23,8 +23,8 @@ LONGEST_CHANNELS = 4
 a log has more samples than columns, and 60 columns at most."""
 NOT_LINES_OF_NUMBERS = (
     (re.compile(r"#(?:[0-9A-Fa-f]{2}){3,}(?!\w)"
-                r"|^(?=.*\b(?:[A-Fa-f]\d|\d[A-Fa-f]|[A-Fa-f]{2})\b)[^:]*"
-                r"(?<![\w.])(?:[0-9A-Fa-f]{2}[ :]){5}[0-9A-Fa-f]{2}(?!\w)(?!.*::)"
+                r"|(?<![\w.])(?=(?:\d{2}[ :-])*(?:[A-Fa-f]\d|\d[A-Fa-f]|[A-Fa-f]{2})[ :-])"
+                r"(?:[0-9A-Fa-f]{2}[ -]){5,}[0-9A-Fa-f]{2}(?!\w)(?!.*::)"
                 r"|\b0x[0-9A-Fa-f]{2}[ ,;\t]+0x[0-9A-Fa-f]{2}\b"),
      "its lines are messages of a bus or a port, with their bytes in hexadecimal. The description "
      "of the device says what they mean. Decode them first, those of a CAN bus for example by "

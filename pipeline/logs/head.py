@@ -250,6 +250,25 @@ def are_numbered(dialect: Dialect, lines: Sequence[str], first: int) -> bool:
     return names[0][:1] == '"' or names == numbers
 
 
+def require_one_header(path: Path, lines: Sequence[str], head: Head, dialect: Dialect) -> None:
+    """Refuse rows below a second header with the same names in another order.
+
+    Raises
+    ------
+    UnreadableInput
+    """
+    if head.names is None or head.first is None:
+        return
+    for i, line in enumerate(lines[head.first :], head.first):
+        if not line[:1].isalpha():
+            continue
+        names = dialect.cells(line)
+        if names != head.names and sorted(names) == sorted(head.names):
+            raise UnreadableInput(
+                f"{path}:{i + 1}: from here on the columns are {', '.join(names)}, and above they "
+                f"are {', '.join(head.names)}. Cut the file in two there.")
+
+
 def moving_columns(
     dialect: Dialect, cells: Sequence[str], rows: Sequence[str]
 ) -> Sequence[int]:

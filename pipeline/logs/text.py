@@ -20,12 +20,14 @@ from pipeline.logs.dialect import (
 )
 from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
 from pipeline.logs.head import (
+    Head,
     are_numbered,
     date_column,
     find_head,
     is_time,
     moving_columns,
     no_rows,
+    require_one_header,
     without_footer,
     without_sign,
 )
@@ -115,7 +117,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     head = find_head(lines, columns)
     if head.first is None:
         raise no_rows(path, head)
-    dialect, cells = _first_row(path, lines, head.first)
+    dialect, cells = _first_row(path, lines, head)
     lines = without_footer(lines, dialect, len(cells))
     header = without_sign(head.names, len(cells), are_numbered(dialect, lines, head.first))
     names = named_columns(f"{path}:{head.names_line + 1}", header, len(cells), columns,
@@ -136,7 +138,7 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     head = find_head(lines)
     if head.first is None:
         return None
-    dialect, cells = _first_row(path, lines, head.first)
+    dialect, cells = _first_row(path, lines, head)
     names = [bare(name) for name in without_sign(
         head.names, len(cells), are_numbered(dialect, lines, head.first)) or ()]
     if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # repeated: no names
@@ -151,14 +153,16 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
                    head.rate_hz, dated)
 
 
-def _first_row(path: Path, lines: list[str], first: int) -> tuple[Dialect, list[str]]:
-    """The dialect of the rows from line ``first`` on, and a representative cell of each column: the
-    first that is not empty, or one of text if the column has more than a few.
+def _first_row(path: Path, lines: list[str], head: Head) -> tuple[Dialect, list[str]]:
+    """The dialect of the rows below ``head``, and a representative cell of each column: the first
+    that is not empty, or one of text if the column has more than a few.
 
-    Points between thousands are refused.
+    Points between thousands, and a second header of other columns, are refused.
     """
+    first = head.first or 0
     rows = lines[first : first + DIALECT_ROWS]
     dialect = dialect_of_rows(rows)
+    require_one_header(path, lines, head, dialect)
     cells = dialect.cells(rows[0])
     alike = [other for row in rows if len(other := dialect.cells(row)) == len(cells)]
     if not dialect.decimal_comma:

@@ -197,6 +197,31 @@ def bare_hexadecimal(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "hex.csv", ["t_ms,ax,ay,az,gx,gy,gz", *rows])])
 
 
+def gravity_removed(folder: Path, log: HandLog) -> Foreign:
+    """The teapot's sketch: counts of an acceleration that nothing names."""
+    up = G * log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
+    at_rest = log.rest[:, None] >= 0
+    force = np.where(at_rest, 0.02 * (log.acc - up), log.acc - up) + (0.2, -0.1, 0.3)
+    rows = ["\t".join(["areal", *map(str, row)]) for row in np.rint(force * 835).astype(int)]
+    return Foreign([write_lines(folder / "teapot.txt", rows)])
+
+
+def notifications(folder: Path, log: HandLog) -> Foreign:
+    """Bytes that a telephone received, with dashes between them."""
+    counts = np.clip(counts_of(log), -32768, 32767).astype("<i2")
+    return Foreign([write_lines(folder / "ble.txt", [
+        f"A\t14:05:{t:06.3f}\tNotification, value: (0x) {row.tobytes().hex('-').upper()}"
+        for t, row in zip(log.time_s, counts, strict=True)])])
+
+
+def other_order(folder: Path, log: HandLog) -> Foreign:
+    """A file that was continued with other columns."""
+    rows = [",".join(row) for row in si_rows(log)]
+    turned = [",".join([row[0], *row[4:], *row[1:4]]) for row in si_rows(log)[1000:]]
+    return Foreign([write_lines(folder / "appended.csv", [
+        "t,ax,ay,az,gx,gy,gz", *rows[:1000], "t,gx,gy,gz,ax,ay,az", *turned])])
+
+
 def an_axis_a_file(folder: Path, log: HandLog) -> Foreign:
     """Arduino Cloud: a file with times and values for each variable."""
     return Foreign([write_lines(folder / f"acc_{axis}.csv", ["time,value", *(
@@ -221,6 +246,9 @@ def poses_side_by_side(folder: Path, log: HandLog) -> Foreign:
 
 
 LATE_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
+    "gravity_removed": (gravity_removed, "the same in every rest, so that gravity is removed"),
+    "notifications": (notifications, "with their bytes in hexadecimal"),
+    "other_order": (other_order, "appended.csv:1002: from here on the columns are t, gx, gy, gz"),
     "bare_hexadecimal": (bare_hexadecimal, "6 of its columns hold hexadecimal .*0x in front"),
     "an_axis_a_file": (an_axis_a_file, "each row holds one value, as .*merge_asof"),
     "bytes_of_a_port": (bytes_of_a_port, "with their bytes in hexadecimal"),
