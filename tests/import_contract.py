@@ -80,7 +80,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.discovery": [("functions",), ("response",), ("grammar",), ("screen",), ("discover",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding", "averaged", "stand_ins"), ("diagnose",),
+        ("finding", "averaged"), ("diagnose",),
         ("unseen", "population"), ("grounds",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],

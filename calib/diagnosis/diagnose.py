@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.diagnosis.averaged import Averaged, averaged
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.finding import find
+from calib.diagnosis.finding import find, stand_ins
 from calib.diagnosis.hypotheses.columns import set_aside
 from calib.diagnosis.next_measurement.advice import (
     Advice,
@@ -28,7 +28,6 @@ from calib.diagnosis.next_measurement.chance import (
 )
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, SOAK
 from calib.diagnosis.search.posterior import Inclusion, Posterior
-from calib.diagnosis.stand_ins import stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
 from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.explanation import Explanation

@@ -11,8 +11,13 @@ import numpy as np
 
 from calib.diagnosis.population.pool import FALSE_ALARM, Pool, PooledEffect
 from calib.diagnosis.population.random_effects import RandomEffects
-from calib.diagnosis.population.repeatability import Repeatability, repeatability
-from calib.diagnosis.population.spread import Spread, spread_of, weighed_together
+from calib.diagnosis.population.spread import (
+    Repeatability,
+    Spread,
+    repeatability,
+    spread_of,
+    weighed_together,
+)
 from calib.effects.units import display_unit
 from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE
 from calib.poses.triad_kind import TRIAD_KINDS

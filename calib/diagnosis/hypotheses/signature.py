@@ -32,8 +32,6 @@ class Signature:
     Parameters
     ----------
     name : str
-    columns : array, shape (r, k)
-        Change of the whitened residual per unit of minus each parameter, nothing projected out.
     basis : array, shape (r, v)
         Orthonormal directions that are visible.
     strength : array, shape (v,)
@@ -41,7 +39,6 @@ class Signature:
     """
 
     name: str
-    columns: FloatArray
     basis: FloatArray
     strength: FloatArray
 
@@ -109,7 +106,7 @@ class Projector:
         full *= self.root[:, None]
         norm = np.sqrt((full**2).sum(axis=0))
         used = norm > NORM_FLOOR * max(float(norm.max(initial=0.0)), NO_LENGTH)
-        nothing = Signature(name, columns, np.zeros((len(full), 0)), np.zeros(0))
+        nothing = Signature(name, np.zeros((len(full), 0)), np.zeros(0))
         if not used.any():
             return nothing
         unit = full[:, used] / norm[used]
@@ -118,7 +115,7 @@ class Projector:
         squared, directions = np.linalg.eigh(remainder.T @ remainder)
         visible = squared > VISIBLE_SHARE**2 * self.data_count / used.sum()  # as the fit judges
         strength = np.sqrt(squared[visible])
-        return Signature(name, columns, remainder @ (directions[:, visible] / strength), strength)
+        return Signature(name, remainder @ (directions[:, visible] / strength), strength)
 
 
 class Linearisation:

@@ -12,7 +12,7 @@ from scipy.special import fdtrc
 from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence, visible_inverse
 from calib.fit.least_squares.identifiability import VISIBLE_SHARE
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 WILD_P_VALUE = 1e-6
 """Below which the residual of a session is no chance. Derived: 10,000 sound sessions have none, so
@@ -21,7 +21,7 @@ that widening takes nothing from what the others leave."""
 FEWEST_DOF_OF_VARIANCE = 8.0
 """Degrees of freedom that count behind sds at least. Derived: the variance of 1/x, and with it 1/c
 = (ν - 2)/(ν - 4), is infinite at four; at twice as many 1/c is 1.5. (A mean of 1/x is enough where
-sessions are compared one by one: ``FEWEST_DOF_OF_MEAN`` of ``repeatability``.)"""
+sessions are compared one by one: ``FEWEST_DOF_OF_MEAN`` of ``spread``.)"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,31 +55,65 @@ class TrialSums:
 
 def sums_of(lot: LotEvidence, trial: Trial) -> TrialSums:
     """The sums of one candidate over a lot, or over a block of one."""
-    where = lot.place(trial)
-    score, information = lot.score[:, where], lot.information[:, where, where]
-    inverse, rank = visible_inverse(information, lot.whole[:, where])
-    sees = rank > 0
-    drop = np.einsum("si,sij,sj->s", score, inverse, score)[sees]
-    rank, spare = rank[sees], np.maximum(lot.dof[sees] - rank[sees], 0.0)
-    rest = np.where(spare > 0, np.maximum(lot.chi2[sees] - drop, 0.0), 0.0)
-    widening = _widening(rest, spare, lot.noise_dof[sees])
-    like = _effective_share(lot.noise_dof[sees])
-    compared = spare > 0  # a session that the candidate fits exactly says nothing
+    all_of_them = _Sessions.of(lot, trial)
+    some = all_of_them.take(all_of_them.rank > 0)
+    compared = some.spare > 0  # a session that the candidate fits exactly says nothing
     return TrialSums(
-        sessions=float(sees.sum()),
-        like=float(like.sum()),
-        spare=float(spare.sum()),
-        spare_like=float((spare * like).sum()),
-        rest=float((rest / widening).sum()),
-        drop=float((drop / widening)[compared].sum()),
-        rank=float(rank[compared].sum()),
-        rank_like=float((rank * like)[compared].sum()),
-        total=(information[sees] / widening[:, None, None]).sum(axis=0),
-        pull=(score[sees] / widening[:, None]).sum(axis=0),
-        whole=(lot.whole[sees][:, where] / widening[:, None]).sum(axis=0),
+        sessions=float(len(some.rank)),
+        like=float(some.like.sum()),
+        spare=float(some.spare.sum()),
+        spare_like=float((some.spare * some.like).sum()),
+        rest=float(some.rest.sum()),
+        drop=float(some.drop[compared].sum()),
+        rank=float(some.rank[compared].sum()),
+        rank_like=float((some.rank * some.like)[compared].sum()),
+        total=some.information.sum(axis=0),
+        pull=some.score.sum(axis=0),
+        whole=some.whole.sum(axis=0),
         chi2=float(lot.chi2.sum()),
         dof=float(lot.dof.sum()),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Sessions:
+    """What S sessions show of one candidate of k parameters, each as wide as its misfit asks.
+
+    ``information`` (S, k, k), ``score`` and ``whole`` (S, k) as of :class:`LotEvidence`; ``rank``,
+    how many parameters are seen, ``drop`` and ``rest``, what they take off chi-square and leave,
+    ``spare``, the degrees of freedom that they leave, and ``like``, c, each (S,).
+    """
+
+    information: FloatArray
+    score: FloatArray
+    whole: FloatArray
+    rank: FloatArray
+    drop: FloatArray
+    rest: FloatArray
+    spare: FloatArray
+    like: FloatArray
+
+    @classmethod
+    def of(cls, lot: LotEvidence, trial: Trial) -> "_Sessions":
+        """The sessions of a lot."""
+        where = lot.place(trial)
+        score, information = lot.score[:, where], lot.information[:, where, where]
+        inverse, rank = visible_inverse(information, lot.whole[:, where])
+        drop = np.einsum("si,sij,sj->s", score, inverse, score)
+        spare = np.maximum(lot.dof - rank, 0.0)
+        rest = np.where(spare > 0, np.maximum(lot.chi2 - drop, 0.0), 0.0)
+        ratio = rest / np.maximum(spare, 1.0)
+        misfit = (spare > 0) & (
+            fdtrc(np.maximum(spare, 1.0), lot.noise_dof, ratio) < WILD_P_VALUE)
+        width = np.where(misfit, ratio, 1.0)
+        freedom = np.maximum(lot.noise_dof, FEWEST_DOF_OF_VARIANCE)
+        return cls(information / width[:, None, None], score / width[:, None],
+                   lot.whole[:, where] / width[:, None], rank, drop / width, rest / width, spare,
+                   (freedom - 4) / (freedom - 2))
+
+    def take(self, which: BoolArray) -> "_Sessions":
+        """The sessions ``which`` alone."""
+        return _Sessions(*(getattr(self, f.name)[which] for f in fields(self)))
 
 
 class SensorSums:
@@ -96,18 +130,13 @@ class SensorSums:
         """Add the sessions of a block, which are of these sensors (S,)."""
         if self.trial not in lot.trials:
             return
-        where = lot.place(self.trial)
-        score, information = lot.score[:, where], lot.information[:, where, where]
-        inverse, rank = visible_inverse(information, lot.whole[:, where])
-        drop = np.einsum("si,sij,sj->s", score, inverse, score)
-        rest, spare = np.maximum(lot.chi2 - drop, 0.0), np.maximum(lot.dof - rank, 0.0)
-        widening = _widening(rest, spare, lot.noise_dof)
-        np.add.at(self.information, sensor, information / widening[:, None, None])
-        np.add.at(self.score, sensor, score / widening[:, None])
-        np.add.at(self.whole, sensor, lot.whole[:, where] / widening[:, None])
-        self.rest += float((rest / widening).sum())
-        self.spare += float(spare.sum())
-        self.like += float(_effective_share(lot.noise_dof).sum())
+        some = _Sessions.of(lot, self.trial)
+        np.add.at(self.information, sensor, some.information)
+        np.add.at(self.score, sensor, some.score)
+        np.add.at(self.whole, sensor, some.whole)
+        self.rest += float(some.rest.sum())
+        self.spare += float(some.spare.sum())
+        self.like += float(some.like.sum())
         self.sessions += len(lot)
 
     def sizes(self) -> tuple[FloatArray, FloatArray]:
@@ -119,16 +148,3 @@ class SensorSums:
         sd = np.sqrt(np.einsum("skk->sk", inverse) * as_known)
         seen = (np.einsum("sij,sji->si", inverse, self.information) > 1 - VISIBLE_SHARE) & (sd > 0)
         return np.where(seen, size, np.nan), np.where(seen, sd, np.nan)
-
-
-def _widening(rest: FloatArray, spare: FloatArray, noise_dof: FloatArray) -> FloatArray:
-    """Factor by which the chi-square of every session counts less, (S,)."""
-    ratio = rest / np.maximum(spare, 1.0)
-    misfit = (spare > 0) & (fdtrc(np.maximum(spare, 1.0), noise_dof, ratio) < WILD_P_VALUE)
-    return np.asarray(np.where(misfit, ratio, 1.0))
-
-
-def _effective_share(noise_dof: FloatArray) -> FloatArray:
-    """c of this module, (S,)."""
-    dof = np.maximum(noise_dof, FEWEST_DOF_OF_VARIANCE)
-    return np.asarray((dof - 4) / (dof - 2))

@@ -20,6 +20,9 @@ LARGEST_LISTED = 3
 BEST_OF_EACH_SIZE = 3
 """Sets of effects, of each size, beside which everything else is weighed. A limit of time."""
 
+MOST_UNLISTED = 2
+"""Members of a set that no model can contain: noise, unknown functions. A limit of time."""
+
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
@@ -73,8 +76,10 @@ class Candidates:
                      for kind in ("bad_pose", "listed"))
 
     def one_more(self, table: Table, members: Members, which: Iterable[int]) -> Iterator[Members]:
-        """``members`` and one more of ``which``."""
+        """``members`` and one more of ``which``; no third of what no model can contain."""
         inside, blind = self.key(members), (table.seen == 0).tolist()
+        if (inside & self.without_effect).bit_count() >= MOST_UNLISTED:
+            inside |= self.without_effect
         for j in which:
             if not blind[j] and not inside & self.bits[j]:
                 yield tuple(sorted((*members, j)))

@@ -16,7 +16,6 @@ from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.signature import Projector, Signature
 from calib.diagnosis.search.evidence import Sets, block_log_densities, width_for
 from calib.fit.noise_size import Noise
-from calib.fit.validation.leave_one_out import left_out_residual
 from calib.poses.imu_log import FloatArray, IntArray
 
 
@@ -124,7 +123,7 @@ class Table:
 
     def signature(self, j: int) -> Signature:
         """The visible columns of hypothesis ``j`` as directions with their strengths."""
-        return Signature("", self.rows[self.where(j)].T, self.unit_block(j),
+        return Signature("", self.unit_block(j),
                          np.sqrt((self.rows[self.where(j)] ** 2).sum(axis=1)))
 
     def singles(self) -> tuple[FloatArray, FloatArray]:
@@ -206,25 +205,6 @@ class Table:
                 of = dict(zip(self.by_width(sets[i]), taus, strict=True))
                 sizes[i] = np.array([of[j] for j in sets[i]])
         return sizes
-
-    def left_out(self, members: Sequence[int], pose: IntArray) -> FloatArray:
-        """Whitened residual of every data row when its pose is left out of the fit, (d,).
-
-        ``members`` are fitted with the base, each held to its likeliest size; ``pose`` (d,)
-        numbers the data rows' poses.
-        """
-        seen = tuple(j for j in members if not self.is_blind(j))
-        base = self.projector.model
-        if not seen:
-            return left_out_residual(self.residual, base, pose)
-        x = np.concatenate([self.rows[self.where(j)] for j in seen]).T
-        root = 1 / np.repeat(self.likeliest_sizes([seen])[0], self.seen[list(seen)])
-        solution = np.linalg.solve(x.T @ x + np.diag(root**2), x.T @ self.residual)
-        residual = np.concatenate([self.residual - x @ solution, -root * solution])
-        nothing = np.zeros((len(root), base.shape[1]))
-        return left_out_residual(
-            residual, np.block([[base, x], [nothing, np.diag(root)]]), pose
-        )
 
     def aliases(self, j: int, others: Sequence[int]) -> list[int]:
         """Which of ``others`` can make all of what ``j`` makes: canonical correlations over 0.99.

@@ -19,7 +19,7 @@ from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
 from calib.fit.noise_size import FORMULA_ERROR
-from calib.fit.validation.leave_one_out import compare, left_out_residual
+from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import FloatArray
 
 
@@ -92,10 +92,6 @@ def reach_verdict(posterior: Posterior) -> Verdict:
                 return unlisted
         share, explains = with_names
         first = named[0]
-        alone = _one_pose(posterior, joint, first.name) if len(named) == 1 else None
-        if alone is not None:
-            return Verdict(Code.BAD_POSE, alone, group=(alone,), details=(alone,), share=share,
-                           explains=explains)
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
             details=steps if any(_is_step(posterior.first[each.name]) for each in named) else (),
@@ -152,6 +148,8 @@ def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
     for entry in posterior.entries:
         if entry.refit is not None and {*entry.members} == {*members}:
             return entry.refit
+    if len(members) > len(names) and posterior.lead.refit is None:
+        return None  # several steps imitate any course: they are named where they are a solution
     return refit(posterior.base, [held(hypotheses[j], j) for j in members if hypotheses[j].effect])
 
 
@@ -174,20 +172,6 @@ def _is_part_of(
     signals = [_signal_rows(posterior, joint, each.name) for each in named]
     return all(any(np.sum((block.T @ signal) ** 2) >= CONSTANTS.sure * (signal @ signal)
                    for block in functions) for signal in signals)
-
-
-def _one_pose(posterior: Posterior, joint: Refit, name: str) -> str | None:
-    """The pose whose own error would look the same as a named effect, if there is one.
-
-    An effect of which one pose shows nearly all is no more than that this pose contradicts the
-    others; the effect's size then has no second witness.
-    """
-    signal = _signal_rows(posterior, joint, name)
-    base, pose = posterior.base, posterior.base.equations.row_pose
-    out = left_out_residual(signal, posterior.table.projector.model, pose)
-    share = np.bincount(pose, out * signal[: len(pose)])
-    alone = share > CONSTANTS.alias_correlation**2 * float(signal @ signal)
-    return str(base.poses.label[np.flatnonzero(alone)[0]]) if alone.any() else None
 
 
 def _as_a_curve(posterior: Posterior, named: Sequence[Inclusion]) -> tuple[str, ...]:
@@ -260,8 +244,6 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
-    if first.kind == "unknown" and not _predicts(posterior):
-        return _noise(posterior, kinds_of_noise(posterior.base))
     return Verdict(
         Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (), details=details,
         beside=_beside(posterior, [each for each in posterior.classes if each.name == first.name]),
@@ -289,10 +271,3 @@ def _best_step(posterior: Posterior) -> tuple[str, ...]:
         return ()
     best = max(steps, key=lambda j: posterior.log_factor[j])
     return (posterior.hypotheses[best].detail,)
-
-
-def _predicts(posterior: Posterior) -> bool:
-    """Whether the leave-one-out error falls with the leading set, each size held to its best."""
-    pose, table = posterior.base.equations.row_pose, posterior.table
-    before, after = table.left_out((), pose), table.left_out(posterior.lead.members, pose)
-    return float(after @ after) < float(before @ before)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.diagnosis.population.repeatability import repeatability
-from calib.diagnosis.population.spread import spread_of, weighed_together
+from calib.diagnosis.population.spread import repeatability, spread_of, weighed_together
 
 RNG = np.random.default_rng(4)
 
