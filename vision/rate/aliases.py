@@ -168,11 +168,14 @@ def _ambiguity_warning(track: PhaseTrack, rates_rad_s: tuple[float, ...]) -> tup
     """A paragraph if another of the rates, smallest first, is equally possible."""
     chosen, *others = (f"{abs(rate) / RPM:.4g}" for rate in rates_rad_s)
     folds = track.plate.symmetry
-    if not others or (folds == 1 and abs(rates_rad_s[1]) > FASTEST_USUAL):
+    too_fast = abs(rates_rad_s[0]) > FASTEST_USUAL
+    if not others or (folds == 1 and abs(rates_rad_s[1]) > FASTEST_USUAL and not too_fast):
         return ()
     cause, better = (
         (f"it looks the same {folds} times per turn", "put one mark of paper or tape on the plate")
-        if folds > 1 else ("the frames are too few", "film with more frames per second")
+        if folds > 1 else (
+            "no record player turns as fast as the slowest of them" if too_fast else
+            "the frames are too few", "film with more frames per second")
     )
     return (
         f"{track.source}: what turns may turn at {chosen} rpm or as well at {', '.join(others)} "

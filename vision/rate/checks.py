@@ -112,8 +112,7 @@ class Seen:
     @cached_property
     def change(self) -> float:
         """Relative change of the rate from turn to turn."""
-        rate, _ = self.even_history
-        return float(np.ptp(rate) / max(abs(median(rate)), 1e-9))
+        return float(np.ptp(self.even_history[0]) / max(abs(median(self.even_history[0])), 1e-9))
 
     @cached_property
     def unsteady(self) -> float:
@@ -130,13 +129,19 @@ class Seen:
         """Whether rotation explains most of its variation, or this share is unknown."""
         return not self.track.plate.explained < THRESHOLDS.mostly
 
+    @property
+    def subject(self) -> str:
+        """The plate, or the object that resembles one most."""
+        return "the plate" if self.is_plate else (
+            f"what resembles a plate most, of whose change rotation explains "
+            f"{self.track.plate.explained:.0%} alone,")
+
     def advice(self, usual: str) -> str:
         """Advice: the usual one, or one for something that hardly turns like a plate."""
         return usual if self.is_plate else (
-            f"This is perhaps not a plate: rotation explains {self.track.plate.explained:.0%} of "
-            f"the change in it, of a plate in good light 50 to 100 %. Keep everything else that "
-            f"moves out of the frame, fix the camera, switch on a light, or state the rim (--rim, "
-            f"or plate: centre_px, radii_px); --overlay shows what was tracked."
+            "A plate in good light shows 50 to 100 %. Keep everything else that moves out of the "
+            "frame, fix the camera, switch on a light, or state the rim (--rim, or plate: "
+            "centre_px, radii_px); --overlay shows what was tracked."
         )
 
 
@@ -181,12 +186,11 @@ def _says_unsteady(seen: Seen) -> str:
         kind = "does not turn steadily"
     listed = history.rate_rad_s * (np.sign(median(history.rate_rad_s)) or 1.0) / RPM
     turns = np.abs(listed).mean() * np.ptp(history.angle.time_s) / 60  # there and back
-    what = "the plate" if seen.is_plate else "what was taken for the plate"
     return (
-        f"{what} {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it goes "
-        f"from {listed[0]:.2f} to {listed[-1]:.2f} rpm (slowest {listed.min():.2f}, fastest "
-        f"{listed.max():.2f}) in {turns:.2f} turns. A constant rate may "
-        f"change by at most {THRESHOLDS.unsteady:.0%}. "
+        f"{seen.subject} {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it "
+        f"goes from {listed[0]:.2f} to {listed[-1]:.2f} rpm (slowest {listed.min():.2f}, fastest "
+        f"{listed.max():.2f}) in {turns:.2f} turns. A constant rate may change by at most "
+        f"{THRESHOLDS.unsteady:.0%}. "
         f"{seen.advice(steady_advice(history))}"
     )
 
@@ -197,12 +201,12 @@ def _says_less_than_a_turn(seen: Seen) -> str:
     back = np.max(np.maximum.accumulate(angle) - angle)
     if min(forth, back) > THRESHOLDS.stopped * max(forth, back):
         return (
-            f"what was taken for the plate goes to and fro within {np.ptp(angle) / (2 * np.pi):.2f}"
-            f" of a turn, and a rate is that of a plate that turns one way. "
+            f"{seen.subject} goes to and fro within {np.ptp(angle) / (2 * np.pi):.2f} of a turn, "
+            f"and a rate is that of a plate that turns one way. "
             f"{seen.advice('Let it turn by its motor, then film for a minute.')}"
         )
     return (
-        f"what was taken for the plate makes {seen.history.revolutions:.2f} of a turn in the clip, "
+        f"{seen.subject} makes {seen.history.revolutions:.2f} of a turn in the clip, "
         f"at least one is needed to separate the rate from an off-centre view. "
         f"{seen.advice(seen.aliases.advice)}"
     )

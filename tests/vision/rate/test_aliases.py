@@ -13,6 +13,7 @@ def test_the_alias_set_is_listed_and_the_nominal_rate_chooses() -> None:
     blind = measure_rate(track, timebase=CLOCK)
     assert blind.direction == "cw"
     assert blind.rate_rad_s == pytest.approx(300 * RPM, rel=1e-5)
+    assert "no record player turns as fast as the slowest of them" in blind.warnings[0]
     assert 600 * RPM in [pytest.approx(alias, rel=1e-5) for alias in blind.aliases.rates_rad_s]
     told = measure_rate(track, timebase=CLOCK, nominal_rpm=600)
     assert told.direction == "ccw"
