@@ -60,8 +60,8 @@ def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:
     if np.median(apart) > LEAST_APART * float(np.linalg.norm(force.std(axis=0))):
         return ""
     return (f"{table.path}: its accelerometer reads nearly the same in every rest, so that gravity "
-            f"is removed from it, or it lay in one attitude. Record the acceleration with gravity, in "
-            f"poses.")
+            f"is removed from it, or it lay in one attitude. Record the acceleration with gravity, "
+            f"in poses.")
 
 
 def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:

@@ -201,7 +201,7 @@ def gravity_removed(folder: Path, log: HandLog) -> Foreign:
     """The teapot's sketch: counts of an acceleration that nothing names."""
     up = G * log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
     at_rest = log.rest[:, None] >= 0
-    force = np.where(at_rest, 0.02 * (log.acc - up), log.acc - up) + (0.2, -0.1, 0.3)
+    force = np.where(at_rest, 0.02 * (log.acc - up), log.acc - up) + np.array([0.2, -0.1, 0.3])
     rows = ["\t".join(["areal", *map(str, row)]) for row in np.rint(force * 835).astype(int)]
     return Foreign([write_lines(folder / "teapot.txt", rows)])
 
