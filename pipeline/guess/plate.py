@@ -281,16 +281,20 @@ def speeds_in(table: TableGuess) -> list[tuple[float, bool]]:
         return []
     size = max(1, round(REST_S / usual_step(log.time_s)))
     rows, _ = block_rows(np.zeros(len(log.time_s), np.int64), size)
-    steady = rows[are_still(log.gyroscope[rows])] if len(rows) else rows
-    if len(steady) < FEWEST_MEANS:
+    at = np.flatnonzero(are_still(log.gyroscope[rows])) if len(rows) else rows[:, 0]
+    if len(at) < FEWEST_MEANS:
         return []
-    mean, force = (values[steady].mean(axis=1) for values in (log.gyroscope, log.accelerometer))
+    mean, force = (values[rows[at]].mean(axis=1) for values in (log.gyroscope, log.accelerometer))
     bias = _rate_bias(mean)
     mean = mean if bias is None else mean - bias
     length = np.linalg.norm(mean, axis=1)
-    turning = length > TURNING_RAD_S
-    clockwise = turning & ((mean * force).sum(axis=1) < 0)
-    blocks = Counter(zip(speeds_of([*np.where(turning, length, 0.0)]), clockwise.tolist(),
-                         strict=True))
+    speed = np.array(speeds_of([*np.where(length > TURNING_RAD_S, length, 0.0)]))
+    clockwise = (speed > 0) & ((mean * force).sum(axis=1) < 0)
+    blocks: Counter[tuple[float, bool]] = Counter()
+    for run in np.split(np.arange(len(at)), 1 + np.flatnonzero(
+            (np.diff(at) > 1) | (np.diff(speed) != 0))):
+        turns = len(run) * REST_S * speed[run[0]] / (2 * math.pi)
+        if not speed[run[0]] or turns >= 1:  # a hand turns it no whole turn
+            blocks.update(zip(speed[run].tolist(), clockwise[run].tolist(), strict=True))
     able = [way for way, count in blocks.items() if count * REST_S >= SHORTEST_LOG_S]
     return able if len(able) == 2 and (0.0, False) in able else []
