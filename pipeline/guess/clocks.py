@@ -19,6 +19,8 @@ from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import read_name
 
+INTERVALS = {"dt", "deltat", "deltatime", "looptime", "interval", "period", "steptime"}
+"""Names of a column of the times since the row before."""
 FIRST = 2  #: fact: leading columns that may hold seconds and their parts, before those of a triad
 
 
@@ -81,12 +83,23 @@ def guess_clock(
                 repeated = int((step <= 0).sum())
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
                 file_hz = file_hz or float(f"{rate:.4g}")
+    intervals = "" if stated_hz or file_hz else _intervals(columns)
+    if intervals:
+        unit = _unit(intervals, np.cumsum(columns[intervals]))[0]
+        file_hz = float(f"{1 / (columns[intervals].mean() * SECONDS_PER[unit or 's']):.4g}")
     rate_hz = stated_hz or file_hz
     if rate_hz is None:
         return ClockGuess(None, None, None, np.arange(rows) / ASSUMED_HZ, "",
                           "the file holds no times and no sample rate")
-    because = "--rate-hz" if stated_hz else "the mean of the times" if note else "the file's head"
+    because = ("--rate-hz" if stated_hz else "the mean of the times" if note else
+               f"the mean of '{intervals}'" if intervals else "the file's head")
     return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)
+
+
+def _intervals(columns: Mapping[str, FloatArray]) -> str:
+    """The column of the times since the row before, as ``dt``; empty if there is none."""
+    return next((name for name, values in columns.items() if read_name(name).stem in INTERVALS
+                 and (values >= 0).all() and _unit(name, np.cumsum(values))[0]), "")
 
 
 def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:

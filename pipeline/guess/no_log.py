@@ -38,7 +38,6 @@ NOT_LINES_OF_NUMBERS = (
 """Patterns of lines that are not rows of numbers, and advice on each. Facts."""
 FACTOR = re.compile(r"\s*(\d+\.?\d*[eE][+-]\d+)\s*\*\s*")
 """A factor above a matrix, as MATLAB shows one: ``1.0e+03 *``."""
-HEXADECIMAL = re.compile(r"[0-9A-Fa-f]{4}(?:[0-9A-Fa-f]{4})?")  #: number of two or four bytes
 LONGEST_SHOWN = 60  #: letters of a line in a message; of text
 BYTE = re.compile(r"(.*?)[ _.]?(h|l|hi|lo|high|low|msb|lsb)", re.IGNORECASE)
 """Name of a column with one byte of a number: ``AXH``, ``acc_x_lsb``."""
@@ -124,7 +123,6 @@ def require_samples(text: LogText) -> None:
     _require_no_factor(text)
     _require_samples_in_rows(text)
     _require_whole_numbers(text)
-    _require_decimal_numbers(text)
 
 
 def _require_no_factor(text: LogText) -> None:
@@ -160,19 +158,6 @@ def _require_whole_numbers(text: LogText) -> None:
             f"{text.path}: {', '.join(pairs)} stand in two columns each, a high and a low byte. "
             f"Write them as one number, 256 times the high byte plus the low one, and 65536 less "
             f"from 32768 on.")
-
-
-def _require_decimal_numbers(text: LogText) -> None:
-    """Refuse columns of hexadecimal numbers that nothing marks as such."""
-    rows = [cells for _, cells in islice(text.rows(), EVENTS) if len(cells) == len(text.names)]
-    bare = [column[0] for column in zip(*rows, strict=True)
-             if all(map(HEXADECIMAL.fullmatch, column)) and any(
-                 re.search("[A-Fa-f]", cell) for cell in column)]
-    if len(bare) >= len(AXES):
-        raise UnreadableInput(
-            f"{text.path}: {len(bare)} of its columns hold hexadecimal numbers, as '{bare[0]}', "
-            f"which look like others where they have no letters. Write them with 0x in front, or "
-            f"as decimal numbers.")
 
 
 def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:

@@ -93,13 +93,13 @@ def _names_of_line(line: str, one_of_many: bool) -> list[str]:
     units: dict[int, str] = {}
     *parts, last = SLOT.split(line)
     for part in parts:
-        *before, words = (cell.replace(":", " ").strip(AROUND)
+        *before, words = (" ".join(cell.replace(":", " ").strip(AROUND).split())
                           for cell in re.split(r"[,;|]", part))
         if one_of_many and not words:
             words = next((cell for cell in reversed(before) if cell and not spelled_unit(cell)), "")
         words += "".join(BEHIND[sign] for sign in BEHIND if words.count(sign) > words.count(
             BEHIND[sign]))
-        behind, _, others = " ".join(words.split()).partition(" ")
+        behind, _, others = words.partition(" ")
         if labels:
             behind = behind if spelled_unit(behind.strip(AROUND)) else ""
             unit = behind or next(iter(re.split(r"[,;|]", part)), "").strip(AROUND)

@@ -4,6 +4,7 @@ import gzip
 import re
 import zlib
 from collections.abc import Mapping
+from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO
 
@@ -17,7 +18,11 @@ from pipeline.logs.row_kinds import lines_by_kind
 from pipeline.logs.sentences import rows_of_lines
 from pipeline.text.names import nearest_name, word
 
-REGISTER = re.compile(r"(?<![\w.])0[xX]([0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
+REGISTER = re.compile(r"(?<![\w.])0[xX](?:[0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
+WORDS = re.compile(r"(?<![\w.+-])(?:[0-9A-Fa-f]{4}){1,2}(?:[ ,;:\t]+(?:[0-9A-Fa-f]{4}){1,2}){2,}"
+                   r"(?![\w.])")
+"""Three or more registers of two or four bytes without ``0x``."""
+SHOWN_LENGTH = 5000  #: number of last characters that show which of them hold letters
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
 """Signs that a word processor writes for a minus."""
@@ -172,6 +177,8 @@ def decimal_numbers(text: str) -> str:
 
     >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
     ('16 -2', '-0.25E+01')
+    >>> decimal_numbers("1200 00A0 FFFE 0A10"), decimal_numbers("0010 1000 2000")
+    ('1200 160 -2 2576', '0010 1000 2000')
     """
     if not text.isascii() or "'" in text:
         text = THOUSANDS.sub("", MINUS.sub("-", text))
@@ -180,12 +187,25 @@ def decimal_numbers(text: str) -> str:
     text = NO_BLANK.sub(r"\1 ", text)
     if "0x" in text or "0X" in text:
         text = REGISTER.sub(_signed, text)
+    if count := _words_without_prefix(text[-SHOWN_LENGTH:]):
+        text = WORDS.sub(lambda run: re.sub(
+            rf"\w+(?=(?:\W+\w+){{0,{count - 1}}}$)", _signed, run[0]), text)
     return FORTRAN.sub(r"\1E\2", text) if "D+" in text or "D-" in text else text
 
 
+def _words_without_prefix(text: str) -> int:
+    """Number of words at the end of runs that are registers: each has a letter somewhere, which a
+    time before them has not."""
+    runs = [re.findall(r"\w+", run)[::-1] for run in WORDS.findall(text)]
+    shown = [any(not word.isdecimal() for word in words) for words in zip_longest(
+        *runs, fillvalue="0")]
+    return [*shown, False].index(False)
+
+
 def _signed(register: re.Match[str]) -> str:
-    half = 1 << (4 * len(register[1]) - 1)
-    value = int(register[1], 16)
+    digits = register[0].lower().removeprefix("0x")
+    half = 1 << (4 * len(digits) - 1)
+    value = int(digits, 16)
     return str(value - 2 * half if value >= half else value)
 
 

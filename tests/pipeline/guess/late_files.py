@@ -191,10 +191,28 @@ def sensors_in_folders(folder: Path, log: HandLog) -> Foreign:
 
 
 def bare_hexadecimal(folder: Path, log: HandLog) -> Foreign:
-    """Registers without 0x, of which some look like decimal numbers."""
+    """Registers without 0x, of which some look like decimal numbers, as do the times."""
     rows = [",".join([str(round(1000 * t)), *(f"{int(v) & 0xFFFF:04X}" for v in row)])
             for t, row in zip(log.time_s, counts_of(log), strict=True)]
-    return Foreign([write_lines(folder / "hex.csv", ["t_ms,ax,ay,az,gx,gy,gz", *rows])])
+    return Foreign([write_lines(folder / "hex.csv", ["t_ms,ax,ay,az,gx,gy,gz", *rows])],
+                   16384 / G, 131.072 / DEG)
+
+
+def lines_of_a_console(folder: Path, log: HandLog) -> Foreign:
+    """Adafruit's test of a BNO055: tabs between a name and its axes, and lines of the state."""
+    lines = ["Orientation Sensor Test", "", *(
+        line for a, w in zip(log.acc, log.gyr / DEG, strict=True)
+        for line in (*(f"{name}:\t\tx= {x:.3f} |\ty= {y:.3f} |\tz= {z:.3f}" for name, (x, y, z) in (
+            ("Accl", a), ("Gyro", w))), "", "temperature: 24", "Calibration: Sys=0 Gyro=3", "--"))]
+    return Foreign([write_lines(folder / "bno.log", lines)], 1.0, 1 / DEG, log.rate_hz)
+
+
+def row_number_and_interval(folder: Path, log: HandLog) -> Foreign:
+    """The rows are counted, and each states the time since the one before."""
+    rows = [f"{i} acc=[{a[0]: .5f} {a[1]: .5f} {a[2]: .5f}] gyro=[{w[0]: .6f} {w[1]: .6f} "
+            f"{w[2]: .6f}] dt={1 / log.rate_hz:.4f}"
+            for i, (a, w) in enumerate(zip(log.acc, log.gyr, strict=True))]
+    return Foreign([write_lines(folder / "print.txt", rows)])
 
 
 def gravity_removed(folder: Path, log: HandLog) -> Foreign:
@@ -249,7 +267,6 @@ LATE_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "gravity_removed": (gravity_removed, "the same in every rest, so that gravity is removed"),
     "notifications": (notifications, "with their bytes in hexadecimal"),
     "other_order": (other_order, "appended.csv:1002: from here on the columns are t, gx, gy, gz"),
-    "bare_hexadecimal": (bare_hexadecimal, "6 of its columns hold hexadecimal .*0x in front"),
     "an_axis_a_file": (an_axis_a_file, "each row holds one value, as .*merge_asof"),
     "bytes_of_a_port": (bytes_of_a_port, "with their bytes in hexadecimal"),
     "poses_side_by_side": (poses_side_by_side, "each row is a channel .ax .m/s².*Transpose"),
@@ -259,6 +276,7 @@ LATE: dict[str, Callable[[Path, HandLog], Foreign]] = {
         movella_dot, registers, fortran, spreadsheet, taking_turns, tagged_lines,
         vectors_under_names, packets_deep_inside, means_with_sds, gains_of_their_own,
         axes_in_rows_of_their_own, rare_kinds_of_objects, three_lines_of_names,
+        bare_hexadecimal, lines_of_a_console, row_number_and_interval,
         printed_frame, brick_logger, sensors_in_folders,
         names_in_the_first_row, index_without_a_name, json_in_a_string, time_with_a_colon)
 }
