@@ -4,11 +4,11 @@ Each is made as in a run, from the configuration that the screen would write, so
 those of ``pipeline add``. Logs are read once; leaving a pose out leaves out its mean.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from threading import RLock
-from typing import Any
+from typing import Any, TypeVar
 
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
@@ -35,6 +35,7 @@ from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.state import Screen, TriadScreen, config_of, recordings_without, text_of
 
 MOST_KEPT = 200_000  #: poses in the fits that are kept; about 300 bytes each. Chosen
+T = TypeVar("T")
 
 
 class OpenSession:
@@ -50,9 +51,7 @@ class OpenSession:
         self.config = load_config(path)
         self.context = RunContext(cache, allow_python=allow_python)
         self.rates: Mapping[str, SettingRate] = measure_rates(self.config, self.context)
-        self._fits: dict[tuple[Any, ...], Refitted | CalibrationError] = {}
-        self._inputs: dict[tuple[Any, ...], TriadInput] = {}
-        self._answers: dict[tuple[Any, ...], Json] = {}
+        self._kept: dict[tuple[Any, ...], Any] = {}
         self.held_out: HeldOut | None = None
         self._lock = RLock()
         logs = check_session(self.config)
@@ -96,12 +95,9 @@ class OpenSession:
         CalibrationError, PipelineError
             Its poses do not determine it, or the state is none of this session.
         """
-        key = (*_key(state, triad), tuple(guesses))
-        with self._lock:
-            if key not in self._answers:
-                self._make_room()
-                self._answers[key] = self._answered(state, triad, guesses)
-            return self._answers[key] | self.predicted(state, triad)
+        answer = self._once(("answer", tuple(guesses), *_key(state, triad)),
+                            lambda: self._answered(state, triad, guesses))
+        return answer | self.predicted(state, triad)
 
     def predicted(self, state: Screen | None, triad: Triad) -> Json:
         """The poses of the held-out session by the model on the screen; nothing without one.
@@ -158,12 +154,15 @@ class OpenSession:
                   for key in ("residual", "left_out")}
         return {key: [each[label] for label in labels] for key, each in values.items()}
 
-    def _make_room(self) -> None:
-        """Forget requested refits once there are many."""
-        poses = sum(map(len, self.sections.values()))
-        if (len(self._fits) + len(self._answers)) * poses > MOST_KEPT:
-            for kept in (self._fits, self._inputs, self._answers):
-                kept.clear()
+    def _once(self, key: tuple[Any, ...], make: Callable[[], T]) -> T:
+        """What ``make`` gives, kept until there is much."""
+        with self._lock:
+            if len(self._kept) * sum(map(len, self.sections.values())) > MOST_KEPT:
+                self._kept.clear()
+            if key not in self._kept:
+                self._kept[key] = make()
+            kept: T = self._kept[key]
+            return kept
 
     def refitted(self, state: Screen, triad: Triad) -> Refitted:
         """The refit of the triad.
@@ -173,18 +172,11 @@ class OpenSession:
         CalibrationError
             The poses do not determine it.
         """
-        key = _key(state, triad)
-        with self._lock:
-            if key not in self._fits:
-                try:
-                    calibration = self.input_of(state, triad).calibrated(seek_mistakes=False)
-                    self._fits[key] = Refitted(calibration, compare(calibration.fit))
-                except CalibrationError as error:
-                    self._fits[key] = error
-            found_fit = self._fits[key]
-        if isinstance(found_fit, CalibrationError):
-            raise found_fit
-        return found_fit
+        def refit() -> Refitted:
+            calibration = self.input_of(state, triad).calibrated(seek_mistakes=False)
+            return Refitted(calibration, compare(calibration.fit))
+
+        return self._once(("fit", *_key(state, triad)), refit)
 
     def input_of(self, state: Screen, triad: Triad) -> TriadInput:
         """Input of the triad's calibration on this screen, with its model.
@@ -194,20 +186,19 @@ class OpenSession:
         CalibrationError, PipelineError
             The screen is none of this session.
         """
-        key = _key(state, triad, model=False)
         config = config_of(self.config, state, self.sections)
         require_fittable(config)
-        with self._lock:
-            if key not in self._inputs:
-                recordings = recordings_without(self.recordings, self.config, config)
-                beside = (self.refitted(state, "accelerometer").calibration
-                          if triad != "accelerometer" and "accelerometer" in state.triads
-                          else None)
-                plates = {name: rate.plate for name, rate in self.rates.items()}
-                self._inputs[key] = triad_input(
-                    triad, config, plates, recordings, beside,
-                    allow_python=self.context.allow_python)
-            return replace(self._inputs[key], section=config.triads[triad])
+
+        def read() -> TriadInput:
+            beside = (self.refitted(state, "accelerometer").calibration
+                      if triad != "accelerometer" and "accelerometer" in state.triads else None)
+            plates = {name: rate.plate for name, rate in self.rates.items()}
+            return triad_input(triad, config, plates,
+                               recordings_without(self.recordings, self.config, config), beside,
+                               allow_python=self.context.allow_python)
+
+        from_poses = self._once(("input", *_key(state, triad, model=False)), read)
+        return replace(from_poses, section=config.triads[triad])
 
 
 def _key(state: Screen, triad: Triad, model: bool = True) -> tuple[Any, ...]:
