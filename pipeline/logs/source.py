@@ -22,6 +22,7 @@ REGISTER = re.compile(r"(?<![\w.])0[xX](?:[0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.]
 WORDS = re.compile(r"(?<![\w.+-])(?:[0-9A-Fa-f]{4}){1,2}(?:[ ,;:\t]+(?:[0-9A-Fa-f]{4}){1,2}){2,}"
                    r"(?![\w.])")
 """Three or more registers of two or four bytes without ``0x``."""
+EXPONENT = re.compile(r"\d+(?:[eE]\d+)?")  #: a decimal number of four letters: ``1e05``
 SHOWN_LENGTH = 5000  #: number of last characters that show which of them hold letters
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
@@ -177,8 +178,8 @@ def decimal_numbers(text: str) -> str:
 
     >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
     ('16 -2', '-0.25E+01')
-    >>> decimal_numbers("1200 00A0 FFFE 0A10"), decimal_numbers("0010 1000 2000")
-    ('1200 160 -2 2576', '0010 1000 2000')
+    >>> decimal_numbers("1200 00A0 FFFE 0A10"), decimal_numbers("1e05 2E05 1000")
+    ('1200 160 -2 2576', '1e05 2E05 1000')
     """
     if not text.isascii() or "'" in text:
         text = THOUSANDS.sub("", MINUS.sub("-", text))
@@ -194,10 +195,10 @@ def decimal_numbers(text: str) -> str:
 
 
 def _words_without_prefix(text: str) -> int:
-    """Number of words at the end of runs that are registers: each has a letter somewhere, which a
-    time before them has not."""
+    """Number of words at the end of runs that are registers: each has a letter somewhere that is
+    no exponent's, which a time before them has not."""
     runs = [re.findall(r"\w+", run)[::-1] for run in WORDS.findall(text)]
-    shown = [any(not word.isdecimal() for word in words) for words in zip_longest(
+    shown = [not all(map(EXPONENT.fullmatch, words)) for words in zip_longest(
         *runs, fillvalue="0")]
     return [*shown, False].index(False)
 
