@@ -80,8 +80,7 @@ def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRa
 
 def measured_clips(rates: Mapping[Path, SettingRate]) -> list[MeasuredClip]:
     """The signed rate of each clip in ``rates``."""
-    return [MeasuredClip(path, -rate.rate_rad_s if rate.plate.direction == "cw"
-                         else rate.rate_rad_s) for path, rate in rates.items()]
+    return [MeasuredClip(path, rate.signed_rad_s) for path, rate in rates.items()]
 
 
 def called_accelerometers(table: RawTable) -> list[Triple]:

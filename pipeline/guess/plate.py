@@ -36,7 +36,7 @@ from pipeline.guess.pool import (
     sphere_through,
     usual_step,
 )
-from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
+from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess, joined_log
 from pipeline.guess.units import SHORTEST_LOG_S, TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
@@ -273,10 +273,10 @@ def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
     return speeds
 
 
-def speeds_in(table: TableGuess) -> list[tuple[float, bool]]:
-    """Rest (0) and the speed, rad/s, at which a log of many poses is steady, each with whether it
-    turns clockwise; empty unless it has both, and both triads."""
-    log = table.log() if table.accelerometer and table.gyroscope else None
+def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
+    """Rest (0) and the speeds, rad/s, at which a log of many poses is steady, each with whether it
+    turns clockwise; empty unless there are several, and both triads."""
+    log = joined_log(force, rate)
     if log is None or len(log.time_s) < 2:
         return []
     size = max(1, round(REST_S / usual_step(log.time_s)))
@@ -297,4 +297,4 @@ def speeds_in(table: TableGuess) -> list[tuple[float, bool]]:
         if not speed[run[0]] or turns >= 1:  # a hand turns it no whole turn
             blocks.update(zip(speed[run].tolist(), clockwise[run].tolist(), strict=True))
     able = [way for way, count in blocks.items() if count * REST_S >= SHORTEST_LOG_S]
-    return able if len(able) == 2 and (0.0, False) in able else []
+    return able if len(able) > 1 else []

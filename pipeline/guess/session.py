@@ -123,7 +123,7 @@ def guess_session(
                                   strict=True):
         kind: Layout = "means" if table.are_means else layout
         force = next((one for one, other in beside.items() if other is rate), table)
-        every = speeds_in(table) if kind == "log" and not scales else []
+        every = speeds_in(force, rate) if kind == "log" and not scales else []
         for turns, clockwise in every or [(usual, bool(usual) and rate.turns_clockwise(force))]:
             rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
             groups.setdefault((kind, rpm, clockwise), {})[table] = turns

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.imu_log import TEMPERATURE, FloatArray, ImuLog
+from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.config.units import UNIT_WORDS
+from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock
 from pipeline.guess.pool import are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
@@ -24,6 +25,7 @@ from pipeline.guess.units import (
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
+from pipeline.logs.join import join_logs
 from pipeline.stages.session_logs import CELSIUS
 
 SHOWN = 8  #: columns that a message names
@@ -106,17 +108,11 @@ class TableGuess:
         beside = self if self.accelerometer else next(
             (other for other in tables if other.accelerometer and not other.are_means
              and other.clock.is_known and self.overlaps(other)), None)
-        rate, force = self.log(), beside.log() if beside else None
-        if rate is None or force is None or len(rate.time_s) < 2:
+        log = joined_log(beside, self) if beside else None
+        if log is None or len(log.time_s) < 2:
             return None
-        both = (rate.time_s >= force.time_s[0]) & (rate.time_s <= force.time_s[-1])
-        time_s = rate.time_s[both]
-        if len(time_s) < 2:
-            return None
-        at_times = np.column_stack([np.interp(time_s, force.time_s, axis)
-                                    for axis in force.accelerometer.T])
-        return turn_of(rate.gyroscope[both], at_times, np.zeros(len(time_s), np.int64),
-                       usual_step(time_s))
+        return turn_of(log.gyroscope, log.accelerometer, np.zeros(len(log.time_s), np.int64),
+                       usual_step(log.time_s))
 
     def rate(self) -> FloatArray:
         """The readings (t, 3) of the gyroscope without its bias, rad/s."""
@@ -156,6 +152,17 @@ class TableGuess:
         if known and not time_unused:
             return None
         return [ours.get(name, SKIP) for name in header] if time_unused else self.theirs
+
+
+def joined_log(force: TableGuess, rate: TableGuess) -> ImuLog | None:
+    """The log with the accelerometer of one table and the gyroscope of another or the same one;
+    None if readings or common times are missing."""
+    logs = [log for table in dict.fromkeys((rate, force)) if (log := table.log()) is not None]
+    try:
+        log = join_logs(logs) if logs else None
+    except UnreadableInput:
+        return None
+    return log if log and all(map(log.has, TRIADS)) else None
 
 
 def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[TableGuess | None]:

@@ -17,7 +17,7 @@ from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import ImuLog, IntArray
-from calib.poses.rests.rest_candidates import PLATE_STOOD
+from calib.poses.rests.rest_candidates import OF_ANOTHER_RUN, PLATE_STOOD
 from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.rests.still_search import StillSearch
 from calib.poses.runs.reference_runs import TURNING_RAD_S
@@ -111,7 +111,7 @@ def average_recordings(
         if setting.poses.means:
             recording = _tabled(section, config, specs)
         elif setting.poses.log:
-            recording = _searched(section, config, specs, rates, logs[setting].logs)
+            recording = _searched(section, config, specs, rates, logs)
         else:
             recording = _averaged(setting, specs, rates, logs[setting])
         notes = (*logs[setting].notes, *recording.warnings)
@@ -188,25 +188,37 @@ def still_search(section: StillSection) -> StillSearch:
 
 def _searched(
     section: RunSection, config: Config, specs: Specs,
-    rates: Mapping[str, SettingRate], logs: Sequence[ImuLog],
+    rates: Mapping[str, SettingRate], session: SessionLogs,
 ) -> Recording:
-    """The poses of long logs, in which they are searched."""
+    """The poses of long logs, in which they are searched; stops at the rates of other runs that
+    use the same logs are theirs."""
     setting = Setting.of(section)
-    rate = float(rates[setting.rate].plate.rate_rad_s.mean()) if setting.rate in rates else 0.0
-    running = [without_frozen(log, turning=False, one_pose=False) for log in logs]
-    searches = [find_still(log, specs, rate, still_search(section.poses.still))
+    rate = _signed_rate(setting, rates)
+    elsewhere = [_signed_rate(other, rates) for other in session
+                 if other.rate != setting.rate and other.poses.log == setting.poses.log
+                 and other.rate in (STOPPED, *rates)]
+    running = [without_frozen(log, turning=False, one_pose=False) for log in session[setting].logs]
+    searches = [find_still(log, specs, rate, still_search(section.poses.still), elsewhere)
                 for log, _ in running]
     labels = [pose.label for one in searches for pose in one.logs]
     out = {labels[i] for i in chosen(labels, section, config).excluded}
-    return _pooled([_search_recording(log, frozen, search, out, specs, rate)
+    return _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), bool(elsewhere))
                     for (log, frozen), search in zip(running, searches, strict=True)])
+
+
+def _signed_rate(setting: Setting, rates: Mapping[str, SettingRate]) -> float:
+    """The plate's rate, rad/s, 0 at rest."""
+    return rates[setting.rate].signed_rad_s if setting.rate in rates else 0.0
 
 
 def _search_recording(
     log: ImuLog, frozen: str | None, intervals: StaticIntervals, out: set[str], specs: Specs,
-    rate_rad_s: float,
+    rate_rad_s: float, is_shared: bool,
 ) -> Recording:
-    """The poses of a long log; stops that fail a check are left out, with the reason."""
+    """The poses of a long log; stops that fail a check are left out, with the reason.
+
+    If other runs use the log (``is_shared``), stops on the turning plate are theirs.
+    """
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
     stray_notes: list[str] = []
@@ -224,11 +236,11 @@ def _search_recording(
         raise refused[0]
     excluded = tuple(ExcludedMean(pose.label, 0, _excluded_mean(pose, specs, rate_rad_s))
                      for pose in intervals.logs if pose.label in out)
-    skipped = list(intervals.skipped)
+    skipped = [stop for stop in intervals.skipped if stop[1] != OF_ANOTHER_RUN]
     if rate_rad_s == 0 and means:
         means, turning = _parted_by_rate(means)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
-                    for mean in turning]
+                    for mean in turning if not is_shared]
     notes = [*filter(None, [frozen]), *stray_notes, *(f"Left out: {error}" for error in refused)]
     notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
     return Recording(tuple(means), (float(log.time_s[0]),), np.arange(len(means)), tuple(notes),

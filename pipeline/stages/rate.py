@@ -71,6 +71,11 @@ class SettingRate:
         return float(self.plate.rate_rad_s.mean())
 
     @property
+    def signed_rad_s(self) -> float:
+        """The mean rate, negative clockwise."""
+        return -self.rate_rad_s if self.plate.direction == "cw" else self.rate_rad_s
+
+    @property
     def image_sd_rad_s(self) -> float:
         """Sd of the mean rate without the clock's."""
         sd = self.plate.sd_rad_s

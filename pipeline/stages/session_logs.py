@@ -202,15 +202,18 @@ def read_session(config: Config) -> SessionLogs:
 def _each_once(
     settings: Sequence[Setting], session: Mapping[Setting, SettingLogs]
 ) -> Iterator[ImuLog]:
-    """The logs of settings; once a long log of which one uses the rests, one the turning part."""
-    turning = {log.label for setting in settings if setting.poses.log and setting.rate != STOPPED
-               for log in session[setting].logs}
+    """The logs of settings; a long log once for all rates, each of which uses other stops of it.
+
+    Without an accelerometer no direction tells the stops of two turning runs apart.
+    """
+    rates: dict[str, set[str]] = {}
     for setting in settings:
         for log in session[setting].logs:
-            if setting.poses.log and setting.rate == STOPPED and log.label in turning:
-                turning.remove(log.label)
-            else:
+            others = rates.setdefault(log.label, set())
+            apart = STOPPED in {setting.rate, *others} or all(map(log.has, TRIADS))
+            if not (others and apart and setting.poses.log and setting.rate not in others):
                 yield log
+            others.add(setting.rate)
 
 
 def _read(setting: Setting, folder: Path, choice: Choice | None, specs: Specs) -> SettingLogs:

@@ -58,6 +58,7 @@ WANDER_M_S2 = STANDARD_GRAVITY_M_S2 * SAME_ATTITUDE
 """The same as a change of the accelerometer's reading."""
 
 PLATE_STOOD = "the plate stood still"
+OF_ANOTHER_RUN = "the plate turned as in another run"
 PLATE_STANDS = 1 / PLAUSIBLE_RATIO
 """Share of the plate's rate. No data sheet is so wrong: below it the plate stood still. Derived."""
 
@@ -97,6 +98,10 @@ class DecidingTriad:
         Windows in which a gyroscope beside a deciding accelerometer speeds up or slows down.
     step : float
         Of the converter, SI; 0 where it is not known.
+    force : RunningSums or None
+        Of an accelerometer beside a deciding gyroscope: it shows the direction of the plate.
+    signed_rad_s : tuple of float
+        Rate of the plate, then those at which other runs use the log.
     """
 
     label: str
@@ -112,6 +117,8 @@ class DecidingTriad:
     smallest_variance: float
     turning: BoolArray
     step: float = 0.0
+    force: RunningSums | None = None
+    signed_rad_s: tuple[float, ...] = (0.0,)
 
     @property
     def unit(self) -> str:
@@ -165,6 +172,7 @@ def deciding_triad(
     specs: Specs,
     rate_rad_s: float,
     search: StillSearch,
+    elsewhere_rad_s: Sequence[float] = (),
 ) -> DecidingTriad:
     """The accelerometer at rest, the gyroscope on the turning plate, or the one that was logged.
 
@@ -173,6 +181,7 @@ def deciding_triad(
     Undetermined
         The log is too short, or holds no triad with a data sheet.
     """
+    signed, rate_rad_s = (rate_rad_s, *elsewhere_rad_s), abs(rate_rad_s)
     logged = [triad for triad in TRIADS if triad in specs and log.has(triad)]
     if not logged:
         raise Undetermined(
@@ -199,12 +208,15 @@ def deciding_triad(
     sums = RunningSums.of(values)
     variance = sums.window_variance(window)
     turning = np.zeros(len(variance), dtype=bool)
-    if "gyroscope" in logged and triad != "gyroscope":
-        nominal = specs["gyroscope"].nominal(log.gyroscope)
-        rate = RunningSums.of(nominal).window_variance(window)
+    beside = {other: RunningSums.of(specs[other].nominal(log.readings(other)))
+              for other in logged if other != triad}
+    if "gyroscope" in beside:
+        rate = beside["gyroscope"].window_variance(window)
         turning = rate > (LARGEST_TURN / SWING_PER_SD) ** 2
     return DecidingTriad(log.label, triad, values, sums, log.time_s, step_s, variance, window,
-                         shortest, rate_rad_s, smallest, turning, step)
+                         shortest, rate_rad_s, smallest, turning, step,
+                         beside.get("accelerometer"),
+                         signed if beside else tuple(map(abs, signed)))
 
 
 def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
@@ -224,17 +236,22 @@ def rests_below(triad: DecidingTriad, threshold: float) -> list[Rest]:
 
 
 def _fault(triad: DecidingTriad, rest: Rest) -> str | None:
-    """Reason why a quiet stretch is not a pose: it turned slowly, or the plate stood still."""
+    """Reason why a quiet stretch is not a pose: it turned slowly, or the plate stood still or at
+    another run's rate."""
     samples = rest.stop - rest.start
     count = min(max(2, samples // triad.window), MOST_BLOCKS)
     means = triad.sums.means(rest.start + samples // count * np.arange(count + 1))
     wander = float(np.linalg.norm(np.ptp(means, axis=0)))
     if wander > triad.largest_wander:
         return f"moved slowly (by up to {wander:.2g} {triad.unit})"
-    rate = float(np.linalg.norm(triad.mean(rest)))
-    if triad.triad == "gyroscope" and rate < PLATE_STANDS * triad.rate_rad_s:
-        return PLATE_STOOD
-    return None
+    if triad.triad == "accelerometer":
+        return None
+    turn = triad.mean(rest)
+    up = turn if triad.force is None else triad.force.mean(rest.start, rest.stop)
+    rate = math.copysign(float(np.linalg.norm(turn)), turn @ up)
+    if min(triad.signed_rad_s, key=lambda one: abs(rate - one)) != triad.signed_rad_s[0]:
+        return OF_ANOTHER_RUN
+    return PLATE_STOOD if abs(rate) < PLATE_STANDS * triad.rate_rad_s else None
 
 
 def longest_pieces(triad: DecidingTriad, rests: Sequence[Rest]) -> list[Rest]:

@@ -70,6 +70,7 @@ def find_still(
     specs: Specs,
     rate_rad_s: float = 0.0,
     search: StillSearch = SEARCH,
+    elsewhere_rad_s: Sequence[float] = (),
 ) -> StaticIntervals:
     """The static intervals of a log; on a plate that turns at ``rate_rad_s``, the steady ones.
 
@@ -82,13 +83,15 @@ def find_still(
         Rate of the plate, of either sign; 0 where the log was taken at rest.
     search : StillSearch
         What the user overrules.
+    elsewhere_rad_s : sequence of float
+        Rates, signed alike, at which other runs use the same log; what turned so is theirs.
 
     Raises
     ------
     Undetermined
         The log is too short, or never rests.
     """
-    triad = deciding_triad(log, specs, abs(rate_rad_s), search)
+    triad = deciding_triad(log, specs, rate_rad_s, search, elsewhere_rad_s)
     thresholds = _thresholds(triad, search)
     sets = [rests_below(triad, threshold) for threshold in thresholds]
     poses = [longest_pieces(triad, [rest for rest in rests if rest.fault is None])

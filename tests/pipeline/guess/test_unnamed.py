@@ -1,12 +1,13 @@
 """Columns and files whose names say nothing: the physics of the plate and of the hand tells them.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from pipeline.guess.checked import checked_config
+from pipeline.guess.checked import CheckedConfig, checked_config
 from pipeline.guess.clocks import guess_clock
 from pipeline.guess.config_text import Choices
 from pipeline.guess.files import guess_files
@@ -119,18 +120,45 @@ def test_a_long_log_on_the_plate_turns_as_its_samples_say(tmp_path: Path, rpm: f
     assert np.sign(source.rate_rad_s) == np.sign(rpm)
 
 
-def test_a_log_of_a_whole_evening_has_its_rests_and_its_turning_part(tmp_path: Path) -> None:
-    evening = Evening(range_deg_s=2000.0, poses=12)
-    files = [path for name, rpm, seed in (("rest", 0.0, 1), ("turn", TURN_RPM, 2))
-             for path in evening.write(tmp_path, name, rpm, seed)]
-    tables = [np.loadtxt(path, delimiter=",", skiprows=1) for path in files]
+def write_evening(path: Path, evening: Evening, rpms: Sequence[float]) -> np.ndarray:
+    """All poses one after another in one log, at rest and at each of ``rpms``."""
+    tables = [np.loadtxt(file, delimiter=",", skiprows=1) for i, rpm in enumerate(rpms)
+              for file in evening.write(path.parent, f"part{i}", rpm, 1 + i)]
     for i, table in enumerate(tables):
         table[:, 0] += 20_000 * i
-    np.savetxt(tmp_path / "all.csv", np.vstack(tables), "%d", ",", header=evening.header,
-               comments="")
+    np.savetxt(path, np.vstack(tables), "%d", ",", header=evening.header, comments="")
+    return np.vstack(tables)
+
+
+def checked(guess: SessionGuess, folder: Path) -> CheckedConfig:
+    return checked_config(guess, folder / "c.yaml", Choices(),
+                          lambda config: run_stages(config, RunContext()))
+
+
+@pytest.mark.parametrize("rpms", [
+    (0.0, TURN_RPM), (0.0, TURN_RPM, 45.0), (0.0, TURN_RPM, -TURN_RPM), (TURN_RPM, -TURN_RPM)])
+def test_each_run_of_a_log_of_a_whole_evening_has_the_stops_at_its_own_speed(
+    tmp_path: Path, rpms: tuple[float, ...]
+) -> None:
+    write_evening(tmp_path / "all.csv", Evening(range_deg_s=2000.0, poses=12), rpms)
     guess = guess_session(guess_files([tmp_path / "all.csv"], None)[0], (), per_deg_of(2000.0))
-    checked = checked_config(guess, tmp_path / "c.yaml", Choices(),
-                             lambda config: run_stages(config, RunContext()))
-    assert checked.outcome is not None
-    assert checked.changes == ()
-    assert [len(result.calibration.fit.poses) for result in checked.outcome.triads] == [12, 24]
+    made = checked(guess, tmp_path)
+    assert made.outcome is not None
+    assert made.changes == ()
+    assert not [note for note in made.outcome.warnings if "left out" in note]
+    runs = made.outcome.config.gyroscope.runs  # type: ignore[union-attr]
+    assert [len(made.outcome.recordings.of(run).means) for run in runs] == [12] * len(rpms)
+    assert [guess.rate_rad_s for guess in guess.sources] == pytest.approx(
+        [rpm * np.pi / 30 for rpm in rpms])
+
+
+def test_the_files_of_both_sensors_of_a_whole_evening_have_the_same_runs(tmp_path: Path) -> None:
+    evening = Evening(poses=12)
+    table = write_evening(tmp_path / "all.csv", evening, (0.0, TURN_RPM))
+    for name, columns, unit in (("acc", [0, 1, 2, 3], evening.range_g * 9.80665 / 32768),
+                                ("gyr", [0, 5, 6, 7], 1 / evening.counts_per_rad_s)):
+        np.savetxt(tmp_path / f"{name}.csv", table[:, columns] * [1e-3, unit, unit, unit],
+                   "%.6f", ",", header="t,x,y,z", comments="")
+    made = checked(guessed([tmp_path / "acc.csv", tmp_path / "gyr.csv"]), tmp_path)
+    assert made.outcome is not None
+    assert [len(result.calibration.fit.poses) for result in made.outcome.triads] == [12, 24]
