@@ -42,7 +42,7 @@ def guess_files(
     UnreadableInput
         A file cannot be read, or no table of any file holds a triad.
     """
-    tables = [table for path in files for table in raw_tables(path)]
+    tables = [table for path in files for table in raw_tables(path, files)]
     every = guess_tables(tables, rate_hz)
     guesses = [guess for guess in every if guess is not None]
     passed_over = [f"{table.path}: {why_no_log(table)}; not used."

@@ -15,6 +15,7 @@ from pipeline.logs.header_words import read_name
 from pipeline.logs.sentence_names import COLOURS, SLOT
 from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
+from pipeline.text.names import word
 
 EVENTS = 200  #: rows that show whether a file is a list of events
 MOST_KINDS = 12  #: largest number of sensors: those of a phone
@@ -94,19 +95,21 @@ def _are_mostly(lines: Sequence[str], manner: re.Pattern[str]) -> bool:
     return sum(manner.search(line) is not None for line in shown) > len(shown) / 2
 
 
-def no_table(path: Path, lines: Sequence[str]) -> UnreadableInput:
-    """The error for a text in which no line is a row of readings."""
+def no_table(path: Path, lines: Sequence[str], beside: Sequence[Path] = ()) -> UnreadableInput:
+    """The error for a text, imported ``beside`` others, in which no line is a row of readings."""
     _require_one_row_a_sample(path, lines)
     for manner, what in NOT_LINES_OF_NUMBERS:
         if _are_mostly(lines, manner):
             return UnreadableInput(f"{path}: {what}.")
     shown = [line for line in lines[-EVENTS:] if line.strip()]
     last = shown[-1].strip()[:LONGEST_SHOWN] if shown else ""
+    axes = beside if len(beside) >= len(AXES) else [Path(f"{axis}.csv") for axis in AXES]
     if len(shown) > MOST_KINDS and 0 < width_of_numbers(shown[-1]) < len(AXES):
         return UnreadableInput(
-            f"{path}: each row holds one value, as '{last}'. The three axes of a sensor are "
-            f"expected beside each other; where each has its file, write one table of them, for "
-            f"example in Python by `pandas.merge_asof()` over their times.")
+            f"{path}: each row holds one value, as '{last}', and the axes of a sensor are expected "
+            f"beside each other. If each has its file, put them together and import that: by "
+            f"`paste -d '{delimiter_of(shown[-1]) or ','}' {' '.join(map(word, axes))} >log.csv` "
+            f"if their rows have the same times, else by `pandas.merge_asof()` over these.")
     return UnreadableInput(
         f"{path}: no line holds three numbers; the last one is '{last}'. Is it a log? Readings are "
         f"expected as a table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")

@@ -1,7 +1,7 @@
 """Files as tables of numbers under the names in the files, before any guess."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,8 +72,8 @@ class RawTable:
         return len(next(iter(self.columns.values())))
 
 
-def raw_tables(path: Path) -> list[RawTable]:
-    """All tables of a file that hold numbers.
+def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
+    """All tables of a file, imported ``beside`` others, that hold numbers.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def raw_tables(path: Path) -> list[RawTable]:
         if member:
             texts = {member: picked_lines(file, texts, member)}
         return [table for name, lines in texts.items()
-                if (table := _table_of_lines(file / name, lines, bool(name))) is not None]
+                if (table := _table_of_lines(file / name, lines, bool(name), beside)) is not None]
     tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
     tables = with_samples_in_rows(path, tables)
     whole = len(tables) == 1 and kind.si
@@ -97,14 +97,16 @@ def raw_tables(path: Path) -> list[RawTable]:
             for table in tables if table.columns]
 
 
-def _table_of_lines(path: Path, lines: list[str], one_of_many: bool) -> RawTable | None:
+def _table_of_lines(
+    path: Path, lines: list[str], one_of_many: bool, beside: Sequence[Path]
+) -> RawTable | None:
     """The table of a text; None if it is one of many and has no rows."""
     require_numbers_in_cells(path, lines)
     text = raw_text(path, lines)
     if text is None and one_of_many:
         return None
     if text is None:
-        raise no_table(path, lines)
+        raise no_table(path, lines, beside)
     require_samples(text)
     return _text_table(text)
 

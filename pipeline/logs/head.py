@@ -117,13 +117,13 @@ def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
 
     Empatica writes these lines above its readings; other logs have none.
     """
-    rows = [split_cells(line, ",") for line in lines[:2]]
+    rows = [split_cells(line, ",") for line in lines[1:3]]
     if len(rows) < 2 or any(len(cells) < FEWEST_NUMBERS or len({*cells}) > 1
                             or not is_number(cells[0]) for cells in rows):
         return 0, None
     start, rate_hz = (float(cells[0]) for cells in rows)
     is_so = EPOCH_S[0] < start < EPOCH_S[1] and SLOWEST_HZ < rate_hz < FASTEST_HZ
-    return (len(rows), rate_hz) if is_so else (0, None)
+    return (1 + len(rows), rate_hz) if is_so else (0, None)
 
 
 def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
@@ -265,7 +265,7 @@ def require_one_header(path: Path, lines: Sequence[str], head: Head, dialect: Di
         names = dialect.cells(line)
         if names != head.names and sorted(names) == sorted(head.names):
             raise UnreadableInput(
-                f"{path}:{i + 1}: from here on the columns are {', '.join(names)}, and above they "
+                f"{path}:{i}: from here on the columns are {', '.join(names)}, and above they "
                 f"are {', '.join(head.names)}. Cut the file in two there.")
 
 
@@ -291,4 +291,4 @@ def no_rows(path: Path, head: Head) -> UnreadableInput:
                                "again.")
     if head.names is None:
         return UnreadableInput(f"{path}: no row of numbers. {MISSING_TRIAD}.")
-    return wrong_header(f"{path}:{head.names_line + 1}", head.names)
+    return wrong_header(f"{path}:{head.names_line}", head.names)

@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, islice, pairwise
 
+import numpy as np
+
 from pipeline.logs.columns import TIME
 from pipeline.logs.dialect import Dialect, delimiter_of, dialect_of, local_date_seconds, seconds_of
 from pipeline.logs.header_words import spelled_unit
@@ -24,8 +26,11 @@ from pipeline.logs.sentence_names import (
 
 SHOWN = 400  #: number of last lines that show the forms; a message of ROS has 50 lines
 MOST_LINES = 100  #: largest number of lines of a sample
-LEAST_SHARE = 0.9  #: least share of the lines with one form, or in one order
+LEAST_SHARE = 0.9
+"""Least share of the lines with one form, or in one order; least correlation of one value of a
+sample with that of the next, which is 1 less the noise over gravity. A judgement."""
 FEWEST = 3  #: least number of numbers in a row: a triad
+MOST_VALUES = 17  #: largest number of values of a sample with a line for each: four triads and more
 PADDING = re.compile(rf"(?<=[\[({{:=]) | (?=[\])}}])|(?<={MARK}) (?!{MARK})|(?<!{MARK}) (?={MARK})")
 """Blanks around numbers and inside brackets, which the width of a number changes."""
 LETTERS = re.compile(r"[^\W\d_]+")
@@ -38,7 +43,7 @@ VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbe
 def rows_of_lines(lines: list[str]) -> list[str]:
     """``lines`` as rows of numbers under a header, or unchanged if they are a table already.
 
-    The header replaces the line before the first row or, without such a line, the first row.
+    The header replaces the line before the first row.
     """
     shown = [*islice((line for line in reversed(lines) if line.strip()), SHOWN)][::-1]
     if shown and delimiter_of(shown[-1]) in (";", "\t", None) and not any(
@@ -52,9 +57,21 @@ def rows_of_lines(lines: list[str]) -> list[str]:
         lines, shown = [COMMA.sub(r"\1.\2", line) for line in lines], decimal
     for form in (form_of, _loose_form):
         cycle = _cycle([*map(form, shown)])
+        if cycle == [MARK]:  # a number a line
+            cycle *= _period([float(line) for line in shown if form(line) == MARK])
         if sum(one.count(MARK) for one in cycle) >= FEWEST:
             return _rows(lines, cycle, form)
     return lines
+
+
+def _period(numbers: Sequence[float]) -> int:
+    """The number of values of a sample, written one after another: the first lag at which they
+    recur; 1 if there is none."""
+    values = np.array(numbers)
+    lags = range(1, min(MOST_VALUES, len(values) // 2))
+    apart = [np.mean((values[lag:] - values[:-lag]) ** 2) / 2 for lag in lags]
+    return next((lag for lag, variance in zip(lags, apart, strict=True)
+                 if variance < (1 - LEAST_SHARE) * values.var()), 1)
 
 
 def form_of(line: str) -> str:
@@ -110,7 +127,7 @@ def _rows(lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
     if names and not names[0]:
         names[0] = TIME if ":" in leading[0] else "t" if _grow(leading) else ""
     if any(names):  # positions alone would be a row of numbers
-        rows[max(first - 1, 0)] = ",".join(numbered(names))
+        rows[first - 1] = ",".join(numbered(names))
     return rows
 
 

@@ -129,7 +129,9 @@ def picked_lines(path: Path, tables: Mapping[str, list[str]], member: str) -> li
 
 
 def text_lines(path: Path, data: bytes) -> list[str]:
-    """The lines of a text in UTF-8, or in UTF-16, whose byte order follows from the first letter.
+    """The lines of a text by their numbers, with an empty line 0.
+
+    The text is in UTF-8, or in UTF-16, whose byte order follows from the first letter.
 
     Outside the rows of numbers, letters and signs such as ² and ° may be in a code page of Windows:
     the one in which most names of a header are known is taken.
@@ -155,7 +157,7 @@ def text_lines(path: Path, data: bytes) -> list[str]:
     if "\0" in text:
         raise _not_text(path, data, data.index(0))
     text = decimal_numbers(text).replace("\r\n", "\n").replace("\r", "\n")
-    return text.split("\n")
+    return ["", *text.split("\n")]
 
 
 def _in_code_page(data: bytes) -> str:

@@ -52,7 +52,8 @@ class LogText:
     path : Path
         The file's name in messages.
     lines : list of str
-        All lines of the file, without line ends.
+        The lines of the file by their numbers, without line ends; line 0 is empty, or names the
+        numbers of a text whose first line is a row.
     first : int
         Index of the first line that may hold a row.
     names : tuple of str
@@ -78,7 +79,7 @@ class LogText:
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Line number in the file, from 1, and cells of every row; slow, for messages."""
-        for number, line in enumerate(self.lines[self.first :], self.first + 1):
+        for number, line in enumerate(self.lines[self.first :], self.first):
             cells = self.dialect.cells(line)
             if cells and self.is_sample(cells):
                 yield number, cells
@@ -120,7 +121,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     dialect, cells = _first_row(path, lines, head)
     lines = without_footer(lines, dialect, len(cells))
     header = without_sign(head.names, len(cells), are_numbered(dialect, lines, head.first))
-    names = named_columns(f"{path}:{head.names_line + 1}", header, len(cells), columns,
+    names = named_columns(f"{path}:{head.names_line}", header, len(cells), columns,
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
             for (name, factor), cell in zip(names, cells, strict=True)]

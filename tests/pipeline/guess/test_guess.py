@@ -18,6 +18,7 @@ from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
 from tests.pipeline.guess.lab_files import LAB, LAB_REFUSED
 from tests.pipeline.guess.late_files import LATE, LATE_REFUSED
+from tests.pipeline.guess.latest_files import LATEST, LATEST_REFUSED
 from tests.pipeline.guess.mixed_files import MIXED
 from tests.pipeline.guess.odd_files import ODD
 from tests.pipeline.guess.sentence_files import SENTENCES, SENTENCES_REFUSED
@@ -26,9 +27,9 @@ from tests.pipeline.guess.unseen_files import UNSEEN, UNSEEN_REFUSED
 from tests.sessions import pipeline
 
 EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES, **UNSEEN, **CONTAINERS,
-         **LAB}
+         **LAB, **LATEST}
 EVERY_REFUSED = {**REFUSED, **SENTENCES_REFUSED, **UNSEEN_REFUSED, **CONTAINERS_REFUSED,
-                 **LAB_REFUSED, **LATE_REFUSED}
+                 **LAB_REFUSED, **LATE_REFUSED, **LATEST_REFUSED}
 SITE = "{gravity_m_s2: 9.80665}"
 
 

@@ -34,16 +34,16 @@ def test_rows_of_the_kinds_of_sensors_are_read_under_the_names_of_their_message(
 
 
 def test_numbers_of_a_fixed_width_in_brackets_are_cells() -> None:
-    rows = rows_of_lines([f"{t:.2f} [{v: .3f} {-v: .3f} {v: .3f}]"
-                             for t, v in enumerate([0.5, -0.25] * 20)])
-    assert rows[1] == "1.00,-0.250,0.250,-0.250"
+    rows = rows_of_lines(["", *(f"{t:.2f} [{v: .3f} {-v: .3f} {v: .3f}]"
+                             for t, v in enumerate([0.5, -0.25] * 20))])
+    assert rows[2] == "1.00,-0.250,0.250,-0.250"
 
 
 def test_numbers_behind_one_letter_and_a_colon_are_cells() -> None:
-    assert rows_of_lines(["A:-12,34,998;G:120,-30,5"] * 40)[1] == "-12,34,998,120,-30,5"
+    assert rows_of_lines(["", *["A:-12,34,998;G:120,-30,5"] * 40])[1] == "-12,34,998,120,-30,5"
 
 
 def test_a_time_of_the_day_before_numbers_that_have_names_is_the_clock() -> None:
-    rows = rows_of_lines([f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
-                             for i in range(50)])
-    assert rows[7] == "14:05:07.5,7.1,0.2,0.3"
+    rows = rows_of_lines(["", *(f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
+                             for i in range(50))])
+    assert rows[8] == "14:05:07.5,7.1,0.2,0.3"
