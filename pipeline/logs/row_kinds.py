@@ -102,10 +102,13 @@ def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | N
             len({one[i] for one in usual}) > 1 for i in (0, 1)):
         return 0
     columns = [[row[i] for row in rows] for i in range(width)]
+    turning = [i for i, column in enumerate(columns) if _take_turns(column)]
+    if not turning:
+        return None
     numbers = {i: [float(dialect.decimal_points(cell)) for cell in column]
                for i, column in enumerate(columns) if dialect.hold_numbers(column)}
-    return next((i for i, column in enumerate(columns) if _take_turns(column) and _jump_between(
-        np.array([cells for j, cells in numbers.items() if j != i]).T, column)), None)
+    return next((i for i in turning if _jump_between(
+        np.array([cells for j, cells in numbers.items() if j != i]).T, columns[i])), None)
 
 
 def _take_turns(words: Sequence[str]) -> bool:

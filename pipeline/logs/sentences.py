@@ -174,6 +174,8 @@ def _grow(leading: Sequence[str]) -> bool:
 def _hide_numbers(lines: Sequence[str]) -> bool:
     """Whether the lines are not a plain table: numbers have words or units in their cells, are in
     vectors, or are fewer than a triad in most lines."""
+    if _most_are_rows(lines):
+        return False
     plain = [without_colours(line) for line in lines]
     if any(map(LIST.search, plain)):
         return False
@@ -191,6 +193,14 @@ def _hide_numbers(lines: Sequence[str]) -> bool:
         return True
     tokens = [tuple(number for cell in cells for number in SLOT.findall(cell)) for cells in hidden]
     return len(set(tokens)) > len(tokens) / 2
+
+
+def _most_are_rows(lines: Sequence[str]) -> bool:
+    """Whether more than half of the lines, the last ones, hold nothing but a row of numbers."""
+    dialect = dialect_of(lines[-1])
+    rows = [dialect.cells(line) for line in lines[max(len(lines) // 2 - 1, 0):]]
+    return (len(lines) > 1 and not any("|" in line for line in lines)
+            and min(map(len, rows)) >= FEWEST and dialect.hold_numbers([*chain(*rows)]))
 
 
 def _hidden(line: str, dialect: Dialect) -> Iterator[str]:
