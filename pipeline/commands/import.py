@@ -118,7 +118,7 @@ def _path_for(files: Sequence[Path]) -> Path:
     """The configuration's name: the log's own for one recording, ``config.yaml`` for many."""
     if len(files) > ONE_RECORDING:
         return Path("config.yaml")
-    return Path(f"{files[0].name.split('.')[0] or 'session'}.yaml")
+    return Path(f"{Path(files[0].name.removesuffix('.gz')).stem}.yaml")
 
 
 def _ask_scale(choices: "Sequence[ScaleChoice]") -> float:

@@ -13,9 +13,9 @@ import numpy as np
 
 from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.poses.triad_kind import TRIAD_KINDS
-from pipeline.guess.files import called_accelerometers, why_no_log
+from pipeline.guess.files import LIES_STILL, called_accelerometers, why_no_log
 from pipeline.guess.magnitudes import CODES, NEAR_RANGE
-from pipeline.guess.pool import FEWEST_MEANS, REST_S, still_means, usual_step
+from pipeline.guess.pool import FEWEST_MEANS, REST_S, reads_alike, usual_step
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.stages.run import Outcome
@@ -23,9 +23,6 @@ from pipeline.stages.run import Outcome
 LARGEST_MISFIT = 0.02
 """Largest root mean square residual over the reference of a model that can be right. A judgement:
 after bias and scale the cheapest sensor leaves less than 1 %; wrong columns or units leave 10 %."""
-LEAST_APART = 0.5
-"""Least ratio of the distance of the readings at rest from their median to the scatter of a log. A
-judgement: gravity in the attitudes of a calibration gives 1, a log of which it was removed 0.35."""
 LARGEST_WANDER = 100.0
 """Largest scatter of a gyroscope's bias from pose to pose over the noise of a mean. A judgement:
 the bias of a cheap one that warms up moves by 20 times the noise."""
@@ -54,14 +51,8 @@ def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:
     if (table.accelerometer is None or guess.gyroscope is not None or source.layout != "log"
             or _too_short(guess, table)):
         return ""
-    force = table.si(table.accelerometer)
-    means = still_means(force, np.zeros(len(force), np.int64), usual_step(table.clock.time_s))
-    apart = np.linalg.norm(means - np.median(means, axis=0), axis=1)
-    if np.median(apart) > LEAST_APART * float(np.linalg.norm(force.std(axis=0))):
-        return ""
-    return (f"{table.path}: its accelerometer reads nearly the same in every rest, so that gravity "
-            f"is removed from it, or it lay in one attitude. Record the acceleration with gravity, "
-            f"in poses.")
+    alike = reads_alike(table.si(table.accelerometer), usual_step(table.clock.time_s))
+    return f"{table.path}: {LIES_STILL}." if alike else ""
 
 
 def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:

@@ -9,7 +9,7 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from pipeline.errors import UnreadableInput
 from pipeline.guess.magnitudes import FORCE_UNITS, typical_length
 from pipeline.guess.plate import MeasuredClip
-from pipeline.guess.pool import sphere_through, still_means
+from pipeline.guess.pool import reads_alike, sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.sensor_files import hint_of
 from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
@@ -21,6 +21,8 @@ from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measur
 
 #: Suffixes of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
+LIES_STILL = ("its accelerometer reads nearly the same in every rest, so that gravity is removed "
+              "from it, or it lay in one attitude. Record the acceleration with gravity, in poses")
 REMOVED = 0.3
 """Share of gravity below which a typical reading shows that gravity was removed: half of the rows
 of a log are at rest."""
@@ -45,13 +47,10 @@ def guess_files(
     tables = [table for path in files for table in raw_tables(path, files)]
     every = guess_tables(tables, rate_hz)
     guesses = [guess for guess in every if guess is not None]
-    passed_over = [f"{table.path}: {why_no_log(table)}; not used."
+    passed_over = [f"{table.path}: not used, because {why_no_log(table)}."
                    for table, guess in zip(tables, every, strict=True) if guess is None]
     if not guesses:
-        raise UnreadableInput(
-            f"{passed_over[0]} An accelerometer's readings are as long as gravity in every "
-            "attitude. Name the columns in a configuration, as `pipeline init` shows."
-        )
+        raise UnreadableInput(passed_over[0])
     return guesses, tuple(passed_over)
 
 
@@ -118,6 +117,7 @@ def why_no_log(table: RawTable) -> str:
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "
                     "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
                     "Uncalibrated; phyphox: Acceleration (with g))")
+    alone = len(possible_triples(names)) == 1
     for triple in possible_triples(names):
         values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]
@@ -127,5 +127,10 @@ def why_no_log(table: RawTable) -> str:
             return (f"{', '.join(triple)} have one length at rest only about {zero}, as the volts "
                     f"and readings of an analog sensor do, whose zero is no 0. Subtract these and "
                     f"divide by {rests.radius:.4g}: that is g")
+        if alone and reads_alike(values, 1 / ASSUMED_HZ):
+            return LIES_STILL
     shown = ", ".join(names[:SHOWN])
-    return f"no accelerometer and no gyroscope among its columns ({shown})"
+    return (f"no accelerometer and no gyroscope are among its columns ({shown}): no three of them "
+            f"have one length at rest, as gravity has, and computed angles do not replace them. "
+            f"Log the raw acceleration and rate, or name their columns in a configuration, as "
+            f"`pipeline init` shows")

@@ -30,6 +30,9 @@ NOT_LINES_OF_NUMBERS = (
      "its lines are messages of a bus or a port, with their bytes in hexadecimal. The description "
      "of the device says what they mean. Decode them first, those of a CAN bus for example by "
      "`cantools decode`, and import the table that comes of it"),
+    (re.compile(r"\b0x[0-9A-Fa-f]{2}\b"),
+     "its lines are the bytes of a bus, one by one. Decode them first, by the data sheet or an "
+     "analyser's script for the sensor, and import the table that comes of it"),
     (re.compile(r"^[A-Za-z0-9+/]{12,}={0,2}$"),
      "its lines are bytes in letters, as base64 writes them. Decode them first, and import the "
      "table that comes of it"),

@@ -28,6 +28,9 @@ LARGEST_CENTRE, ROUNDEST = 0.7, 0.03
 """Largest distance of the centre over the radius, and the misfit above which it limits a sphere: a
 bias of 0.7 g, or of 70 °/s at 17 rpm. Points that fit better may be volts, whose zero is far from
 0. A judgement."""
+LEAST_APART = 0.5
+"""Least ratio of the distance of the readings at rest from their median to the scatter of a log. A
+judgement: gravity in the attitudes of a calibration gives 1, a log of which it was removed 0.35."""
 AT_REST = 0.1
 """Distance of two mean rates over the largest, below which both are at rest or in one attitude.
 A judgement: on the plate the attitudes of a calibration lie 45 or 90 degrees apart."""
@@ -124,6 +127,13 @@ def still_means(values: FloatArray, table: IntArray, step_s: float) -> FloatArra
         return values
     blocks = values[rows]
     return np.asarray(blocks.mean(axis=1)[are_still(blocks)])
+
+
+def reads_alike(force: FloatArray, step_s: float) -> bool:
+    """Whether an accelerometer (t, 3) reads nearly the same in every rest."""
+    means = still_means(force, np.zeros(len(force), np.int64), step_s)
+    apart = np.linalg.norm(means - np.median(means, axis=0), axis=1)
+    return bool(np.median(apart) <= LEAST_APART * float(np.linalg.norm(force.std(axis=0))))
 
 
 def are_still(blocks: FloatArray) -> BoolArray:

@@ -190,7 +190,7 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
     pairs: list[tuple[_Evidence, PossibleTriad | None, PossibleTriad | None]] = []
     for force in forces:
         name = _called_as(force, "acc")
-        if name > 0 or (name == 0 and (_is_gravity(force) or len(every) == 1)):
+        if name > 0 or (name == 0 and _is_gravity(force)):
             pairs.append(((0, name, _is_gravity(force), 1, 0), force, None))
     for rate in every:
         name = _called_as(rate, "gyr")
@@ -246,10 +246,11 @@ def _called_as(triad: PossibleTriad, sensor: str) -> int:
         return 2 * (sensor == "acc")  # the unit and not the first letter of a gyroscope
     if name := called(words):
         return 2 if name == sensor else -1
-    if hint and not OTHER & {words.stem}:
+    if any(OTHER & {read_name(column).stem} for column in triad.columns):
+        return -1
+    if hint:
         return 1 if hint == sensor else -1
-    unknown = words.stem and not words.stem.isdecimal()
-    return -1 if OTHER & {words.stem} or (sensor == "gyr" and unknown) else 0
+    return -1 if sensor == "gyr" and words.stem and not words.stem.isdecimal() else 0
 
 
 def _may_be_gyroscope(rate: PossibleTriad) -> bool:

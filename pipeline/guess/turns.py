@@ -124,9 +124,8 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     if not shown.is_sure:
         return shown
     rests = np.flatnonzero(are_still(force[rows]))
-    turned = (rate - np.median(rate[rows[rests]], axis=(0, 1))) @ WAYS[best].T
-    size = _size_between_rests(
-        turned * (hand * shown.si_per_unit * step_s), force, rows, rests, tables)
+    turned = rate @ WAYS[best].T * (hand * shown.si_per_unit * step_s)
+    size = _size_between_rests(turned, force, rows, rests, tables)
     return shown if size is None else replace(
         shown, si_per_unit=shown.si_per_unit * size, is_exact=True)
 
@@ -167,12 +166,16 @@ def _size_between_rests(
 ) -> float | None:
     """The factor by which turns from row to row (t, 3), rad, are too small; None without rests.
 
+    Their bias is that just before and after a move, at which a plate stands too.
+
     ``rows`` (k, size) and ``tables`` (k,) are those of the blocks, ``rests`` (r,) the still blocks.
     """
     begin, end = rests[:-1], rests[1:]
     ways = np.flatnonzero((end - begin > 1) & (tables[end] == tables[begin]))
     if len(ways) < FEWEST_WAYS:
         return None
+    at_ends = rows[np.concatenate([rests[ways], rests[ways + 1]])]
+    turned = turned - np.median(turned[at_ends], axis=(0, 1))
     means = force[rows[rests]].mean(axis=1)
     sphere = sphere_through(means)
     up = means - (0 if sphere is None else sphere.centre)

@@ -69,7 +69,8 @@ TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "tem
 OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
          "q", "qua", "quaternions", "dcm", "euler", "roll", "pitch", "yaw", "setpoint", "pos",
          "position", "axisp", "axisi", "axisd", "axisf", "debug", "motor", "bias",
-         "covariance", "orientation"}
+         "covariance", "orientation", "orient", "heading", "angle", "angles", "attitude", "winkel",
+         "角度", "磁场"}
 WITH_GRAVITY = {"including", "incl", "with"}  #: before "gravity": a browser's, phyphox's
 TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "x", "beta": "y", "gamma": "z",
          "p": "x", "q": "y", "r": "z"}

@@ -19,10 +19,12 @@ from pipeline.logs.sentences import rows_of_lines
 from pipeline.text.names import nearest_name, word
 
 REGISTER = re.compile(r"(?<![\w.])0[xX](?:[0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
-WORDS = re.compile(r"(?<![\w.+-])(?:[0-9A-Fa-f]{4}){1,2}(?:[ ,;:\t]+(?:[0-9A-Fa-f]{4}){1,2}){2,}"
-                   r"(?![\w.])")
-"""Three or more registers of two or four bytes without ``0x``."""
-EXPONENT = re.compile(r"\d+(?:[eE]\d+)?")  #: a decimal number of four letters: ``1e05``
+WORDS = re.compile(r"(?<![\w.+-])[0-9A-Fa-f]{1,8}(?:[ ,;:\t]+[0-9A-Fa-f]{1,8}){2,}(?![\w.])")
+"""Three or more registers without ``0x``, written with or without leading zeros."""
+SIGNED = (4, 8)  #: fact: digits of registers of two and four bytes
+DIGIT = re.compile(r"\d")
+MIXED = re.compile(r"(?!\d+[eE]\d+$)(?=.*\d)(?=.*[A-Fa-f])\w+")
+"""A word of digits and letters that is no number with an exponent: ``1e05``."""
 SHOWN_LENGTH = 5000  #: number of last characters that show which of them hold letters
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
@@ -31,6 +33,9 @@ THOUSANDS = re.compile(r"(?<=\d)[\u00a0\u202f\u2009'\u2019](?=\d{3}(?!\d))")
 """Separators of thousands in spreadsheets, which no table uses as delimiter."""
 NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
 """Boundary of two decimal numbers of fixed width without a blank before the second one's sign."""
+QUOTED_THOUSANDS = re.compile(r'"[-+]?\d{1,3}(?:,\d{3})+\.\d+"')
+"""A number as spreadsheets group it; its point shows that the commas separate thousands."""
+MOST_ZEROS = 0.001  #: largest share of zero bytes in a text, as a port begins with
 SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
 """Error values of a spreadsheet, whose ``#`` begins no comment."""
 UNIT_BEHIND = re.compile(r"[\[(].*")  #: a unit in brackets, which are the same in any code page
@@ -154,9 +159,10 @@ def text_lines(path: Path, data: bytes) -> list[str]:
             for cell in split_cells(line, delimiter_of(line)))
         if damaged:
             raise _not_text(path, data, error.start) from error
-    if "\0" in text:
+    text = text.rstrip("\0\r\n") + "\n" if "\0" in text else text  # a card's empty blocks
+    if text.count("\0") > MOST_ZEROS * len(text):
         raise _not_text(path, data, data.index(0))
-    text = decimal_numbers(text).replace("\r\n", "\n").replace("\r", "\n")
+    text = decimal_numbers(text.replace("\0", "")).replace("\r\n", "\n").replace("\r", "\n")
     return ["", *text.split("\n")]
 
 
@@ -174,17 +180,21 @@ def _in_code_page(data: bytes) -> str:
 
 
 def decimal_numbers(text: str) -> str:
-    """``text`` with hexadecimal registers, Fortran's exponents and typographic minuses converted.
+    """``text`` with registers, Fortran's exponents, an office's minuses and thousands converted.
 
     Registers of two and four bytes are signed, as inertial sensors deliver them.
 
     >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
     ('16 -2', '-0.25E+01')
-    >>> decimal_numbers("1200 00A0 FFFE 0A10"), decimal_numbers("1e05 2E05 1000")
-    ('1200 160 -2 2576', '1e05 2E05 1000')
+    >>> decimal_numbers("1200 00A0 F0FE 0A10"), decimal_numbers("1e05 2E05 1000")
+    ('1200 160 -3842 2576', '1e05 2E05 1000')
+    >>> decimal_numbers('20,FFFFD25B,46,2F\\n40,FFFFD26D,5A,3\\n'), decimal_numbers('"-1,006.7"')
+    ('20,-11685,70,47\\n40,-11667,90,3\\n', '"-1006.7"')
     """
     if not text.isascii() or "'" in text:
         text = THOUSANDS.sub("", MINUS.sub("-", text))
+    if '"' in text:
+        text = QUOTED_THOUSANDS.sub(lambda number: number[0].replace(",", ""), text)
     if "#" in text:
         text = SPREADSHEET_ERROR.sub("nan", text)
     text = NO_BLANK.sub(r"\1 ", text)
@@ -192,24 +202,26 @@ def decimal_numbers(text: str) -> str:
         text = REGISTER.sub(_signed, text)
     if count := _words_without_prefix(text[-SHOWN_LENGTH:]):
         text = WORDS.sub(lambda run: re.sub(
-            rf"\w+(?=(?:\W+\w+){{0,{count - 1}}}$)", _signed, run[0]), text)
+            rf"\w+(?=(?:\W+\w+){{0,{count - 1}}}$)", _signed, run[0])
+            if DIGIT.search(run[0]) else run[0], text)
     return FORTRAN.sub(r"\1E\2", text) if "D+" in text or "D-" in text else text
 
 
 def _words_without_prefix(text: str) -> int:
-    """Number of words at the end of runs that are registers: each has a letter somewhere that is
-    no exponent's, which a time before them has not."""
-    runs = [re.findall(r"\w+", run)[::-1] for run in WORDS.findall(text)]
-    shown = [not all(map(EXPONENT.fullmatch, words)) for words in zip_longest(
-        *runs, fillvalue="0")]
-    return [*shown, False].index(False)
+    """Number of words at the end of runs that are registers: a tenth or more have digits and
+    letters that are no exponent's, which a time before them has not."""
+    runs = [re.findall(r"\w+", run)[::-1] for run in WORDS.findall(text) if DIGIT.search(run)]
+    shown = [10 * sum(MIXED.fullmatch(word) is not None for word in words) >= len(runs)
+             for words in zip_longest(*runs, fillvalue="0")]
+    count = [*shown, False].index(False)
+    return count if count >= FEWEST_NUMBERS else 0
 
 
 def _signed(register: re.Match[str]) -> str:
     digits = register[0].lower().removeprefix("0x")
     half = 1 << (4 * len(digits) - 1)
     value = int(digits, 16)
-    return str(value - 2 * half if value >= half else value)
+    return str(value - 2 * half if value >= half and len(digits) in SIGNED else value)
 
 
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:

@@ -16,6 +16,7 @@ Stray samples that move the mean by more than its noise sd are left out and coun
 too many, the pose is refused.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -61,6 +62,10 @@ FEW_VALUES = 3
 TOO_MANY = 1 / 3
 """Share of a pose's samples. Derived: the median of the others is then off by 0.67 of their sd."""
 
+END_SHARE = 0.1
+"""Share of a stop at either end in which a hand may still move it. A judgement: as much is cut off
+where it is found."""
+
 TUPLES_SHOWN = 3  #: it chooses words only
 
 
@@ -101,6 +106,17 @@ def without_strays(log: ImuLog) -> tuple[ImuLog, str | None]:
         f"({'; '.join(notes)}) and are left out. Check wiring, bus speed and supply: a reading "
         f"that fails is logged so."
     )
+
+
+def without_moved_ends(log: ImuLog) -> ImuLog:
+    """A log of one stop without the first and last samples up to a stray one among them: there the
+    hand lets go or takes hold."""
+    stray = np.any([stray_samples(np.asarray(log.readings(triad), dtype=float))
+                    for triad in TRIADS if log.has(triad)], axis=0)
+    ends = math.ceil(END_SHARE * len(stray))
+    begin = int(np.flatnonzero(stray[:ends]).max(initial=-1)) + 1
+    end = len(stray) - int(np.flatnonzero(stray[::-1][:ends]).max(initial=-1)) - 1
+    return log.between(begin, end, log.label)
 
 
 def stray_samples(values: FloatArray) -> BoolArray:

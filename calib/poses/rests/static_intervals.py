@@ -37,6 +37,11 @@ STILL_RATIO = 4.0
 or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``. Derived."""
 
 THRESHOLD_STEP = 2.0  #: factor of a variance: 1.4 of an amplitude; a judgement
+FAR_SHORTER = 3.0
+"""Least ratio of durations that separates stops on purpose from others. A judgement: whoever lays a
+sensor for a time does so to half or double of it."""
+FEWEST_ON_PURPOSE = 9
+"""Fact: number of parameters of bias, scale and misalignment, with one equation per pose."""
 SEARCH = StillSearch()
 
 
@@ -115,6 +120,18 @@ def find_still(
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),
     )
+
+
+def shortest_on_purpose(stops: Sequence[ImuLog]) -> float:
+    """Duration, s, of the shortest stop that was made on purpose; shorter are those of a plate
+    between the hand and the turn.
+
+    The widest gap between all durations separates them, if enough stops remain; else it is 0.
+    """
+    lasting = np.sort([np.ptp(stop.time_s) for stop in stops])
+    ratio = lasting[1:] / np.maximum(lasting[:-1], np.finfo(float).tiny)
+    able = ratio[: max(len(lasting) - FEWEST_ON_PURPOSE, 0)]
+    return float(lasting[np.argmax(able) + 1]) if able.max(initial=0) > FAR_SHORTER else 0.0
 
 
 def _thresholds(triad: DecidingTriad, search: StillSearch) -> list[float]:

@@ -10,7 +10,12 @@ from calib.poses.checks.pose_checks import check_still
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.rests.attitude_fit import MODELS, best_threshold, prediction_error
-from calib.poses.rests.static_intervals import StaticIntervals, find_still, quiet_level
+from calib.poses.rests.static_intervals import (
+    StaticIntervals,
+    find_still,
+    quiet_level,
+    shortest_on_purpose,
+)
 from calib.poses.rests.still_search import StillSearch
 from calib.poses.samples.running_sums import RunningSums
 from tests.calib.poses.hand_turned_logs import KINDS, count, made
@@ -227,3 +232,13 @@ def test_of_a_rest_that_settles_the_part_that_lies_still_is_the_pose() -> None:
                 found.largest_shift)
     assert settled.time_s[0] > start + 0.3
     assert np.ptp(settled.time_s) > 0.4 * (end - start)
+
+
+@pytest.mark.parametrize(("lasting", "shortest"), [
+    ([1.0] * 20 + [6.0] * 12, 6.0),  # a plate that waits for the hand
+    ([1.0] * 20 + [6.0] * 8, 0.0),  # too few are left
+    ([2.0, 2.5, 3.0, 4.0, 5.0] * 4, 0.0),
+])
+def test_stops_on_purpose_are_far_longer_than_others(lasting: list[float], shortest: float) -> None:
+    stops = [ImuLog("log", np.array([0.0, s]), np.zeros((2, 3)), np.zeros((2, 3))) for s in lasting]
+    assert shortest_on_purpose(stops) == shortest

@@ -110,7 +110,7 @@ def test_a_log_that_makes_no_calibration_says_why(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str],
     readings: Callable[[HandLog], np.ndarray], says: str,
 ) -> None:
-    np.savetxt(here / "bad.txt", readings(log), fmt="%.5f")
+    np.savetxt(here / "bad.txt", readings(log), "%.5f", header="ax ay az", comments="")
     assert main(["import", "bad.txt", "--rate-hz", "100"]) == 4
     with pytest.raises(AssertionError, match=f"(?s){says}"):
         raise AssertionError(capsys.readouterr().err)
@@ -123,7 +123,7 @@ def test_a_table_of_something_else_is_no_log(
     np.savetxt(here / "compass.csv", 300 * log.acc, delimiter=",", header="mag_x,mag_y,mag_z",
                comments="")
     assert main(["import", "compass.csv"]) == 3
-    assert "no accelerometer and no gyroscope among its columns" in capsys.readouterr().err
+    assert "no accelerometer and no gyroscope are among its columns" in capsys.readouterr().err
     assert not (here / "compass.yaml").exists()
 
 

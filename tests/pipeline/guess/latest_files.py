@@ -36,9 +36,53 @@ def an_axis_a_file(folder: Path, log: HandLog) -> Foreign:
                     for axis, values in zip("xyz", log.acc.T, strict=True)])
 
 
+def sign_extended(folder: Path, log: HandLog) -> Foreign:
+    """`Serial.print(ax, HEX)`: negative numbers have eight digits, small ones few."""
+    return Foreign([write_lines(folder / "com5.txt", [
+        ",".join([f"{round(1000 * t)}", *(f"{int(v) & 0xFFFFFFFF:X}" for v in row)])
+        for t, row in zip(log.time_s, counts_of(log), strict=True)])], 16384 / G, 131.072 / DEG)
+
+
+def quoted_thousands(folder: Path, log: HandLog) -> Foreign:
+    """American cells with a separator of thousands."""
+    rows = [",".join([f"{t:.3f}", *(f'"{v:,.1f}"' if abs(v) >= 1000 else f"{v:.1f}" for v in row)])
+            for t, row in zip(log.time_s, log.acc * 1000 / G, strict=True)]
+    return Foreign([write_lines(folder / "Book1.csv", [
+        "Time (s),Accel X (mg),Accel Y (mg),Accel Z (mg)", *rows])], 1000 / G, None)
+
+
+def zero_bytes(folder: Path, log: HandLog) -> Foreign:
+    """What a port holds when it is opened, and a card after power was lost."""
+    rows = [",".join(row) for row in si_rows(log)]
+    return Foreign([write_lines(folder / "card.csv", [
+        "\0boot", "t,ax,ay,az,gx,gy,gz", *rows, "\0" * 512])])
+
+
+def attitudes(folder: Path, log: HandLog) -> Foreign:
+    """Angles that a filter computed; nothing names them."""
+    x, y, z = log.acc.T
+    angles = np.degrees([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z)), np.cumsum(
+        log.gyr[:, 2]) / log.rate_hz])
+    return Foreign([write_lines(folder / "euler.txt", [
+        f"{t:.3f},{a:.2f},{b:.2f},{c % 360:.2f}"
+        for t, a, b, c in zip(log.time_s, *angles, strict=True)])])
+
+
+def bytes_of_a_bus(folder: Path, log: HandLog) -> Foreign:
+    """A logic analyser: a byte a line."""
+    octets = np.clip(counts_of(log), -32768, 32767)[:200].astype(">i2").tobytes()
+    return Foreign([write_lines(folder / "digital.csv", [
+        "name,type,start_time,ack,data", *(f'"I2C","data",{i / 1e4:.5f},true,0x{octet:02X}'
+                                           for i, octet in enumerate(octets))])])
+
+
 LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
-    tool.__name__: tool for tool in (a_number_a_line, counts_a_line, labels_from_the_first_line)
+    tool.__name__: tool for tool in (
+        a_number_a_line, counts_a_line, labels_from_the_first_line, sign_extended,
+        quoted_thousands, zero_bytes)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),
+    "attitudes": (attitudes, "computed angles do not replace them"),
+    "bytes_of_a_bus": (bytes_of_a_bus, "the bytes of a bus, one by one"),
 }
