@@ -29,7 +29,7 @@ from pipeline.clock.measure import keep_screen, read_screen, show_hand
 from pipeline.clock.screen import HAND_RPM, Report, ScreenPage, drawn_hand
 from pipeline.errors import DeviceError
 from pipeline.served.serve import serving
-from tests.pipeline.report.browser import CHROMIUM, QUIET
+from tests.pipeline.report.browser import CHROMIUM, QUIET, needs_browser
 
 RATE = HAND_RPM * 2 * np.pi / 60
 KNOWN = ComputerClock(False, 12.0, 2.0, "20 answers of the time server test")
@@ -136,6 +136,7 @@ def test_what_is_known_of_the_computer_is_said(monkeypatch: pytest.MonkeyPatch) 
         assert words in found.how
 
 
+@needs_browser
 def test_the_page_draws_in_a_browser_and_reports_its_refreshes() -> None:
     page, address = ScreenPage(), []
     with serving(page.routes, address.append, port=0):
