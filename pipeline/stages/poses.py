@@ -14,16 +14,11 @@ from calib.poses.averaging.drift_within import average_poses
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
-from calib.poses.checks.stray_samples import without_moved_ends, without_strays
+from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.rests.rest_candidates import OF_ANOTHER_RUN, PLATE_STOOD
-from calib.poses.rests.static_intervals import (
-    StaticIntervals,
-    find_still,
-    list_stops,
-    shortest_on_purpose,
-)
+from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.rests.still_search import StillSearch
 from calib.poses.runs.reference_runs import TURNING_RAD_S
 from pipeline.config.load import Config
@@ -205,11 +200,9 @@ def _searched(
     running = [without_frozen(log, turning=False, one_pose=False) for log in session[setting].logs]
     searches = [find_still(log, specs, rate, still_search(section.poses.still), elsewhere)
                 for log, _ in running]
-    stops = [pose for one in searches for pose in one.logs]
-    out = {stops[i].label for i in chosen([stop.label for stop in stops], section, config).excluded}
-    shortest = shortest_on_purpose(stops) if elsewhere and not rate else 0.0
-    return _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), bool(elsewhere),
-                                      shortest)
+    labels = [pose.label for one in searches for pose in one.logs]
+    out = {labels[i] for i in chosen(labels, section, config).excluded}
+    return _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), bool(elsewhere))
                     for (log, frozen), search in zip(running, searches, strict=True)])
 
 
@@ -220,7 +213,7 @@ def _signed_rate(setting: Setting, rates: Mapping[str, SettingRate]) -> float:
 
 def _search_recording(
     log: ImuLog, frozen: str | None, intervals: StaticIntervals, out: set[str], specs: Specs,
-    rate_rad_s: float, is_shared: bool, shortest_s: float,
+    rate_rad_s: float, is_shared: bool,
 ) -> Recording:
     """The poses of a long log; stops that fail a check are left out, with the reason. If other runs
     use the log (``is_shared``), stops on the turning plate are theirs."""
@@ -232,7 +225,7 @@ def _search_recording(
         if pose.label in out:
             continue
         try:
-            measured, strays = without_strays(without_moved_ends(pose))
+            measured, strays = without_strays(pose)
             means.append(average_pose(measured, specs, rate_rad_s, largest_shift))
             stray_notes += [strays] if strays else []
         except Undetermined as error:
@@ -246,14 +239,9 @@ def _search_recording(
         means, turning = _parted_by_rate(means)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
                     for mean in turning if not is_shared]
-    short = {pose.label for pose in intervals.logs if np.ptp(pose.time_s) < shortest_s}
-    kept = [mean for mean in means if mean.label not in short]
     notes = [*filter(None, [frozen]), *stray_notes, *(f"Left out: {error}" for error in refused)]
-    if short:
-        notes.append(f"{log.label}: {len(means) - len(kept)} stops of the plate between hand and "
-                     f"turn, shorter than {shortest_s:.2g} s, are no poses.")
-    notes += _skipped_notes(log, intervals, skipped, len(kept), rate_rad_s)
-    return Recording(tuple(kept), (float(log.time_s[0]),), np.arange(len(kept)), tuple(notes),
+    notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
+    return Recording(tuple(means), (float(log.time_s[0]),), np.arange(len(means)), tuple(notes),
                      excluded=excluded)
 
 

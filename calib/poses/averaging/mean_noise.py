@@ -175,7 +175,9 @@ def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
 
     Means over a few correlation times follow the noise itself: the poses do not show its extent.
     """
-    seconds = float(np.median([mean.duration_s for mean in means]))
+    lengths = np.sort([mean.duration_s for mean in means])
+    total = np.cumsum(lengths)  # half of the recorded time is in poses no longer than:
+    seconds = float(lengths[np.searchsorted(total, total[-1] / 2)])
     wanders = correlation_of(means, triad).factor > LARGEST_FACTOR
     if not wanders and seconds >= SHORTEST_S:
         return None

@@ -16,7 +16,6 @@ Stray samples that move the mean by more than its noise sd are left out and coun
 too many, the pose is refused.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -62,10 +61,6 @@ FEW_VALUES = 3
 TOO_MANY = 1 / 3
 """Share of a pose's samples. Derived: the median of the others is then off by 0.67 of their sd."""
 
-END_SHARE = 0.1
-"""Share of a stop at either end in which a hand may still move it. A judgement: as much is cut off
-where it is found."""
-
 TUPLES_SHOWN = 3  #: it chooses words only
 
 
@@ -108,17 +103,6 @@ def without_strays(log: ImuLog) -> tuple[ImuLog, str | None]:
     )
 
 
-def without_moved_ends(log: ImuLog) -> ImuLog:
-    """A log of one stop without the first and last samples up to a stray one among them: there the
-    hand lets go or takes hold."""
-    stray = np.any([stray_samples(np.asarray(log.readings(triad), dtype=float))
-                    for triad in TRIADS if log.has(triad)], axis=0)
-    ends = math.ceil(END_SHARE * len(stray))
-    begin = int(np.flatnonzero(stray[:ends]).max(initial=-1)) + 1
-    end = len(stray) - int(np.flatnonzero(stray[::-1][:ends]).max(initial=-1)) - 1
-    return log.between(begin, end, log.label)
-
-
 def stray_samples(values: FloatArray) -> BoolArray:
     """Stray samples of one triad that move its mean, shape (t,).
 
@@ -128,7 +112,7 @@ def stray_samples(values: FloatArray) -> BoolArray:
         In any unit.
     """
     axes = [_Levels.of(axis) for axis in values.T if np.ptp(axis) > 0]
-    far = np.any([axis.distance > FAR for axis in axes], axis=0) if axes else np.zeros(1, bool)
+    far = _far(axes, len(values))
     stray = _again(values, axes)
     if _alone(far) and far.mean() <= TOO_MANY:  # else the noise is of two kinds
         stray |= far
@@ -138,6 +122,15 @@ def stray_samples(values: FloatArray) -> BoolArray:
     shift = np.abs(values.mean(axis=0) - kept.mean(axis=0))
     matters = (shift > kept.std(axis=0) / np.sqrt(len(kept))).any()
     return stray if matters else np.zeros(len(values), dtype=bool)
+
+
+def far_samples(values: FloatArray) -> BoolArray:
+    """Samples (t,) of readings (t, 3) that are ``FAR`` from the median on any axis."""
+    return _far([_Levels.of(axis) for axis in values.T if np.ptp(axis) > 0], len(values))
+
+
+def _far(axes: Sequence["_Levels"], count: int) -> BoolArray:
+    return np.asarray(np.any([np.zeros(count, bool), *(a.distance > FAR for a in axes)], axis=0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,9 @@ import numpy as np
 
 from calib.errors import Undetermined
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT, WANDERS
+from calib.poses.checks.stray_samples import far_samples
 from calib.poses.data_sheet import Specs
-from calib.poses.imu_log import FloatArray, ImuLog, Triad
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog, Triad
 from calib.poses.rests.attitude_fit import best_threshold
 from calib.poses.rests.rest_candidates import (
     QUIETEST_SHARE,
@@ -37,11 +38,6 @@ STILL_RATIO = 4.0
 or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``. Derived."""
 
 THRESHOLD_STEP = 2.0  #: factor of a variance: 1.4 of an amplitude; a judgement
-FAR_SHORTER = 3.0
-"""Least ratio of durations that separates stops on purpose from others. A judgement: whoever lays a
-sensor for a time does so to half or double of it."""
-FEWEST_ON_PURPOSE = 9
-"""Fact: number of parameters of bias, scale and misalignment, with one equation per pose."""
 SEARCH = StillSearch()
 
 
@@ -111,6 +107,7 @@ def find_still(
     rests = poses[best]
     if triad.triad == "accelerometer":  # a gyroscope's rests show how the plate turned
         rests = [steady_part(triad, rest, largest) for rest in rests]
+    rests = [_without_moving_ends(log, rest) for rest in rests]
     return StaticIntervals(
         logs=tuple(log.between(rest.start, rest.stop, f"{log.label} {triad.span(rest)}")
                    for rest in rests),
@@ -122,16 +119,30 @@ def find_still(
     )
 
 
-def shortest_on_purpose(stops: Sequence[ImuLog]) -> float:
-    """Duration, s, of the shortest stop that was made on purpose; shorter are those of a plate
-    between the hand and the turn.
+def _without_moving_ends(log: ImuLog, rest: Rest) -> Rest:
+    """A rest without the samples at its ends at which either triad moved already."""
+    parts = [still_part(log.readings(triad)[rest.start : rest.stop])
+             for triad in TRIADS if log.has(triad)]
+    return replace(rest, start=rest.start + max(part.start for part in parts),
+                   stop=rest.start + min(part.stop for part in parts))
 
-    The widest gap between all durations separates them, if enough stops remain; else it is 0.
+
+def still_part(values: FloatArray) -> slice:
+    """The samples of one triad, of shape (t, 3), without those at either end that moved already.
+
+    What moves a sensor begins slowly, so that a window that is still may hold its start. Where
+    samples at an end are far from the median, as many before them, in which the motion does not yet
+    exceed the noise, go too. All samples where less than half would remain: the checks of the pose
+    speak of what moves throughout.
     """
-    lasting = np.sort([np.ptp(stop.time_s) for stop in stops])
-    ratio = lasting[1:] / np.maximum(lasting[:-1], np.finfo(float).tiny)
-    able = ratio[: max(len(lasting) - FEWEST_ON_PURPOSE, 0)]
-    return float(lasting[np.argmax(able) + 1]) if able.max(initial=0) > FAR_SHORTER else 0.0
+    start, stop = 0, len(values)
+    while 2 * (stop - start) > len(values):
+        near = np.flatnonzero(~far_samples(values[start:stop]))
+        first, last = int(near[0]), stop - start - 1 - int(near[-1])
+        if first == last == 0:
+            return slice(start, stop)
+        start, stop = start + 2 * first, stop - 2 * last
+    return slice(0, len(values))
 
 
 def _thresholds(triad: DecidingTriad, search: StillSearch) -> list[float]:

@@ -10,12 +10,7 @@ from calib.poses.checks.pose_checks import check_still
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import ImuLog
 from calib.poses.rests.attitude_fit import MODELS, best_threshold, prediction_error
-from calib.poses.rests.static_intervals import (
-    StaticIntervals,
-    find_still,
-    quiet_level,
-    shortest_on_purpose,
-)
+from calib.poses.rests.static_intervals import StaticIntervals, find_still, quiet_level
 from calib.poses.rests.still_search import StillSearch
 from calib.poses.samples.running_sums import RunningSums
 from tests.calib.poses.hand_turned_logs import KINDS, count, made
@@ -167,6 +162,26 @@ def test_on_a_turning_plate_the_gyroscope_decides_and_stops_are_none_of_its_pose
         find_still(log, {"gyroscope": TriadSpec(np.inf, 0, "si", np.radians(1))}, rate_rad_s=2.0)
 
 
+def test_a_stop_ends_before_the_plate_begins_to_turn_under_it() -> None:
+    """Stops of a second before and after each turn: gravity does not show a turn about the
+    vertical, and the window that is still holds its first tenths of a second."""
+    rng, parts = np.random.default_rng(32), []
+    speeds_up = 1.75 * (1 - np.cos(np.linspace(0, np.pi, 200)))
+    for axis in rng.standard_normal((12, 3)):
+        up = axis / np.linalg.norm(axis)
+        parts += [(up, np.concatenate([np.zeros(100), speeds_up, np.full(500, 3.5),
+                                       speeds_up[::-1], np.zeros(100)]))]
+    force = np.concatenate([np.tile(9.8 * up, (len(rate), 1)) for up, rate in parts])
+    turn = np.concatenate([rate[:, None] * up for up, rate in parts])
+    log = ImuLog("log", np.arange(len(turn)) / 100, force + 0.01 * rng.standard_normal(turn.shape),
+                 turn + 0.002 * rng.standard_normal(turn.shape))
+    still = [pose for pose in find_still(log, BOTH).logs
+             if np.linalg.norm(pose.gyroscope.mean(axis=0)) < 1]
+    assert len(still) == 24
+    bias = np.array([pose.gyroscope.mean(axis=0) for pose in still])
+    assert np.sqrt(np.mean(bias**2)) < 2 * 0.002 / np.sqrt(70)  # thrice as much with the ends
+
+
 # --- the parts -----------------------------------------------------------------------------------
 
 
@@ -232,13 +247,3 @@ def test_of_a_rest_that_settles_the_part_that_lies_still_is_the_pose() -> None:
                 found.largest_shift)
     assert settled.time_s[0] > start + 0.3
     assert np.ptp(settled.time_s) > 0.4 * (end - start)
-
-
-@pytest.mark.parametrize(("lasting", "shortest"), [
-    ([1.0] * 20 + [6.0] * 12, 6.0),  # a plate that waits for the hand
-    ([1.0] * 20 + [6.0] * 8, 0.0),  # too few are left
-    ([2.0, 2.5, 3.0, 4.0, 5.0] * 4, 0.0),
-])
-def test_stops_on_purpose_are_far_longer_than_others(lasting: list[float], shortest: float) -> None:
-    stops = [ImuLog("log", np.array([0.0, s]), np.zeros((2, 3)), np.zeros((2, 3))) for s in lasting]
-    assert shortest_on_purpose(stops) == shortest

@@ -8,11 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from calib.errors import Undetermined
-from calib.poses.checks.stray_samples import (
-    stray_samples,
-    without_moved_ends,
-    without_strays,
-)
+from calib.poses.checks.stray_samples import stray_samples, without_strays
 from calib.poses.imu_log import ImuLog
 
 Mistake = Callable[[np.ndarray, np.ndarray], None]
@@ -118,12 +114,3 @@ def test_what_a_limit_leaves_of_the_noise_is_no_failed_reading(at: float, seed: 
     counts = noise(240, 8.0, 0.3, ON_ONE_G, seed)
     counts[:, 0] = np.minimum(counts[:, 0], ON_ONE_G[0] + np.rint(at * 8.0))
     assert not stray_samples(counts).any()
-
-
-def test_what_a_hand_moves_at_either_end_of_a_stop_is_no_failed_reading() -> None:
-    counts = noise(300, 5.0, 0.0, NEAR_ZERO, 4)
-    counts[[1, 296]] += 500
-    assert without_strays(log_of(counts))[1] is not None
-    stop = without_moved_ends(log_of(counts))
-    assert (stop.time_s[0], stop.time_s[-1]) == (0.02, 2.95)
-    assert without_strays(stop)[1] is None
