@@ -45,6 +45,10 @@ class NothingMoves(RateRefused):
     """The frames of a stretch differ by the noise of the camera alone."""
 
 
+class OnlyLight(NothingMoves):
+    """The light of a stretch changes, in bands or as a whole, and nothing that turns is seen."""
+
+
 class NoPlate(RateRefused):
     """Much changes in the picture, and nothing repeats, or the repeating part cannot turn."""
 

@@ -160,7 +160,7 @@ def test_two_equal_marks_opposite_each_other_do_not_halve_the_turn(render: Rende
     path, _ = render(motion, Scene(marks=marks, label=False, sensor_box=False), seconds=6)
     track = track_phase(path)
     assert track.plate.symmetry == 2
-    assert abs(error_ppm(measure_rate(track, timebase=CLOCK), motion)) < 30
+    assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=33), motion)) < 30
 
 
 def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
@@ -177,8 +177,8 @@ def test_strobe_dots_alone_give_the_set_of_rates_and_the_nominal_one_chooses(
     # A dot more or less from frame to frame, at 15 frames per second.
     spacing = np.diff(sorted(told.aliases.rates_rad_s)) / RPM
     assert spacing == pytest.approx(60 * 15 / 24, abs=0.01)
-    with pytest.raises(RateRefused, match=r"Rates of 33\.[23]\d*, .* rpm give the same frames"):
-        measure_rate(track, timebase=CLOCK)  # the smallest, 4.2 rpm, makes less than a turn
+    with pytest.raises(RateRefused, match=r"may turn at 4\.2\d*, 33\.[23]\d*, .* the same 24"):
+        measure_rate(track, timebase=CLOCK)
 
 
 def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Render) -> None:
@@ -186,9 +186,8 @@ def test_an_aliased_plate_lists_its_rates_and_takes_the_nominal_one(render: Rend
     path, _ = render(motion, small_scene(exposure_s=1 / 500), seconds=6)
     track = track_phase(path)
     assert abs(error_ppm(measure_rate(track, timebase=CLOCK, nominal_rpm=600), motion)) < 20
-    blind = measure_rate(track, timebase=CLOCK)
-    assert blind.rate_rad_s / RPM == pytest.approx(300, abs=0.1)
-    assert blind.aliases.rates_rad_s[1] / RPM == pytest.approx(600, abs=0.1)
+    with pytest.raises(RateRefused, match=r"may turn at (300|299\.9), 600"):
+        measure_rate(track, timebase=CLOCK)
 
 
 @pytest.mark.parametrize("rpm", [45.0, -78.26])

@@ -5,10 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.errors import NothingMoves, RateRefused, more_telling
+from vision.errors import NothingMoves, OnlyLight, RateRefused, more_telling
 from vision.geometry import PlateView
 from vision.numbers import RPM, median, quantile
-from vision.plate.background import OFTEN, change_over_noise, median_image, spread_choice
+from vision.plate.background import (
+    OFTEN,
+    change_over_noise,
+    halved,
+    median_image,
+    spread_choice,
+)
 from vision.plate.channel import Brightness, Channel
 from vision.plate.choice import (
     Outline,
@@ -17,6 +23,7 @@ from vision.plate.choice import (
     seek_spindle,
 )
 from vision.plate.detect import proposals
+from vision.plate.lamp import changing_light, in_even_light
 from vision.plate.learning_frames import LearningFrames
 from vision.plate.mark import symmetry
 from vision.plate.refusal import why_it_jumps, why_nothing_moves, why_nothing_turns
@@ -88,7 +95,7 @@ def learn(
             return _learn(name, frames, channel, rim, on_step)
         except RateRefused as error:
             refusal = more_telling(refusal, error)
-    raise refusal or NothingMoves(f"{name}: {why_nothing_moves([frames[0].luma], 0)}")
+    raise refusal or NothingMoves(f"{name}: {why_nothing_moves([frames[0].luma], 0, None)}")
 
 
 def _learn(
@@ -99,11 +106,13 @@ def _learn(
     on_step: Callable[[], None],
 ) -> PlateModel:
     some = [frames[i] for i in spread_choice(len(frames), CHANGE_OF)]
-    change = change_over_noise([channel(frame) for frame in some])
+    small = [halved(channel(frame)) for frame in some]
+    change = change_over_noise(small)
+    lumas = small if isinstance(channel, Brightness) else [halved(frame.luma) for frame in some]
+    lines = changing_light(lumas)
     if quantile(change, OFTEN) < 1:
-        why = why_nothing_moves([frame.luma for frame in some], int((change > 1).sum()))
-        raise NothingMoves(f"{name}: {why}")
-    images = [channel(frame) for frame in frames]
+        raise NothingMoves(f"{name}: {why_nothing_moves(small, int((change > 1).sum()), lines)}")
+    images = in_even_light([channel(frame) for frame in frames], lines)
     background = median_image(images)
     on_step()
     views = proposals(background, images) if rim is None else [rim]
@@ -127,8 +136,10 @@ def _learn(
             name, rate, fine.template.grid.view, outlines, learning,
             None if alike > 1 else plate.coarse)
         return PlateModel(channel, in_brightness, fine.template, rate, alike, notes)
+    if lines is not None:
+        raise OnlyLight(f"{name}: {why_nothing_moves(small, 0, lines)}")
     if jumping is not None:
-        raise RateRefused(f"{name}: {why_it_jumps(jumping.template)}")
+        raise RateRefused(f"{name}: {why_it_jumps(jumping, learning.time_s[learning.chosen])}")
     why = why_nothing_turns([rotation for _, rotation in outlines], in_brightness)
     raise RateRefused(f"{name}: {why}")
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.image_return import SAME_RETURN
 from vision.numbers import FASTEST_USUAL, RPM, median
@@ -81,18 +82,6 @@ class Aliases:
         """The chosen rate, signed."""
         return self.rates_rad_s[0]
 
-    @property
-    def advice(self) -> str:
-        """Advice if the chosen rate is too small to be measured."""
-        usual = [rate for rate in self.rates_rad_s[1:] if abs(rate) < FASTEST_USUAL]
-        if not usual:
-            return "Check that it turns, then film for a minute."
-        named = ", ".join(f"{abs(rate) / RPM:.4g}" for rate in sorted(usual, key=abs))
-        return (
-            f"Rates of {named} rpm give the same frames: if one of them is that of the plate, "
-            f"state it (--nominal-rpm, or nominal_rpm)."
-        )
-
     def about(self, rate_rad_s: float) -> "Aliases":
         """The same aliases around the measured rate, signed, at the same distances from it."""
         shift = rate_rad_s - self.chosen_rad_s
@@ -117,6 +106,11 @@ def list_aliases(
     returns : PictureReturns
         Without a nominal rate, a plate of equal parts gets the rate after whose turns its picture
         returns: print on its label, a scratch.
+
+    Raises
+    ------
+    RateRefused
+        Nothing chooses among several rates.
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
@@ -139,49 +133,47 @@ def list_aliases(
     alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
     nearest = float(alike[np.argmin(np.abs(np.abs(alike) - wanted))])
+    warnings: tuple[str, ...] = ()
     if nominal_rpm is None:
         # A plate nearly in step with the frames could turn equally fast the other way.
-        by_return = int((np.abs(np.abs(alike) - wanted) < SAME_RETURN * wanted).sum()) == 1
-        chosen = nearest if by_return else float(alike[0])
-        reason = (
-            "the one is chosen after whose turns the picture returns"
-            if by_return
-            else "the smallest is chosen, since no nominal_rpm is set"
-        )
-        warnings = () if by_return else _ambiguity_warning(track, tuple(map(float, alike)))
+        told = int((np.abs(np.abs(alike) - wanted) < SAME_RETURN * wanted).sum()) == 1
+        why = "the one is chosen after whose turns the picture returns"
     else:
-        near = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
-        chosen = nearest if near else float(alike[0])
-        reason = (
-            f"the nearest to nominal_rpm {nominal_rpm:g} is chosen"
-            if near
-            else f"the smallest is chosen; none is near nominal_rpm {nominal_rpm:g}"
-        )
+        told = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
+        why = f"the nearest to nominal_rpm {nominal_rpm:g} is chosen"
+    if not told:
+        _require_one_usual(track, np.asarray(alike))
+        why = "the smallest is chosen: no record player turns as fast as the others"
+    chosen = nearest if told else float(alike[0])
+    if nominal_rpm is not None:
         warnings = _against_nominal(track.source, chosen, nominal_rpm)
     others = tuple(float(rate) for rate in alike if rate != chosen)
     if not others:
-        reason = "the uneven spacing of the frames excludes every other rate"
-    return Aliases((chosen, *others), reason, warnings)
+        why = "the uneven spacing of the frames excludes every other rate"
+    return Aliases((chosen, *others), why, warnings)
 
 
-def _ambiguity_warning(track: PhaseTrack, rates_rad_s: tuple[float, ...]) -> tuple[str, ...]:
-    """A paragraph if another of the rates, smallest first, is equally possible."""
-    chosen, *others = (f"{abs(rate) / RPM:.4g}" for rate in rates_rad_s)
+def _require_one_usual(track: PhaseTrack, alike: FloatArray) -> None:
+    """Refuse rates (m,), smallest first, of which nothing chooses one.
+
+    A plate that looks the same once per turn has the only rate of a record player among them, or
+    one at which it turns by less than a quarter from frame to frame.
+    """
     folds = track.plate.symmetry
-    too_fast = abs(rates_rad_s[0]) > FASTEST_USUAL
-    if not others or (folds == 1 and abs(rates_rad_s[1]) > FASTEST_USUAL and not too_fast):
-        return ()
+    usual = int((np.abs(alike) < FASTEST_USUAL).sum())
+    if len(alike) == 1 or (folds == 1 and usual < 2 and (usual or abs(alike[1] / alike[0]) > 3)):
+        return
     cause, better = (
         (f"it looks the same {folds} times per turn", "put one mark of paper or tape on the plate")
         if folds > 1 else (
-            "no record player turns as fast as the slowest of them" if too_fast else
-            "the frames are too few", "film with more frames per second")
+            "the frames are too few" if usual else
+            "no record player turns as fast as the slowest of them",
+            "film with more frames per second")
     )
-    return (
-        f"{track.source}: what turns may turn at {chosen} rpm or as well at {', '.join(others)} "
-        f"rpm: {cause}. The smallest is stated and may be the wrong one; the sd knows nothing of "
-        f"the others. State the nominal rate (--nominal-rpm, or nominal_rpm), or {better}.",
-    )
+    rates = ", ".join(f"{abs(rate) / RPM:.4g}" for rate in alike)
+    raise RateRefused(
+        f"{track.source}: what turns may turn at {rates} rpm, and gives the same frames at each: "
+        f"{cause}. State the nominal rate (--nominal-rpm, or nominal_rpm), or {better}.")
 
 
 def _against_nominal(source: str, rate_rad_s: float, nominal_rpm: float) -> tuple[str, ...]:

@@ -14,7 +14,6 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.numbers import RPM, median
 from vision.phase_track import PhaseTrack, RateHistory
-from vision.rate.aliases import Aliases
 from vision.rate.cross_checks import CrossChecks
 from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.steady_part import noise_of_turns, steady_advice
@@ -74,7 +73,6 @@ class Seen:
     track : PhaseTrack
     history : RateHistory
     dropped : DroppedFrames
-    aliases : Aliases
     scatter_rad : float
         Noise of the rate's fit, rad; NaN before the fit.
     rate_rad_s : float
@@ -86,7 +84,6 @@ class Seen:
     track: PhaseTrack
     history: RateHistory
     dropped: DroppedFrames
-    aliases: Aliases
     scatter_rad: float = np.nan
     rate_rad_s: float = np.nan
     others: CrossChecks | None = None
@@ -131,10 +128,9 @@ class Seen:
 
     @property
     def subject(self) -> str:
-        """The plate, or the object that resembles one most."""
-        return "the plate" if self.is_plate else (
-            f"what resembles a plate most, of whose change rotation explains "
-            f"{self.track.plate.explained:.0%} alone,")
+        """The object that resembles a plate most; a hand may turn about an axis as well as one."""
+        return "what was taken for the plate" + ("" if self.is_plate else (
+            f", of whose change rotation explains {self.track.plate.explained:.0%} alone,"))
 
     def advice(self, usual: str) -> str:
         """Advice: the usual one, or one for something that hardly turns like a plate."""
@@ -208,17 +204,18 @@ def _says_less_than_a_turn(seen: Seen) -> str:
     return (
         f"{seen.subject} makes {seen.history.revolutions:.2f} of a turn in the clip, "
         f"at least one is needed to separate the rate from an off-centre view. "
-        f"{seen.advice(seen.aliases.advice)}"
+        f"{seen.advice('Check that it turns, then film for a minute.')}"
     )
 
 
 def _says_wandering(seen: Seen) -> str:
     return (
-        f"the angle wanders by {np.degrees(seen.scatter_rad):.2f}° about an even rotation, while "
-        f"the noise of a frame is {np.degrees(seen.history.phase_noise_rad):.2f}° and the plate "
-        f"turns by {np.degrees(seen.step_rad):.2f}° from frame to frame: this clip cannot "
-        f"determine whether frames were dropped. Put a bold mark near the rim; where there is one, "
-        f"film with fewer frames per second."
+        f"the angle wanders by {np.degrees(seen.scatter_rad):.2f}° about an even rotation in "
+        f"{seen.history.revolutions:.1f} turns, while the noise of a frame is "
+        f"{np.degrees(seen.history.phase_noise_rad):.2f}° and what was taken for the plate turns "
+        f"by {np.degrees(seen.step_rad):.2f}° from frame to frame: its rate changes, or this clip "
+        f"cannot determine whether frames were dropped. Let the motor turn it for a minute, with a "
+        f"bold mark near the rim; where there is one, film with fewer frames per second."
     )
 
 

@@ -202,7 +202,7 @@ def _measured(
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm, returns)
     dropped = dropped_frames(continuous_angle(track, stamps, aliases.chosen_rad_s))
     angle = dropped.angle
-    seen = Seen(track, rate_history(angle, dropped.stray), dropped, aliases)
+    seen = Seen(track, rate_history(angle, dropped.stray), dropped)
     refuse(seen)
     fit, base, always = fit_rate(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated

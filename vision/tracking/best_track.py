@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, TypeGuard
 
 from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused, more_telling
 from vision.numbers import FASTEST_USUAL
+from vision.rate.checks import THRESHOLDS as CHECKS
+from vision.rate.slow_camera import frame_times
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
@@ -18,19 +20,11 @@ class TrackThresholds:
 
     Attributes
     ----------
-    fewest_turns : float
-        Apparent turns, or parts of a turn if the plate looks the same after each; with fewer, a
-        mark of colour may be better. Derived: fewer give no rate.
-    scatter_rad : float
-        Scatter of the angles about an even rotation, rad, from which the return of the picture is
-        measured too. Ten times that of a poor clip (``tests.bench.vision_films``).
     clearly : float
         Largest scatter over the least one at which a plate by its template precedes one by the
         return of the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
     """
 
-    fewest_turns: float = 1.0
-    scatter_rad: float = 0.0122
     clearly: float = 1.5
 
 
@@ -86,13 +80,11 @@ def has_turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     """Whether a tracked plate turns far enough for a rate."""
     if isinstance(result, RateRefused):
         return False
-    return result.apparent_turns * result.plate.symmetry >= THRESHOLDS.fewest_turns
+    return result.apparent_turns * result.plate.symmetry >= CHECKS.turns
 
 
 def is_explained(result: "PhaseTrack | RateRefused") -> bool:
     """Whether rotation explains most of what varies in a tracked plate, at whatever rate."""
-    from vision.rate.checks import THRESHOLDS as CHECKS
-
     return not isinstance(result, RateRefused) and result.plate.explained > CHECKS.mostly
 
 
@@ -100,11 +92,9 @@ def is_good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]
     """Whether a plate was tracked well enough to try no other method."""
     if result is None or not has_turns(result):
         return False
-    return _scatter_rad(result) < THRESHOLDS.scatter_rad
+    return _scatter_rad(result) < CHECKS.scattered_rad
 
 
 def _scatter_rad(track: "PhaseTrack") -> float:
     """Scatter of the angles about an even rotation, with a slow camera taken into account."""
-    from vision.rate.slow_camera import frame_times
-
     return frame_times(track, track.time_s).scatter_rad

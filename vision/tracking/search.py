@@ -62,9 +62,9 @@ def learned_plate(
             raise NoSuchPart(
                 f"{task.path.name}: choose a part within the clip: {len(stretch.frames)} of its "
                 f"{skipped + stretch.read} frames come after {task.from_s:.1f} s.")
-        if not stretch.frames:
+        if not stretch.frames or (refusal is not None and len(stretch.frames) < FEWEST):
             break
-        if len(stretch.frames) < FEWEST and refusal is None:
+        if len(stretch.frames) < FEWEST:
             raise UnreadableVideo(
                 f"{task.path}: {len(stretch.frames)} frame(s) found, at least {FEWEST} expected; a "
                 f"rate needs a clip of the turning plate, at best a minute long."

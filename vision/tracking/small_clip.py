@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.errors import RateRefused
+from vision.errors import NoPlate, RateRefused
 from vision.geometry import FloatArray
 from vision.numbers import median
 from vision.video.reader import NO_CHROMA, ClipReader, Frame
@@ -15,6 +15,7 @@ from vision.video.reduction import reduced
 
 if TYPE_CHECKING:
     from vision.image_return import ImageReturn
+    from vision.plate.lamp import Lamp
     from vision.tracking.registration import Registration
 
 SMALL, SMALLER = 320, 128  # pixels of the longer side: for the angle, for the period
@@ -22,6 +23,7 @@ HELD = 600  #: frames held whole; a limit of memory and time
 PIXELS = 6000  #: number of measured pixels; a limit of time
 MOST_VALUES = 12_000_000  #: values of pixels in all frames; a limit of memory
 FEWEST_PIXELS = 500  # in a clip of any length
+LIGHT_OF = 60  # frames that are tested for a light that changes
 CHOSEN_FROM = 300  # frames from which the pixels are chosen
 
 
@@ -52,6 +54,8 @@ class SmallClip:
         The return of the picture.
     refusal : RateRefused or None
         The changes, if nothing returns.
+    lamp : Lamp or None
+        The light, if it changes in bands or as a whole.
     ended : bool
         No more frames are taken.
     """
@@ -67,6 +71,7 @@ class SmallClip:
     camera: "Registration | None" = None
     returns: "ImageReturn | None" = None
     refusal: RateRefused | None = None
+    lamp: "Lamp | None" = None
     ended: bool = False
     _whole: list[Frame] = field(default_factory=list)
 
@@ -90,6 +95,8 @@ class SmallClip:
         small = replace(frame, luma=reduced(frame.luma, self.factor), chroma=NO_CHROMA)
         self.time_s.append(frame.time_s)
         self.coding.append(frame.coding)
+        if self.lamp is not None:
+            small = replace(small, luma=self.lamp.evened(small.luma))
         if self.mask is None:
             self._whole.append(small)
             if len(self._whole) == HELD:
@@ -104,6 +111,8 @@ class SmallClip:
     def choose(self) -> None:
         """Find the return of the picture, and the pixels with most information on the angle."""
         from vision.image_return import image_return
+        from vision.plate.background import spread_choice
+        from vision.plate.lamp import Lamp, changing_light
         from vision.plate.periodic import informative
         from vision.tracking.registration import THRESHOLDS, registration
         from vision.tracking.what_changes import what_changes
@@ -111,6 +120,11 @@ class SmallClip:
         time, whole = np.array(self.time_s), self._whole
         if self.ended or self.mask is not None or len(whole) < 2:
             return
+        lumas = [small.luma for small in whole]
+        lines = changing_light([lumas[i] for i in spread_choice(len(lumas), LIGHT_OF)])
+        if lines is not None:
+            self.lamp = Lamp(np.mean(lumas, axis=0, dtype=np.float32), lines)
+            whole = [replace(small, luma=self.lamp.evened(small.luma)) for small in whole]
         self._whole, seen = [], whole
         camera, moved_px = registration(whole)
         if camera is not None and moved_px > THRESHOLDS.moved_px:
@@ -125,7 +139,10 @@ class SmallClip:
         self.returns = image_return(tiny[at], frame_s)
         if self.returns is None:
             self.refusal = what_changes(
-                [small.luma for small in seen], time, self.factor * self.clip.reduction)
+                [small.luma for small in seen], time, self.factor * self.clip.reduction
+            ) if lines is None else NoPlate(
+                f"the light changes, in bands of a lamp or as a whole, and nothing beside it "
+                f"repeats within its {np.ptp(time):.1f} s")
             self.end()
             return
         most = max(self.clip.frames_stated or 0, len(time))

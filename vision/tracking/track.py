@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 
-from vision.errors import NoPlate, NoSuchPart, NothingMoves, RateRefused
+from vision.errors import NoPlate, NoSuchPart, NothingMoves, OnlyLight, RateRefused
 from vision.geometry import PlateOverride
 from vision.tracking.best_track import best_track, has_turns, is_explained, is_good
 from vision.tracking.search import ClipTask, learned_plate
@@ -89,8 +89,12 @@ def track_phase(
     nothing = isinstance(returned, NoPlate) and not is_explained(by_luma)
     if not has_turns(by_luma) and not nothing and not is_good(returned):
         tracks.append(attempts.tracked(colours=True))
-    if isinstance(by_luma, NothingMoves) and isinstance(tracks[-1], RateRefused):
-        raise by_luma  # the colours show no rotation either
+    if isinstance(by_luma, NothingMoves):
+        # The colours show no rotation either, or only that of the light's bands.
+        by_colour = tracks[-1]
+        if isinstance(by_colour, RateRefused) or (
+                isinstance(by_luma, OnlyLight) and not is_explained(by_colour)):
+            raise by_luma
     if plate is None and not is_good(tracks[-1]):
         colour_turns = len(tracks) > 1 and has_turns(tracks[-1])
         if returned is None or (colour_turns and isinstance(returned, RateRefused)):

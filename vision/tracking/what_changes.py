@@ -1,4 +1,4 @@
-"""Cause of the changes in a film without a plate: the light, the whole view, or something in it.
+"""Cause of the changes in a film without a plate: the whole view, or something in it.
 
 From a frame I to a frame J a little later a change of the light, and a camera that shifts,
 approaches and rolls, change the pixel at x by
@@ -74,12 +74,11 @@ THRESHOLDS = ChangeThresholds()
 class _Motion:
     """Causes of the change between pairs of frames that are some frames apart.
 
-    Shares: of the light, of light and camera together, of the places that follow the camera, and
-    of a passing object. The camera's shift, approach and roll per frame, (3,), in pixels at the
+    Shares: of light and camera together, of the places that follow the camera, and of a passing
+    object. The camera's shift, approach and roll per frame, (3,), in pixels at the
     edge; the path per frame and the straightness of the passing object.
     """
 
-    light: float
     together: float
     goes_with: float
     passes: float
@@ -111,9 +110,6 @@ def what_changes(
     motions = [_motion(small, noise, lag) for lag in LAGS if lag < len(small)]
     best = max(motions, key=lambda motion: motion.together)
     per_s = len(time_s) / lasts_s
-    if best.light > THRESHOLDS.mostly:
-        return NoPlate(f"the light changes, which explains {best.light:.0%} of what changes in the "
-                       f"picture, and nothing that turns is seen beside it")
     much = small.std(axis=0) > CLEAR * median(noise)
     if much.mean() < THRESHOLDS.much:
         return RateRefused(f"nothing in the picture repeats within its {lasts_s:.1f} s")
@@ -150,7 +146,7 @@ def _motion(small: NDArray[np.uint8], noise: FloatArray, lag: int) -> _Motion:
     h, w = small.shape[1:]
     y, x = (np.mgrid[1 : h - 1, 1 : w - 1] - np.array([h - 1, w - 1])[:, None, None] / 2) / (w / 2)
     clear = CLEAR * noise[1:-1, 1:-1].ravel()
-    of_all = by_light = together = of_weighed = by_passing = 0.0
+    of_all = together = of_weighed = by_passing = 0.0
     places = going = 0
     camera, ways = [], []
     for i in spread_choice(len(small) - lag, PAIRS):
@@ -162,11 +158,9 @@ def _motion(small: NDArray[np.uint8], noise: FloatArray, lag: int) -> _Motion:
         rows = np.stack([mean[1:-1, 1:-1], np.ones_like(right), -right, -down,
                          -(right * x + down * y), -(down * x - right * y)]).reshape(6, -1).T
         beta = np.linalg.lstsq(rows.T @ rows, rows.T @ changed)[0]
-        light = np.linalg.lstsq(rows[:, :2].T @ rows[:, :2], rows[:, :2].T @ changed)[0]
         explained = rows @ beta
         of_all += float(changed @ changed)
         together += float(changed @ explained)
-        by_light += float(changed @ (rows[:, :2] @ light))
         seen = np.abs(explained) > clear
         places += int(seen.sum())
         going += int((np.abs(changed - explained) < np.abs(changed))[seen].sum())
@@ -179,7 +173,7 @@ def _motion(small: NDArray[np.uint8], noise: FloatArray, lag: int) -> _Motion:
         ways.append(way * np.sqrt(weighed @ weighed))
     gone, net = float(np.hypot(*np.transpose(ways)).sum()), float(np.hypot(*np.sum(ways, axis=0)))
     return _Motion(
-        light=by_light / max(of_all, 1e-9), together=together / max(of_all, 1e-9),
+        together=together / max(of_all, 1e-9),
         goes_with=going / max(places, 1), passes=by_passing / max(of_weighed, 1e-9),
         camera_px=np.asarray(median(np.array(camera), axis=0)) / lag,
         way_px=net / lag / max(float(np.sqrt(of_weighed * len(ways))), 1e-9),

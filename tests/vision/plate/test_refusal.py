@@ -16,27 +16,22 @@ def test_noise_hides_what_turns_in_a_dark_film(light: int, first: str) -> None:
     """Whether it turns cannot be asked yet."""
     seen = np.full_like(GREY, light)
     rotation = CoarseRotation(np.zeros(3), 0.16, 1.0, slice(0, 3))
-    assert first in why_nothing_moves([seen, seen], 0)
+    assert first in why_nothing_moves([seen, seen], 0, None)
     assert first in why_nothing_turns([rotation], seen)
     assert "at most 16% of what changes" in why_nothing_turns([rotation], seen)
     assert "no round outline is seen in it. " in why_nothing_turns([], seen)
 
 
 def test_a_light_that_is_switched_is_not_called_noise() -> None:
-    table = np.random.default_rng(0).integers(40, 160, GREY.shape).astype(np.uint8)
-    said = why_nothing_moves([table, table, (table * 1.4).astype(np.uint8)], 1)
-    assert "goes from 99 to 139 of 255" in said
+    said = why_nothing_moves([GREY, GREY + 40], 1, 1)
+    assert "goes from 100 to 140 of 255" in said
     assert "noise" not in said
-    assert "no more than the noise" in why_nothing_moves([GREY, GREY + 1], 1)
+    assert "no more than the noise" in why_nothing_moves([GREY, GREY + 1], 1, None)
+    assert "of 2 frames spread over the time 2 differ" in why_nothing_moves([GREY, GREY], 2, None)
 
 
-def test_pictures_that_follow_each_other_are_no_light() -> None:
-    rng = np.random.default_rng(0)
-    first, second = (rng.integers(0, high, GREY.shape).astype(np.uint8) for high in (120, 255))
-    said = why_nothing_moves([first, first, second, second, first, first], 2)
-    assert "the light" not in said
-    assert "in steps" in said
-    assert "of 6 frames spread over the time 2 differ" in said
+def test_a_film_that_is_white_is_exposed_too_long() -> None:
+    assert "Shorten the exposure" in why_nothing_moves([GREY + 135] * 2, 0, None)
 
 
 def test_of_two_refusals_the_one_that_saw_something_is_told() -> None:

@@ -195,7 +195,7 @@ def test_what_turning_hardly_explains_is_not_called_the_plate(way: str) -> None:
         with pytest.raises(RateRefused) as refused:
             measure_rate(track, timebase=CLOCK)
         does = "makes" if way == "too little" else "does not turn steadily"
-        assert (f": the plate {does}" in str(refused.value)) == is_plate
+        assert (f"taken for the plate {does}" in str(refused.value)) == is_plate
         assert (f"rotation explains 24% alone, {does}" in str(refused.value)) != is_plate
         assert ("film for a minute" in str(refused.value)) == (is_plate and way == "too little")
 
