@@ -139,8 +139,8 @@ def _say(path: Path, checked: "CheckedConfig") -> None:
     echo_warnings((*checked.changes, *(checked.outcome.warnings if checked.outcome else ())))
     if checked.outcome is None:
         raise UnfinishedGuess(
-            f"{path} was written, but it does not run yet: {checked.fault} Correct the file, then "
-            f"type: {proposed('run', path)}")
+            f"{path} was written, but it does not run yet: {checked.fault} After that, type: "
+            f"{proposed('run', path)}")
     if checked.fault is not None:
         raise UnfinishedGuess(
             f"{path} was written and runs, but it cannot be right: {checked.fault} Correct the "
@@ -161,6 +161,10 @@ def _show_run(path: Path, checked: "CheckedConfig") -> None:
                 if result.diagnosis.verdict is not Code.NOTHING_MISSING]
     for result in doubtful:
         click.echo(verdict_line(result))
+    site = checked.outcome.config.site
+    if (site is None or site.latitude_deg is None) and any(
+            "earth_rate" in result.diagnosis.group for result in doubtful):
+        click.echo("The Earth's rate is known once the latitude is: import again with --latitude.")
     names = " and the ".join(result.triad for result in doubtful)
     click.echo(f"{path} was written, and it runs." if not doubtful else
                f"{path} was written. It is complete and its logs can be read, but the calibration "

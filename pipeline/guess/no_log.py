@@ -168,8 +168,9 @@ def _require_whole_numbers(text: LogText) -> None:
 
 def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:
     """Refuse rows with one value and its name, as databases export them."""
-    rows = [split_cells(line, delimiter_of(line)) for line in lines[-EVENTS:]]
-    rows = [row for row in rows if row and len(row) == len(rows[0])]
+    shown = [line for line in lines if line.strip()]
+    rows = [split_cells(line, delimiter_of(line)) for line in shown[:: 1 + len(shown) // EVENTS]]
+    rows = [row for row in rows if len(row) == len(rows[-1])]
     for i, cells in enumerate(zip(*rows, strict=True)):
         kinds = sorted({*cells})
         quantities = {read_name(kind).quantity for kind in kinds}

@@ -28,6 +28,7 @@ from pipeline.guess.pool import FEWEST_MEANS
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess
 from pipeline.logs.clock import EPOCH_S
+from pipeline.text.names import command
 
 MOST_POSE_S = 120.0
 """Duration from which a file is a log of many poses. Half and double change nothing in
@@ -184,7 +185,8 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
             kept.append(table)
         else:
             doubts.append(f"{table.path.name}: not used, because {same.path.name} holds a sensor "
-                          f"of the same kind at the same times")
+                          f"of the same kind at the same times; to calibrate it, type: "
+                          f"{command('import', table.path)}")
     order = {id(table): i for i, table in enumerate(tables)}
     return sorted(kept, key=lambda table: order[id(table)]), doubts
 

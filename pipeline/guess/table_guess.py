@@ -10,7 +10,7 @@ from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.config.units import UNIT_WORDS
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.pool import are_apart, pooled, usual_step
+from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import sensors_of_files
 from pipeline.guess.triads import AXIS_COUNT, chosen_triads
@@ -180,7 +180,10 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}
     for i, (table, hint) in enumerate(zip(tables, hints, strict=True)):
-        member = "" if table.path.parent.is_dir() else table.path.name
+        alike = sum(other.path.parent == table.path.parent and other.header == table.header
+                    for other in tables)
+        in_folder = table.path.parent.is_dir() or alike >= FEWEST_MEANS  # poses, not sensors
+        member = "" if in_folder else table.path.name
         groups.setdefault((tuple(table.columns), hint, member), []).append(i)
     guesses: list[TableGuess | None] = [None] * len(tables)
     for (_, hint, _), group in groups.items():

@@ -14,7 +14,9 @@ import numpy as np
 from calib.poses.imu_log import FloatArray
 from pipeline.logs.dialect import Dialect, dialect_of
 from pipeline.logs.head import COMMENT_SIGNS
-from pipeline.logs.header_words import read_name
+from pipeline.logs.header_words import ACC, GYR, read_name
+from pipeline.logs.sentence_names import MARK
+from pipeline.logs.sentences import form_of
 
 EVENTS = 400  #: number of last rows that show the kinds
 MOST_KINDS = 12  #: largest number of sensors: those of a phone
@@ -27,6 +29,9 @@ five for sensors that send in turn, one of two at most for a reading with a few 
 FARTHER = 5.0
 """Least ratio of the step between sensors to that within one plus the resolution. A judgement: the
 biases of two boards differ by ten times the noise in one of six axes, those of one board by 1."""
+UNEVEN = 1.2
+"""Least ratio of the numbers of lines of two sensors that do not take turns. A judgement: rates of
+one logger differ by a quarter and more or not at all, and lost lines make a few per cent."""
 FEWEST = 3  #: least number of numbers in a row: a triad
 SENTENCE = re.compile(r"\s*+[$%#](\w++,.*)\*[0-9A-Fa-f]{2,8}\s*+")
 """A sentence of NMEA 0183, or a message of NovAtel."""
@@ -34,7 +39,16 @@ KIND = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  #: a first cell that names the kind
 
 
 def lines_by_kind(lines: list[str]) -> Mapping[str, list[str]]:
-    """The lines of each kind, others empty; all lines under an empty name if there is one kind."""
+    """The lines of each kind, others empty; all lines under an empty name if there is one kind.
+
+    A kind may have kinds of its own, as the messages of two sensors.
+    """
+    return {"/".join(filter(None, (kind, part))): those
+            for kind, table in _first_kinds(lines).items()
+            for part, those in (_first_kinds(table) if kind else {"": table}).items()}
+
+
+def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
     if sum(SENTENCE.fullmatch(line) is not None for line in lines[-EVENTS:]) > EVENTS / 4:
         lines = [match[1].replace(";", ",") if (match := SENTENCE.fullmatch(line)) else f"# {line}"
                  for line in lines]
@@ -46,7 +60,7 @@ def lines_by_kind(lines: list[str]) -> Mapping[str, list[str]]:
     rows = [dialect.cells(line) for line in shown]
     at = _column_of_kinds(rows, dialect)
     if at is None:
-        return {"": lines}
+        return _kinds_by_words(lines, shown) or {"": lines}
     widths: dict[str, Counter[int]] = {}
     for row in rows:
         if sum(map(dialect.holds_number, row)) >= FEWEST:
@@ -56,6 +70,19 @@ def lines_by_kind(lines: list[str]) -> Mapping[str, list[str]]:
               for kind, width in sorted(kinds.items())}
     named = [kind for kind, table in tables.items() if _names_a_sensor(kind, table, dialect)]
     return {kind: tables[kind] for kind in named or tables} or {"": lines}
+
+
+def _kinds_by_words(lines: Sequence[str], shown: Sequence[str]) -> Mapping[str, list[str]]:
+    """The lines of each sensor that a word in them names, if one sends more often than another."""
+    counts = Counter(form for form in map(form_of, shown) if form.count(MARK) >= FEWEST)
+    forms = {form: count for form, count in counts.items() if count >= FEWEST}
+    words = [re.findall(r"[a-z]{3,}", form.lower()) for form in forms]
+    names = [next((word for word in every if word in ACC | GYR), "") for every in words]
+    uneven = forms and max(forms.values()) > UNEVEN * min(forms.values())
+    if not uneven or "" in names or len({*names}) < len(forms):
+        return {}
+    return {name: [line if form_of(line) == form else "" for line in lines]
+            for name, form in zip(names, forms, strict=True)}
 
 
 def _of_kind(

@@ -14,6 +14,7 @@ from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.memory import largest_text, too_large
+from pipeline.logs.reshaped import tables_beside, with_names_in_header
 from pipeline.logs.row_kinds import lines_by_kind
 from pipeline.logs.sentences import rows_of_lines
 from pipeline.text.names import nearest_name, word
@@ -109,8 +110,9 @@ def tables_of_text(path: Path, data: bytes) -> dict[str, list[str]]:
     UnreadableInput
         As in :func:`text_lines`.
     """
-    return {kind: rows_of_lines(lines)
-            for kind, lines in lines_by_kind(text_lines(path, data)).items()}
+    lines = with_names_in_header(text_lines(path, data))
+    return {kind: rows_of_lines(those)
+            for kind, those in (tables_beside(lines) or lines_by_kind(lines)).items()}
 
 
 def picked_lines(path: Path, tables: Mapping[str, list[str]], member: str) -> list[str]:

@@ -58,6 +58,46 @@ def zero_bytes(folder: Path, log: HandLog) -> Foreign:
         "\0boot", "t,ax,ay,az,gx,gy,gz", *rows, "\0" * 512])])
 
 
+def poses_beside_each_other(folder: Path, log: HandLog) -> Foreign:
+    """A block of columns for each pose in one sheet, with a title above and an empty column."""
+    poses = [[f"{t:.2f},{x:.4f},{y:.4f},{z:.4f}" for t, (x, y, z) in zip(
+        log.time_s, log.acc[log.rest == i], strict=False)] for i in range(18)]
+    return Foreign([write_lines(folder / "sheet.csv", [
+        ",,,,".join(f"Pose {i + 1}," for i in range(18)), ",,".join(["t [s],ax,ay,az"] * 18),
+        *map(",,".join, zip(*poses, strict=True))])], 1.0, None)
+
+
+def a_field_after_another(folder: Path, log: HandLog) -> Foreign:
+    """A query of InfluxDB as its page saves it: all values of one name, then of the next."""
+    names = ("ax", "ay", "az", "gx", "gy", "gz")
+    values = np.hstack([log.acc, log.gyr])
+    return Foreign([write_lines(folder / "influx.csv", [
+        "#datatype,string,long,dateTime:RFC3339,double,string", ",result,table,_time,_value,_field",
+        *(f",,{j},2026-11-27T17:{int(t // 60):02d}:{t % 60:06.3f}Z,{v:.6f},{name}"
+          for j, name in enumerate(names) for t, v in zip(log.time_s, values[:, j], strict=True)),
+        ""])])
+
+
+def topics_of_a_broker(folder: Path, log: HandLog) -> Foreign:
+    """Two topics at two rates."""
+    rows = []
+    for i, (t, *cells) in enumerate(si_rows(log, 1 / G, 1 / DEG)):
+        for name, (x, y, z) in (("acc", cells[:3]), ("gyr", cells[3:]))[: 2 - i % 2]:
+            rows.append(f'bench/{name} {{"ts":{1000 * float(t):.0f},"x":{x},"y":{y},"z":{z}}}')
+    return Foreign([write_lines(folder / "mqtt.log", rows)], 1 / G, 1 / DEG)
+
+
+def two_units_of_a_message(folder: Path, log: HandLog) -> Foreign:
+    """ArduPilot: a message for each of two sensors, told by their number."""
+    rows = ["FMT, 163, 58, IMU, QBffffff, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"]
+    for t, *cells in si_rows(log):
+        other = [f"{float(cell) + 0.4:.6f}" for cell in cells]
+        rows += [f"ATT, {1e6 * float(t):.0f}, 1.5, 2.5, 180.2", *(
+            ", ".join(["IMU", f"{1e6 * float(t):.0f}", str(i), *six[3:], *six[:3]])
+            for i, six in enumerate((cells, other)))]
+    return Foreign([write_lines(folder / "00000012.log", rows)])
+
+
 def attitudes(folder: Path, log: HandLog) -> Foreign:
     """Angles that a filter computed; nothing names them."""
     x, y, z = log.acc.T
@@ -79,7 +119,9 @@ def bytes_of_a_bus(folder: Path, log: HandLog) -> Foreign:
 LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         a_number_a_line, counts_a_line, labels_from_the_first_line, sign_extended,
-        quoted_thousands, zero_bytes)
+        quoted_thousands, zero_bytes,
+        poses_beside_each_other, a_field_after_another, topics_of_a_broker,
+        two_units_of_a_message)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),

@@ -1,0 +1,115 @@
+"""Texts whose samples are no rows: tables beside each other, or a value and its name in each row.
+
+Both become tables of a row for each sample; its rows keep their line numbers in the file.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from random import Random
+
+from pipeline.logs.dialect import Dialect, delimiter_of, dialect_of, is_number, split_cells
+from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS, LONGEST_HEAD, is_time
+from pipeline.logs.header_words import read_name
+
+MOST_KINDS = 12  #: largest number of names of values: those of a phone
+SHOWN = 400  #: number of rows, drawn from the file, that show its columns
+FEWEST_BLOCKS = 3  #: least number of blocks without times that are no axes of two sensors
+LEAST_WHOLE = 0.9  #: least share of the times of one value at which all others are there
+
+
+def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
+    """The tables of a text whose header repeats itself, each named by the cell above it or
+    numbered; none if it does not.
+
+    Each block has its own times, or there are several poses without.
+    """
+    for at, line in enumerate(lines[:LONGEST_HEAD]):
+        sign = delimiter_of(line)
+        names = split_cells(line, sign)
+        width = _repeats_after(names)
+        if width == 0 or sign is None:
+            continue
+        above = split_cells(lines[at - 1], sign) if at else []
+        titles = [next(filter(None, above[i : i + width]), "").replace("/", " ")
+                  for i in range(0, len(names), width)]
+        if len({*titles}) < len(titles):
+            titles = [str(i + 1) for i in range(len(titles))]
+        rows = [split_cells(line, sign) for line in lines[at:]]
+        return {title: [""] * at + [_joined(row[i : i + width], sign) for row in rows]
+                for title, i in zip(titles, range(0, len(names), width), strict=True)}
+    return {}
+
+
+def _repeats_after(names: Sequence[str]) -> int:
+    """Number of columns after which a header repeats its names, 0 if it does not."""
+    for width in range(FEWEST_NUMBERS, len(names) // 2 + 1):
+        blocks = [(*names[i : i + width], "")[:width] for i in range(0, len(names), width)]
+        first = [*filter(None, names[:width])]
+        has_time = any(read_name(name).quantity == "time" for name in first)
+        if (len({*blocks}) == 1 and len({*first}) == len(first) >= FEWEST_NUMBERS
+                and not any(map(is_number, first)) and (has_time or len(blocks) >= FEWEST_BLOCKS)):
+            return width
+    return 0
+
+
+def _joined(cells: Sequence[str], sign: str) -> str:
+    """A row of a block, empty if the block has ended."""
+    return sign.join(f'"{cell}"' if sign in cell else cell for cell in cells) if any(cells) else ""
+
+
+def with_names_in_header(lines: list[str]) -> list[str]:
+    """``lines`` with a row for each time in place of rows with one value and its name, as databases
+    export them; unchanged if they are others."""
+    at = [i for i, line in enumerate(lines) if line.strip() and not line.startswith(COMMENT_SIGNS)]
+    if not at or delimiter_of(lines[at[-1]]) is None:
+        return lines
+    dialect = dialect_of(lines[at[-1]])
+    drawn = sorted(Random(0).sample(at, min(SHOWN, len(at))))  # names recur at even distances
+    shown = [dialect.cells(lines[i]) for i in drawn]
+    width = Counter(map(len, shown)).most_common(1)[0][0]
+    shown = [row for row in shown if len(row) == width]
+    place = next(filter(None, (_column_of_names(shown, j) for j in range(width))), None)
+    if place is None or (of_value := _columns_of_value(dialect, shown, *place)) is None:
+        return lines
+    (column, kinds), (time, value) = place, of_value
+    series: dict[str, dict[str, tuple[int, str]]] = {kind: {} for kind in kinds}
+    for i in at:
+        row = dialect.cells(lines[i])
+        if len(row) == width and row[column] in series:
+            series[row[column]][row[time]] = i, row[value]
+    first, *others = series.values()
+    whole = [when for when in first if all(when in other for other in others)]
+    if len(whole) < LEAST_WHOLE * max(map(len, series.values())):
+        return lines
+    sign, rows = dialect.delimiter or ",", [""] * len(lines)
+    for when in whole:
+        samples = [one[when] for one in series.values()]
+        rows[min(i for i, _ in samples)] = sign.join([when, *(value for _, value in samples)])
+    begin = next(i for i, row in enumerate(rows) if row)
+    rows[begin - 1] = sign.join(["time", *kinds])
+    return rows
+
+
+def _column_of_names(rows: Sequence[Sequence[str]], column: int) -> tuple[int, list[str]] | None:
+    """A column and the names of values in it; None if it holds no axes of an inertial sensor."""
+    counts = Counter(row[column] for row in rows)
+    kinds = [kind for kind, count in counts.items() if count > 1 and not is_number(kind)]
+    words = [read_name(kind) for kind in islice(kinds, MOST_KINDS + 1)]
+    axes = sum(word.axis is not None and word.quantity in ("acc", "gyr") for word in words)
+    return (column, kinds) if axes >= FEWEST_NUMBERS and len(kinds) <= MOST_KINDS else None
+
+
+def _columns_of_value(
+    dialect: Dialect, rows: Sequence[Sequence[str]], column: int, kinds: Sequence[str]
+) -> tuple[int, int] | None:
+    """The columns of the time, which increases for one name, and of the value; None without one."""
+    of_one = [row for row in rows if row[column] == kinds[0]]
+    moving = [[*cells] for cells in zip(*of_one, strict=True)]
+    able = [j for j, cells in enumerate(moving) if len({*cells}) > 1]
+    values = [j for j in able if dialect.hold_numbers(moving[j])]
+    times = [j for j in able if all(map(is_time, map(dialect.decimal_points, moving[j])))
+             and (j not in values or sorted(moving[j], key=lambda cell: float(
+                 dialect.decimal_points(cell))) == moving[j])]
+    values = [j for j in values if j not in times[:1]]
+    return (times[0], values[0]) if times and values else None
