@@ -1,6 +1,5 @@
 """A session from tables: the poses, their sets and the rate of each set."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -25,10 +24,9 @@ from pipeline.guess.plate import (
     without_rate_bias,
 )
 from pipeline.guess.pool import FEWEST_MEANS
+from pipeline.guess.repeated import drop_alternatives, without_continuations
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess
-from pipeline.logs.clock import EPOCH_S
-from pipeline.text.names import command
 
 MOST_POSE_S = 120.0
 """Duration from which a file is a log of many poses. Half and double change nothing in
@@ -115,9 +113,10 @@ def guess_session(
     """
     alone, doubts = drop_alternatives(tables)
     settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
-    doubts += _doubts_of_tables(settled)
     beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
+    settled, notes = without_continuations(settled, layout == "files")
+    doubts += [*notes, *_doubts_of_tables(settled)]
     groups: dict[tuple[Layout, float | None, bool], dict[TableGuess, float]] = {}
     rates = [beside.get(table, table) for table in settled]
     for table, rate, usual in zip(settled, rates, speeds_of([t.turning_rad_s for t in rates]),
@@ -165,42 +164,6 @@ def _source(
         clip = None  # another clip shows the other direction
     name = f"{'m' if clockwise else ''}{rpm:.3g}rpm"
     return PoseSource(layout, tuple(tables), name, sign * rpm * RPM, clip)
-
-
-def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
-    """The tables without repeated sensors of one kind at the same times, and a note on each.
-
-    A phone's app writes the same sensor two or three times, and a flight controller has several
-    sensors, whose poses must not be mixed.
-    """
-    kept: list[TableGuess] = []
-    doubts = []
-    like = Counter((table.path.parent, *table.table.columns) for table in tables)
-    # Readings that the phone has not corrected come before corrected ones.
-    for table in sorted(tables, key=lambda table: "uncalibrated" not in table.path.name.lower()):
-        are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
-        same = None if are_poses else next(
-            (other for other in kept if _are_alternatives(table, other)), None)
-        if same is None:
-            kept.append(table)
-        else:
-            doubts.append(f"{table.path.name}: not used, because {same.path.name} holds a sensor "
-                          f"of the same kind at the same times; to calibrate it, type: "
-                          f"{command('import', table.path)}")
-    order = {id(table): i for i, table in enumerate(tables)}
-    return sorted(kept, key=lambda table: order[id(table)]), doubts
-
-
-def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
-    """Whether two tables of one recording hold the same triad."""
-    both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
-    together = one.path.parent == other.path.parent and not one.path.parent.is_dir()
-    since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
-    if not both or one.are_means or other.are_means:
-        return False
-    if together and one.clock.is_known and other.clock.is_known:
-        return one.overlaps(other)
-    return since_1970 and one.overlaps(other)
 
 
 def _doubts_of_tables(tables: Sequence[TableGuess]) -> list[str]:

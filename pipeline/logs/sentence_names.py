@@ -112,6 +112,9 @@ def _names_of_line(line: str, one_of_many: bool) -> list[str]:
     if spelled_unit(behind := last.strip(AROUND)) or spelled_unit(
             behind := re.split(r"[,;|\s]", last.strip())[0].strip(AROUND)):
         units[len(labels) - 1] = behind
+    if len(labels) <= 2 and not labels[-1]:  # a time, a value, and its name in another cell
+        words = " ".join(re.findall(r"[^\W\d]\w*(?: ?\w+)*", " ".join(SLOT.split(line))))
+        labels = [*[""] * (len(labels) - 1), words]
     named: list[str] = []
     for label, unit in _by_groups(labels, units):
         named.append(f"{label} ({unit})" if unit and label else label)

@@ -1,0 +1,103 @@
+"""Tables that hold a recording again, or the rest of a pose that another one begins."""
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from calib.poses.imu_log import TRIADS, FloatArray
+from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
+from pipeline.guess.table_guess import TableGuess
+from pipeline.logs.clock import EPOCH_S, USUAL_STEPS
+from pipeline.text.names import command, word
+
+SAME_SDS = 5.0
+"""Largest distance of two means of one pose over the noise of their difference. A judgement: noise
+that is correlated widens it twofold, and a sensor that is laid anew lies off by ten and more."""
+
+
+def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
+    """The tables without repeated sensors of one kind at the same times, and a note on each.
+
+    A phone's app writes the same sensor two or three times, and a flight controller has several
+    sensors, whose poses must not be mixed.
+    """
+    kept: list[TableGuess] = []
+    doubts = []
+    like = Counter((table.path.parent, *table.table.columns) for table in tables)
+    # Readings that the phone has not corrected come before corrected ones.
+    for table in sorted(tables, key=lambda table: "uncalibrated" not in table.path.name.lower()):
+        are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
+        same = None if are_poses else next(
+            (other for other in kept if _are_alternatives(table, other)), None)
+        if same is None:
+            kept.append(table)
+        else:
+            doubts.append(f"{table.path.name}: not used, because {same.path.name} holds a sensor "
+                          f"of the same kind at the same times; to calibrate it, type: "
+                          f"{command('import', table.path)}")
+    order = {id(table): i for i, table in enumerate(tables)}
+    return sorted(kept, key=lambda table: order[id(table)]), doubts
+
+
+def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
+    """Whether two tables of one recording hold the same triad."""
+    both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
+    together = one.path.parent == other.path.parent and not one.path.parent.is_dir()
+    since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
+    if not both or one.are_means or other.are_means:
+        return False
+    if together and one.clock.is_known and other.clock.is_known:
+        return one.overlaps(other)
+    return since_1970 and one.overlaps(other)
+
+
+def without_continuations(
+    tables: Sequence[TableGuess], are_poses: bool
+) -> tuple[list[TableGuess], list[str]]:
+    """The tables without those that go on with the pose of the one before, and a note on each.
+
+    Of a pose that was cut in two files the longer one is used. Logs of many poses are all kept.
+    """
+    runs = [[table] for table in tables[:1]]
+    for one, other in pairwise(tables):
+        if _goes_on(one, other):
+            runs[-1].append(other)
+        else:
+            runs.append([other])
+    notes = []
+    for first, *rest in (run for run in runs if run[1:]):
+        names = [table.path.name for table in (first, *rest)]
+        if are_poses:
+            longest = max((first, *rest), key=lambda table: table.table.rows)
+            notes.append(f"{', '.join(names)}: one pose that was cut; it counts once, by its "
+                         f"longest part, {longest.path.name}")
+        else:
+            parts = "; ".join(f"tail -n +2 {word(name)}" for name in names[1:])
+            notes.append(f"{', '.join(names)}: each goes on with the pose at the end of the one "
+                         f"before, which counts twice so. Import the whole of them instead: "
+                         f"`(cat {word(names[0])}; {parts}) > whole.csv`")
+    return [max(run, key=lambda table: table.table.rows) for run in runs] if are_poses else [
+        *tables], notes
+
+
+def _goes_on(one: TableGuess, other: TableGuess) -> bool:
+    """Whether a table begins when another ends, in the same attitude and motion."""
+    triads = [triad for triad in (other.accelerometer, other.gyroscope) if triad]
+    clocks = one.clock, other.clock
+    if (one.are_means or other.are_means or one.path == other.path
+            or (one.accelerometer, one.gyroscope) != (other.accelerometer, other.gyroscope)
+            or any(clock.column is None or len(clock.time_s) < 2 for clock in clocks)):
+        return False
+    step = usual_step(one.clock.time_s)
+    rows = max(2, round(REST_S / step))
+    pause = other.clock.time_s[0] - one.clock.time_s[-1]
+    return 0 < pause < USUAL_STEPS * step and all(
+        _reads_alike(one.si(triad)[-rows:], other.si(triad)[:rows]) for triad in triads)
+
+
+def _reads_alike(one: FloatArray, other: FloatArray) -> bool:
+    """Whether the means of two short parts (t, 3) differ by no more than their noise."""
+    variance = sum(part.var(axis=0).sum() / len(part) for part in (one, other))
+    return bool(np.sum((one.mean(axis=0) - other.mean(axis=0)) ** 2) <= SAME_SDS**2 * variance)
