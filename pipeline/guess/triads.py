@@ -205,29 +205,33 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
 
 _Evidence = tuple[int, int, bool, int, int]
 """Evidence for a pair, the strongest first: turns of gravity (2 about the same axes or parallel on
-a plate, 1 about other axes); names; whether gravity's length is that of a known unit; number of
-sensors; equal readings of the gyroscope in all rests, else adjacent columns."""
+a plate, 1 about other axes) or rests, in which one has gravity's length and the other reads the
+same (1); names; whether gravity's length is that of a known unit; number of sensors; equal readings
+of the gyroscope in all rests, else adjacent columns."""
+SURE_TURNS = 2  #: fact: the evidence of turns about the same axes
 
 
 def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     """Evidence for two triads together; None if they cannot be these sensors."""
-    if {*rate.columns} & {*force.columns} or called(rate.words) == "acc":
+    if {*rate.columns} & {*force.columns} or not _may_be_gyroscope(rate):
         return None
     name, force_name = _called_as(rate, "gyr"), _called_as(force, "acc")
-    if not _may_be_gyroscope(rate):
-        return None
     turn = rate.turns(force)
     sure = turn is not None and turn.is_sure
     turned = 2 if rate.is_along(force) or (turn and sure and turn.axes == OWN) else int(sure)
     names = list(rate.pool.columns)
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
     beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # more often after it than before
-    plain = force_name > 0 or (force_name == 0 and _is_gravity(force))
-    alike = turn is None and rate.is_alike
-    believed = name > 0 or (name == 0 and turn is None and (alike or beside > 0))
-    if not turned and not (plain and believed):
+    gravity, alike = _is_gravity(force), turn is None and rate.is_alike
+    rests = alike and gravity and not force.is_alike and beside > 0 and not (
+        _is_other(rate) or _is_other(force))
+    if called(rate.words) == "acc" and turned < SURE_TURNS and not rests:
         return None
-    return turned, name + force_name, _is_gravity(force), 2, AXIS_COUNT if alike else beside
+    plain = force_name > 0 or (force_name == 0 and gravity)
+    believed = name > 0 or (name == 0 and turn is None and (alike or beside > 0))
+    if not (turned or rests) and not (plain and believed):
+        return None
+    return max(turned, int(rests)), name + force_name, gravity, 2, AXIS_COUNT if alike else beside
 
 
 def _is_gravity(force: PossibleTriad) -> bool:
@@ -246,11 +250,16 @@ def _called_as(triad: PossibleTriad, sensor: str) -> int:
         return 2 * (sensor == "acc")  # the unit and not the first letter of a gyroscope
     if name := called(words):
         return 2 if name == sensor else -1
-    if any(OTHER & {read_name(column).stem} for column in triad.columns):
+    if _is_other(triad):
         return -1
     if hint:
         return 1 if hint == sensor else -1
     return -1 if sensor == "gyr" and words.stem and not words.stem.isdecimal() else 0
+
+
+def _is_other(triad: PossibleTriad) -> bool:
+    """Whether a name states another quantity than an inertial one."""
+    return any(OTHER & {read_name(column).stem} for column in triad.columns)
 
 
 def _may_be_gyroscope(rate: PossibleTriad) -> bool:

@@ -97,7 +97,9 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     unit, words = force.gravity, force.words
     assert unit is not None
     named = triples_by_name(list(force.pool.columns), "acc")
-    doubts = [f"{', '.join(other)} may be an accelerometer's too" for other in named
+    doubts = ["their names are those of a gyroscope, but they have gravity's length at rest"] * (
+        called(words) == "gyr" and words.stem != "g")
+    doubts += [f"{', '.join(other)} may be an accelerometer's too" for other in named
               if other != force.columns and force.columns in named
               and not read_name(other[0]).gravity_free][:1]
     if words.unit in FORCE_UNITS and words.unit != unit.unit:

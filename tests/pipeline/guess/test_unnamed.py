@@ -162,3 +162,24 @@ def test_the_files_of_both_sensors_of_a_whole_evening_have_the_same_runs(tmp_pat
     made = checked(guessed([tmp_path / "acc.csv", tmp_path / "gyr.csv"]), tmp_path)
     assert made.outcome is not None
     assert [len(result.calibration.fit.poses) for result in made.outcome.triads] == [12, 24]
+
+
+@pytest.mark.parametrize("names", [
+    "gx,gy,gz,ax,ay,az", "Gyroscope X,Gyroscope Y,Gyroscope Z,Accel X,Accel Y,Accel Z",
+    "ivme X,ivme Y,ivme Z,jiro X,jiro Y,jiro Z"])
+@pytest.mark.parametrize("of_poses", [False, True])
+def test_gravity_and_its_turns_tell_the_sensors_whatever_the_names(
+    tmp_path: Path, names: str, of_poses: bool
+) -> None:
+    """The names are swapped, or of a language that the program does not know."""
+    log = hand_log(rate_hz=50.0)
+    table = np.column_stack([log.time_s, log.acc, np.degrees(log.gyr)])
+    parts = [table[log.rest == i] for i in range(18)] if of_poses else [table]
+    for i, part in enumerate(parts):
+        np.savetxt(tmp_path / f"p{i:02d}.csv", part, "%.5f", ",", header=f"t,{names}", comments="")
+    guess = guessed(sorted(tmp_path.glob("*.csv")))
+    assert guess.accelerometer is not None
+    assert guess.gyroscope is not None
+    every = names.split(",")
+    assert [*guess.accelerometer.columns, *guess.gyroscope.columns] == every
+    assert (guess.accelerometer.doubt != "") == ("yro" in every[0])
