@@ -57,6 +57,8 @@ class RawTable:
         A sample rate that the file states.
     header : tuple of str
         The names of all columns, including those of text; empty if the file has no header.
+    lost : int
+        Number of lines of numbers that are no samples.
     """
 
     path: Path
@@ -65,6 +67,7 @@ class RawTable:
     si: bool = False
     rate_hz: float | None = None
     header: tuple[str, ...] = ()
+    lost: int = 0
 
     @property
     def rows(self) -> int:
@@ -126,7 +129,7 @@ def _text_table(text: LogText) -> RawTable:
     if rate_hz is None and (period := STATED_PERIOD.search(above)):
         unit: TimeUnit = "us" if period[2] == "us" else "ms" if period[2] == "ms" else "s"
         rate_hz = 1 / (float(period[1]) * SECONDS_PER[unit])
-    columns = columns_of_text(text)
+    lost, columns = columns_of_text(text)
     _require_one_clock(text, columns)
     columns = {name: _continued(values) for name, values in columns.items()}
     if not columns:
@@ -135,7 +138,7 @@ def _text_table(text: LogText) -> RawTable:
     positions = tuple(name if name in columns else "" for name in text.names)
     names = find_head(text.lines).names or ()
     return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz,
-                    header=tuple(map(bare, names)))
+                    header=tuple(map(bare, names)), lost=lost)
 
 
 def _require_one_clock(text: LogText, columns: Mapping[str, FloatArray]) -> None:

@@ -65,6 +65,9 @@ class TableGuess:
                 yield triad.doubt
         if self.clock.doubt and not self.are_means:
             yield self.clock.doubt
+        if self.table.lost:
+            yield (f"{self.table.lost} of its {self.table.lost + self.table.rows} lines are no "
+                   f"samples and are left out")
         if self.accelerometer and not self.gyroscope and len(self.further) >= AXIS_COUNT:
             yield (f"no columns turn gravity as a gyroscope's would, or are called so; left are "
                    f"{', '.join(self.further[:SHOWN])}")

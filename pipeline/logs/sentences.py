@@ -13,7 +13,14 @@ from itertools import chain, islice, pairwise
 import numpy as np
 
 from pipeline.logs.columns import TIME
-from pipeline.logs.dialect import Dialect, delimiter_of, dialect_of, local_date_seconds, seconds_of
+from pipeline.logs.dialect import (
+    LOST,
+    Dialect,
+    delimiter_of,
+    dialect_of,
+    local_date_seconds,
+    seconds_of,
+)
 from pipeline.logs.header_words import spelled_unit
 from pipeline.logs.sentence_names import (
     MARK,
@@ -108,12 +115,14 @@ def _cycle(forms: Sequence[str]) -> list[str]:
 def _rows(lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]) -> list[str]:
     """A row in place of the last line of each sample, comments in place of all other lines."""
     cycle = _from_first(lines, cycle, form)
-    samples = dict(_samples(lines, cycle, form))
+    forms = [*map(form, lines)]
+    samples = dict(_samples(lines, forms, cycle))
     if not samples:
         return [*lines]
     first, example = next(iter(samples.items()))
-    rows = [f"# {line}" if at > first or any(map(str.isdigit, line)) else ""
-            for at, line in enumerate(lines)]  # words above are no header of the joined rows
+    marks = [LOST if one not in cycle and one.count(MARK) >= FEWEST else "#" for one in forms]
+    rows = [f"{marks[at]} {line}" if at > first else f"# {line}" if any(map(str.isdigit, line))
+            else "" for at, line in enumerate(lines)]  # words above are no header of the rows
     for at, sample in samples.items():
         rows[at] = ",".join(slot.replace(",", ".") for line in sample
                             for slot in SLOT.findall(without_colours(line)))
@@ -144,12 +153,11 @@ def _from_first(
 
 
 def _samples(
-    lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
+    lines: Sequence[str], forms: Sequence[str], cycle: Sequence[str]
 ) -> Iterator[tuple[int, list[str]]]:
     """Index of the last line, and the lines, of each sample; lines of other forms are left out."""
     sample: list[str] = []
-    for i, line in enumerate(lines):
-        one = form(line)
+    for i, (line, one) in enumerate(zip(lines, forms, strict=True)):
         if one != cycle[len(sample)]:
             if one not in cycle:
                 continue

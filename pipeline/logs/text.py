@@ -12,6 +12,7 @@ from calib.poses.imu_log import BoolArray, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, READINGS, SKIP, TIME, ColumnNames, bare
 from pipeline.logs.dialect import (
+    LOST,
     Dialect,
     dialect_of_rows,
     is_number,
@@ -178,17 +179,18 @@ def _first_row(path: Path, lines: list[str], head: Head) -> tuple[Dialect, list[
     return dialect, cells
 
 
-def columns_of_text(text: LogText) -> dict[str, FloatArray]:
-    """The columns of a text that are read, unchanged, each of shape (t,).
+def columns_of_text(text: LogText) -> tuple[int, dict[str, FloatArray]]:
+    """The number of rows that are no samples, and the columns that are read, each of shape (t,).
 
     Raises
     ------
     UnreadableInput
-        As in :func:`numbers_of`.
     """
     table = numbers_of(text)
-    table = table[~np.isnan(table).all(axis=1)]
-    return {name: column for name, column in zip(text.names, table.T, strict=True)
+    whole = ~np.isnan(table).all(axis=1)
+    lost = int((~whole).sum()) + sum(line.startswith(LOST) for line in text.lines)
+    table = table[whole]
+    return lost, {name: column for name, column in zip(text.names, table.T, strict=True)
             if name != SKIP}
 
 

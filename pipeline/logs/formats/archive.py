@@ -72,7 +72,7 @@ def _tables(path: Path, archive: zipfile.ZipFile) -> list[FileTable]:
         for kind, lines in tables_of_text(path / name, data).items():
             text = raw_text(path / name / kind, lines)
             if text is not None:
-                tables.append(FileTable((name / kind).as_posix(), columns_of_text(text)))
+                tables.append(FileTable((name / kind).as_posix(), columns_of_text(text)[1]))
     return [*tables, *tables_by_length(arrays)]
 
 
