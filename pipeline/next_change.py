@@ -3,19 +3,22 @@
 For a misfit of no listed shape it is a formula, or the effect that adds its size to the sds.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from calib.diagnosis.verdict.decision import Code
-from calib.discovery.discover import Discovered, discover
+from calib.discovery.discover import Discovered
+from calib.discovery.together import discover_each
 from calib.errors import CalibrationError
 from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
 from pipeline.config.edit import add_effect
 from pipeline.config.load import parse_config
+from pipeline.config.schema import EffectSection
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.model_change import ModelChange, RunConfig, Target, change_model, result_of
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 
+MOST_ALIKE = 3  #: formulas that look the same and are named; it chooses words only
 MOST_CHANGES = 8
 """Largest number of changes by ``--auto``: no sensor in the catalogue's sources needs as many."""
 
@@ -74,11 +77,20 @@ def error_falls(change: ModelChange, beside: Sequence[ModelChange] = ()) -> bool
     return error < mean_square_error(before.calibration.fit)
 
 
+def effect_key(triad: str, found: Discovered, effects: Mapping[str, EffectSection]) -> str:
+    """The key of a formula under ``effects:``: its name, and the triad if another has that name."""
+    name = found.formula.name
+    other = effects.get(name)
+    return name if other is None or other.triad in (None, triad) else f"{name}_{triad}"
+
+
 def definition(triad: str, found: Discovered) -> str:
     """The value of the effect's key in a configuration, on one line."""
     formula = found.formula
+    alike = ", ".join(yaml_word(each.expression) for each in found.alike[:MOST_ALIKE])
     return (f"{{expression: {yaml_word(formula.expression)}, per: {formula.per}, "
-            f"unit: {yaml_word(formula.effect.unit)}, triad: {triad}}}")
+            f"unit: {yaml_word(formula.effect.unit)}, triad: {triad}"
+            + (f", alike: [{alike}]}}" if alike else "}"))
 
 
 def without_formula(result: TriadResult) -> str | None:
@@ -106,12 +118,14 @@ def change_for_unknown(
     Undetermined
         A Python function of the model raised.
     """
-    for result in outcome.triads:
-        if result.diagnosis.explanation.step != "discover":
-            continue
+    sought = [result for result in outcome.triads
+              if result.diagnosis.explanation.step == "discover"]
+    fits = [result.calibration.fit for result in sought]
+    formulas = discover_each(fits, outcome.config.covariates)
+    for result, best in zip(sought, formulas, strict=True):
         config = outcome.config
-        best = discover(result.calibration.fit, config.covariates)
-        name = without_formula(result) if best is None else best.listed or best.formula.name
+        name = without_formula(result) if best is None else (
+            best.listed or effect_key(result.triad, best, config.effects))
         if name is None or Target((result.triad,), name) in refused:
             continue
         if best is not None and best.listed is None and name not in config.effects:

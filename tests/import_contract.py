@@ -77,7 +77,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",), ("from_table",)],
-    "calib.discovery": [("functions",), ("response",), ("grammar",), ("screen",), ("discover",)],
+    "calib.discovery": [("functions",), ("response",), ("grammar",), ("screen",), ("discover",),
+                        ("together",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding", "averaged"), ("diagnose",),

@@ -32,6 +32,7 @@ from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
 from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.ranking import Candidate, rank
+from calib.diagnosis.verdict.wording import enumeration
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.elsewhere import mean_square_error
@@ -201,6 +202,10 @@ def diagnose(
     if joint is not None and not verdict.details and explanation.step == "add" and (
             mean_square_error(joint.fit) >= mean_square_error(fit)):
         explanation = replace(explanation, step="record", following=NOT_ELSEWHERE)
+    standing_in = stand_ins(fit, posterior.hypotheses)
+    explanation = replace(explanation, text=" ".join([explanation.text, *(
+        f"'{name}' of the model stands for its class: these poses do not tell it from "
+        f"{enumeration(others, 'or')}." for name, others in standing_in.items())]))
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,
@@ -216,7 +221,7 @@ def diagnose(
         aside=set_aside(fit.poses, covariates),
         p_value=posterior.p_value,
         averaged=averaged(posterior),
-        stands_for=stand_ins(fit, posterior.hypotheses),
+        stands_for=standing_in,
     )
 
 

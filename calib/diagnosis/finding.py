@@ -123,7 +123,8 @@ def stand_ins(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Mapping[str, tuple[
     -------
     mapping of str to tuple of str
         Of effects that something may stand in the place of: listed effects whose odds against it
-        are better than one to twenty, while either is as much better than none.
+        are better than one to twenty, while either is as much better than none; and the expressions
+        that were not told from it where it was found.
     """
     listed = [h for h in hypotheses if h.kind == "listed" and not h.is_placed]
     alike: dict[str, tuple[str, ...]] = {}
@@ -139,6 +140,6 @@ def stand_ins(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Mapping[str, tuple[
         others = dict.fromkeys(
             h.name for h, value in sorted(zip(listed, density[1:], strict=True),
                                           key=lambda pair: -pair[1]) if value > least)
-        if others:
-            alike[effect.name] = tuple(others)
+        if others or effect.alike:
+            alike[effect.name] = (*others, *effect.alike)
     return alike

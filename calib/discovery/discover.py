@@ -10,7 +10,7 @@ effect that predicts them as well is preferred: a formula is for what no effect 
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from calib.diagnosis.hypotheses.listed import Hypothesis, held, listed_hypothese
 from calib.diagnosis.search.refit import refit
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
+from calib.discovery.functions import Function
 from calib.discovery.grammar import Formula, formulas
 from calib.discovery.screen import FormulaScreen
 from calib.effects.catalogue import STEP
@@ -58,9 +59,7 @@ TABLED = 200  #: the likeliest formulas, compared with the listed effects; a lim
 
 REFINED = 12  #: the likeliest families whose numbers are refined; a limit of time
 SHARPENED = 3  #: searches for the numbers at a formula's own solution; a limit of time
-HALVINGS = 10
-"""Largest number of halvings of the steps between their numbers. Derived: four digits are written.
-"""
+HALVINGS = 10  #: most halvings of the steps between numbers; derived: four digits are written
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +93,9 @@ class Discovered:
     left_out_listed: float = math.nan
 
 
-def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | None:
+def discover(
+    fit: Fit, covariates: Sequence[str] | None = None, known: Collection[Function] = ()
+) -> Discovered | None:
     """The likeliest formula for what the model of ``fit`` misses.
 
     Parameters
@@ -102,6 +103,8 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
     fit : Fit
     covariates : sequence of str or None
         Logged columns that may cause an error; None for all that do not follow attitude or clock.
+    known : collection of Function
+        What other triads of the session follow; this one does so with odds of 20 to 1.
 
     Returns
     -------
@@ -114,7 +117,8 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
         A Python function of the model of ``fit`` raised.
     """
     columns = causes(fit.poses, covariates)
-    every = [each for each in formulas(fit.poses, columns) if each.name not in fit.model.names]
+    every = [each for each in formulas(fit.poses, columns, known)
+             if each.name not in fit.model.names]
     likely_ones = _likeliest(FormulaScreen(fit), every)
     if not likely_ones:
         return None
@@ -132,7 +136,7 @@ def discover(fit: Fit, covariates: Sequence[str] | None = None) -> Discovered | 
         each.log_prior + density[len(hypotheses) + k] for k, each in enumerate(wanders))])
     density = density[: len(hypotheses)]
     odds = density[:n] + priors - without
-    tried = _tried(fit, table, every, odds)
+    tried = _tried(fit, table, every, odds, known)
     before = _left_out(fit)
     for one in sorted(tried, key=lambda each: -each.log_odds):
         after = _left_out(one.fit)
@@ -164,13 +168,32 @@ class _Tried:
 
 
 def _tried(
-    fit: Fit, table: Table, every: Sequence[Formula], odds: FloatArray
+    fit: Fit, table: Table, every: Sequence[Formula], odds: FloatArray, known: Collection[Function]
 ) -> list[_Tried]:
-    """The likeliest and the shortest of each class of equivalent formulas, at their refits."""
+    """The likeliest formula with a function that is ``known``, and the likeliest and the shortest
+    of each class of equivalent formulas, at their refits."""
     best = float(odds[np.nanargmax(odds)])
     bar = max(0.0, best - CONSTANTS.negligible - BENT * best)
-    likely = [int(j) for j in np.argsort(-odds) if odds[j] > bar]
+    order = [int(j) for j in np.argsort(-odds)]
+    likely = [j for j in order if odds[j] > bar]
+    of_others = {function.expression for function in known}
     tried: list[_Tried] = []
+
+    def at_refit(k: int, same: Iterable[int], bonus: float = 0.0) -> None:
+        joint = refit(fit, [every[k].effect])
+        if joint is None:
+            return
+        block = table.unit_block(k)
+        rest = table.residual - block @ (block.T @ table.residual)
+        formula, whole, paid = (every[k], joint.fit, 0.0) if bonus else _sharper(
+            fit, every[k], joint.fit)
+        with_it, linear = (float(np.logaddexp(*table.noise.nothing(chi2)))
+                           for chi2 in (whole.chi2, float(rest @ rest)))
+        log_odds = float(odds[k]) + with_it - linear - paid + bonus
+        tried.append(_Tried(formula, k, tuple(i for i in same if i != k), log_odds, whole))
+
+    for k in [j for j in order if every[j].function.expression in of_others][:1]:
+        at_refit(k, table.aliases(k, likely), CONSTANTS.told_apart)
     for _ in range(REFITTED):
         if not likely:
             break
@@ -179,21 +202,8 @@ def _tried(
         likely = [k for k in likely if k not in same]
         shortest = min([j, *same], key=lambda k: every[k].length)
         for k in dict.fromkeys((j, shortest)):
-            joint = refit(fit, [every[k].effect])
-            if joint is None:
-                continue
-            block = table.unit_block(k)
-            rest = table.residual - block @ (block.T @ table.residual)
-            formula, whole, paid = _sharper(fit, every[k], joint.fit)
-            gained = _log_noise(table, whole.chi2) - _log_noise(table, float(rest @ rest)) - paid
-            others = tuple(i for i in (j, *same) if i != k)
-            tried.append(_Tried(formula, k, others, float(odds[k]) + gained, whole))
+            at_refit(k, (j, *same))
     return tried
-
-
-def _log_noise(table: Table, chi2: float) -> float:
-    """Log density of a residual of noise alone, as stated or larger."""
-    return float(np.logaddexp(*table.noise.nothing(chi2)))
 
 
 def _likeliest(screen: FormulaScreen, every: Sequence[Formula]) -> list[tuple[Formula, float]]:

@@ -8,7 +8,7 @@ construction, ready to be an effect of a configuration.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -112,7 +112,9 @@ class Formula:
                            self.triad)
 
 
-def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
+def formulas(
+    poses: PoseSet, columns: tuple[str, ...], known: Collection[Function] = ()
+) -> list[Formula]:
     """Every formula of the initial grid for these poses.
 
     Parameters
@@ -120,6 +122,8 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     poses : PoseSet
     columns : tuple of str
         The logged columns that may cause an error.
+    known : collection of Function
+        Functions that are tried in addition.
     """
     named = _named(columns)
     drivers = {key: poses.columns[name] for key, name in named.items()}
@@ -128,6 +132,7 @@ def formulas(poses: PoseSet, columns: tuple[str, ...]) -> list[Formula]:
     drivers = {name: values for name, values in drivers.items()
                if np.isfinite(values).all() and np.ptp(values) > 0}
     every = _spelt(functions(drivers, time_constants(poses), len(poses)), named)
+    every += [one for one in known if one.column in columns]
     of_axis = response_functions(float(np.abs(poses.reading).max()), SI_UNIT[poses.triad])
     return [Formula("bias", "axis", function, poses.triad) for function in of_axis] + [
         Formula(factor, per, function, poses.triad)

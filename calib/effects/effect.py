@@ -154,6 +154,8 @@ class Effect:
         ``{axis}`` and ``{parameter}`` stand for theirs. By default the formula.
     largest : float or None
         No parameter of it exceeds this in nature, SI; None where the sizes of its page say it.
+    alike : tuple of str
+        What the poses in which it was found do not tell from it, as expressions.
     drawn : str
         How its coefficients are drawn where only their size is a parameter; see :data:`Draw`.
     starts_in : callable or None
@@ -181,6 +183,7 @@ class Effect:
     contains: tuple[str, ...] = ()
     follows_words: str = ""
     largest: float | None = None
+    alike: tuple[str, ...] = ()
     drawn: Draw = ""
     starts_in: Callable[[Conditions], tuple[float, ...]] | None = None
 

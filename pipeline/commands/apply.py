@@ -70,6 +70,7 @@ def command(
     from pipeline.errors import PipelineError
     from pipeline.export.apply import applied_csv, apply_results
     from pipeline.export.limits import compare_with_gravity, require_counts, warnings_of
+    from pipeline.export.parts import stood_for
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.fitness import require_fit
@@ -93,7 +94,7 @@ def command(
         if not anyway:
             raise
         notes.append(f"--anyway overrules: {refused}")
-    notes += [*applied.left_out, *warnings_of(stored, readings, session_clock)]
+    notes += [*applied.left_out, *stood_for(stored), *warnings_of(stored, readings, session_clock)]
     echo_warnings(notes)
     click.echo(f"columns are in {applied.axes}", err=True)
     if output is None:

@@ -30,7 +30,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     The command runs every stage and does not change the results or the history. Where no listed
     effect fits, it looks for a formula as `pipeline discover` does.
     """
-    from calib.discovery.discover import discover
+    from calib.discovery.together import discover_each
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines
@@ -53,12 +53,14 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
         click.echo(next_line(outcome, folder))
         return
     instead: list[str] = []
+    sought = [each for each in outcome.triads if each.diagnosis.explanation.step == "discover"]
+    formulas = iter(discover_each([each.calibration.fit for each in sought], session.covariates))
     for result in outcome.triads:
         click.echo()
         echo_verdict(result)
         click.echo("\n".join([*misfit_lines(result), *ranking_lines(result)]))
-        if result.diagnosis.explanation.step == "discover":
-            formula = discover(result.calibration.fit, session.covariates)
+        if result in sought:
+            formula = next(formulas)
             sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
             name = without_formula(result)

@@ -29,13 +29,13 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     no part in its fit; where a listed effect predicts them as well, that effect is named instead.
     """
     from calib.diagnosis.verdict.decision import Code
-    from calib.discovery.discover import discover
+    from calib.discovery.together import discover_each
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.config.edit import add_effect
     from pipeline.config.load import parse_config
     from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines
-    from pipeline.next_change import definition, without_formula
+    from pipeline.next_change import definition, effect_key, without_formula
     from pipeline.report.page import outputs_of
     from pipeline.session_folder import working_on, write_session
     from pipeline.text.names import command as typed
@@ -45,14 +45,16 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
         changed = session
         listed: list[str] = []
         following: list[str] = []
+        sought = [result for result in outcome.triads
+                  if result.diagnosis.verdict is not Code.NOTHING_MISSING]
+        begun = time.monotonic()
+        formulas = discover_each([result.calibration.fit for result in sought], session.covariates)
+        if sought:
+            click.echo(f"formulas tried in {time.monotonic() - begun:.1f} s", err=True)
         for result in outcome.triads:
-            if result.diagnosis.verdict is Code.NOTHING_MISSING:
+            if result not in sought:
                 click.echo(f"{result.triad}: nothing is missing, and no formula is sought.")
-                continue
-            begun = time.monotonic()
-            formula = discover(result.calibration.fit, session.covariates)
-            click.echo(f"{result.triad}: formulas tried in {time.monotonic() - begun:.1f} s",
-                       err=True)
+        for result, formula in zip(sought, formulas, strict=True):
             sentence, *lines = answer_lines(result, formula)
             click.echo("\n".join([paragraph(sentence), *lines]))
             if formula is None:
@@ -62,8 +64,8 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
             if formula.listed is not None:
                 listed.append(f"{result.triad}.{formula.listed}")
                 continue
-            name = formula.formula.name
-            if write and name not in session.effects:
+            name = effect_key(result.triad, formula, changed.effects)
+            if write and name not in changed.effects:
                 text = add_effect(changed.source, name, definition(result.triad, formula))
                 changed = parse_config(config, text)
             following.append(f"{result.triad}.{name}")

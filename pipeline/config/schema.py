@@ -271,7 +271,8 @@ def resting_section(kind: TriadKind) -> type[TriadFitSection]:
 class EffectSection(Section):
     """A user-defined effect: an expression in the pose's columns, or a Python function.
 
-    ``shapes`` maps the name of a shape parameter to its unit and its bounds.
+    ``shapes`` maps the name of a shape parameter to its unit and its bounds; ``alike`` holds the
+    expressions that the poses did not tell from its own where it was found.
     """
 
     expression: str | None = None
@@ -279,6 +280,7 @@ class EffectSection(Section):
     per: Literal["axis", "common", "matrix", "reference"] = "axis"
     shapes: Annotated[dict[str, tuple[str, Positive, Positive]], Field(max_length=1)] = Field(
         default_factory=dict)
+    alike: tuple[str, ...] = ()
     unit: str
     triad: TriadName | None = None
 

@@ -10,13 +10,12 @@ from calib.discovery.response import READING
 from calib.effects.units import display_unit
 from calib.poses.imu_log import AXES
 from calib.rounding import with_sd
-from pipeline.next_change import definition, without_formula
+from pipeline.next_change import MOST_ALIKE, definition, without_formula
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
 
 BARS = "▁▂▃▄▅▆▇█"
 PICTURE_WIDTH = 40  #: characters of a picture at most: chosen
-ALIKE_SHOWN = 3  #: formulas that look the same and are named: chosen
 
 
 def answer_lines(result: TriadResult, found: Discovered | None) -> Iterator[str]:
@@ -41,8 +40,8 @@ def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
                f"({found.left_out_listed:.3g} sd) and has a name: it is the one to add.")
         return
     if found.alike:
-        alike = "; ".join(each.words for each in found.alike[:ALIKE_SHOWN])
-        more = len(found.alike) - ALIKE_SHOWN
+        alike = "; ".join(each.words for each in found.alike[:MOST_ALIKE])
+        more = len(found.alike) - MOST_ALIKE
         text += f" In these poses it looks the same as: {alike}"
         text += f"; and {more} more." if more > 0 else "."
     yield text

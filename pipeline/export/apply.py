@@ -11,7 +11,7 @@ into that frame if the calibration session determined the angles between the two
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +46,8 @@ class Applied:
 
     ``triads`` contains the corrected vectors (t, 3) by triad; ``axes`` names their axes;
     ``saturated`` (t,) marks samples with an axis at the end of its converter's range, None for logs
-    in physical units; ``left_out`` lists effects of the model that had nothing to correct, and why.
+    in physical units; ``left_out`` lists effects of the model that were not corrected, or not in
+    every sample, and why.
     """
 
     time_s: FloatArray
@@ -92,6 +93,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
             for effect in triad.correction.model.effects
             if effect.belongs_to == "bench"
         ]
+        left_out += _unknown_pasts(log.label, triad.name, triad.correction.model.effects)
         correction = triad.correction.sensor_part()
         nominal = correction.spec.nominal(log.readings(triad.name))
         pasts = [past for effect in correction.model.effects for past in effect.pasts]
@@ -122,6 +124,16 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     counts = any(triad.correction.spec.bits for triad in stored.triads if log.has(triad.name))
     saturated = saturated_samples(stored, log) if counts else None
     return Applied(log.time_s, turned, columns_kept, axes, saturated, tuple(left_out))
+
+
+def _unknown_pasts(label: str, triad: str, effects: Sequence[Effect]) -> Iterator[str]:
+    """What a log does not show of effects with a memory: their state at its first sample."""
+    for effect in effects:
+        if effect.pasts:
+            yield (f"{triad}: {effect.name} follows the past of {' and '.join(effect.logged)}, "
+                   f"which {label} does not hold before its first sample; there it counts as in "
+                   f"balance. If it changed before, the first part of the output is wrong: begin "
+                   f"the log in balance, or longer before than the memory lasts.")
 
 
 def _other_triad(stored: Stored, triad: str, log: ImuLog) -> dict[str, FloatArray]:

@@ -9,6 +9,7 @@ import ast
 import hashlib
 import importlib.util
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
@@ -52,8 +53,9 @@ def user_effects(config: Config, triad: Triad, allow_python: bool) -> dict[str, 
                 if section.expression is not None
                 else _python_function(config.source.path.parent, section, allow_python)
             )
-            effects[name] = user_effect(
-                name, value, section.per, section.unit, triad, shape_of(section.shapes))
+            effects[name] = replace(user_effect(
+                name, value, section.per, section.unit, triad, shape_of(section.shapes)),
+                alike=section.alike)
         except CalibrationError as error:
             problems.append(ConfigProblem(("effects", name), error))
     if problems:

@@ -11,11 +11,13 @@ from calib.diagnosis.search.table_at import table_at
 from calib.discovery.discover import discover
 from calib.discovery.grammar import formulas
 from calib.discovery.screen import FormulaScreen
+from calib.discovery.together import discover_each
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.past import with_pasts
+from calib.poses.past import behind, with_pasts
+from calib.poses.pose_set import PoseSet
 from tests import third_formulas, trials
 from tests.calib.made_poses import noisy, rich_poses
 from tests.hidden_formulas import SEEN, hide, poses_of, recovered
@@ -88,6 +90,28 @@ def test_a_listed_effect_that_does_as_well_is_named_instead(name: str, triad: Tr
     assert found is not None
     assert found.listed == name
     assert found.left_out_listed < 1.05 * found.left_out_after
+
+
+def with_lag(triad: Triad, poses: int, size: float) -> PoseSet:
+    """Poses while a room warms by 14 K, with a bias that follows its temperature 240 s late."""
+    true = rich_poses(triad, 5).take(np.arange(0, poses, 3 if triad == "accelerometer" else 1))
+    temperature = 34 - 14 * np.exp(-(true.time_s - true.time_s.min()) / 900.0)
+    lag = behind(temperature, true.time_s, 240.0)
+    error = (lag - lag.mean()) / np.ptp(lag) * size * true.sd.mean()
+    return noisy(replace(true, reading=true.reading + error[:, None] * np.array([4.0, -2.0, 3.0]),
+                         columns={**true.columns, "temperature_c": temperature}), 5)
+
+
+def test_a_triad_follows_what_the_other_does_where_its_poses_leave_it_open() -> None:
+    fits = [fit(with_lag("accelerometer", 78, 4.0), Model.of(BASE)),
+            fit(with_lag("gyroscope", 130, 10.0), Model.of(BASE))]
+    alone = discover(fits[0])
+    assert alone is not None
+    assert alone.formula.words == "the bias of each axis follows temperature_c"
+    together = discover_each(fits)
+    assert [one.formula.expression for one in together if one] == ["lag(temperature_c, 240)"] * 2
+    assert together[0] is not None
+    assert len(together[0].alike) > 10
 
 
 def test_a_formula_says_what_errs_and_what_it_follows() -> None:

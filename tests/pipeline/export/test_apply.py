@@ -156,6 +156,16 @@ def test_an_effect_of_the_user_s_own_is_carried_by_its_expression(
     assert plain[:, 0] - better[:, 0] == pytest.approx(np.full(500, 1.5))
 
 
+def test_what_a_log_does_not_hold_of_an_effect_s_past_is_said(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    own = {"late": {"expression": "lag(supply_v, 240)", "python": None, "per": "axis",
+                    "unit": "m/s²/V"}}
+    stored = with_effects(finished, tmp_path, "accelerometer", {"late": [0.5, 0, 0]}, own)
+    [said] = apply_results(stored, a_log(supply_v=np.full(500, 3.0))).left_out
+    assert said.startswith("accelerometer: late follows the past of supply_v, which drive.csv does")
+
+
 def test_a_log_without_any_calibrated_triad_is_refused(
     finished: RunSession, tmp_path: Path
 ) -> None:

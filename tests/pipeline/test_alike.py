@@ -1,0 +1,40 @@
+"""Formulas that look the same go with the effect that was written for one of them."""
+
+from dataclasses import replace
+
+import yaml
+
+from calib.diagnosis.finding import stand_ins
+from calib.discovery.discover import Discovered
+from calib.discovery.grammar import formulas
+from calib.effects.catalogue import BASE
+from calib.effects.effect import EFFECTS
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from pipeline.config.schema import EffectSection
+from pipeline.next_change import definition, effect_key
+from tests.calib.made_poses import noisy, rich_poses
+
+
+def test_an_effect_stands_for_the_formulas_that_look_the_same() -> None:
+    poses = noisy(rich_poses("gyroscope", 3), 3)
+    one, other, *_ = [each for each in formulas(poses, ("temperature_c",))
+                      if each.factor == "bias" and each.column == "temperature_c"]
+    base = Model(tuple(EFFECTS[name] for name in BASE))
+    found = Discovered(one, (other,), 9.0, 2.0, 1.0, fit(poses, base))
+    section = EffectSection(**yaml.safe_load(definition("gyroscope", found)))
+    assert section.alike == (other.expression,)
+    effect = replace(one.effect, alike=section.alike)
+    model = fit(poses, Model((*base.effects, effect)))
+    assert stand_ins(model, ()) == {one.name: (other.expression,)}
+
+
+def test_a_name_that_another_triad_has_gets_the_triad() -> None:
+    poses = rich_poses("gyroscope", 3)
+    one = next(each for each in formulas(poses, ("temperature_c",)) if each.column)
+    found = Discovered(one, (), 9.0, 2.0, 1.0, fit(noisy(poses, 3), Model.of(BASE)))
+    mine = EffectSection(**yaml.safe_load(definition("gyroscope", found)))
+    theirs = mine.model_copy(update={"triad": "accelerometer"})
+    assert effect_key("gyroscope", found, {}) == one.name
+    assert effect_key("gyroscope", found, {one.name: mine}) == one.name
+    assert effect_key("gyroscope", found, {one.name: theirs}) == f"{one.name}_gyroscope"
