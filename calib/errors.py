@@ -17,14 +17,14 @@ class Remedy:
     ----------
     kind : str
         ``remove_effect`` (take an effect out of the model), ``data_sheet`` (correct the data
-        sheet's values of ``triad``), ``default_solver``, or ``smaller_model`` (these poses carry
-        ``model``).
+        sheet's values of ``triad``), ``default_solver``, ``smaller_model`` (these poses carry
+        ``model``), or ``exclude_pose`` (leave out the poses that the message names).
     triad : str or None
     model : tuple of str
         Names of effects.
     """
 
-    kind: Literal["remove_effect", "data_sheet", "default_solver", "smaller_model"]
+    kind: Literal["remove_effect", "data_sheet", "default_solver", "smaller_model", "exclude_pose"]
     triad: str | None = None
     model: tuple[str, ...] = ()
 

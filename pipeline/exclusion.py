@@ -7,12 +7,13 @@ from pathlib import Path
 from calib.poses.imu_log import Triad
 from pipeline.config.edit import set_list
 from pipeline.config.load import Config, parse_config
+from pipeline.config.schema import RunSection
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import YamlSource, parse_source
 from pipeline.errors import ConfigError
-from pipeline.stages.excluded_poses import PoseName, choose, short_names
+from pipeline.stages.excluded_poses import PoseName, choose, chosen, short_names
 from pipeline.stages.poses import Recordings
-from pipeline.stages.run import Outcome
+from pipeline.stages.session_logs import pose_labels
 from pipeline.text.names import command
 
 NamesBySection = Mapping[int, Sequence[PoseName]]
@@ -20,16 +21,36 @@ PlacedPose = tuple[PoseName, int]
 """Name of a pose in ``exclude``, and the number of its section."""
 
 
+def labels_in(
+    config: Config, section: RunSection, recordings: Recordings | None
+) -> tuple[list[str], list[str]]:
+    """Labels of the poses of a section that are used, and of those that it excludes.
+
+    ``recordings`` is None where every pose of the configuration is a file, which need not be read.
+    """
+    if recordings is not None:
+        recording = recordings.of(section)
+        return ([mean.label for mean in recording.means],
+                [pose.label for pose in recording.excluded])
+    labels = pose_labels(section.poses, config)
+    choice = chosen(labels, section, config)
+    return [labels[i] for i in choice.kept], [labels[i] for i in choice.excluded]
+
+
 def pose_sections(
     config: Config, recordings: Recordings, triad: Triad
 ) -> tuple[PlacedPose, ...]:
-    """Name and section of every pose of a triad's fit, in its order."""
+    """Name and section of every pose of a triad's fit, in its order.
+
+    Raises
+    ------
+    ConfigError
+        ``exclude`` names no pose.
+    """
     places: list[PlacedPose] = []
     for number, section in enumerate(config.runs_of(triad)):
-        recording = recordings.of(section)
-        labels = [mean.label for mean in recording.means]
-        every = [*labels, *(pose.label for pose in recording.excluded)]
-        places += [(name, number) for name in shortest_names(every)[: len(labels)]]
+        used, out = labels_in(config, section, recordings)
+        places += [(name, number) for name in shortest_names([*used, *out])[: len(used)]]
     return tuple(places)
 
 
@@ -46,34 +67,64 @@ def exclude_command(config: Path, triad: Triad, labels: Sequence[str], out: Iter
     return command("exclude", config, *(f"{triad}.{names[label]}" for label in out))
 
 
-def excluding(outcome: Outcome, targets: Sequence[str]) -> Config:
-    """The configuration of a run without the poses ``targets``, as in ``gyroscope.pose_07``.
+def excluding(
+    config: Config, recordings: Recordings | None, targets: Sequence[str]
+) -> tuple[Config, list[str]]:
+    """The configuration without the poses ``targets``, as in ``gyroscope.pose_07``.
+
+    A pose that serves several runs or triads is left out of all of them.
+
+    Parameters
+    ----------
+    config : Config
+    recordings : Recordings or None
+        Its poses; None as in :func:`labels_in`.
+    targets : sequence of str
+
+    Returns
+    -------
+    config : Config
+    notes : list of str
+        What was excluded that no target names.
 
     Raises
     ------
     ConfigError
-        A target names no pose of the run, or several.
+        A target names no pose, or several.
     """
-    config = outcome.config
-    for target in targets:
-        triad, _, name = target.partition(".")
-        result = next((one for one in outcome.triads if one.triad == triad and name), None)
-        if result is None:
-            expected = " or ".join(f"{one.triad}.NAME" for one in outcome.triads)
-            raise ConfigError(f"{target}: names no pose. Write {expected}, as `pipeline diagnose` "
-                              f"names them.")
-        try:
-            place, = choose(result.calibration.fit.poses.label, [name]).excluded
-        except ValueError as error:
-            out = [pose.label for section in outcome.config.runs_of(result.triad)
-                   for pose in outcome.recordings.of(section).excluded]
-            if any(name in short_names(label) for label in out):
-                raise ConfigError(f"{target}: is excluded already.") from error
-            raise ConfigError(f"{target}: {error.args[1]}.") from error
-        known, number = pose_sections(outcome.config, outcome.recordings, result.triad)[place]
-        source = with_exclusions(config, config.source, result.triad, {number: [known]})
-        config = parse_config(source.path, source.text)
-    return config
+    poses = {triad: [labels_in(config, section, recordings) for section in config.runs_of(triad)]
+             for triad in config.triads}
+    named = dict.fromkeys(_label_of(target, poses) for target in targets)
+    source, notes = config.source, []
+    for triad, sections in poses.items():
+        names: dict[int, list[PoseName]] = {}
+        for number, (used, out) in enumerate(sections):
+            short = dict(zip([*used, *out], shortest_names([*used, *out]), strict=True))
+            names[number] = [short[label] for _, label in named if label in used]
+            notes += [f"{label} is a pose of the {triad} too (rate: "
+                      f"{config.runs_of(triad)[number].rate}), and is excluded there as well."
+                      for _, label in named if label in used and (triad, label) not in named]
+        source = with_exclusions(config, source, triad, {i: out for i, out in names.items() if out})
+    return parse_config(source.path, source.text), notes
+
+
+def _label_of(
+    target: str, poses: Mapping[Triad, Sequence[tuple[Sequence[str], Sequence[str]]]]
+) -> tuple[str, str]:
+    """Triad and label of the one pose that ``target`` names, among those used and excluded."""
+    triad, _, name = target.partition(".")
+    if triad not in poses or not name:
+        expected = " or ".join(f"{one}.NAME" for one in poses)
+        raise ConfigError(f"{target}: names no pose. Write {expected}, as `pipeline diagnose` "
+                          f"names them.")
+    every = [*dict.fromkeys(label for used, _ in poses[triad] for label in used)]
+    try:
+        place, = choose(every, [name]).excluded
+    except ValueError as error:
+        if any(name in short_names(label) for _, out in poses[triad] for label in out):
+            raise ConfigError(f"{target}: is excluded already.") from error
+        raise ConfigError(f"{target}: {error.args[1]}.") from error
+    return triad, every[place]
 
 
 def with_exclusions(

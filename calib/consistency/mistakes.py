@@ -33,7 +33,7 @@ from calib.consistency.common_mistakes import (
 )
 from calib.consistency.quadric import left_over, quadric
 from calib.effects.catalogue import BASE
-from calib.errors import CalibrationError, Contradiction
+from calib.errors import CalibrationError, Contradiction, Remedy
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model
@@ -93,7 +93,7 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
         raise Contradiction(
             f"{poses.triad}: the readings of {' and '.join(labels)} contradict those of all other "
             f"poses, and by no exchange of axes, range or unit. Without them the others determine "
-            f"the model. Record them again, or exclude them."
+            f"the model. Record them again, or exclude them.", Remedy("exclude_pose")
         )
 
 

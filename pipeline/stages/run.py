@@ -91,6 +91,25 @@ def has_same_model(one: Config, other: Config, triad: Triad) -> bool:
         other.triads.get(triad), other.effects, other.covariates, other.site, other.certificate)
 
 
+def average_session(
+    config: Config, context: RunContext, on_result: OnResult = ignore_result
+) -> tuple[Mapping[str, SettingRate], Recordings]:
+    """The first stages, which need no model: the plate's rates and the poses.
+
+    Raises
+    ------
+    PipelineError, CalibrationError, VisionError
+        As :func:`run_stages`.
+    """
+    logs = check_session(config)
+    rates = measure_rates(config, context)
+    for rate in rates.values():
+        on_result(rate)
+    recordings = average_recordings(config, logs, rates)
+    on_result(recordings)
+    return rates, recordings
+
+
 def run_stages(
     config: Config, context: RunContext, on_result: OnResult = ignore_result,
     before: Outcome | None = None,
@@ -118,14 +137,7 @@ def run_stages(
         rates, recordings = before.rates, before.recordings
     else:
         before = None
-        logs = check_session(config)
-
-        rates = measure_rates(config, context)
-        for rate in rates.values():
-            on_result(rate)
-
-        recordings = average_recordings(config, logs, rates)
-        on_result(recordings)
+        rates, recordings = average_session(config, context, on_result)
 
     plates = {name: rate.plate for name, rate in rates.items()}
     results: dict[Triad, TriadResult] = {}

@@ -143,6 +143,11 @@ def _read_one(
     return replace(read_log(path, section.columns_of(i), clock), label=_shown_name(path, folder))
 
 
+def pose_labels(poses: PosesSection, config: Config) -> list[str]:
+    """Labels of the poses of a section with one file per pose; none of another."""
+    return [_shown_name(path, config.source.path.parent) for path in poses.files]
+
+
 def _shown_name(path: Path, folder: Path) -> str:
     """Path with slashes; undecodable bytes are escaped, since a label is written to files."""
     relative = os.path.relpath(path, folder)
@@ -176,8 +181,7 @@ def read_session(config: Config) -> SessionLogs:
     sections = sections_by_setting(config)
     require_stated_units(config, [path for setting in sections for path in
                                   (*setting.poses.files, *setting.poses.log)])
-    choices = {setting: chosen([_shown_name(path, folder) for path in setting.poses.files],
-                               section, config)
+    choices = {setting: chosen(pose_labels(setting.poses, config), section, config)
                for setting, section in sections.items() if setting.poses.files}
     specs = sensor_specs(config.sensor)
     session = {setting: _read(setting, folder, choices.get(setting), specs)

@@ -162,7 +162,8 @@ def check_still(
         raise SensorMoved(
             f"{label}: the sensor moved: {triad} {AXES[axis]} strays by {stray[axis]:.3g} {unit} "
             f"within the pose, where still poses stray by {limit[axis]:.3g} {unit} at most. Record "
-            f"the pose again, or cut the log to the part in which it lay still."
+            f"the pose again, or cut the log to the part in which it lay still.",
+            Remedy("exclude_pose"),
         )
 
 

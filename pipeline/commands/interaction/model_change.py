@@ -13,7 +13,7 @@ from pipeline.commands.interaction.run_with_progress import run_shown, say_waiti
 from pipeline.config.load import Config
 from pipeline.console.answers import next_line
 from pipeline.console.run_text import change_lines, exclusion_lines
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, UnreadableInput, message_of
 from pipeline.exclusion import excluding
 from pipeline.model_change import (
     ModelChange,
@@ -27,7 +27,9 @@ from pipeline.next_change import MOST_CHANGES, change_for_unknown, error_falls, 
 from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.session_folder import working_on, write_session
-from pipeline.stages.run import Outcome
+from pipeline.stages.context import CACHE_NAME, RunContext
+from pipeline.stages.poses import Recordings
+from pipeline.stages.run import Outcome, average_session
 from pipeline.text.names import command
 
 
@@ -83,7 +85,7 @@ def change_and_show(
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
             manner.show(change_lines(changes[-1]), note_on(changes[-1]))
-        _write(changes[0].before, changes[-1].after, folder)
+        _write(config, changes[0].before, changes[-1].after, folder)
     if anyway:
         reasons = filter(None, map(overruled, changes))
         echo_warnings(f"--anyway overrules: {reason}" for reason in reasons)
@@ -91,14 +93,35 @@ def change_and_show(
 
 
 def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
-    """Exclude ``poses``; print the errors before and after, and write both files."""
+    """Exclude ``poses``; print the errors before and after, and write both files.
+
+    A session that is refused, perhaps for these very poses, is changed too.
+    """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
-        before = run(config)
-        after = run(excluding(before, poses))
-        manner.show(exclusion_lines(before, after))
-        _write(before, after, folder)
-    _finish(after, folder, manner.quiet)
+        before: Outcome | None = None
+        try:
+            before = run(config)
+            recordings: Recordings | None = before.recordings
+        except (CalibrationError, UnreadableInput) as error:
+            click.echo(f"As it stands: {message_of(error)}", err=True)
+            recordings = None
+            if not all(section.poses.files for _, section in config.placed_runs()):
+                context = RunContext(folder / CACHE_NAME, allow_python=manner.allow_python)
+                recordings = average_session(config, context)[1]
+        changed, notes = excluding(config, recordings, poses)
+        echo_warnings(notes, "note")
+        try:
+            after = run(changed)
+        except (CalibrationError, UnreadableInput):
+            if before is None:
+                write_session(folder, {}, config, changed.source.text)
+                click.echo(f"{path} was changed. Without these poses:", err=True)
+            raise
+        if before is not None:
+            manner.show(exclusion_lines(before, after))
+        _write(config, before, after, folder)
+    _finish(after, folder, manner.quiet or before is None)
 
 
 def add_until_settled(path: Path, manner: Manner) -> None:
@@ -123,7 +146,7 @@ def add_until_settled(path: Path, manner: Manner) -> None:
                            f"in new attitudes does not fall with it.")
                 refused.append(target)
                 continue
-            _write(change.before, change.after, folder)
+            _write(change.before.config, change.before, change.after, folder)
             outcome = change.after
     for result in outcome.triads:
         echo_verdict(result)
@@ -144,11 +167,11 @@ def _why_unchanged(outcome: Outcome) -> str:
     return "the diagnosis names no effect to add"
 
 
-def _write(before: Outcome, after: Outcome, folder: Path) -> None:
+def _write(config: Config, before: Outcome | None, after: Outcome, folder: Path) -> None:
     """Write the configuration and its results together; the history begins with those before."""
-    if not (folder / HISTORY_NAME).exists():
+    if before is not None and not (folder / HISTORY_NAME).exists():
         write_session(folder, outputs_of(before, folder))
-    write_session(folder, outputs_of(after, folder), before.config, after.config.source.text)
+    write_session(folder, outputs_of(after, folder), config, after.config.source.text)
 
 
 def _finish(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:

@@ -15,7 +15,7 @@ from pipeline.results.write import results_of
 from pipeline.stages.context import RunContext
 from pipeline.stages.excluded_poses import choose, short_names
 from pipeline.stages.run import Outcome, run_stages
-from tests.sessions import configured, edit, pipeline, quick_session
+from tests.sessions import configured, edit, pipeline, quick_session, rewrite_rows, typed
 from tests.world.hand_turned import Stop, turn_through
 
 ACC, GYRO = "accelerometer/pose_{:02d}.csv", "gyroscope/17rpm/pose_{:02d}.csv"
@@ -108,7 +108,9 @@ def test_check_refuses_a_name_that_no_pose_has_with_its_line(
 
 def test_poses_are_excluded_by_the_names_of_their_triad(excluded: Outcome) -> None:
     targets = ["gyroscope.pose_02", "accelerometer.pose_07", "gyroscope.pose_01.csv"]
-    text = excluding(excluded, targets).source.text
+    changed, notes = excluding(excluded.config, excluded.recordings, targets)
+    text = changed.source.text
+    assert not notes
     assert "exclude: [pose_03, 12, pose_07]" in text
     assert "rate: 17rpm, exclude: [pose_18.csv, pose_02, pose_01]}" in text
 
@@ -122,7 +124,7 @@ def test_a_target_that_is_no_pose_of_the_fit_is_refused(
     excluded: Outcome, target: str, says: str
 ) -> None:
     with pytest.raises(ConfigError, match=re.escape(says)):
-        excluding(excluded, [target])
+        excluding(excluded.config, excluded.recordings, [target])
 
 
 LONG = """
@@ -175,3 +177,26 @@ def test_a_stop_of_a_long_log_is_excluded_by_its_times(tmp_path: Path) -> None:
 def labels_of(outcome: Outcome) -> list[str]:
     assert outcome.triad("accelerometer") is not None
     return list(outcome.triad("accelerometer").calibration.fit.poses.label)
+
+
+def test_poses_for_which_a_session_is_refused_are_excluded_wherever_their_files_are_poses(
+    tmp_path: Path,
+) -> None:
+    config, _ = quick_session(tmp_path)
+    edit(config, ", rate: 17rpm}",
+         ", rate: 17rpm}\n    - {poses: accelerometer/pose_*.csv, rate: stopped}")
+    for number in (7, 9):
+        path = tmp_path / ACC.format(number)
+        table = np.loadtxt(path, delimiter=",", skiprows=1)
+        table[len(table) // 2 :, 1] += 30
+        rewrite_rows(path, table)
+    code, _, errors = typed("run", config)
+    assert (code, "`pipeline exclude CONFIG TRIAD.NAME` leaves a pose out" in errors) == (4, True)
+    code, _, errors = typed("exclude", config, "accelerometer.pose_09")
+    assert code == 4  # for pose_07
+    assert f"{ACC.format(9)} is a pose of the gyroscope too (rate: stopped)" in errors
+    assert "config.yaml was changed" in errors
+    assert typed("exclude", config, "accelerometer.pose_07")[0] == 0
+    read = load_config(config).triads
+    out = ("pose_09", "pose_07")
+    assert [one.exclude for triad in read.values() for one in triad.sections] == [out, (), out]
