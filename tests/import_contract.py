@@ -73,7 +73,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
     ],
     "calib.fit.validation": [
-        ("leave_one_out", "wave_misfit"), ("prediction",), ("elsewhere",),
+        ("leave_one_out", "odd_poses", "wave_misfit"), ("prediction",), ("elsewhere",),
     ],
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",), ("from_table",)],

@@ -5,8 +5,8 @@
     parameters ─ data_sheet ───────────┘
     parameters ─ certificate                                        beside the factory's
 
-    signed_axes: the ways to exchange and mirror axes; quadric: what any parameters leave
-    at least; common_mistakes: the poses without each mistake
+    signed_axes: the ways to exchange and mirror axes
+    common_mistakes: the poses without each mistake
 
 Each check compares two statements of one quantity and names the likely mistake: it evaluates what
 the data would be without each of a list of common mistakes (axes exchanged or mirrored, a factor,

@@ -6,19 +6,18 @@ one explains the misfit better than the session as it stands by the log likeliho
 named where this exceeds the logarithm of the number of trials over the probability of a false alarm
 and where it leaves less than a hundredth of the misfit. Once a mistake in some poses of a run is
 undone, these agree with the others as well as the others agree with each other, by an F ratio;
-otherwise the mistake is another one, and the verdict names the odd poses.
-
-The odd poses are found together, because one can mask the next: if three poses are wrong and one
-is left out, the other two still spoil the fit. Every set of up to three is left out, and the least
-misfit of the rest under any parameters shows which set it is, by the same ratio.
+otherwise the mistake is another one, and the verdict names the odd poses. An exchange of their axes
+must also explain more than their absence does. Poses of m attitudes give m equations, which one of
+many changes meets by chance: the misfits that all changes of these poses leave are drawn from a
+chi-square of m degrees of freedom whose size is their median, and the least of them must be smaller
+than chance makes it.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.special import chdtr, chdtri, fdtrc
 
 from calib.consistency.common_mistakes import (
     CHANGED_AXES,
@@ -31,22 +30,20 @@ from calib.consistency.common_mistakes import (
     rate_mistakes,
     runs_by_name,
 )
-from calib.consistency.quadric import left_over, quadric
 from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction, Remedy
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model
+from calib.fit.validation.odd_poses import left_over, odd_poses, quadric
+from calib.poses.attitudes import direction_name
 from calib.poses.checks.frozen import CERTAIN_SD, FALSE_ALARM
-from calib.poses.imu_log import AXES, BoolArray
+from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
 
 LEFT_OVER = 0.01
 """Share of the misfit above its degrees of freedom that a named mistake leaves at most. A
 judgement: what a sensor's effects leave beside an exchanged axis or a wrong range."""
-
-MOST_ODD = 3  #: poses; derived: what a set of 18 can lose before a direction is missing
-MOST_SETS = 1000  #: sets of poses left out; a limit of time
 
 OTHER_GAIN = 0.01
 """Largest relative difference between the gains of a gyro in two runs. Fact: 300 ppm/°C of data
@@ -112,21 +109,45 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
     gained = dof / 2 * np.log(max(whole, dof) / max(chi2, dof))
     if gained < np.log(len(mistakes) / FALSE_ALARM) or chi2 - dof > LEFT_OVER * (whole - dof):
         return None
-    if mistake.of is not None and not _agree(mistake.undone, mistake.of, base, (chi2, dof)):
-        return None
+    if mistake.of is not None:
+        others = _chi2(poses.take(~mistake.of), base)
+        rivals = [one for one, _, rival in tried if np.array_equal(rival.of, mistake.of)]
+        if others is not None and others[1] > 0 and not (
+                _agree(mistake.undone, mistake.of, (chi2, dof), others)
+                and chance(np.array(rivals) - others[0], _attitudes(mistake)) < MISFIT_P_VALUE):
+            return None
     return f"{mistake.words} (chi²/dof {chi2 / dof:.3g} instead of {whole / dof:.3g})"
 
 
+def chance(misfits: FloatArray, attitudes: int) -> float:
+    """Largest probability that the least of ``misfits`` is as small by chance; 0 of one alone.
+
+    Parameters
+    ----------
+    misfits : array
+        Chi-square that each change of the same poses leaves above the fit without them.
+    attitudes : int
+        In which these poses are.
+    """
+    if len(misfits) == 1:
+        return 0.0
+    size = float(np.median(misfits)) / chdtri(attitudes, 0.5)
+    return len(misfits) * float(chdtr(attitudes, max(misfits.min(), attitudes) / size))
+
+
+def _attitudes(mistake: Mistake) -> int:
+    """Number of attitudes of the affected poses."""
+    reading = mistake.undone.reading[mistake.of]
+    return len({direction_name(one, mistake.undone.triad) for one in reading})
+
+
 def _agree(
-    poses: PoseSet, member: BoolArray, model: Model, whole: tuple[float, int]
+    poses: PoseSet, member: BoolArray, whole: tuple[float, int], others: tuple[float, int]
 ) -> bool:
     """Whether the poses ``member`` agree with the others as well as these with each other.
 
-    ``whole`` is the chi-square of all and its degrees of freedom. True where too few are left.
+    ``whole`` is the chi-square of all and its degrees of freedom, ``others`` that of the others.
     """
-    others = _chi2(poses.take(~member), model)
-    if others is None or others[1] < 1:
-        return True
     more = whole[1] - others[1]
     ratio = max(whole[0] - others[0], 0.0) / more / max(others[0] / others[1], 1.0)
     return float(fdtrc(more, min(others[1], poses.noise_dof), ratio)) > FALSE_ALARM
@@ -139,29 +160,6 @@ def _chi2(poses: PoseSet, model: Model) -> tuple[float, int] | None:
     except CalibrationError:
         return None
     return fitted.chi2, fitted.dof
-
-
-def odd_poses(poses: PoseSet) -> BoolArray | None:
-    """The poses that contradict all others, (n,); None where no small set of poses does."""
-    columns, target = quadric(poses)
-    n, unknowns = columns.shape
-    kept = np.ones((1, n), dtype=bool)
-    for size in range(1, min(MOST_ODD, n - unknowns - 1) + 1):
-        out = np.array([*combinations(range(n), size)])
-        if len(kept) - 1 + len(out) > MOST_SETS:
-            break
-        kept = np.concatenate([kept, ~(out[..., None] == np.arange(n)).any(axis=1)])
-    if len(kept) == 1:
-        return None
-    chi2, dof = left_over(columns, target, kept)
-    dof = np.maximum(dof[1:], 1)
-    gained = dof / 2 * np.log(np.maximum(chi2[0], dof) / np.maximum(chi2[1:], dof))
-    best = int(np.argmax(gained))
-    if gained[best] < np.log(len(gained) / FALSE_ALARM):
-        return None
-    odd = np.zeros(len(poses), dtype=bool)
-    odd[~poses.reference.is_null] = ~kept[1 + best]
-    return odd
 
 
 def require_one_sensor(poses: PoseSet, model: Model, fitted: Fit) -> None:

@@ -31,7 +31,7 @@ TESTED = {
     "calib.consistency.force": "tests/calib/consistency/test_force.py",
     "calib.consistency.mistakes": "tests/calib/consistency/test_mistakes.py",
     "calib.consistency.plate_axes": "tests/calib/consistency/test_plate_axes.py",
-    "calib.consistency.quadric": "tests/calib/consistency/test_odd_poses.py",
+    "calib.fit.validation.odd_poses": "tests/calib/fit/validation/test_odd_poses.py",
     "calib.consistency.raw_samples": "tests/calib/consistency",
     "calib.consistency.repeats": "tests/calib/consistency/test_repeats.py",
     "calib.consistency.signed_axes": "tests/calib/consistency/test_plate_axes.py",

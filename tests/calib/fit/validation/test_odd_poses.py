@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.mistakes import MOST_ODD, odd_poses
-from calib.consistency.quadric import left_over, quadric
 from calib.fit.least_squares.solver import fit
+from calib.fit.validation.odd_poses import MOST_ODD, left_over, odd_poses, quadric
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import MODEL, SLOW, made_poses, noisy
