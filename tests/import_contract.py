@@ -87,7 +87,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],
     "calib.diagnosis.search": [
         ("evidence",), ("table", "refit"), ("table_at", "candidates"),
-        ("posterior",), ("search",),
+        ("posterior",), ("imitation",), ("search",),
     ],
     "calib.diagnosis.verdict": [
         ("explanation",), ("ranking", "wording", "kinds_of_noise"), ("decision",),

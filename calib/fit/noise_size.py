@@ -69,6 +69,25 @@ class Noise:
         larger = larger + _log_prior_of_larger(v, rows, tolerated)
         return np.asarray(stated), np.where((variance > 1.0) & self.is_known, larger, -np.inf)
 
+    def log_odds_unlike(self, q: float, chi2: float) -> float:
+        """Log odds of effects that something unlike any formula imitates, against true ones.
+
+        ``q`` is the rest of ``chi2`` after these effects. What imitates leaves any share of itself,
+        one as likely as another, but more than a formula may be off by. Beside that both are as
+        likely.
+        """
+        rows, at = np.maximum(self.dof, 1), np.array([q])
+        extra, whole = max(q / rows - 1.0, 0.0), max(chi2 - q, 0.0) / rows
+        if not self.is_known or not (
+                max(FORMULA_ERROR**2 * whole, LEAST_EXTRA**2) < extra < whole):
+            return -np.inf
+        stated, larger = self.log_density(at, 0.0, chi2)
+        tolerated = FORMULA_ERROR * np.sqrt([whole])
+        free = larger - _log_prior_of_larger(at / rows, rows, tolerated)
+        width = np.sqrt(np.pi / rows) * (q / rows) / np.sqrt(extra)
+        share = np.log(min(1.0, width / np.sqrt(whole)))
+        return float((free + share - np.logaddexp(stated, larger))[0])
+
     def nothing(self, chi2: float) -> tuple[float, float]:
         """Log densities of a residual with no effect in the set: stated, and larger noise."""
         stated, larger = self.log_density(np.array([chi2]), 0.0, chi2)

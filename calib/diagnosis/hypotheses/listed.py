@@ -36,6 +36,11 @@ wanders by a fiftieth of their distance 0.03."""
 ANY_FUNCTION = "~"
 """Prefix of the covariate of an unknown function, which separates it from effects' names."""
 
+ATTITUDE = "attitude"  #: what a function is of, where it is of how the sensor lies
+COVARIATES = {"time": "time_s", "plate": "spin_rad_s"}
+"""What an effect is a function of, by what it needs besides the vector, if that has another name.
+Definition."""
+
 Kind = Literal["listed", "drawn", "unknown", "bad_pose"]
 """Effects whose sizes a model holds, those whose coefficients are drawn, and what has no name."""
 
@@ -136,6 +141,17 @@ class Hypothesis:
         """Whether it is a course of the bias in time, of whatever form."""
         return self.follows == "time_s" or (
             self.in_catalogue and self.course is not None and not self.course.is_of_size)
+
+    @property
+    def covariate(self) -> str:
+        """What it is a function of: a logged column, time, the pose before, else the attitude.
+
+        Nothing of the base is: every sensor has it.
+        """
+        if self.follows is not None or self.effect is None or self.effect.acts_on == "reading":
+            return self.follows or ""
+        first = next(iter((*self.effect.logged, *self.effect.needs)), ATTITUDE)
+        return COVARIATES.get(first, first)
 
     @property
     def subject(self) -> str:

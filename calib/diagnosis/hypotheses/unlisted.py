@@ -13,6 +13,7 @@ from numpy.polynomial.legendre import legvander
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import (
     ANY_FUNCTION,
+    ATTITUDE,
     Course,
     Hypothesis,
     bends,
@@ -29,7 +30,6 @@ SMOOTH = 0.3
 judgement: half a swing fits into it, and steeper functions cost what they take more."""
 
 CURVED = "temperature_bias_curve"  #: the listed curve
-ATTITUDE = "attitude"  #: what an unknown function is of, where it is of how the sensor lies
 IN_A_CURVE = "in a curve"  #: how a bias follows a column by a line and a square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
@@ -61,6 +61,16 @@ def line_and_square(covariate: FloatArray) -> FloatArray:
     """
     half = 0.5 * np.ptp(covariate)
     return legvander((covariate - covariate.min()) / half - 1, 2)[:, 1:]
+
+
+def seen_far_apart(fit: Fit, subject: str) -> bool:
+    """Whether a function of ``subject`` may go its own way between two neighbouring values seen."""
+    poses = fit.poses
+    seen = {ATTITUDE: fit.rows.vector, "time_s": poses.time_s, **poses.columns}.get(subject)
+    if seen is None:
+        return False
+    apart = np.diff(np.sort(seen, axis=0), axis=0).max(axis=0)
+    return bool((apart > SMOOTH * np.ptp(seen, axis=0)).any())
 
 
 def unknown_hypotheses(fit: Fit, columns: tuple[str, ...]) -> list[Hypothesis]:
@@ -95,7 +105,9 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         yield name, [("", Course.of_bias(shapes))]
         yield name, [("", Course(shapes[:, :, None] * each_axis[:, None, :]))]
         if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
-            yield name, [(IN_A_CURVE, Course.of_bias(line_and_square(values)))]
+            curve = line_and_square(values)
+            yield name, [(IN_A_CURVE, Course.of_bias(curve))]
+            yield name, [(IN_A_CURVE, Course(curve[:, :, None] * each_axis[:, None, :]))]
     yield ATTITUDE, [("", Course.of_size(_attitude(fit)))]
     if np.ptp(each_axis, axis=0).all():
         yield ATTITUDE, [("", _by_own_axis(each_axis))]

@@ -29,12 +29,12 @@ from calib.fit.least_squares.unknown_sd import noise_of
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import FloatArray
 
-DRAWS = 400  #: simulated sessions of all rivals; numerical: a chance is known to 2.5 %
+DRAWS = 200  #: simulated sessions of all rivals; numerical: a chance is known to 3.5 %
 BLIND_SIGNAL_SD = 5.0
 """Strength at which an effect that left no trace yet is judged, noise units over the rows.
 Derived: from there on an effect is seen in nearly every session."""
 
-MOST_OF_EACH = 8  #: times, poses or shapes of one name, the likeliest; a limit of time
+MOST_OF_EACH = 4  #: times, poses or shapes of one name, the likeliest; a limit of time
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,14 @@ the columns are linearised at a fit that the missing effect has biased. Shape pa
 with all the others. The weights of a robust fit stay as they are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import erfcx, ndtr
 
 from calib.diagnosis.constants import CONSTANTS
+from calib.diagnosis.hypotheses.signature import Projector, positions_of
 from calib.effects.effect import Effect
 from calib.effects.typical import largest_for
 from calib.errors import CalibrationError
@@ -46,6 +47,11 @@ class Refit:
     def explains(self) -> bool:
         """Whether the poses' own noise explains the residual."""
         return self.p_value >= MISFIT_P_VALUE
+
+    def signal(self, names: Collection[str], projector: Projector) -> FloatArray:
+        """What the effects ``names`` of it explain, whitened, the model projected out, (r,)."""
+        where = positions_of(self.fit, [name for name in self.names if name in names])
+        return projector(self.fit.rows.jacobian[:, where] @ self.fit.theta[where])
 
 
 def explained(base: Fit, joint: Refit | None, noise_is_known: bool) -> tuple[float, bool]:

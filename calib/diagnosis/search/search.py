@@ -23,6 +23,7 @@ from calib.diagnosis.search.candidates import (
     Key,
     Members,
 )
+from calib.diagnosis.search.imitation import imitation
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, beyond_nature, refit
 from calib.diagnosis.search.table import Table
@@ -88,8 +89,10 @@ class _Search:
     @property
     def posterior(self) -> Posterior:
         """What the search knows so far."""
-        least = max(e.log_posterior for e in self.entries.values()) - CONSTANTS.negligible
-        entries = tuple(e for e in self.entries.values()
+        every = [*self.entries.values()]
+        every += filter(None, (imitation(self.table, self.candidates, e) for e in every))
+        least = max(e.log_posterior for e in every) - CONSTANTS.negligible
+        entries = tuple(e for e in every
                         if e.log_posterior > least or e.refit is not None or not e.members)
         return Posterior(
             self.base, self.table, self.candidates, entries, self.nothing,
@@ -146,7 +149,10 @@ class _Search:
         return self.candidates.listed(self.table, self.singles)
 
     def weigh_again(self) -> None:
-        """Weigh at the likeliest solution what is near the best, and what is beside the best."""
+        """Weigh at the likeliest solution what is near the best, and what is beside the best.
+
+        What no model can contain is weighed at the base: alone it has no other solution.
+        """
         solution = max((e for e in self.entries.values() if e.refit is not None),
                        key=lambda e: e.log_posterior, default=None)
         if solution is None or solution.refit is None:
@@ -165,8 +171,11 @@ class _Search:
         sets -= {()}
         fresh = {self.candidates.key(members) for members in sets - self.weighed}
         self.weighed |= sets
-        self._weigh(self.at_solution, sorted(
-            members for members in self.weighed if self.candidates.key(members) in fresh))
+        unfit = self.candidates.without_effect
+        at_base = {key for key in fresh if not key & ~unfit}
+        for table, keys in (self.at_solution, fresh - at_base), (self.table, at_base):
+            self._weigh(table, sorted(
+                members for members in self.weighed if self.candidates.key(members) in keys))
 
     def _weigh(self, table: Table, sets: Sequence[Members]) -> None:
         """Note the log posterior of ``sets`` at ``table``."""

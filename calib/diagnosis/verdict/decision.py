@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from scipy.special import expit
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Hypothesis, held
-from calib.diagnosis.hypotheses.unlisted import ATTITUDE, IN_A_CURVE
+from calib.diagnosis.hypotheses.listed import ATTITUDE, Hypothesis, held
+from calib.diagnosis.hypotheses.unlisted import seen_far_apart
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
 from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
@@ -62,8 +63,7 @@ class Verdict:
     explains : bool
         Whether the poses' own noise explains what is left.
     straight : tuple of str
-        Logged columns that a named effect follows along a straight line, where a curve in them
-        would look the same.
+        What a named effect is a function of, where another function of it would look the same.
     """
 
     code: Code
@@ -100,7 +100,9 @@ def reach_verdict(posterior: Posterior) -> Verdict:
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
             details=steps if any(_is_step(posterior.first[each.name]) for each in named) else (),
             beside=_beside(posterior, named), share=share, explains=explains,
-            straight=_as_a_curve(posterior, named),
+            straight=tuple(dict.fromkeys(
+                subject for each in named if seen_far_apart(
+                    base, subject := posterior.first[each.name].covariate))),
         )
     likely = _open(posterior)
     return _unlisted(posterior, share, explains) or Verdict(
@@ -121,17 +123,19 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     A wander in the place of one is noise, which no effect takes off, and does not count for a name.
     Beside the largest nothing is said of one that explains less than a formula may be off by, or
     than most of what is left without it. Where the leave-one-out error does not fall with all of
-    them, the least likely goes.
+    them, or they leave a misfit and are not believed by twenty to one, the least likely goes.
     """
     noise = {h.name for h in posterior.hypotheses if h.kind == "drawn"}
-    sure = [each for each in posterior.classes
-            if each.kind == "listed" and posterior.any_of({*each.members} - noise) >= CONSTANTS.sure
-            and refit_of(posterior, [each.name])]
+    likely = {each.name: posterior.any_of({*each.members} - noise) for each in posterior.classes}
+    sure = [each for each in posterior.classes if each.kind == "listed"
+            and likely[each.name] >= CONSTANTS.sure and refit_of(posterior, [each.name])]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
         joint = refit_of(posterior, [each.name for each in sure])
-        if joint and before and compare(joint.fit).predicts_better_than(before):
+        least = CONSTANTS.sure if joint and joint.explains else expit(CONSTANTS.told_apart)
+        if (joint and before and min(likely[each.name] for each in sure) >= least
+                and compare(joint.fit).predicts_better_than(before)):
             size = {each.name: float(np.linalg.norm(_signal_rows(posterior, joint, each.name)))
                     for each in sure}
             least = FORMULA_ERROR * max(size.values())
@@ -159,12 +163,8 @@ def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
 
 def _signal_rows(posterior: Posterior, joint: Refit, name: str) -> FloatArray:
     """What an effect of ``joint`` explains, whitened, the model projected out, (r,)."""
-    slices = joint.fit.model.slices()
     same = {held(h, j).name for j, h in enumerate(posterior.hypotheses) if h.name == name}
-    where = [i for each in slices if each in same
-             for i in range(slices[each].start, slices[each].stop)]
-    rows = joint.fit.rows.jacobian[:, where] @ joint.fit.theta[where]
-    return posterior.table.projector(rows)
+    return joint.signal(same, posterior.table.projector)
 
 
 def _is_part_of(
@@ -176,20 +176,6 @@ def _is_part_of(
     signals = [_signal_rows(posterior, joint, each.name) for each in named]
     return all(any(np.sum((block.T @ signal) ** 2) >= CONSTANTS.sure * (signal @ signal)
                    for block in functions) for signal in signals)
-
-
-def _as_a_curve(posterior: Posterior, named: Sequence[Inclusion]) -> tuple[str, ...]:
-    """Columns of which the poses show too few values to tell a straight line from a curve."""
-    columns = []
-    for each in named:
-        j = next(j for j in posterior.lead.members if posterior.hypotheses[j].name == each.name)
-        effect = posterior.hypotheses[j].effect
-        column = None if effect is None else effect.names_column
-        curves = [k for k, h in enumerate(posterior.hypotheses)
-                  if column is not None and h.follows == column and h.detail == IN_A_CURVE]
-        if posterior.table.aliases(j, curves):
-            columns.append(str(column))
-    return tuple(columns)
 
 
 def _beside(posterior: Posterior, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:

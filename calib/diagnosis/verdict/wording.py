@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from calib.diagnosis.hypotheses.listed import ANY_FUNCTION
+from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
 from calib.diagnosis.verdict.explanation import Step
@@ -21,6 +21,8 @@ looked for before they are called noise. A judgement: noise between poses seldom
 
 
 OTHER_FILES = "files of another sensor, range or unit, and for exchanged columns"
+
+OF_ATTITUDE = {ATTITUDE: "what an axis senses"}  #: a covariate as a named effect has it
 
 NOTHING_MISSING = "Nothing is missing"  #: begins the text of that verdict
 
@@ -94,13 +96,12 @@ def covariate(name: str) -> str:
     }.get(name, f"the logged column {name}")
 
 
-def curves(columns: Sequence[str]) -> str:
-    """A sentence on ``columns`` in which a straight line was named where a curve looks the same."""
+def curves(subjects: Sequence[str]) -> str:
+    """A sentence on what an effect was named of where another function of it looks the same."""
     return "".join(
-        f"A bias that follows {covariate(name)} in a curve looks the same in these poses, which "
-        f"saw too few values of it: poses at a third value would show whether the line is "
-        f"straight. "
-        for name in columns
+        f"Another function of {OF_ATTITUDE.get(name, covariate(name))} looks the same in these "
+        f"poses, which saw too few values of it: poses at others would show which it is. "
+        for name in subjects
     )
 
 

@@ -49,15 +49,16 @@ def test_a_wander_in_the_place_of_a_drift_does_not_count_for_its_name() -> None:
     assert (found.verdict.code, found.verdict.names) == ("ambiguous", ())
 
 
-def test_what_18_poses_carry_of_a_memory_has_its_name_beside_what_they_do_not_carry() -> None:
+def test_what_leaves_a_misfit_has_a_name_by_twenty_to_one_only() -> None:
     """Small pushes that a magnet lets go: a curve in the temperature is likely too, and no refit
-    has it; the memory has its name all the same."""
+    has it; by nine to one the memory is no other function of the pose before."""
     plan = LotPlan(25, hidden="hysteresis", own_sd=(15.0, 40.0))
     poses = pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 421))[14]
     found = find(fit(poses, Model.of(BASE)))
     sure = {each.name for each in found.posterior.classes if each.probability > CONSTANTS.sure}
     assert {"hysteresis"} < sure
-    assert found.verdict.names == ("hysteresis",)
+    assert found.verdict.code == "ambiguous"
+    assert "hysteresis" in found.verdict.group
 
 
 def test_a_shape_that_no_effect_has_is_no_noise_beside_an_effect_that_is_slight() -> None:
@@ -90,7 +91,7 @@ def test_the_first_term_of_another_shape_is_no_name(
     assert (verdict.code, verdict.name) == (code, name)
 
 
-@pytest.mark.parametrize(("bend_sds", "code"), [(0.55, "effect"), (0.6, "unknown")])
+@pytest.mark.parametrize(("bend_sds", "code"), [(0.6, "effect"), (0.63, "unknown")])
 def test_a_line_in_a_column_and_any_function_of_it_are_one_class(
     bend_sds: float, code: str
 ) -> None:
