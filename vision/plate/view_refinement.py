@@ -11,30 +11,15 @@ per unit of each parameter, does not depend on i, so that one small matrix serve
 no outline or calibration pattern is needed to find the axis: the motion determines it.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import VIEW_PARAMETERS, FloatArray
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra, ring_strips, turns
 
-
-@dataclass(frozen=True)
-class RefinementThresholds:
-    """Limit for the changes of the view that the frames determine.
-
-    Attributes
-    ----------
-    ridge : float
-        Relative to the mean diagonal of the normal matrix; keeps parameters that the frames do not
-        determine at zero. Tuned on tests.bench.vision_scenes.
-    """
-
-    ridge: float = 0.0001
-
-
-THRESHOLDS = RefinementThresholds()
+#: Relative to the mean diagonal of the normal matrix; keeps parameters that the frames do not
+#: determine at zero. Tuned on tests.bench.vision_scenes.
+RIDGE = 0.0001
 
 
 def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray[np.float32]:
@@ -111,7 +96,7 @@ def view_change(
     possible[6:, 6] = grid.view.down / np.hypot(*grid.view.down)
     turn = turn @ possible[:, :free]
     matrix = np.einsum("fai,faj->ij", turn, reduced @ turn)
-    matrix += THRESHOLDS.ridge * np.trace(matrix) / free * np.eye(free)
+    matrix += RIDGE * np.trace(matrix) / free * np.eye(free)
     change = np.zeros(VIEW_PARAMETERS)
     change[:free] = np.linalg.solve(matrix, np.einsum("fai,fa->i", turn, pull))
     return change

@@ -1,6 +1,5 @@
 """Choice among the tracks of a clip by several methods, and the refusal if there is none."""
 
-from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
@@ -14,21 +13,9 @@ if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
 
 
-@dataclass(frozen=True)
-class TrackThresholds:
-    """Limits for a good track.
-
-    Attributes
-    ----------
-    clearly : float
-        Largest scatter over the least one at which a plate by its template precedes one by the
-        return of the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
-    """
-
-    clearly: float = 1.5
-
-
-THRESHOLDS = TrackThresholds()
+#: Largest scatter over the least one at which a plate by its template precedes one by the return of
+#: the picture. Tuned on ``tests.bench.clip_study --only pulldown``.
+CLEARLY = 1.5
 
 
 def best_track(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTrack":
@@ -39,7 +26,7 @@ def best_track(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTra
         turning = [track for track in turning if is_explained(track)]
     if turning:
         # If the times scatter and not the angles, all tracks scatter equally.
-        allowed = THRESHOLDS.clearly * min(map(_scatter_rad, turning))
+        allowed = CLEARLY * min(map(_scatter_rad, turning))
         return next(track for track in turning if _scatter_rad(track) <= allowed)
     refusals = [track for track in tracks if isinstance(track, RateRefused)]
     returned = next(

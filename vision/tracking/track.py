@@ -9,7 +9,6 @@ found late, and if the camera moves after that, the clip is read again.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,20 +29,7 @@ if TYPE_CHECKING:
     from vision.tracking.periodic_track import PictureReturn
 
 
-@dataclass(frozen=True)
-class ClipThresholds:
-    """Limit for the tracks of a clip.
-
-    Attributes
-    ----------
-    whole : float
-        Share of the stated length below which a clip was cut short.
-    """
-
-    whole: float = 0.9
-
-
-THRESHOLDS = ClipThresholds()
+WHOLE = 0.9  #: share of the stated length below which a clip was cut short; a judgement
 
 
 def track_phase(
@@ -192,7 +178,7 @@ def _measured(
         on_frames(len(measurements))
     notes = _notes(clip, stretch)
     # By the time, not the count: containers without one state duration times frame rate.
-    if clip.seconds_stated and measurements.last_s < THRESHOLDS.whole * clip.seconds_stated:
+    if clip.seconds_stated and measurements.last_s < WHOLE * clip.seconds_stated:
         notes += (
             f"The file states {clip.seconds_stated:.1f} s, {measurements.last_s:.1f} s could be "
             f"decoded: it is damaged or was cut short.",
