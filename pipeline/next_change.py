@@ -5,9 +5,13 @@ For a misfit of no listed shape it is a formula, or the effect that adds its siz
 
 from collections.abc import Collection, Mapping, Sequence
 
+import numpy as np
+
+from calib.diagnosis.hypotheses.columns import causes
 from calib.diagnosis.verdict.decision import Code
 from calib.discovery.discover import Discovered
 from calib.discovery.together import discover_each
+from calib.effects.catalogue import STEP
 from calib.errors import CalibrationError
 from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
 from pipeline.config.edit import add_effect
@@ -39,6 +43,8 @@ def next_change(
         The configuration does not run with it.
     """
     for result in outcome.triads:
+        if may_follow_a_column(result, outcome.config.covariates):
+            continue  # for :func:`change_for_unknown`
         for name in (*result.diagnosis.addable, *result.diagnosis.names):
             others = [each for each in result.diagnosis.named_class(name) if each != name]
             remark = f"{name} stands for its class: {', '.join(others)}" if others else ""
@@ -93,9 +99,19 @@ def definition(triad: str, found: Discovered) -> str:
             + (f", alike: [{alike}]}}" if alike else "}"))
 
 
+def may_follow_a_column(result: TriadResult, covariates: Sequence[str] | None) -> bool:
+    """Whether a step in time is named that may be the step of an error along a logged column."""
+    poses = result.calibration.fit.poses
+    return result.diagnosis.name == STEP and any(
+        np.ptp(poses.columns[name]) > 0 for name in causes(poses, covariates))
+
+
 def without_formula(result: TriadResult) -> str | None:
-    """The effect that adds an error without a formula to the sds; None where none is searched."""
+    """The effect that is added where no formula holds: a step in time that is named, or what adds
+    the error to the sds; None where neither is searched."""
     diagnosis = result.diagnosis
+    if diagnosis.name == STEP:
+        return STEP
     name = "bias_wander" if diagnosis.name == "time_s" else "extra_noise"
     if diagnosis.verdict is Code.NOISE:
         name = diagnosis.name or name
@@ -106,7 +122,7 @@ def without_formula(result: TriadResult) -> str | None:
 def change_for_unknown(
     outcome: Outcome, run: RunConfig, refused: Collection[Target] = ()
 ) -> ModelChange | None:
-    """The change that ``--auto`` makes where a formula is searched: the result of :func:`discover`.
+    """The change that ``--auto`` makes where a formula is searched: the one that is discovered.
 
     If there is no formula, the effect that adds the error to the sds. ``refused`` are effects that
     were tried and did not lower the error.
@@ -119,7 +135,8 @@ def change_for_unknown(
         A Python function of the model raised.
     """
     sought = [result for result in outcome.triads
-              if result.diagnosis.explanation.step == "discover"]
+              if result.diagnosis.explanation.step == "discover"
+              or may_follow_a_column(result, outcome.config.covariates)]
     fits = [result.calibration.fit for result in sought]
     formulas = discover_each(fits, outcome.config.covariates)
     for result, best in zip(sought, formulas, strict=True):

@@ -11,8 +11,8 @@ def discover_each(
 ) -> list[Discovered | None]:
     """The likeliest formula of each triad, by :func:`calib.discovery.discover.discover`.
 
-    Where the poses of a triad do not tell several formulas apart, its search is repeated with the
-    functions that the others follow.
+    Where the poses of a triad show no formula, or do not tell several apart, its search is repeated
+    with the functions that the others follow.
 
     Raises
     ------
@@ -23,6 +23,6 @@ def discover_each(
     for i, (fit, one) in enumerate(zip(fits, formulas, strict=True)):
         known = [other.formula.function for j, other in enumerate(formulas)
                  if j != i and other is not None and other.listed is None]
-        if one is not None and one.alike and known:
+        if known and (one is None or one.alike):
             formulas[i] = discover(fit, covariates, known)
     return formulas

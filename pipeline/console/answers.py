@@ -20,6 +20,7 @@ from pipeline.console.parameter_text import prediction_text
 from pipeline.console.rate_text import RateVerdict, rate_verdict, reasons_of
 from pipeline.console.run_text import aside_text, loo_by_noise
 from pipeline.exclusion import exclude_command
+from pipeline.next_change import may_follow_a_column
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count
@@ -144,7 +145,6 @@ def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
 def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     """The three answers for one triad."""
     words = result.diagnosis.explanation
-    config = outcome.config.source.path
     at_once = words.step in ("apply", "add") or result.diagnosis.verdict is Code.BAD_POSE
     return Answer(
         result.triad, words.standing, words.short,
@@ -152,7 +152,7 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
         f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
         f"{words.following}{':' if at_once else ', then:'}",
         words.step,
-        _commands(result, config, folder),
+        _commands(outcome, result, folder),
     )
 
 
@@ -220,6 +220,9 @@ def _nothing_wrong(result: TriadResult) -> str:
     if added:
         text += f" The model contains {' and '.join(added)} besides bias, scale and misalignment."
     blind = result.undetermined
+    for name, others in result.diagnosis.stands_for.items():
+        text += (f" {name} stands for its class: these poses do not tell it from "
+                 f"{enumeration(list(others), 'or')}.")
     if blind:
         text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
     return text
@@ -234,14 +237,15 @@ def _aside(result: TriadResult) -> str:
     return f" {text[0].upper()}{text[1:]}."
 
 
-def _commands(result: TriadResult, config: Path, folder: str) -> tuple[str, ...]:
+def _commands(outcome: Outcome, result: TriadResult, folder: str) -> tuple[str, ...]:
     """The commands of the next step."""
-    step = result.diagnosis.explanation.step
+    config, step = outcome.config.source.path, result.diagnosis.explanation.step
     if step == "apply":
         return (f"{command('apply', folder)} {LOG}", command("export", folder, "--to", "arduino"))
     add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
-    if step == "add":
-        return add
+    if step == "add":  # a step in time may be one along a logged column, which discover compares
+        return ((command("discover", config),)
+                if may_follow_a_column(result, outcome.config.covariates) else add)
     if result.diagnosis.verdict is Code.BAD_POSE:
         return (exclude_command(config, result.triad, result.calibration.fit.poses.label,
                                 result.diagnosis.group),)

@@ -92,7 +92,7 @@ def no_formula(result: TriadResult) -> str:
         "know its physics, or log what may drive it (temperature, supply) and record the same "
         f"poses once more ({minutes_of(len(result.calibration.fit.poses))})")
     instead = without_formula(result)
-    if instead is not None:
+    if instead is not None and said.step == "discover":
         following += f". Until then '{instead}' takes it into the sds"
     return (f"{result.triad}: no formula. None of those that were tried predicts poses that took "
             f"no part better than the model does. {following}.")

@@ -1,7 +1,12 @@
-"""Formulas that look the same go with the effect that was written for one of them."""
+"""Formulas that look the same: they go with the effect that was written for one of them, and a step
+in time may be one along a logged column."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
+import pytest
 import yaml
 
 from calib.diagnosis.finding import stand_ins
@@ -12,7 +17,8 @@ from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from pipeline.config.schema import EffectSection
-from pipeline.next_change import definition, effect_key
+from pipeline.next_change import definition, effect_key, may_follow_a_column
+from pipeline.stages.triads import TriadResult
 from tests.calib.made_poses import noisy, rich_poses
 
 
@@ -38,3 +44,17 @@ def test_a_name_that_another_triad_has_gets_the_triad() -> None:
     assert effect_key("gyroscope", found, {}) == one.name
     assert effect_key("gyroscope", found, {one.name: mine}) == one.name
     assert effect_key("gyroscope", found, {one.name: theirs}) == f"{one.name}_gyroscope"
+
+
+@pytest.mark.parametrize(("name", "columns", "may"), [
+    ("bias_step", {"temperature_c": np.linspace(20, 30, 130)}, True),
+    ("bias_step", {"temperature_c": np.full(130, 20.0), "heading": np.arange(130.0)}, False),
+    ("bias_drift", {"temperature_c": np.linspace(20, 30, 130)}, False),
+])
+def test_a_step_in_time_is_compared_with_steps_along_what_was_logged(
+    name: str, columns: dict[str, np.ndarray], may: bool
+) -> None:
+    poses = replace(rich_poses("gyroscope", 3), columns=columns)
+    result = SimpleNamespace(diagnosis=SimpleNamespace(name=name),
+                             calibration=SimpleNamespace(fit=SimpleNamespace(poses=poses)))
+    assert may_follow_a_column(cast(TriadResult, result), None) is may

@@ -114,6 +114,24 @@ def test_a_triad_follows_what_the_other_does_where_its_poses_leave_it_open() -> 
     assert len(together[0].alike) > 10
 
 
+def test_a_step_where_a_column_passes_a_value_is_taken_from_the_other_triad() -> None:
+    """Of 26 poses at a temperature that only rises, which alone show no formula."""
+    pair = []
+    for triad, every in (("accelerometer", 3), ("gyroscope", 1)):
+        true = rich_poses(triad, 7)
+        true = true.take(np.arange(0, len(true), every))
+        warmth = np.linspace(20, 30, len(true)) if every > 1 else (
+            25 + 5 * np.sin(np.linspace(0, 20, len(true))))
+        error = 8 * true.sd.mean() * (warmth > 26.5)[:, None] * np.array([1.0, -0.5, 0.7])
+        pair.append(fit(noisy(replace(true, reading=true.reading + error, columns={
+            **true.columns, "temperature_c": warmth}), 7), Model.of(BASE)))
+    assert discover(pair[0]) is None
+    together = discover_each(pair)
+    assert together[1] is not None
+    assert together[1].formula.words.startswith("the bias of each axis follows a step where temp")
+    assert [one.formula.function for one in together if one] == [together[1].formula.function] * 2
+
+
 def test_a_formula_says_what_errs_and_what_it_follows() -> None:
     poses, true = poses_of("rich", 5)
     spoilt = hide(SEEN["bias ~ power²"], poses, true, 20.0, 5)
