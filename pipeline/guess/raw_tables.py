@@ -18,11 +18,9 @@ from pipeline.guess.no_log import (
 )
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
-from pipeline.logs.head import FEWEST_NUMBERS, find_head
-from pipeline.logs.header_words import read_name
+from pipeline.logs.head import find_head
 from pipeline.logs.source import picked_lines, read_bytes, tables_of_text
 from pipeline.logs.text import LogText, columns_of_text, raw_text
-from pipeline.text.names import word
 
 #: Sample rate in a logger's header lines: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
 #: "at 100 Hz".
@@ -33,10 +31,6 @@ STATED_RATE = re.compile(
 
 STATED_PERIOD = re.compile(
     r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
-
-CLOCKS_APART = 0.01
-"""Largest log ratio of the rates of two clocks in one row that agree. A judgement: clocks of one
-device differ by 1e-4, and one in whole seconds misses less than one second in a minute."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +124,6 @@ def _text_table(text: LogText) -> RawTable:
         unit: TimeUnit = "us" if period[2] == "us" else "ms" if period[2] == "ms" else "s"
         rate_hz = 1 / (float(period[1]) * SECONDS_PER[unit])
     lost, columns = columns_of_text(text)
-    _require_one_clock(text, columns)
     columns = {name: _continued(values) for name, values in columns.items()}
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
@@ -139,34 +132,3 @@ def _text_table(text: LogText) -> RawTable:
     names = find_head(text.lines).names or ()
     return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz,
                     header=tuple(map(bare, names)), lost=lost)
-
-
-def _require_one_clock(text: LogText, columns: Mapping[str, FloatArray]) -> None:
-    """Refuse sensors side by side whose clocks differ, so that no row has a single time."""
-    times = [i for i, name in enumerate(text.names) if read_name(name).quantity == "time"]
-    if len(times) < 2:
-        return
-    ends = [*times[1:], len(text.names)]
-    wide = all(end - begin > FEWEST_NUMBERS for begin, end in zip(times, ends, strict=True))
-    apart = [i for i in times[1:] if _is_another_clock(columns[text.names[times[0]]],
-                                                       columns[text.names[i]])]
-    if wide and apart:
-        sign = text.dialect.delimiter or " "
-        cut = " and ".join(f"`cut -d'{sign}' -f{begin + 1}-{end} {word(text.path.name)} > "
-                           f"part_{i}.csv`" for i, (begin, end) in enumerate(
-                               zip(times, ends, strict=True), 1))
-        raise UnreadableInput(
-            f"{text.path}: '{text.names[times[0]]}' and '{text.names[apart[0]]}' are two clocks "
-            f"that go at different rates, so that its rows are no samples of both sensors. Write a "
-            f"file for each, by {cut}, and import these files together.")
-
-
-def _is_another_clock(one: FloatArray, other: FloatArray) -> bool:
-    """Whether the ratio of the rates of two clocks (t,) in one row is that of no two units."""
-    both = np.isfinite(one) & np.isfinite(other)
-    if both.sum() < 2 or not (np.diff(one[both]) >= 0).all() or not np.ptp(one[both]):
-        return False
-    ratio = np.ptp(other[both]) / np.ptp(one[both])
-    units = np.divide.outer([*SECONDS_PER.values()], [*SECONDS_PER.values()])
-    return bool((np.diff(other[both]) >= 0).all() and ratio > 0
-                and np.abs(np.log(ratio / units)).min() > CLOCKS_APART)

@@ -5,7 +5,7 @@ Both become tables of a row for each sample; its rows keep their line numbers in
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import islice
+from itertools import islice, pairwise
 from random import Random
 
 from pipeline.logs.dialect import Dialect, delimiter_of, dialect_of, is_number, split_cells
@@ -19,38 +19,41 @@ LEAST_WHOLE = 0.9  #: least share of the times of one value at which all others 
 
 
 def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
-    """The tables of a text whose header repeats itself, each named by the cell above it or
-    numbered; none if it does not.
+    """The tables of a text that stand beside each other, each named by the cell above it or
+    numbered; none if there is one.
 
-    Each block has its own times, or there are several poses without.
+    Their header repeats itself, or has a column of times before the axes of each.
     """
     for at, line in enumerate(lines[:LONGEST_HEAD]):
         sign = delimiter_of(line)
         names = split_cells(line, sign)
-        width = _repeats_after(names)
-        if width == 0 or sign is None:
+        begins = _begins(names) if sign else []
+        if not sign or not begins:
             continue
         above = split_cells(lines[at - 1], sign) if at else []
-        titles = [next(filter(None, above[i : i + width]), "").replace("/", " ")
-                  for i in range(0, len(names), width)]
+        blocks = [slice(*ends) for ends in pairwise([*begins, len(names)])]
+        titles = [next(filter(None, above[block]), "").replace("/", " ") for block in blocks]
         if len({*titles}) < len(titles):
             titles = [str(i + 1) for i in range(len(titles))]
         rows = [split_cells(line, sign) for line in lines[at:]]
-        return {title: [""] * at + [_joined(row[i : i + width], sign) for row in rows]
-                for title, i in zip(titles, range(0, len(names), width), strict=True)}
+        return {title: [""] * at + [_joined(row[block], sign) for row in rows]
+                for title, block in zip(titles, blocks, strict=True)}
     return {}
 
 
-def _repeats_after(names: Sequence[str]) -> int:
-    """Number of columns after which a header repeats its names, 0 if it does not."""
-    for width in range(FEWEST_NUMBERS, len(names) // 2 + 1):
+def _begins(names: Sequence[str]) -> list[int]:
+    """The first columns of tables beside each other; empty if the names are those of one."""
+    words = [read_name(name) for name in names]
+    begins = [i for i, word in enumerate(words) if word.quantity == "time"]
+    axes = [{word.axis for word in words[i:j]} for i, j in pairwise([*begins, len(words)])]
+    if len(begins) > 1 and begins[0] == 0 and all({0, 1, 2} <= each for each in axes):
+        return begins
+    for width in range(FEWEST_NUMBERS, len(names) // FEWEST_BLOCKS + 1):
         blocks = [(*names[i : i + width], "")[:width] for i in range(0, len(names), width)]
-        first = [*filter(None, names[:width])]
-        has_time = any(read_name(name).quantity == "time" for name in first)
-        if (len({*blocks}) == 1 and len({*first}) == len(first) >= FEWEST_NUMBERS
-                and not any(map(is_number, first)) and (has_time or len(blocks) >= FEWEST_BLOCKS)):
-            return width
-    return 0
+        named = {*filter(None, blocks[0])}
+        if len({*blocks}) == 1 and len(named) >= FEWEST_NUMBERS and not any(map(is_number, named)):
+            return [*range(0, len(names), width)]
+    return []
 
 
 def _joined(cells: Sequence[str], sign: str) -> str:

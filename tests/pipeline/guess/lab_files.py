@@ -226,13 +226,13 @@ def sensors_in_uneven_turns(folder: Path, log: HandLog) -> Foreign:
 
 LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
+        two_clocks,
         labview_measurement, groups_with_units, durations, lost_samples, radio, bno055_counts,
         fahrenheit, row_names, glued_units, narrow_blanks, sql_dump, whole_mg,
         plotter, wide_letters, event_lines, start_and_rate, blocks, between_the_lines,
         both_sensors_in_the_file, sensors_in_uneven_turns, a_value_a_line)
 }
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
-    "two_clocks": (two_clocks, r"two clocks .*`cut -d',' -f5-8 merged.csv > part_2.csv`"),
     "samples_beside_each_other": (
         samples_beside_each_other, r"it has 300 columns .* Write a row for each sample"),
     "bytes_of_a_bus": (bytes_of_a_bus, r"with their bytes in hexadecimal"),
