@@ -6,7 +6,6 @@ the accelerometer on a tilted plate, the speeds of record players, or the user.
 
 import math
 import re
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,15 +28,12 @@ from pipeline.guess.magnitudes import (
 )
 from pipeline.guess.pool import (
     FEWEST_MEANS,
-    REST_S,
-    are_still,
-    block_rows,
     common_mean,
     sphere_through,
-    usual_step,
 )
-from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess, joined_log
-from pipeline.guess.units import SHORTEST_LOG_S, TriadGuess, rate_unit
+from pipeline.guess.speeds import NEAR_CLIP, speeds_of
+from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
+from pipeline.guess.units import TriadGuess, rate_unit
 
 SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0
@@ -46,9 +42,6 @@ CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
 LARGEST_MISFIT = 0.05
 """Largest scatter of the mean rates about a sphere, over its radius: axes of a gyroscope differ by
 3 %. A judgement."""
-NEAR_CLIP = math.log(1.15)
-"""Largest log ratio of the gyroscope's rate to a clip's: its gain may be 10 % off. Also that of the
-rates of two tables of one speed."""
 
 
 @dataclass(frozen=True)
@@ -253,48 +246,3 @@ def matching_clip(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> MeasuredC
 def nominal_rpm(rate_rad_s: float) -> float:
     """The nominal speed of record players near a rate, rpm; else the rate in four digits."""
     return record_rpm(abs(rate_rad_s)) or float(f"{abs(rate_rad_s) / RPM:.4g}")
-
-
-def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
-    """The speed of each table, rad/s: the median of all tables with about its rate; 0 at rest.
-
-    A bias changes the measured rate from attitude to attitude.
-    """
-    speeds = [0.0] * len(rates_rad_s)
-    order = [i for i in np.argsort(rates_rad_s) if rates_rad_s[i] > 0]
-    begins = [k for k, i in enumerate(order)
-              if k == 0 or math.log(rates_rad_s[i] / rates_rad_s[order[k - 1]]) > NEAR_CLIP]
-    ends = [*begins[1:], len(order)] if begins else []
-    for begin, end in zip(begins, ends, strict=True):
-        group = order[begin:end]
-        median = float(np.median([rates_rad_s[i] for i in group]))
-        for i in group:
-            speeds[i] = median
-    return speeds
-
-
-def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
-    """Rest (0) and the speeds, rad/s, at which a log of many poses is steady, each with whether it
-    turns clockwise; empty unless there are several, and both triads."""
-    log = joined_log(force, rate)
-    if log is None or len(log.time_s) < 2:
-        return []
-    size = max(1, round(REST_S / usual_step(log.time_s)))
-    rows, _ = block_rows(np.zeros(len(log.time_s), np.int64), size)
-    at = np.flatnonzero(are_still(log.gyroscope[rows])) if len(rows) else rows[:, 0]
-    if len(at) < FEWEST_MEANS:
-        return []
-    mean, force = (values[rows[at]].mean(axis=1) for values in (log.gyroscope, log.accelerometer))
-    bias = _rate_bias(mean)
-    mean = mean if bias is None else mean - bias
-    length = np.linalg.norm(mean, axis=1)
-    speed = np.array(speeds_of([*np.where(length > TURNING_RAD_S, length, 0.0)]))
-    clockwise = (speed > 0) & ((mean * force).sum(axis=1) < 0)
-    blocks: Counter[tuple[float, bool]] = Counter()
-    for run in np.split(np.arange(len(at)), 1 + np.flatnonzero(
-            (np.diff(at) > 1) | (np.diff(speed) != 0))):
-        turns = len(run) * REST_S * speed[run[0]] / (2 * math.pi)
-        if not speed[run[0]] or turns >= 1:  # a hand turns it no whole turn
-            blocks.update(zip(speed[run].tolist(), clockwise[run].tolist(), strict=True))
-    able = [way for way, count in blocks.items() if count * REST_S >= SHORTEST_LOG_S]
-    return able if len(able) > 1 else []

@@ -19,12 +19,11 @@ from pipeline.guess.plate import (
     matching_clip,
     nominal_rpm,
     settle_scale,
-    speeds_in,
-    speeds_of,
     without_rate_bias,
 )
 from pipeline.guess.pool import FEWEST_MEANS
 from pipeline.guess.repeated import drop_alternatives, without_continuations
+from pipeline.guess.speeds import speeds_in, speeds_of
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess
 

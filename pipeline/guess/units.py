@@ -242,7 +242,8 @@ def rate_triad(
         return TriadGuess(triple, _counts("counts_per_deg_s", per_deg, encoding, bits),
                           f"counts, {scale}" + (f", {encoding}" if encoding else ""),
                           because, size, doubt, choices, encoding)
-    words = " or ".join(UNIT_WORDS[rate_unit(choice)] for choice in choices) or UNIT_WORDS[unit]
+    words = " or ".join(UNIT_WORDS.get(rate_unit(choice), f"counts, {choice:g} per °/s")
+                        for choice in choices) or UNIT_WORDS[unit]
     return TriadGuess(triple, (("unit", unit),), words, because, size, doubt, choices)
 
 

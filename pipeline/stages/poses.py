@@ -202,7 +202,7 @@ def _searched(
                 for log, _ in running]
     labels = [pose.label for one in searches for pose in one.logs]
     out = {labels[i] for i in chosen(labels, section, config).excluded}
-    return _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), bool(elsewhere))
+    return _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), elsewhere)
                     for (log, frozen), search in zip(running, searches, strict=True)])
 
 
@@ -213,10 +213,10 @@ def _signed_rate(setting: Setting, rates: Mapping[str, SettingRate]) -> float:
 
 def _search_recording(
     log: ImuLog, frozen: str | None, intervals: StaticIntervals, out: set[str], specs: Specs,
-    rate_rad_s: float, is_shared: bool,
+    rate_rad_s: float, elsewhere: Sequence[float],
 ) -> Recording:
     """The poses of a long log; stops that fail a check are left out, with the reason. If other runs
-    use the log (``is_shared``), stops on the turning plate are theirs."""
+    use the log ``elsewhere``, at their rates in rad/s, stops on the turning plate are theirs."""
     means: list[PoseMean] = []
     refused: list[Undetermined] = []
     stray_notes: list[str] = []
@@ -236,9 +236,9 @@ def _search_recording(
                      for pose in intervals.logs if pose.label in out)
     skipped = [stop for stop in intervals.skipped if stop[1] != OF_ANOTHER_RUN]
     if rate_rad_s == 0 and means:
-        means, turning = _parted_by_rate(means)
+        means, turning = _parted_by_rate(means, elsewhere)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
-                    for mean in turning if not is_shared]
+                    for mean in turning if not elsewhere]
     notes = [*filter(None, [frozen]), *stray_notes, *(f"Left out: {error}" for error in refused)]
     notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
     return Recording(tuple(means), (float(log.time_s[0]),), np.arange(len(means)), tuple(notes),
@@ -271,11 +271,13 @@ def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:
     return {**LARGEST_STILL_SHIFT, "accelerometer": intervals.largest_shift}
 
 
-def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMean]]:
+def _parted_by_rate(
+    means: list[PoseMean], elsewhere: Sequence[float]
+) -> tuple[list[PoseMean], list[PoseMean]]:
     """Poses at rest and poses that turned, from a log that contains both.
 
     At rest a gyroscope reads its bias in every attitude, on a turning plate a different vector in
-    each. If too few poses agree to be the ones at rest, none is removed.
+    each. If too few poses agree to be the ones at rest, the rates ``elsewhere`` tell them.
     """
     rate = np.array([mean.gyroscope.mean for mean in means])
     if not np.isfinite(rate).all():
@@ -283,6 +285,8 @@ def _parted_by_rate(means: list[PoseMean]) -> tuple[list[PoseMean], list[PoseMea
     alike = np.linalg.norm(rate[:, None] - rate, axis=2) < TURNING_RAD_S
     at_rest = alike[int(np.argmax(alike.sum(axis=1)))]
     if at_rest.mean() < SMALLEST_SHARE_AT_REST:
+        at_rest = np.linalg.norm(rate, axis=1) < min(map(abs, elsewhere), default=np.inf) / 2
+    if not at_rest.any():
         return means, []
     return ([mean for mean, rests in zip(means, at_rest, strict=True) if rests],
             [mean for mean, rests in zip(means, at_rest, strict=True) if not rests])

@@ -183,3 +183,23 @@ def test_gravity_and_its_turns_tell_the_sensors_whatever_the_names(
     every = names.split(",")
     assert [*guess.accelerometer.columns, *guess.gyroscope.columns] == every
     assert (guess.accelerometer.doubt != "") == ("yro" in every[0])
+
+
+@pytest.mark.parametrize("poses", [7, 12])
+@pytest.mark.parametrize("waits_s", [1.2, 0.0])
+def test_the_zero_of_a_gyroscope_is_no_vector_of_a_turning_plate(
+    tmp_path: Path, poses: int, waits_s: float
+) -> None:
+    """The sensor lies for a second before the plate starts and after it stops."""
+    evening, waits = Evening(range_deg_s=500.0, poses=poses), round(100 * waits_s)
+    rests, turns = ([np.loadtxt(file, delimiter=",", skiprows=1) for file in evening.write(
+        tmp_path, name, rpm, seed)] for name, rpm, seed in (("a", 0.0, 1), ("b", TURN_RPM, 2)))
+    parts = [part for rest, turn in zip(rests, turns, strict=True)
+             for part in (rest[:waits], turn, rest[waits : 2 * waits])]
+    whole = np.vstack(parts) / [1, 1, 1, 1, 1, *[evening.counts_per_rad_s] * 3]
+    whole[:, 0] = 0.01 * np.arange(len(whole))
+    np.savetxt(tmp_path / "plate.csv", whole, "%.5f", ",", comments="",
+               header="t,ax,ay,az,temp,gx (rad/s),gy (rad/s),gz (rad/s)")
+    rates = [source.rate for source in guessed([tmp_path / "plate.csv"]).sources]
+    assert "33.3rpm" in rates
+    assert {*rates} <= {"stopped", "33.3rpm"}

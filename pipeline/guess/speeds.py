@@ -1,0 +1,83 @@
+"""Speeds of the plate in logs and between them, by their gyroscopes."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from calib.poses.imu_log import FloatArray, IntArray
+from pipeline.guess.pool import (
+    AT_REST,
+    FEWEST_MEANS,
+    REST_S,
+    are_still,
+    block_rows,
+    common_mean,
+    usual_step,
+)
+from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess, joined_log
+from pipeline.guess.units import SHORTEST_LOG_S
+
+NEAR_CLIP = math.log(1.15)
+"""Largest log ratio of the gyroscope's rate to a clip's: its gain may be 10 % off. Also that of the
+rates of two tables of one speed."""
+
+
+def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
+    """The speed of each table, rad/s: the median of all tables with about its rate; 0 at rest.
+
+    A bias changes the measured rate from attitude to attitude.
+    """
+    speeds = [0.0] * len(rates_rad_s)
+    order = [i for i in np.argsort(rates_rad_s) if rates_rad_s[i] > 0]
+    begins = [k for k, i in enumerate(order)
+              if k == 0 or math.log(rates_rad_s[i] / rates_rad_s[order[k - 1]]) > NEAR_CLIP]
+    ends = [*begins[1:], len(order)] if begins else []
+    for begin, end in zip(begins, ends, strict=True):
+        group = order[begin:end]
+        median = float(np.median([rates_rad_s[i] for i in group]))
+        for i in group:
+            speeds[i] = median
+    return speeds
+
+
+def _stops(at: IntArray, rate: FloatArray, force: FloatArray) -> list[IntArray]:
+    """Indices of the still blocks ``at`` (k,) of each stop: neighbours in one attitude and motion.
+
+    At rest a gyroscope reads its bias in stops of every attitude; on the plate it reads no vector
+    in as many, however long each turn lasts.
+    """
+    moved = np.diff(at) > 1
+    for mean in (rate, force):
+        step = np.linalg.norm(np.diff(mean, axis=0), axis=1)
+        moved |= step > AT_REST * np.linalg.norm(np.ptp(mean, axis=0))
+    return np.split(np.arange(len(at)), 1 + np.flatnonzero(moved))
+
+
+def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
+    """Rest (0) and the speeds, rad/s, at which a log of many poses is steady, each with whether it
+    turns clockwise; empty if it only rests, or one triad is absent."""
+    log = joined_log(force, rate)
+    if log is None or len(log.time_s) < 2:
+        return []
+    size = max(1, round(REST_S / usual_step(log.time_s)))
+    rows, _ = block_rows(np.zeros(len(log.time_s), np.int64), size)
+    at = np.flatnonzero(are_still(log.gyroscope[rows])) if len(rows) else rows[:, 0]
+    if len(at) < FEWEST_MEANS:
+        return []
+    mean, up = (values[rows[at]].mean(axis=1) for values in (log.gyroscope, log.accelerometer))
+    stops = _stops(at, mean, up)
+    bias = common_mean(np.array([mean[stop].mean(axis=0) for stop in stops]))
+    mean = mean if bias is None else mean - bias
+    length = np.linalg.norm(mean, axis=1)
+    speed = np.array(speeds_of([*np.where(length > TURNING_RAD_S, length, 0.0)]))
+    clockwise = (speed > 0) & ((mean * up).sum(axis=1) < 0)
+    blocks: Counter[tuple[float, bool]] = Counter()
+    for run in np.split(np.arange(len(at)), 1 + np.flatnonzero(
+            (np.diff(at) > 1) | (np.diff(speed) != 0))):
+        turns = len(run) * REST_S * speed[run[0]] / (2 * math.pi)
+        if not speed[run[0]] or turns >= 1:  # a hand turns it no whole turn
+            blocks.update(zip(speed[run].tolist(), clockwise[run].tolist(), strict=True))
+    able = [way for way, count in blocks.items() if count * REST_S >= SHORTEST_LOG_S]
+    return able if len(able) > 1 or (able and able[0][0]) else []
