@@ -3,18 +3,30 @@
 Both become tables of a row for each sample; its rows keep their line numbers in the file.
 """
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import islice, pairwise
+from itertools import islice, pairwise, product
 from random import Random
 
-from pipeline.logs.dialect import Dialect, delimiter_of, dialect_of, is_number, split_cells
-from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS, LONGEST_HEAD, is_time
+from pipeline.logs.columns import SECONDS_PER
+from pipeline.logs.dialect import (
+    Dialect,
+    delimiter_of,
+    dialect_of,
+    is_number,
+    seconds_of,
+    split_cells,
+)
+from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS, LONGEST_HEAD, MOST_NAMES, is_time
 from pipeline.logs.header_words import read_name
 
 MOST_KINDS = 12  #: largest number of names of values: those of a phone
 SHOWN = 400  #: number of rows, drawn from the file, that show its columns
 FEWEST_BLOCKS = 3  #: least number of blocks without times that are no axes of two sensors
+CLOCKS_APART = 0.01
+"""Largest log ratio of the rates of two clocks in one row that agree. A judgement: clocks of one
+device differ by 1e-4, and one in whole seconds misses less than one second in a minute."""
 LEAST_WHOLE = 0.9  #: least share of the times of one value at which all others are there
 
 
@@ -22,37 +34,59 @@ def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
     """The tables of a text that stand beside each other, each named by the cell above it or
     numbered; none if there is one.
 
-    Their header repeats itself, or has a column of times before the axes of each.
+    Their header repeats itself, or has clocks that go at different rates, each before its channels.
     """
     for at, line in enumerate(lines[:LONGEST_HEAD]):
         sign = delimiter_of(line)
         names = split_cells(line, sign)
-        begins = _begins(names) if sign else []
-        if not sign or not begins:
+        if sign is None or len(names) <= 2 * FEWEST_NUMBERS or any(map(is_number, names)):
+            continue
+        rows = [split_cells(line, sign) for line in lines[at:]]
+        tables = _repeated(names) or _of_each_clock(names, rows)
+        if not tables:
             continue
         above = split_cells(lines[at - 1], sign) if at else []
-        blocks = [slice(*ends) for ends in pairwise([*begins, len(names)])]
-        titles = [next(filter(None, above[block]), "").replace("/", " ") for block in blocks]
-        if len({*titles}) < len(titles):
+        titles = [next(filter(None, (above[i] for i in columns if i < len(above))), "")
+                  .replace("/", " ") for columns in tables]
+        if len({*titles}) < len(titles) or "" in titles:
             titles = [str(i + 1) for i in range(len(titles))]
-        rows = [split_cells(line, sign) for line in lines[at:]]
-        return {title: [""] * at + [_joined(row[block], sign) for row in rows]
-                for title, block in zip(titles, blocks, strict=True)}
+        return {title: [""] * at + [_joined([row[i] for i in columns if i < len(row)], sign)
+                                    for row in rows]
+                for title, columns in zip(titles, tables, strict=True)}
     return {}
 
 
-def _begins(names: Sequence[str]) -> list[int]:
-    """The first columns of tables beside each other; empty if the names are those of one."""
-    words = [read_name(name) for name in names]
-    begins = [i for i, word in enumerate(words) if word.quantity == "time"]
-    axes = [{word.axis for word in words[i:j]} for i, j in pairwise([*begins, len(words)])]
-    if len(begins) > 1 and begins[0] == 0 and all({0, 1, 2} <= each for each in axes):
-        return begins
+def _of_each_clock(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[list[int]]:
+    """The columns of each clock, its times first; empty if all of them go at one rate."""
+    times = [i for i, name in enumerate(names) if read_name(name).quantity == "time"]
+    comma = any("," in cell for row in rows[1 : 1 + MOST_NAMES] for cell in row)
+    clocks: dict[float, list[int]] = {}
+    for begin, end in pairwise([*times, len(names)]):
+        ticks = [seconds for row in rows[1:SHOWN] if len(row) == len(names)
+                 and (seconds := _seconds(row[begin].replace(",", ".") if comma else row[begin]))
+                 is not None]
+        length = ticks[-1] - ticks[0] if len(ticks) > 1 else 0.0
+        if length <= 0 or any(one >= other for one, other in pairwise(ticks)):
+            return []  # a temperature called T, or a time in whole seconds
+        alike = next((other for other in clocks if any(
+            abs(math.log(length / other * unit / per)) < CLOCKS_APART
+            for unit, per in product(SECONDS_PER.values(), repeat=2))), length)
+        clocks.setdefault(alike, [begin]).extend(range(begin + 1, end))
+    tables = [*clocks.values()]
+    able = times[:1] == [0] and len(tables) > 1 and all(len(columns) > 1 for columns in tables)
+    return tables if able and max(map(len, tables)) > FEWEST_NUMBERS else []
+
+
+def _seconds(cell: str) -> float | None:
+    return float(cell) if is_number(cell) else seconds_of(cell)
+
+
+def _repeated(names: Sequence[str]) -> list[list[int]]:
+    """The columns of each block of a header that repeats its names; empty if it does not."""
     for width in range(FEWEST_NUMBERS, len(names) // FEWEST_BLOCKS + 1):
         blocks = [(*names[i : i + width], "")[:width] for i in range(0, len(names), width)]
-        named = {*filter(None, blocks[0])}
-        if len({*blocks}) == 1 and len(named) >= FEWEST_NUMBERS and not any(map(is_number, named)):
-            return [*range(0, len(names), width)]
+        if len({*blocks}) == 1 and len({*filter(None, blocks[0])}) >= FEWEST_NUMBERS:
+            return [[*range(i, min(i + width, len(names)))] for i in range(0, len(names), width)]
     return []
 
 
