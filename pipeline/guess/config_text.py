@@ -134,9 +134,9 @@ def open_scale_text(
     """Reason why the gyroscope is not used, and how to decide its unit or range: by an option, or
     by ``other``.
     """
-    unit = guess.scales[0].unit
-    answer = f"--gyroscope-{'unit' if unit else 'range'} {guess.scales[-1].answer}"
-    return (f"nothing shows its {'unit' if unit else 'range'}: "
+    last = guess.scales[-1]
+    answer = f"--gyroscope-{'unit' if last.unit else 'range'} {last.answer}"
+    return (f"nothing shows its {'unit' if guess.scales[0].unit else 'range'}: "
             f"{', '.join(choice.says for choice in guess.scales)}. State it, for example by "
             f"{answer}, or {other}")
 

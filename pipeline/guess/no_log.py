@@ -113,6 +113,12 @@ def no_table(path: Path, lines: Sequence[str], beside: Sequence[Path] = ()) -> U
             f"beside each other. If each has its file, put them together and import that: by "
             f"`paste -d '{delimiter_of(shown[-1]) or ','}' {' '.join(map(word, axes))} >log.csv` "
             f"if their rows have the same times, else by `pandas.merge_asof()` over these.")
+    of_numbers = [line.lstrip("#! ") for line in shown if len(SLOT.findall(line)) >= len(AXES)]
+    if 2 * len(of_numbers) > len(shown):
+        samples = " and ".join(f"'{line[:LONGEST_SHOWN]}'" for line in of_numbers[-2:])
+        return UnreadableInput(
+            f"{path}: its lines of numbers have no common form, as {samples}. Write a row for each "
+            f"sample, as in `time_s,acc_x,acc_y,acc_z`, or keep the lines of one sensor by `grep`.")
     return UnreadableInput(
         f"{path}: no line holds three numbers; the last one is '{last}'. Is it a log? Readings are "
         f"expected as a table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`.")

@@ -126,7 +126,8 @@ def _text_table(text: LogText) -> RawTable:
     lost, columns = columns_of_text(text)
     columns = {name: _continued(values) for name, values in columns.items()}
     if not columns:
-        raise UnreadableInput(f"{text.path}: no column holds numbers in its first row.")
+        raise UnreadableInput(f"{text.path}: no column holds numbers in its first row. A row of "
+                              f"readings is expected there: delete what is none.")
     without_header = all(name.isdecimal() for name in columns)
     positions = tuple(name if name in columns else "" for name in text.names)
     names = find_head(text.lines).names or ()

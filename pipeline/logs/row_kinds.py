@@ -73,16 +73,19 @@ def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
 
 
 def _kinds_by_words(lines: Sequence[str], shown: Sequence[str]) -> Mapping[str, list[str]]:
-    """The lines of each sensor that a word in them names, if one sends more often than another."""
+    """The lines of each sensor that a word in them names, if one sends more often than another or
+    than lines of something else."""
     counts = Counter(form for form in map(form_of, shown) if form.count(MARK) >= FEWEST)
     forms = {form: count for form, count in counts.items() if count >= FEWEST}
-    words = [re.findall(r"[a-z]{3,}", form.lower()) for form in forms]
-    names = [next((word for word in every if word in ACC | GYR), "") for every in words]
+    words = {form: re.findall(r"[a-z]{3,}", form.lower()) for form in forms}
+    sensors = [form for form in forms if re.search("acc|gyr", form.lower())]
+    names = [next((word for word in words[form] if word in ACC | GYR), next(iter(words[form])))
+             for form in sensors]
     uneven = forms and max(forms.values()) > UNEVEN * min(forms.values())
-    if not uneven or "" in names or len({*names}) < len(forms):
+    if not uneven or not sensors or len({*names}) < len(sensors):
         return {}
     return {name: [line if form_of(line) == form else "" for line in lines]
-            for name, form in zip(names, forms, strict=True)}
+            for name, form in zip(names, sensors, strict=True)}
 
 
 def _of_kind(
@@ -101,7 +104,8 @@ def _of_kind(
         elif words and kind in cells[1:] and len(cells) > width:  # "FMT, 163, 58, IMU, ..., TimeUS"
             kept.append((dialect.delimiter or " ").join([cells[0], *cells[1 - width:]]))
         else:
-            kept.append(line if words and not {*cells} & {*kinds} else "")
+            of_others = {*cells} & {*kinds} or len(cells) > width + 1  # wider rows' names
+            kept.append(line if words and not of_others else "")
     return kept
 
 
@@ -123,9 +127,9 @@ def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | N
     width = min(map(len, rows))
     if not width:
         return None
-    kinds = Counter((row[0], len(row)) for row in rows)
+    kinds = Counter((row[0], len(row)) for row in rows if any(map(dialect.holds_number, row[1:])))
     usual = [kind for kind, count in kinds.items() if count >= FEWEST]
-    if all(KIND.fullmatch(kind) for kind, _ in kinds) and all(
+    if usual and all(KIND.fullmatch(kind) for kind, _ in kinds) and all(
             len({one[i] for one in usual}) > 1 for i in (0, 1)):
         return 0
     columns = [[row[i] for row in rows] for i in range(width)]

@@ -98,6 +98,43 @@ def two_units_of_a_message(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "00000012.log", rows)])
 
 
+def rows_of_other_widths(folder: Path, log: HandLog) -> Foreign:
+    """A short file for each pose, in which a few rows are those of other sensors."""
+    files = []
+    for i in range(18):
+        rows = ["sensor,TSND", "kind,time[ms],X,Y,Z,gyro X,gyro Y,gyro Z"]
+        for j, (t, *cells) in enumerate(np.array(si_rows(log, 1.0, 1 / DEG))[log.rest == i]):
+            rows.append(",".join(["ags", f"{1000 * float(t):.0f}", *cells]))
+            if j % 10 == 0:
+                rows += [f"geo,{1000 * float(t) + 1:.0f},-105,{254 + j},-395", "pres,7,101312,23"]
+        files.append(write_lines(folder / f"p{i:02d}.csv", rows))
+    return Foreign(files, 1.0, 1 / DEG)
+
+
+def messages_of_a_vehicle(folder: Path, log: HandLog) -> Foreign:
+    """mavlogdump with other messages between those of the sensor."""
+    rows = []
+    for i, (t, *six) in enumerate(si_rows(log, 1000 / G, 1000.0)):
+        values = ", ".join(f"{name} : {float(cell):.0f}" for name, cell in zip(
+            ("xacc", "yacc", "zacc", "xgyro", "ygyro", "zgyro"), six, strict=True))
+        stamp = f"2026-11-27 18:11:{float(t):05.2f}"
+        rows.append(f"{stamp}: SCALED_IMU2 {{time_boot_ms : {1000 * float(t):.0f}, {values}}}")
+        if i % 5 == 0:
+            rows.append(f"{stamp}: HEARTBEAT {{type : 2, autopilot : 3, base_mode : 81}}")
+    return Foreign([write_lines(folder / "rest.mavlog.txt", rows)], 1000 / G, None)
+
+
+def a_clock_beside_every_channel(folder: Path, log: HandLog) -> Foreign:
+    """EMG at three times the rate in the same table, whose header repeats the name of its clock."""
+    rows = [",".join([f"{i / 150:.5f}", f"{1e-5 * np.sin(i):.3e}", *(
+        cell for v in values for cell in (f"{i / 50:.4f}", v))])
+        for i, (_, *values) in enumerate(si_rows(log, 1 / G, 1 / DEG))]
+    units = [f"{name}.{axis} 4 (IM)[{unit}]" for name, unit in (("ACC", "g"), ("GYRO", "deg/s"))
+             for axis in "XYZ"]
+    return Foreign([write_lines(folder / "Run.csv", [
+        ",".join(f"X[s],{name}" for name in ("EMG 4[V]", *units)), *rows])], 1 / G, 1 / DEG)
+
+
 def attitudes(folder: Path, log: HandLog) -> Foreign:
     """Angles that a filter computed; nothing names them."""
     x, y, z = log.acc.T
@@ -121,7 +158,8 @@ LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
         a_number_a_line, counts_a_line, labels_from_the_first_line, sign_extended,
         quoted_thousands, zero_bytes,
         poses_beside_each_other, a_field_after_another, topics_of_a_broker,
-        two_units_of_a_message)
+        two_units_of_a_message, rows_of_other_widths, messages_of_a_vehicle,
+        a_clock_beside_every_channel)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),
