@@ -127,8 +127,8 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     """
     noise = {h.name for h in posterior.hypotheses if h.kind == "drawn"}
     likely = {each.name: posterior.any_of({*each.members} - noise) for each in posterior.classes}
-    sure = [each for each in posterior.classes if each.kind == "listed"
-            and likely[each.name] >= CONSTANTS.sure and refit_of(posterior, [each.name])]
+    sure = [each for each in posterior.classes
+            if each.kind == "listed" and likely[each.name] >= CONSTANTS.sure]
     sure.sort(key=lambda each: -each.probability)
     before = compare(posterior.base) if sure else None
     while sure:
