@@ -14,6 +14,7 @@ import numpy as np
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
+from calib.fit.least_squares.drawn_sizes import stated_row_sd
 from calib.poses.runs.reference_runs import GRAVITY
 from calib.rounding import two_digits
 from pipeline.console.parameter_text import prediction_text
@@ -159,7 +160,9 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
 def _is_it_good(result: TriadResult) -> str:
     unit, factor = DISPLAY[result.triad]
     comparison = result.comparison
-    noise = sqrt(float(np.mean(result.calibration.fit.equations.row_sd**2)))
+    fit = result.calibration.fit
+    sds = stated_row_sd(fit) if result.diagnosis.verdict is Code.NOISE else fit.equations.row_sd
+    noise = sqrt(float(np.mean(sds**2)))
     rms, loo = comparison.residual_rms * factor, comparison.loo_rms * factor
     standing = result.diagnosis.explanation.standing
     if result.diagnosis.verdict is Code.NOTHING_MISSING:

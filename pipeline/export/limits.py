@@ -159,10 +159,10 @@ def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterat
             continue
         low, high = float(seen.min()), float(seen.max())
         margin = MARGIN * (high - low)
-        outside = (finite < low - margin) | (finite > high + margin)
-        if outside.any():
+        outside = np.count_nonzero((finite < low) | (finite > high))
+        if finite.min() < low - margin or finite.max() > high + margin:
             yield (f"{log.label}: {name} runs from {finite.min():.4g} to {finite.max():.4g}, the "
-                   f"poses of the calibration from {low:.4g} to {high:.4g}; {outside.sum()} of "
+                   f"poses of the calibration from {low:.4g} to {high:.4g}; {outside} of "
                    f"{len(values)} samples are outside. "
                    + _consequence(stored, log, name, (low, high), named))
 

@@ -72,7 +72,9 @@ def _faults(triad: StoredTriad) -> Iterator[str]:
 
 def _notes(triad: StoredTriad) -> Iterator[str]:
     verdict = triad.section.diagnosis
-    if verdict.verdict not in (Code.NOTHING_MISSING, Code.NOISE):
+    if verdict.verdict == Code.NOISE and verdict.name in triad.section.model:
+        yield f"{triad.name}: {verdict.in_words}"
+    elif verdict.verdict not in (Code.NOTHING_MISSING, Code.NOISE):
         yield f"{triad.name}: the calibration is incomplete. {verdict.in_words}"
     if "scale" not in triad.correction.model.names:
         yield f"{triad.name}: the gain was not fitted; it is that of the data sheet."

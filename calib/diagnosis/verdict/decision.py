@@ -18,13 +18,15 @@ from calib.diagnosis.hypotheses.listed import ATTITUDE, Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import seen_far_apart
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
-from calib.diagnosis.verdict.kinds_of_noise import kinds_in_a_class, kinds_of_noise, told_apart
-from calib.errors import CalibrationError
-from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
-from calib.fit.least_squares.solver import fit as solve
+from calib.diagnosis.verdict.kinds_of_noise import (
+    kinds_in_a_class,
+    kinds_of_noise,
+    told_apart,
+    unexplained_noise,
+)
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare
-from calib.fit.validation.odd_poses import odd_poses
+from calib.fit.validation.odd_poses import few_odd_poses
 from calib.poses.imu_log import FloatArray
 
 
@@ -80,7 +82,9 @@ class Verdict:
 def reach_verdict(posterior: Posterior) -> Verdict:
     """The verdict, by the first of the module's rules that holds."""
     if posterior.is_nothing:
-        return Verdict(Code.NOTHING_MISSING, explains=True)
+        noise = unexplained_noise(posterior.base)
+        return (Verdict(Code.NOTHING_MISSING, explains=True) if noise is None else
+                Verdict(Code.NOISE, noise, group=(noise,), explains=True))
     base, is_known = posterior.base, bool(posterior.table.noise.is_known)
     share, explains = explained(base, posterior.lead.refit, is_known)
     named, joint = _named(posterior)
@@ -234,30 +238,13 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
-    if first.follows == ATTITUDE and (odd := _odd_poses(posterior.base)):
+    if first.follows == ATTITUDE and (odd := few_odd_poses(posterior.base)):
         return Verdict(Code.BAD_POSE, odd[0], group=odd, details=odd, share=1.0, explains=True)
     return Verdict(
         Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (), details=details,
         beside=_beside(posterior, [each for each in posterior.classes if each.name == first.name]),
         share=share, explains=explains,
     )
-
-
-def _odd_poses(fit: Fit) -> tuple[str, ...]:
-    """The few poses without which the model explains the others; empty where there are none.
-
-    A function of the attitude would show in the others too.
-    """
-    odd = odd_poses(fit.poses)
-    if odd is None:
-        return ()
-    try:
-        rest = solve(fit.poses.take(~odd), fit.model)
-    except CalibrationError:
-        return ()
-    labels = zip(fit.poses.label, odd, strict=True)
-    return tuple(label for label, is_odd in labels if is_odd) if (
-        rest.p_value > MISFIT_P_VALUE) else ()
 
 
 def _noise(posterior: Posterior, group: tuple[str, ...]) -> Verdict:

@@ -16,7 +16,9 @@ from calib.diagnosis.verdict.explanation import Explanation, Step
 from calib.diagnosis.verdict.kinds_of_noise import SHAPELESS
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
+    CORRECT,
     NOTHING_MISSING,
+    NOTHING_MORE,
     OTHER_FILES,
     beyond_parts,
     covariate,
@@ -24,6 +26,7 @@ from calib.diagnosis.verdict.wording import (
     enumeration,
     kind_of_noise,
     minutes_of,
+    noise_in_the_model,
     odds_in_words,
     physics,
     readable,
@@ -40,12 +43,6 @@ from calib.rounding import two_digits, with_sd
 LEAST_FALL_PERCENT = 5.0
 """Fall of the leave-one-out error from which the nearest listed effect is worth trying: it
 chooses words only, and no bench tunes it."""
-
-NOTHING_MORE = "Nothing more can be known of it from this sensor on this bench"
-
-CORRECT = ("Correct a log, or hand the calibration to another program: the error to expect "
-           "contains what is open")
-"""Next step where something stays open."""
 
 
 def explain(
@@ -223,6 +220,9 @@ def _bad_pose(case: Case) -> Explanation:
 
 
 def _noise(case: Case) -> Explanation:
+    if case.verdict.name in case.fit.model.names:
+        what, text = noise_in_the_model(case.fit, str(case.verdict.name))
+        return Explanation("open", what, f"{text} ({case.misfit}).", "apply", CORRECT)
     factor = np.sqrt(case.fit.weight @ case.fit.rows.residual**2 / max(case.fit.dof, 1))
     instead = f"The sds of the parameters contain it. {_instead_of_noise(case)}"
     name = case.verdict.name

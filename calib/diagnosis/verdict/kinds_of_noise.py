@@ -1,13 +1,14 @@
 """Kind of noise of a residual without any shape, by the evidence of each."""
 
 import numpy as np
+from scipy.special import fdtrc
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.courses import WANDER_SPANS
 from calib.diagnosis.search.posterior import Posterior
 from calib.effects.catalogue import find_effect
-from calib.fit.least_squares.drawn_sizes import log_evidences
-from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.drawn_sizes import log_evidences, times_stated
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.unknown_sd import tests_the_model
 from calib.fit.least_squares.widened import times_apart
 
@@ -50,6 +51,19 @@ def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     if first in SHAPELESS:  # between these two a small difference says nothing
         first = next(each for each in alike if each in SHAPELESS)
     return tuple(dict.fromkeys((first, *alike)))
+
+
+def unexplained_noise(fit: Fit) -> str | None:
+    """The noise without a shape in the model, where it is more than the samples show; else None.
+
+    It makes the sds contain a misfit, and explains none.
+    """
+    names = [each.name for each in fit.model.acting_on("noise")
+             if each.name.partition(":")[0] in SHAPELESS]
+    if not names:
+        return None
+    p_value = fdtrc(fit.dof, fit.poses.noise_dof, times_stated(fit) ** 2)
+    return names[0] if p_value < MISFIT_P_VALUE else None
 
 
 def kinds_in_a_class(posterior: Posterior) -> tuple[str, ...]:

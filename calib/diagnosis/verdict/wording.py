@@ -8,6 +8,7 @@ from calib.diagnosis.next_measurement.pose_blocks import minutes_for
 from calib.diagnosis.verdict.explanation import Step
 from calib.effects.catalogue import find_effect
 from calib.errors import CalibrationError
+from calib.fit.least_squares.drawn_sizes import times_stated
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.prediction import Prediction
 from calib.poses.attitudes import direction_name
@@ -23,6 +24,12 @@ looked for before they are called noise. A judgement: noise between poses seldom
 OTHER_FILES = "files of another sensor, range or unit, and for exchanged columns"
 
 OF_ATTITUDE = {ATTITUDE: "what an axis senses"}  #: a covariate as a named effect has it
+
+NOTHING_MORE = "Nothing more can be known of it from this sensor on this bench"
+
+CORRECT = ("Correct a log, or hand the calibration to another program: the error to expect "
+           "contains what is open")
+"""Next step where something stays open."""
 
 NOTHING_MISSING = "Nothing is missing"  #: begins the text of that verdict
 
@@ -164,6 +171,15 @@ def remedy_of_noise(factor: float) -> str:
             f"moved, for {OTHER_FILES}."
         )
     return "Longer poses and a firmer base usually help."
+
+
+def noise_in_the_model(fit: Fit, name: str) -> tuple[str, str]:
+    """Noise that the model has and nothing explains: in a few words, and in sentences."""
+    times = times_stated(fit)
+    what = f"noise is {two_digits(times)} times what the samples of the poses show"
+    return f"its {what}, unexplained", (
+        f"The {what}, and nothing explains it. {remedy_of_noise(times)} '{name}' in the model "
+        f"makes the sds of the parameters contain it; no correction takes it away")
 
 
 def step_of_noise(factor: float, from_run_to_run: bool) -> tuple[Step, str]:

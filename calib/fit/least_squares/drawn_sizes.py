@@ -69,7 +69,7 @@ class Likelihood:
         along = fit.directions[:, np.concatenate([~wanders, np.ones(fit.basis.shape[1], bool)])]
         rows = np.concatenate([np.ones(d, bool), ~wanders])
         residual = fit.rows.residual - fit.rows.jacobian[:, p:][:, wanders] @ fit.eta[wanders]
-        stated = Whitening.of((fit.poses.as_stated,), fit.equations.start.take(None)).row_sd[0]
+        stated = stated_row_sd(fit)
         variance = np.ones(d)
         variance[: len(stated)] = (stated / fit.equations.row_sd[: len(stated)]) ** 2
         return cls(residual[rows], (fit.rows.jacobian @ along)[rows], variance / fit.weight[:d],
@@ -278,3 +278,17 @@ def _with_sizes(fitted: Fit, sizes: Mapping[str, Drawn]) -> Fit:
         if each.effect.shape is not None:
             shapes[name] = each.shape
     return replace(fitted, at=replace(fitted.at, theta=theta, shapes=shapes), cov=cov)
+
+
+def stated_row_sd(fit: Fit) -> FloatArray:
+    """Sds of the data rows of a fit by the samples of the poses, without drawn effects, SI."""
+    return np.asarray(
+        Whitening.of((fit.poses.as_stated,), fit.equations.start.take(None)).row_sd[0])
+
+
+def times_stated(fit: Fit) -> float:
+    """Residual of a fit over the noise that the samples of the poses show, root mean square."""
+    stated = stated_row_sd(fit)
+    widened = fit.equations.row_sd[: len(stated)] / stated
+    in_sd = fit.rows.residual[: len(stated)] * widened
+    return float(np.sqrt(fit.weight[: len(stated)] @ in_sd**2 / max(fit.dof, 1)))

@@ -97,7 +97,12 @@ def test_what_has_no_formula_has_a_name_that_can_be_added(
         assert after.p_value > 1e-3
         if name != "extra_noise":  # it predicts no pose
             assert compare(after).loo_rms < 0.9 * compare(base).loo_rms
-        settled += diagnose(after).verdict == "nothing_missing"
+        then = diagnose(after)
+        if name == "extra_noise":  # no explanation
+            assert (then.explanation.standing, then.explanation.step, then.addable) == (
+                "open", "apply", ())
+            assert re.search(r"noise is [\d.]+ times .*nothing explains it", then.text)
+        settled += then.verdict == ("noise" if name == "extra_noise" else "nothing_missing")
     assert right >= 3
     assert settled >= 3
 
@@ -152,7 +157,8 @@ def test_noise_of_one_run_is_named_with_it_and_its_size_is_fitted() -> None:
         after = fit(base.poses, Model.of((*BASE, "extra_noise:run 4")))
         assert after.p_value > 1e-3
         sizes.append(float(after.theta[after.model.slices()["extra_noise:run 4"]][0]))
-        assert diagnose(after).verdict == "nothing_missing"
+        then = diagnose(after)
+        assert (then.verdict, then.name) == ("noise", "extra_noise:run 4")
     assert 1.5 < np.mean(sizes) < 2.5
     with pytest.raises(CalibrationError, match="which are of 'run 0', 'run 1'"):
         fit(base.poses, Model.of((*BASE, "extra_noise:fast")))

@@ -7,7 +7,7 @@ import pytest
 
 from calib.errors import UnusableLog
 from pipeline.export.apply import apply_results
-from pipeline.export.limits import compare_with_gravity
+from pipeline.export.limits import compare_with_gravity, warnings_of
 from pipeline.results.read import load_results
 from tests.pipeline.conftest import RunSession
 from tests.pipeline.export.stored_results import a_log
@@ -33,3 +33,16 @@ def test_only_a_rest_is_compared_with_gravity(finished: RunSession) -> None:
         compared(4.9 * stops)
     with pytest.raises(UnusableLog, match="at rest"):  # gravity taken out already
         compared(0.1 * direction)
+
+
+def test_every_sample_outside_the_range_of_the_poses_is_counted(finished: RunSession) -> None:
+    """Also those within the margin that by itself is worth no warning."""
+    stored, log = load_results(finished.folder), a_log()
+    seen = [pose.columns["temperature_c"] for each in stored.contents.triads.values()
+            for pose in each.poses]
+    warmth = np.full(len(log.time_s), max(seen) + 0.01 * np.ptp(seen))
+    columns = {**log.columns, "temperature_c": warmth}
+    assert not [*warnings_of(stored, replace(log, columns=columns), False)]
+    warmth[0] += np.ptp(seen)
+    warning, = warnings_of(stored, replace(log, columns=columns), False)
+    assert f"{len(warmth)} of {len(warmth)} samples are outside" in warning
