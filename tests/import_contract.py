@@ -71,6 +71,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.fit.triad": [
         ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
+        ("other_poses",),
     ],
     "calib.fit.validation": [
         ("leave_one_out", "odd_poses", "wave_misfit"), ("prediction",), ("elsewhere",),

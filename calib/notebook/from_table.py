@@ -12,7 +12,7 @@ from calib.effects.catalogue import BASE
 from calib.effects.effect import Effect
 from calib.errors import CalibrationError, UnusableLog
 from calib.fit.model import Model
-from calib.fit.triad.calibration import correct_other_poses
+from calib.fit.triad.other_poses import correct_other_poses
 from calib.lot import CalibratedBlock, SensorPoses, calibrate_blocks, pool_of_lot
 from calib.notebook import display
 from calib.notebook.calibration import Calibration, calibrated, require_effects

@@ -15,8 +15,9 @@ from calib.errors import CalibrationError, Remedy, Undetermined
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit as fitted
 from calib.fit.model import Model
-from calib.fit.triad.calibration import TriadCalibration, correct_other_poses
+from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.leaning import leaning_of, with_axes
+from calib.fit.triad.other_poses import correct_other_poses
 from calib.fit.validation.elsewhere import PredictedPose, predict_pose
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.imu_log import IntArray, Triad

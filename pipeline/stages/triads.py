@@ -22,8 +22,9 @@ from calib.consistency.data_sheet import (
 from calib.consistency.force import force_notes, require_gravity
 from calib.diagnosis.unseen import unseen_budget
 from calib.effects.effect import Effect
-from calib.fit.triad.calibration import TriadCalibration, missing_in, with_typical_columns
+from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.frame_alignment import FrameRotation, rotation_between_frames
+from calib.fit.triad.other_poses import missing_in, with_typical_columns
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.past import with_pasts

@@ -281,7 +281,7 @@ def _with_sizes(fitted: Fit, sizes: Mapping[str, Drawn]) -> Fit:
 
 
 def stated_row_sd(fit: Fit) -> FloatArray:
-    """Sds of the data rows of a fit by the samples of the poses, without drawn effects, SI."""
+    """Sds (r,) of the data rows of a fit by the samples of the poses, without drawn effects, SI."""
     return np.asarray(
         Whitening.of((fit.poses.as_stated,), fit.equations.start.take(None)).row_sd[0])
 

@@ -22,7 +22,6 @@ from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, Triad
-from calib.poses.pose_set import PoseSet
 
 TOLD_WIDENING = 1.1
 """Ratio of the sds to those of the noise alone from which it is reported: it chooses words only."""
@@ -254,37 +253,3 @@ def parameter_sds(calibration: TriadCalibration, cov: FloatArray) -> FloatArray:
     fit = calibration.fit
     variance = np.diag(triad_parameters(fit.model, fit.theta, cov, calibration.spec).cov)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)).reshape(3, 3))  # 0 may round below 0
-
-
-def correct_other_poses(calibration: TriadCalibration) -> Callable[[Conditions], FloatArray]:
-    """The specific force (n, 3) in other poses, for :func:`calib.poses.pose_set.pose_set`.
-
-    A column that these poses lack takes its mean over the poses of the calibration, so that the
-    correction is that of a typical pose. An effect that needs more than columns is left out.
-    """
-
-    def correct(at: Conditions) -> FloatArray:
-        at = replace(at, columns={**at.columns, **_typical_columns(calibration, at)})
-        correction = calibration.correction
-        return correction.without(correction.not_evaluable(at)).correct(at)
-
-    return correct
-
-
-def with_typical_columns(calibration: TriadCalibration, poses: PoseSet) -> PoseSet:
-    """The poses with the columns that the calibration needs and they lack, at their means."""
-    return replace(poses, columns={**poses.columns, **_typical_columns(
-        calibration, poses.accelerometer_conditions(poses.force))})
-
-
-def missing_in(calibration: TriadCalibration, poses: PoseSet) -> dict[str, str]:
-    """The effects of the accelerometer that these poses cannot evaluate, with their reasons."""
-    return calibration.correction.not_evaluable(poses.accelerometer_conditions(poses.force))
-
-
-def _typical_columns(calibration: TriadCalibration, at: Conditions) -> dict[str, FloatArray]:
-    """Means of the missing columns, (n,)."""
-    known = calibration.fit.poses.columns
-    names = {name for effect in calibration.fit.model.effects for name in effect.logged}
-    return {name: np.full(len(at.vector), known[name].mean()) for name in sorted(names)
-            if name in known and not np.isfinite(at.column(name)).all()}
