@@ -87,10 +87,12 @@ def _picture(result: TriadResult, found: Discovered) -> Iterator[str]:
 def no_formula(result: TriadResult) -> str:
     """The sentence where none holds."""
     said = result.diagnosis.explanation
-    following = said.following if said.step != "discover" else (
-        "With these columns nothing more can be known of it: write it as your own effect if you "
-        "know its physics, or log what may drive it (temperature, supply) and record the same "
-        f"poses once more ({minutes_of(len(result.calibration.fit.poses))})")
+    following = f"What the diagnosis says stands: {said.short}. {said.following}"
+    if said.step == "discover":
+        following = (
+            "With these columns nothing more can be known of it: write it as your own effect if "
+            "you know its physics, or log what may drive it (temperature, supply) and record the "
+            f"same poses once more ({minutes_of(len(result.calibration.fit.poses))})")
     instead = without_formula(result)
     if instead is not None and said.step == "discover":
         following += f". Until then '{instead}' takes it into the sds"

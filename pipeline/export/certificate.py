@@ -24,7 +24,7 @@ from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from pipeline.drawings.charts import Canvas, Chart, rightward, upward
 from pipeline.export.parts import HASH_DIGITS, Export, stood_for, temperatures
 from pipeline.results.history import read_history
-from pipeline.results.json_values import unit_of
+from pipeline.results.json_values import logged_unit, unit_of
 from pipeline.results.names import PARAMETERS
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.results.schema.file import ResultsFile
@@ -156,7 +156,7 @@ def _typeset(text: str) -> str:
 def _range(triad: StoredTriad) -> str:
     spec, unit = triad.correction.spec, SI_UNIT[triad.name]
     if not spec.bits:
-        return "logged in physical units"
+        return f"logged in {logged_unit(triad.name, spec)}"
     by_gain = range_by_gain(triad.parameters.scale_counts_per_unit, spec)
     if by_gain is not None:
         return f"about {range_in_words(by_gain, triad.name)} by the measured gain, {spec.bits} bits"

@@ -20,7 +20,6 @@ MORE_THAN_NOISE = 5.0
 """Residuals five times the noise within the poses come from between them, and a formula of them is
 looked for before they are called noise. A judgement: noise between poses seldom makes three."""
 
-
 OTHER_FILES = "files of another sensor, range or unit, and for exchanged columns"
 
 OF_ATTITUDE = {ATTITUDE: "what an axis senses"}  #: a covariate as a named effect has it

@@ -64,7 +64,8 @@ def _past(calibration: TriadCalibration, at: Conditions) -> dict[str, FloatArray
                for name, column in at.columns.items() if name in poses.columns}
     whole = past_columns(columns, np.concatenate([poses.time_s, at.time_s]), [
         past for effect in calibration.fit.model.effects for past in effect.pasts])
-    return {name: column[len(poses):] for name, column in whole.items() if np.isfinite(column).all()}
+    return {name: column[len(poses):] for name, column in whole.items()
+            if np.isfinite(column).all()}
 
 
 def _with(at: Conditions, columns: dict[str, FloatArray]) -> Conditions:

@@ -1,6 +1,7 @@
 """``--to certificate``: one page that states what the results hold, whatever the names are."""
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.poses.data_sheet import TriadSpec
 from pipeline.export.certificate import certificate_content, residual_chart, to_certificate
 from pipeline.results.read import Stored, load_results
 from pipeline.results.schema.triad import PoseResult
@@ -56,6 +58,15 @@ def test_it_states_the_parameters_of_the_results(stored: Stored, finished: RunSe
         assert part["standing"] == "good"
         for name in section["diagnosis"]["blind"]:
             assert name in part["not_determined"]
+
+
+def test_counts_without_a_range_are_counts(stored: Stored) -> None:
+    counts, rate = (TriadSpec(math.inf, 0, "si", size) for size in (1 / 65.5, math.pi / 180))
+    first, *_ = stored.triads
+    for spec, unit in ((counts, "counts"), (rate, "°/s")):
+        triad = replace(first, name="gyroscope", correction=replace(first.correction, spec=spec))
+        part, = certificate_content(replace(stored, triads=(triad,)))["triads"]
+        assert part["range"] == f"logged in {unit}"
 
 
 def test_it_identifies_the_session_and_its_references(

@@ -14,7 +14,8 @@ from calib.poses.past import with_pasts
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import MODEL, SPECS, made_poses, noisy
 
-LATE = user_effect("late", read_expression("lag(temperature_c, 300)"), "axis", "{u}/K", "accelerometer")
+LATE = user_effect(
+    "late", read_expression("lag(temperature_c, 300)"), "axis", "{u}/K", "accelerometer")
 
 
 def calibrated(poses: PoseSet) -> TriadCalibration:
