@@ -121,13 +121,14 @@ def seconds_of(cell: str) -> float | None:
 
 
 def local_date_seconds(cell: str) -> tuple[str, float] | None:
-    """The date as a text and the time of the day of ``3.4.2024 12:00:00``; else None.
+    """The date as a text and the time of the day of ``3.4.2024 12:00:00`` or ``11-27 18:09:28``;
+    else None.
 
     The position of the day differs between countries, so the date is only compared.
     """
     date, _, clock = cell.strip().strip('"').partition(" ")
     match = CLOCK.fullmatch(clock.strip())
-    if match is None or not re.fullmatch(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}", date):
+    if match is None or not re.fullmatch(r"\d{1,4}[./-]\d{1,2}(?:[./-]\d{1,4})?", date):
         return None
     return date, _day_seconds(match)
 

@@ -15,7 +15,8 @@ from pipeline.logs.header_words import read_name, spelled_unit
 
 #: Repetitions are possessive (``++``), or the search of a long line would take minutes.
 NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
-DATE = r"(?:\d{4}-\d{1,2}-\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4}|\d{4}/\d{1,2}/\d{1,2})"
+DATE = (r"(?:\d{4}-\d{1,2}-\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4}|\d{4}/\d{1,2}/\d{1,2}"
+        r"|\d{2}-\d{2}(?= \d{2}:\d{2}:\d{2}))")
 CLOCK = r"\d{1,2}:\d{2}:\d{2}(?:[.:]\d++|,\d{3}(?![\d.,]))?(?: ?[AP]M\b|Z\b|[-+]\d{2}:?\d{2}\b)?"
 #: No number is a part of a word or of a clock, nor a fraction before a unit: ``1/16 °/s``.
 SLOT = re.compile(

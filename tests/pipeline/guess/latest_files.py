@@ -135,6 +135,16 @@ def a_clock_beside_every_channel(folder: Path, log: HandLog) -> Foreign:
         ",".join(f"X[s],{name}" for name in ("EMG 4[V]", *units)), *rows])], 1 / G, 1 / DEG)
 
 
+def logcat(folder: Path, log: HandLog) -> Foreign:
+    """Android's log: dates without a year before lines of two sensors."""
+    rows = ["--------- beginning of main"]
+    for t, *cells in si_rows(log):
+        stamp = f"11-27 18:{9 + int(float(t)) // 60:02d}:{float(t) % 60:06.3f}"
+        rows += [f"{stamp}  8123  8190 D SensorDump: {name} x={x} y={y} z={z} acc=3"
+                 for name, (x, y, z) in (("ACC", cells[:3]), ("GYR", cells[3:]))]
+    return Foreign([write_lines(folder / "logcat.txt", rows)])
+
+
 def attitudes(folder: Path, log: HandLog) -> Foreign:
     """Angles that a filter computed; nothing names them."""
     x, y, z = log.acc.T
@@ -159,7 +169,7 @@ LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
         quoted_thousands, zero_bytes,
         poses_beside_each_other, a_field_after_another, topics_of_a_broker,
         two_units_of_a_message, rows_of_other_widths, messages_of_a_vehicle,
-        a_clock_beside_every_channel)
+        a_clock_beside_every_channel, logcat)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),
