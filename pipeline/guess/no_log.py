@@ -173,22 +173,14 @@ def _require_whole_numbers(text: LogText) -> None:
 
 
 def _require_one_row_a_sample(path: Path, lines: Sequence[str]) -> None:
-    """Refuse rows with one value and its name, as databases export them."""
-    shown = [line for line in lines if line.strip()]
-    rows = [split_cells(line, delimiter_of(line)) for line in shown[:: 1 + len(shown) // EVENTS]]
-    rows = [row for row in rows if len(row) == len(rows[-1])]
-    for i, cells in enumerate(zip(*rows, strict=True)):
-        kinds = sorted({*cells})
-        quantities = {read_name(kind).quantity for kind in kinds}
-        if len(kinds) <= MOST_KINDS and quantities & {"acc", "gyr"}:
-            raise UnreadableInput(
-                f"{path}: each row holds one value, whose name stands in column {i + 1} "
-                f"({', '.join(kinds)}). Write one row for each sample with a column for each name: "
-                f"`pivot()` does so in InfluxDB, pandas and SQL.")
-    texts = Counter(SLOT.sub("#", COLOURS.sub("", line)) for line in lines[-EVENTS:])
+    """Refuse rows with one value and its name, whose times do not make them samples."""
+    every = [line for line in lines if line.strip()]
+    shown = every[:: 1 + len(every) // EVENTS]
+    texts = Counter(SLOT.sub("#", COLOURS.sub("", line)) for line in shown)
     called = [text for text in texts if any(read_name(part).quantity in ("acc", "gyr")
-                                            for part in re.split(r"['\":=#]", text))]
+                                            for part in re.split(r"['\":=#,;\t]", text))]
     if called and len(texts) <= MOST_KINDS:
         raise UnreadableInput(
             f"{path}: each line holds one value, as '{called[0].strip()[:LONGEST_SHOWN]}'. Have "
-            f"the logger write the six values of a sample into one line.")
+            f"the logger write the six values of a sample into one line, or bring the names into "
+            f"the header, as `pivot()` does in InfluxDB, pandas and SQL.")
