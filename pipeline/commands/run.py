@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 @click.option("--output", type=PathArgument(file_okay=False),
               help="Folder for the results; default: that of CONFIG.")
 @click.option("--force", is_flag=True,
-              help="Replace a results.json or report.html that `pipeline run` did not write.")
+              help="Replace a results.json or report.html of another configuration, or that "
+                   "`pipeline run` did not write.")
 @python_option
 @json_option("the results")
 @quiet_option("the path of the report")
@@ -42,11 +43,14 @@ def command(
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.answers import next_line
     from pipeline.report.page import outputs_of
+    from pipeline.results.inputs import require_own_results
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
     from pipeline.session_folder import require_own_files, working_on, write_session
 
     with working_on(config, output, say_waiting) as (session, folder):
         require_own_files(folder, force)
+        if not force:
+            require_own_results(folder, session)
         outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),
                             bars=not quiet)
         if not (quiet or as_json):

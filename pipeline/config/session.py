@@ -95,13 +95,13 @@ def named_files(config: Config) -> Iterator[Path]:
 
     The clocks of the user's cameras are among them where it names a camera.
     """
-    yield from _in(config)
+    yield from files_in(config)
     for effect in config.effects.values():
         if effect.python is not None:
             yield config.source.path.parent / effect.python.partition(":")[0]
 
 
-def _in(value: object) -> Iterator[Path]:
+def files_in(value: object) -> Iterator[Path]:
     """The files in the values of a section, of a mapping or of a list."""
     if isinstance(value, Path):
         yield from _files(value)
@@ -109,10 +109,10 @@ def _in(value: object) -> Iterator[Path]:
         yield cameras_file()
     elif isinstance(value, Section | dict):
         for one in (dict(value) if isinstance(value, Section) else value).values():
-            yield from _in(one)
+            yield from files_in(one)
     elif isinstance(value, list | tuple):
         for one in value:
-            yield from _in(one)
+            yield from files_in(one)
 
 
 def _files(path: Path) -> Iterator[Path]:

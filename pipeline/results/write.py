@@ -14,6 +14,7 @@ from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config
 from pipeline.logs.columns import Renamed
+from pipeline.results.inputs import config_name, inputs_sha256
 from pipeline.results.json_values import Json
 from pipeline.results.rate import rate_section
 from pipeline.results.schema import FORMAT
@@ -43,7 +44,9 @@ def results_of(outcome: Outcome) -> ResultsFile:
         format=FORMAT,
         title=config.title,
         sensor=config.sensor.name,
+        config=config_name(config),
         config_sha256=config_sha256(outcome),
+        inputs_sha256=inputs_sha256(config),
         session_start_s=outcome.recordings.origin_s if outcome.triads else None,
         rate={name: rate_section(rate) for name, rate in outcome.rates.items()},
         **dict.fromkeys(TRIADS) | triads,

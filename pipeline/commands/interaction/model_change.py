@@ -26,6 +26,7 @@ from pipeline.model_change import (
 from pipeline.next_change import MOST_CHANGES, change_for_unknown, error_falls, next_change
 from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
+from pipeline.results.inputs import require_own_results
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import CACHE_NAME, RunContext
 from pipeline.stages.poses import Recordings
@@ -169,6 +170,7 @@ def _why_unchanged(outcome: Outcome) -> str:
 
 def _write(config: Config, before: Outcome | None, after: Outcome, folder: Path) -> None:
     """Write the configuration and its results together; the history begins with those before."""
+    require_own_results(folder, config)
     if before is not None and not (folder / HISTORY_NAME).exists():
         write_session(folder, outputs_of(before, folder))
     write_session(folder, outputs_of(after, folder), config, after.config.source.text)

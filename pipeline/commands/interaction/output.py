@@ -92,18 +92,23 @@ CONFIGURATION = (".yaml", ".yml")
 def named_results(path: Path, allow_python: bool) -> "Stored":
     """The results in ``path``, or those of the configuration in ``path``."""
     from pipeline.config.load import load_config
+    from pipeline.results.inputs import require_results_of
     from pipeline.results.names import RESULTS_NAME
     from pipeline.results.read import load_results
     from pipeline.text.names import command as proposed
 
     if (path / CONFIG_NAME).exists() and not (path / RESULTS_NAME).exists():
         path /= CONFIG_NAME  # a folder stands for the configuration in it
-    folder = load_config(path).output_folder if path.suffix in CONFIGURATION else path
+    config = load_config(path) if path.suffix in CONFIGURATION else None
+    folder = path if config is None else config.output_folder
     if not folder.exists():
         raise click.UsageError(
             f"there is no {path}." if folder == path else
             f"{path} was not run yet: there is no {folder}. Type: {proposed('run', path)}")
-    return load_results(folder, allow_python)
+    stored = load_results(folder, allow_python)
+    if config is not None:
+        require_results_of(stored, config)
+    return stored
 
 
 #: Colour by the standing of a diagnosis; the words say the same without it.

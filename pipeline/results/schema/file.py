@@ -77,7 +77,10 @@ class ResultsFile(Part):
     format: Literal[1] = means("version of the format")
     title: Text = means("title of the session")
     sensor: Text = means("name of the sensor")
+    config: Text | None = means("name of the configuration's file", default=None)
     config_sha256: Text = means("SHA-256 of the configuration")
+    inputs_sha256: Text | None = means(
+        "SHA-256 of what it states and of the logs that it names, without comments", default=None)
     session_start_s: Number | None = means("earliest sample of all logs, s by their clock")
     rate: dict[str, RateResult] = means("plate settings by name")
     accelerometer: AccelerometerResult | None = means("null if it was not calibrated")
