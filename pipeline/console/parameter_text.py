@@ -20,6 +20,8 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, not_measured, with_sd
 from pipeline.text.tables import table_lines
 
+SINCE_FIRST_SAMPLE = "s after the first sample"  #: unit of a time that is searched, not fitted
+
 
 @dataclass(frozen=True)
 class ShownEffect:
@@ -51,7 +53,9 @@ def shown_effects(calibration: TriadCalibration) -> Iterator[ShownEffect]:
         unit, factor = display_unit(effect.unit_for(calibration.triad), values[:linear])
         texts = tuple(_size(value * factor, sd * factor)
                       for value, sd in zip(values[:linear], sds[:linear], strict=True))
-        shape = None if effect.shape is None else _size(values[-1], sds[-1])
+        shape = None
+        if effect.shape is not None:
+            shape = (_size if effect.shape.is_fitted else with_sd)(values[-1], sds[-1])
         yield ShownEffect(effect, unit, texts, shape)
 
 
@@ -94,7 +98,9 @@ def effect_rows(shown: ShownEffect) -> list[list[str]]:
         axis = f" {effect.parameters[i][0]}" if linear > len(AXES) else ""
         rows.append([f"  {effect.name}{axis} [{shown.unit}]", *shown.values[i : i + len(AXES)]])
     if effect.shape is not None and shown.shape is not None:
-        rows.append([f"  {effect.name} {effect.shape.name} [{effect.shape.unit}]", shown.shape])
+        searched = not effect.shape.is_fitted and effect.shape.unit == "s"
+        unit = SINCE_FIRST_SAMPLE if searched else effect.shape.unit
+        rows.append([f"  {effect.name} {effect.shape.name} [{unit}]", shown.shape])
     return rows
 
 

@@ -19,6 +19,7 @@ from calib.diagnosis.verdict.wording import (
     CORRECT,
     NOTHING_MISSING,
     NOTHING_MORE,
+    at_times,
     OTHER_FILES,
     beyond_parts,
     covariate,
@@ -94,7 +95,7 @@ def _effect(case: Case) -> Explanation:
         size = with_sd(factor * float(best.size[largest]), factor * float(best.sd[largest]))
         text += f"{which} is {size} {unit}. "
     if verdict.details:
-        text += f"The bias steps {enumeration([f'at {time}' for time in verdict.details], 'and')}. "
+        text += f"The bias steps {at_times(verdict.details)}. "
     short = f"its model lacks {enumeration(verdict.names, 'and')}"
     if len(verdict.group) > 1:
         text += _alike(case)
@@ -124,7 +125,7 @@ def _with_odds(case: Case, each: Inclusion) -> str:
         what = "a bad pose" if len(each.details) < 2 else "bad poses"
         what += f", {enumeration(case.named(each.details), 'and')}"
     elif each.details:
-        what += f" at {enumeration(each.details, 'and')}"
+        what += f" {at_times(each.details)}"
     if len(each.members) > 1:
         what = f"one of {enumeration([readable(name) for name in each.members], 'and')}"
     return f"{what} ({odds_in_words(each.probability)})"
@@ -143,9 +144,8 @@ def _beside(case: Case) -> str:
 
 
 def _ambiguous(case: Case) -> Explanation:
-    likely = case.verdict.beside
-    told = {name for each in likely for name in each.members}
-    words = [_with_odds(case, each) for each in likely]
+    told = {name for each in case.verdict.beside for name in each.members}
+    words = [_with_odds(case, each) for each in case.verdict.beside]
     words += [readable(key) for key in case.verdict.group if key not in told]
     text = (
         f"Something may be missing ({case.misfit}), and these data cannot determine what: "
@@ -160,7 +160,7 @@ def _unknown(case: Case) -> Explanation:
     assert verdict.name is not None
     if verdict.name == "time_s":
         what = "the bias changes with time, neither linearly nor exponentially"
-        at = f"; if it is a step, at {verdict.details[0]}" if verdict.details else ""
+        at = f"; if it is a step, {at_times(verdict.details[:1])}" if verdict.details else ""
         words = [_with_odds(case, each) for each in verdict.beside]
         return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")
     elif verdict.details:

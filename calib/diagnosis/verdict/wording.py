@@ -111,6 +111,15 @@ def curves(subjects: Sequence[str]) -> str:
     )
 
 
+def at_times(times: Sequence[str]) -> str:
+    """Times of a session, which a log need not count from zero.
+
+    >>> at_times(["31.2 s", "50.0 s"])
+    'at 31.2 s and 50.0 s after the first sample'
+    """
+    return f"at {enumeration(times, 'and')} after the first sample"
+
+
 def odds_in_words(probability: float) -> str:
     """``9 in 10``: a probability as one would say it.
 
