@@ -1,5 +1,6 @@
 """Messages on the values of a configuration: what is wrong, where, and what was expected."""
 
+import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -10,7 +11,8 @@ from pydantic_core import ErrorDetails
 
 from pipeline.config.rules import broken_rules, empty_keys
 from pipeline.config.types import MISSING_FILE, REFUSED, ValidationContext
-from pipeline.config.units import converted, same_quantity, split_unit
+from pipeline.config.units import UNITS, converted, same_quantity, split_unit
+from pipeline.config.yaml_syntax import cut
 from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.errors import ConfigError, MissingFiles
 from pipeline.text.names import nearest_names
@@ -104,7 +106,6 @@ EXPECTED = {
     "too_short": "at least {min_length} entries",
     "too_long": "at most {max_length} entries",
 }
-LONGEST_SHOWN = 60  #: characters of a wrong value that a message repeats
 
 
 def problems_in(
@@ -207,9 +208,21 @@ def _wrong_value(detail: ErrorDetails) -> object:
         return detail["msg"]
     shown = _shown(detail["input"])
     expected = EXPECTED[kind].format(**limits) if kind in EXPECTED else detail["msg"]
+    if kind == "literal_error" and (meant := _meant_word(detail["input"], expected)):
+        expected += f" (did you mean '{meant[0]}'?)"
     if kind == "string_type" and not isinstance(detail["input"], list | dict):
         expected += f"; put it in quotes, as in '{shown}'"
     return f"found {shown}, expected {expected}"
+
+
+def _meant_word(wrong: object, expected: str) -> list[str]:
+    """Words quoted in ``expected`` that mean the unit of ``wrong``, or else are spelt alike."""
+    words = re.findall("'([^']+)'", expected)
+    if not isinstance(wrong, str):
+        return []
+    unit = UNITS.get(wrong)
+    return [each for each in words if unit and UNITS.get(each) == unit] or nearest_names(
+        wrong, words)
 
 
 def _shown(value: Any) -> str:
@@ -218,6 +231,4 @@ def _shown(value: Any) -> str:
         return f"a list of {len(value)}"
     if isinstance(value, dict):
         return "keys with values"
-    text = {True: "true", False: "false"}.get(value, repr(value)) if isinstance(
-        value, bool) else repr(value)
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+    return cut(str(value).lower() if isinstance(value, bool) else repr(value))

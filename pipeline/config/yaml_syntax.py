@@ -22,6 +22,13 @@ _HINTS = (
      "neighbours"),
 )
 
+LONGEST_SHOWN = 60  #: characters of a wrong value that a message repeats
+
+
+def cut(text: str) -> str:
+    """The beginning of a wrong value, as a message repeats it."""
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+
 
 def syntax_error(path: Path, text: str, error: yaml.YAMLError) -> ConfigError:
     """The error for text that cannot be parsed: its line, the likely cause, YAML's own words."""

@@ -18,7 +18,7 @@ from typing import Any
 
 import yaml
 
-from pipeline.config.yaml_syntax import syntax_error
+from pipeline.config.yaml_syntax import cut, syntax_error
 from pipeline.errors import ConfigError
 from pipeline.files import may_never_end
 
@@ -219,10 +219,11 @@ def _root(text: str) -> yaml.MappingNode:
                            "template.")
         root: Any = loader.get_node()
         if not isinstance(root, yaml.MappingNode):
-            kind = "a list" if isinstance(root, yaml.SequenceNode) else f"the text '{root.value}'"
+            kind = ("a list" if isinstance(root, yaml.SequenceNode) else
+                    f"the text '{cut(root.value)}'")
             raise _Refused(root.start_mark, f"found {kind} at the top level; keys with values "
                            "are expected, such as `sensor: xsens-mti`. `pipeline init` writes a "
-                           "template.")
+                           "template, and `pipeline import LOG` a configuration for logs.")
         if loader.check_node():
             event: Any = loader.peek_event()  # type: ignore[no-untyped-call]
             raise _Refused(event.start_mark, "a second document begins here "

@@ -214,8 +214,9 @@ def unsupported(fit: Fit, prediction: Prediction) -> str:
     if not prediction.holds_everywhere:
         worst = direction_name(prediction.worst_direction, fit.poses.triad)
         text = (
-            f"But with {worst} the error of a magnitude may be "
-            f"{two_digits(prediction.times_a_pose)} times that of one pose there: record one. "
+            f"But the calibration is weak with {worst}: a corrected magnitude is "
+            f"{two_digits(prediction.times_a_pose)} times as uncertain there as one pose would "
+            f"make it. Record one. "
         )
     if prediction.unchecked:
         alone = list_labels([pose_in_words(fit, one) for one in prediction.unchecked])

@@ -42,12 +42,15 @@ class Manner:
     quiet: bool
 
     def runner(self, folder: Path) -> Callable[[Config], Outcome]:
-        """A run of a configuration with its cache in ``folder``; the logs are read once."""
+        """A run of a configuration with its cache in ``folder``; the logs are read once.
+
+        Its warnings are printed of the last alone: of one before, a change may have removed them.
+        """
         latest: list[Outcome] = []
 
         def run(config: Config) -> Outcome:
             latest[:] = [run_shown(config, folder, self.allow_python, bars=not self.quiet,
-                                 before=latest[0] if latest else None)]
+                                 warnings=False, before=latest[0] if latest else None)]
             return latest[0]
 
         return run
@@ -152,6 +155,7 @@ def add_until_settled(path: Path, manner: Manner) -> None:
     for result in outcome.triads:
         echo_verdict(result)
     if outcome.config.source.text == config.source.text:
+        echo_warnings(outcome.warnings)
         click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
         click.echo(next_line(outcome, folder))
         return
@@ -177,6 +181,7 @@ def _write(config: Config, before: Outcome | None, after: Outcome, folder: Path)
 
 
 def _finish(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:
+    echo_warnings(outcome.warnings)
     if verdicts:
         for result in outcome.triads:
             echo_verdict(result)

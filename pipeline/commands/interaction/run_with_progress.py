@@ -36,18 +36,19 @@ def _line(result: StageResult) -> str:
 
 def run_shown(
     config: Config, folder: Path, allow_python: bool = False, *, lines: bool = False,
-    bars: bool = True, before: Outcome | None = None,
+    bars: bool = True, warnings: bool = True, before: Outcome | None = None,
 ) -> Outcome:
     """Run every stage of ``config`` with its warnings; phase tracks are kept in ``folder``.
 
-    Warnings go to standard error. ``lines`` shows a line for each stage on standard output,
-    ``bars`` the progress of the clips. Results of ``before``, an outcome with another model, are
-    reused.
+    ``warnings`` prints these on standard error; without it the caller does. ``lines`` shows a line
+    for each stage on standard output, ``bars`` the progress of the clips. Results of ``before``, an
+    outcome with another model, are reused.
     """
     with Progress(bars) as progress:
         def show(result: StageResult) -> None:
             progress.close()
-            echo_warnings(result.notes if isinstance(result, Mounting) else result.warnings)
+            if warnings:
+                echo_warnings(result.notes if isinstance(result, Mounting) else result.warnings)
             if lines and (line := _line(result)):
                 click.echo(line)
 

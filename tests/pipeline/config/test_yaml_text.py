@@ -18,6 +18,7 @@ def read(folder: Path, text: str) -> YamlSource:
     ("", "the file is empty"),
     ("- a\n- b", "a list at the top level"),
     ("just words", "the text 'just words' at the top level"),
+    ("time_s,acc_x\n" + 60 * "1,2\n", r"1,2\.\.\.' at the top level.*`pipeline import LOG`"),
     ("a: &x [1]\nb: [*x, *x]", "anchors"),
     ("a: !!python/object/apply:os.system [ls]", "the tag"),
     ("title: a\n---\ntitle: b", "a second document"),
