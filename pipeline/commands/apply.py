@@ -106,17 +106,24 @@ def command(
 
 
 def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuLog":
-    """The log by the ``columns`` of the session where they fit, else by its own header."""
+    """The log by the ``columns`` of the session where they fit, else by its own header; the sample
+    rate of the session is that of a log without times."""
+    from dataclasses import replace
+
     from pipeline.errors import UnreadableInput
     from pipeline.logs.columns import Renamed
     from pipeline.logs.read import read_log
 
+    rates = stored.contents.sample_rates_hz
+    clocks = [clock] if clock.rate_hz or len(rates) != 1 else [
+        clock, replace(clock, rate_hz=rates[0])]
     for row in stored.contents.columns:
         names = Renamed(tuple(row.items())) if isinstance(row, dict) else row
-        try:
-            return read_log(log, names, clock)
-        except UnreadableInput:  # another logger's file, or one with a header of our names
-            continue
+        for stated in clocks:
+            try:
+                return read_log(log, names, stated)
+            except UnreadableInput:  # another logger's file, or one with a header of our names
+                continue
     try:
         return read_log(log, None, clock)
     except UnreadableInput as error:

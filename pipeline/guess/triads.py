@@ -160,9 +160,10 @@ class PossibleTriad:
 def is_direction(values: FloatArray) -> bool:
     """Whether readings (t, 3) that turn have the length 1 in nearly all rows: normalised ones."""
     length = np.linalg.norm(values, axis=1)
+    usual = float(np.median(length))
     turns = np.ptp(values, axis=0).max() > 2 * GRAVITY_TOLERANCE
-    return bool(turns and (np.abs(length / np.median(length) - 1) < UNIT_LENGTH).mean() > NEARLY_ALL
-                and abs(float(np.median(length)) - 1) < UNIT_LENGTH)
+    return bool(turns and abs(usual - 1) < UNIT_LENGTH
+                and (np.abs(length / usual - 1) < UNIT_LENGTH).mean() > NEARLY_ALL)
 
 
 def _attitudes(pool: PooledTables) -> set[str]:

@@ -52,6 +52,8 @@ def results_of(outcome: Outcome) -> ResultsFile:
         **dict.fromkeys(TRIADS) | triads,
         installation=outcome.installation and installation_section(outcome.installation),
         columns=stated_columns(config),
+        sample_rates_hz=[*dict.fromkeys(run.poses.sample_rate_hz for _, run in config.placed_runs()
+                                        if run.poses.sample_rate_hz is not None)],
         warnings=outcome.warnings,
     )
 

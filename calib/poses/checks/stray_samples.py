@@ -6,8 +6,9 @@ them would be judged less. So they are judged by what half of the samples cannot
 and the median deviation of the pose. A sample is stray where
 
 far
-    it is further from the median than FAR noise sds, on any axis, and stands alone: what lies
-    together in time is a motion, and the checks of the pose speak of it;
+    it is further from the median than FAR noise sds, more where few samples show these, on any
+    axis, and stands alone: what lies together in time is a motion, and the checks of the pose speak
+    of it;
 again
     its very tuple, or one value of an axis away from the middle, occurs more often than smooth
     noise repeats it, and scattered over the pose: slow noise repeats itself in stretches.
@@ -16,6 +17,7 @@ Stray samples that move the mean by more than its noise sd are left out and coun
 too many, the pose is refused.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -29,6 +31,10 @@ from calib.poses.imu_log import TRIADS, BoolArray, FloatArray, ImuLog, IntArray,
 FAR = 6.0
 """Sds of the noise. Derived: normal noise goes so far once in 5·10⁸ samples; a wave goes up to 1.0
 of the scale that its median deviation shows, a random walk up to about 4."""
+
+OF_FEW = 3.5
+"""Over the root of the number of samples, what is added to one times ``FAR``. Derived: three sds of
+a median deviation, which shows the noise of 14 samples as half of it once in a thousand times."""
 
 ONE_LEVEL = 0.74
 """Steps. Derived: normal noise of this sd leaves half of the samples on one level, and their median
@@ -112,7 +118,8 @@ def stray_samples(values: FloatArray) -> BoolArray:
         In any unit.
     """
     axes = [_Levels.of(axis) for axis in values.T if np.ptp(axis) > 0]
-    far = _far(axes, len(values))
+    count = max(len(values), 1)
+    far = _far(axes, len(values), FAR * (1 + OF_FEW / math.sqrt(count)))
     stray = _again(values, axes)
     if _alone(far) and far.mean() <= TOO_MANY:  # else the noise is of two kinds
         stray |= far
@@ -129,8 +136,8 @@ def far_samples(values: FloatArray) -> BoolArray:
     return _far([_Levels.of(axis) for axis in values.T if np.ptp(axis) > 0], len(values))
 
 
-def _far(axes: Sequence["_Levels"], count: int) -> BoolArray:
-    return np.asarray(np.any([np.zeros(count, bool), *(a.distance > FAR for a in axes)], axis=0))
+def _far(axes: Sequence["_Levels"], count: int, sds: float = FAR) -> BoolArray:
+    return np.asarray(np.any([np.zeros(count, bool), *(a.distance > sds for a in axes)], axis=0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -88,6 +88,9 @@ class ResultsFile(Part):
     installation: InstallationResult | None = means("null without the section")
     columns: list[list[Text] | dict[str, Text]] = Field(
         default_factory=list, description="`columns` of the session's logs, each once")
+    sample_rates_hz: list[Number] = Field(
+        default_factory=list,
+        description="`sample_rate_hz` of the session's logs, Hz, each once")
     warnings: list[Text] = Field(default_factory=list, description="warnings of the run in words")
 
     @property

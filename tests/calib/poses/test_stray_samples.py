@@ -114,3 +114,10 @@ def test_what_a_limit_leaves_of_the_noise_is_no_failed_reading(at: float, seed: 
     counts = noise(240, 8.0, 0.3, ON_ONE_G, seed)
     counts[:, 0] = np.minimum(counts[:, 0], ON_ONE_G[0] + np.rint(at * 8.0))
     assert not stray_samples(counts).any()
+
+
+def test_few_samples_do_not_show_their_noise_well_enough_to_call_one_stray() -> None:
+    """Stops of 14 samples, as a slow log has on a plate between the hand and the turn."""
+    rng = np.random.default_rng(8)
+    stray = [stray_samples(rng.normal(0.0, 1.0, (14, 3))).any() for _ in range(2000)]
+    assert np.mean(stray) < 0.005
