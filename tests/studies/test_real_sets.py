@@ -57,7 +57,6 @@ def test_stops_left_out_do_not_contradict_the_verdict(
 
 @pytest.mark.parametrize(("name", "triad", "verdict", "names"), [
     ("xsens", "gyroscope", "effect", ("g_sensitivity",)),
-    ("ck", "accelerometer", "effect", ("quadratic",)),
     ("sundevil short", "gyroscope", "effect", ("bias_step",)),
     ("sundevil long", "accelerometer", "nothing_missing", ()),
 ])
@@ -66,6 +65,14 @@ def test_what_left_out_stops_show_is_what_is_said(
 ) -> None:
     found = getattr(said[name], triad).diagnosis
     assert (found.verdict, found.names) == (verdict, names)
+
+
+def test_an_effect_beside_what_no_effect_explains_is_offered(said: dict[str, Said]) -> None:
+    """`quadratic` lowers the error of stops left out by 25 %, and a misfit of p < 1e-3 stays."""
+    found = said["ck"].accelerometer
+    assert found is not None
+    assert found.diagnosis.verdict == "ambiguous"
+    assert "quadratic" in found.diagnosis.group
 
 
 def test_no_gyroscope_in_a_hand_is_named_the_earth(said: dict[str, Said]) -> None:
