@@ -115,7 +115,7 @@ def test_a_triad_follows_what_the_other_does_where_its_poses_leave_it_open() -> 
 
 
 def test_a_step_where_a_column_passes_a_value_is_taken_from_the_other_triad() -> None:
-    """Of 26 poses at a temperature that only rises, which alone show no formula."""
+    """The accelerometer has 26 poses at a temperature that only rises: they show no formula."""
     pair = []
     for triad, every in (("accelerometer", 3), ("gyroscope", 1)):
         true = rich_poses(triad, 7)
