@@ -146,9 +146,10 @@ class Hypothesis:
     def covariate(self) -> str:
         """What it is a function of: a logged column, time, the pose before, else the attitude.
 
-        Nothing of the base is: every sensor has it.
+        Nothing of the base is, which every sensor has, and nothing that happened once.
         """
-        if self.follows is not None or self.effect is None or self.effect.acts_on == "reading":
+        if self.follows is not None or self.effect is None or self.is_placed or (
+                self.effect.acts_on == "reading"):
             return self.follows or ""
         first = next(iter((*self.effect.logged, *self.effect.needs)), ATTITUDE)
         return COVARIATES.get(first, first)

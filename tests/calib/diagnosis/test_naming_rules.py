@@ -9,6 +9,8 @@ import pytest
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
+from calib.diagnosis.hypotheses.courses import by_clock
+from calib.diagnosis.hypotheses.listed import listed_hypotheses
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import Effect
 from calib.effects.user_defined import shape_between, user_effect
@@ -149,3 +151,11 @@ def with_own(effect: Effect, poses: PoseSet, size: float, shape: float | None = 
     shapes = None if shape is None else {effect.name: shape}
     read = with_noise(read_through(poses, model, theta, shapes), np.random.default_rng(1))
     return fit(read, Model.of(BASE))
+
+
+def test_what_happened_once_is_a_function_of_nothing() -> None:
+    """No unknown function of the attitude stands for a step, and no sentence says so."""
+    model = fit(noisy(rich_poses("gyroscope", 3), 3), Model.of(BASE))
+    placed = [each for each in (*listed_hypotheses(model)[0], *by_clock(model)) if each.is_placed]
+    assert "bias_step" in {each.name for each in placed}
+    assert {each.covariate for each in placed} == {""}
