@@ -24,6 +24,7 @@ from calib.diagnosis.verdict.kinds_of_noise import WANDER
 from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.widened import WANDERS
 from calib.fit.rows.problem import with_common
 from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
@@ -233,16 +234,18 @@ def _left_open(
 
     An error that follows the temperature or the time vanishes under typical conditions, and one of
     unknown shape has no formula: a class counts at least as much as it takes off the mean square
-    error of poses left out. A bias that wanders goes on in the next log, also where the model has
-    it; noise, a bad pose or an error of the bench is not part of that.
+    error of poses left out. Noise that the samples of the poses do not show, a bias that wanders
+    among it, goes on in the next log, also where the model has it; a bad pose or an error of the
+    bench is not part of that.
     """
-    wander = calibration.effect_values().get(WANDER)
-    total = np.full_like(prediction.variance, 0.0 if wander is None else wander[0][0] ** 2)
+    total = np.full_like(prediction.variance, _drawn_anew(calibration.fit))
     if diagnosis.verdict == Code.NOTHING_MISSING:
         return total
     ranking = {(each.name, each.kind): each for each in diagnosis.ranking}
-    without = ranking["noise", "noise"].loo_after ** 2
-    pose_sd = float(np.median(calibration.fit.equations.magnitude_sd))
+    noise = ranking["noise", "noise"]
+    without = noise.loo_after ** 2
+    scatter = np.fmax(without - np.median(calibration.fit.equations.magnitude_sd) ** 2, 0.0)
+    total += noise.probability * scatter
     for each in diagnosis.inclusion:
         effect = EFFECTS.get(each.name)
         candidate = ranking.get((each.follows or each.name, each.kind))
@@ -250,9 +253,8 @@ def _left_open(
         if candidate is None or not lasts:
             continue
         of_bench = effect is not None and effect.belongs_to == "bench"
-        with_it = pose_sd if each.name == WANDER else candidate.loo_after
-        taken_off = 0.0 if of_bench else np.fmax(without - with_it**2, 0.0)
-        variance = np.full_like(total, taken_off)
+        by_it = scatter if each.name == WANDER else np.fmax(without - candidate.loo_after**2, 0.0)
+        variance = np.full_like(total, 0.0 if of_bench else by_it)
         if effect and effect.name not in (STEP, WANDER) and candidate.size.size:
             size = candidate.size
             if effect.in_square:
@@ -262,6 +264,16 @@ def _left_open(
             variance = np.fmax(variance, np.where(np.isfinite(by_formula), by_formula, 0.0))
         total += each.probability * variance
     return total
+
+
+def _drawn_anew(fit: Fit) -> float:
+    """Mean variance of a reading, SI, by the noise in the model: a new pose has its own."""
+    poses, reference = fit.poses, fit.poses.reference
+    drawn = poses.sd**2 - poses.as_stated.sd**2
+    if reference.on_vector is not None:
+        wanders = [name.startswith(WANDERS) for name in reference.common_names]
+        drawn = drawn + (reference.on_vector[:, :, wanders] ** 2).sum(axis=2)
+    return float(drawn.mean())
 
 
 def together(budget: Mapping[str, FloatArray]) -> FloatArray:

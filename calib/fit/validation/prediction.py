@@ -70,7 +70,7 @@ class Prediction:
     unseen : mapping of str to array, shape (m, d)
         Variance by each effect that the poses cannot see, at the size typical of the sensor.
     open : array, shape (m, d)
-        Variance by what may be missing, weighed by its probability, and by a bias that wanders.
+        Variance by what may be missing, weighed by its probability, and by noise from pose to pose.
     """
 
     magnitude: FloatArray

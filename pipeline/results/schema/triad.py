@@ -79,7 +79,7 @@ class PredictionParts(Part):
     unseen: dict[str, MaybeSd] = means(
         "by each effect that the poses cannot see, if the sensor is typical")
     open: MaybeSd = means(
-        "by what may be missing, weighed by its probability, and by a bias that wanders")
+        "by what may be missing, weighed by its probability, and by noise from pose to pose")
 
 
 class PredictionResult(Part):

@@ -175,13 +175,16 @@ def test_a_missing_course_counts_in_what_the_next_log_errs_by(column: str, verdi
     assert 0.7 < assessed.prediction.sd_median / on_a_length < 1.6
 
 
-def test_a_bias_that_wanders_goes_on_in_the_next_log() -> None:
+@pytest.mark.parametrize("noise", ["bias_wander", "extra_noise", "pose_scatter"])
+def test_noise_from_pose_to_pose_goes_on_in_the_next_log(noise: str) -> None:
     """Also where the model has it: no correction takes it away."""
     poses = noisy(rich_poses("accelerometer"), 3)
     hidden = 10 * poses.sd[0, 0]
-    course = hidden * walk(poses.time_s, np.random.default_rng(1))
-    poses = replace(poses, reading=poses.reading + course)
-    for model in (MODEL, MODEL + find_effect("bias_wander")):
+    random = np.random.default_rng(1)
+    drawn = (walk(poses.time_s, random) if noise == "bias_wander"
+             else random.standard_normal(poses.reading.shape))
+    poses = replace(poses, reading=poses.reading + hidden * drawn)
+    for model in (MODEL, MODEL + find_effect(noise)):
         assessed = assess(poses, model, SPECS["accelerometer"])
         assert assessed.prediction is not None
         assert 0.5 < assessed.prediction.sd_median / hidden < 2
