@@ -107,21 +107,31 @@ def command(
 
 def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuLog":
     """The log by the ``columns`` of the session where they fit, else by its own header; the sample
-    rate of the session is that of a log without times."""
+    rate of the session is that of a log without times.
+
+    A file of several sensors is read by the tables of the session's file.
+    """
     from dataclasses import replace
+    from itertools import zip_longest
 
     from pipeline.errors import UnreadableInput
     from pipeline.logs.columns import Renamed
+    from pipeline.logs.formats.kinds import split_member
+    from pipeline.logs.join import join_logs
     from pipeline.logs.read import read_log
 
     rates = stored.contents.sample_rates_hz
     clocks = [clock] if clock.rate_hz or len(rates) != 1 else [
         clock, replace(clock, rate_hz=rates[0])]
-    for row in stored.contents.columns:
-        names = Renamed(tuple(row.items())) if isinstance(row, dict) else row
-        for stated in clocks:
+    rows = [(table, Renamed(tuple(row.items())) if isinstance(row, dict) else row)
+            for row, table in zip_longest(stored.contents.columns, stored.contents.tables,
+                                          fillvalue="")]
+    named = split_member(log)[1]
+    of_tables = [(log / table, names) for table, names in rows if table and not named]
+    for parts in [of_tables, *([(log, names)] for table, names in rows if named in ("", table))]:
+        for stated in clocks if parts else ():
             try:
-                return read_log(log, names, stated)
+                return join_logs([read_log(path, names, stated) for path, names in parts])
             except UnreadableInput:  # another logger's file, or one with a header of our names
                 continue
     try:

@@ -12,7 +12,7 @@ from calib.poses.triad_kind import TRIAD_KINDS, TriadKind
 from pipeline.config.types import Positive, Section, no_such, with_keys
 from pipeline.config.units import UNITS
 
-ForceUnit = Literal["m_s2", "g", "mg", "ug", "mm_s2"]
+ForceUnit = Literal["m_s2", "g", "mg", "ug", "cm_s2", "mm_s2"]
 RateUnit = Literal["rad_s", "deg_s", "mrad_s", "mdeg_s", "ddeg_s", "cdeg_s", "deg_h", "rpm"]
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement"]
 FULL_SCALE, COUNTS_PER = "full_scale_", "counts_per_"  #: prefixes of the keys of a data sheet

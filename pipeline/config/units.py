@@ -15,6 +15,7 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "g": ("acceleration", STANDARD_GRAVITY_M_S2),
     "mg": ("acceleration", STANDARD_GRAVITY_M_S2 * 1e-3),
     "ug": ("acceleration", STANDARD_GRAVITY_M_S2 * 1e-6),
+    "cm_s2": ("acceleration", 1e-2),
     "mm_s2": ("acceleration", 1e-3),
     "mgal": ("acceleration", 1e-5),
     "rad_s": ("angular rate", 1.0),
@@ -47,9 +48,9 @@ UNITS: Mapping[str, tuple[str, float]] = {
     "px": ("length in the frame", 1.0),
     "counts": ("reading", 1.0),
 }
-UNIT_WORDS = {"m_s2": "m/s²", "mm_s2": "mm/s²", "ug": "µg", "rad_s": "rad/s", "deg_s": "°/s",
-              "mrad_s": "mrad/s", "mdeg_s": "m°/s", "ddeg_s": "0.1 °/s", "cdeg_s": "0.01 °/s",
-              "deg_h": "°/h", "rpm": "rpm", "ut": "µT", "nt": "nT"}
+UNIT_WORDS = {"m_s2": "m/s²", "cm_s2": "cm/s²", "mm_s2": "mm/s²", "ug": "µg", "rad_s": "rad/s",
+              "deg_s": "°/s", "mrad_s": "mrad/s", "mdeg_s": "m°/s", "ddeg_s": "0.1 °/s",
+              "cdeg_s": "0.01 °/s", "deg_h": "°/h", "rpm": "rpm", "ut": "µT", "nt": "nT"}
 
 
 def split_unit(key: str) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from pipeline.guess.checked import CheckedConfig
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.clock import EPOCH_S
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, TIME, our_name
 from pipeline.text.formatting import count
 from pipeline.text.tables import table_lines
 
@@ -48,13 +48,13 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
 
 def guessed_table(table: TableGuess) -> list[str]:
     """The columns of one table with their units and reasons, and its first rows."""
-    clock = table.clock
+    clock, rate_hz = table.clock, _rate_hz(table)
     seconds = float(clock.time_s[-1] - clock.time_s[0])
-    rate = f", {(table.table.rows - 1) / seconds:.4g} Hz, {seconds:.4g} s" if seconds else ""
+    rate = f", {rate_hz:.4g} Hz, {seconds:.4g} s" if seconds and rate_hz else ""
     lines = [f"{table.path}: {count(table.table.rows, 'row')}{'' if table.are_means else rate}"]
     rows = []
     if clock.column is not None:
-        rows.append(["  time", clock.column, clock.unit or "ticks", clock.because])
+        rows.append(["  time", clock.column, _time_unit(table), clock.because])
     elif not table.are_means:
         shown = "not known" if clock.rate_hz is None else f"{clock.rate_hz:g} Hz"
         rows.append(["  time", "-", shown, clock.because])
@@ -116,7 +116,16 @@ def guess_json(guess: SessionGuess, checked: CheckedConfig) -> dict[str, Any]:
 
 
 def _rate_hz(table: TableGuess) -> float | None:
+    """The usual sample rate: lost rows, whose steps are nearer to two than to one, leave it."""
     if table.clock.column is None:
         return table.clock.rate_hz
-    step = float(np.median(np.diff(table.clock.time_s)))
-    return 1 / step if step > 0 else None
+    step = np.diff(table.clock.time_s)
+    usual = step[step < 1.5 * np.median(step)]
+    return float(1 / usual.mean()) if usual.size and usual.mean() > 0 else None
+
+
+def _time_unit(table: TableGuess) -> str:
+    """The unit of the column of times, by the guess or by the program that calls it so."""
+    factor = our_name(table.clock.column or "")[1]
+    return table.clock.unit or next(
+        (unit for unit, seconds in SECONDS_PER.items() if seconds == factor), f"{factor:g} s")

@@ -32,8 +32,8 @@ def disagreements(guess: SessionGuess) -> Iterator[str]:
     """Contradictions to the guess of the files, one sentence for the first table of each test."""
     if not guess.sources:
         return
-    for law in (_unused_accelerometer, _no_gravity, _one_axis_twice, _no_unit, _other_turns,
-                _too_short):
+    for law in (_unused_accelerometer, _no_gravity, _one_axis_twice, _two_accelerometers, _no_unit,
+                _other_turns, _too_short):
         yield from [fault for source in guess.sources for table in source.tables
                     if (fault := law(guess, table))][:1]
 
@@ -64,6 +64,18 @@ def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:
                 return (f"{table.path}: '{one}' and '{other}' hold the same numbers: one axis is "
                         f"written twice and another is missing. Correct what writes the log.")
     return ""
+
+
+def _two_accelerometers(guess: SessionGuess, table: TableGuess) -> str:
+    """Two triads of which one is an accelerometer and the other may be a magnetometer."""
+    triad = table.accelerometer
+    if triad is None or triad.rival is None:
+        return ""
+    one, other = (", ".join(columns) for columns in (triad.columns, triad.rival))
+    return (f"{table.path}: {one} and {other} have one length in every attitude, as gravity has "
+            f"and the magnetic field, and nothing shows which is gravity. Write the names of the "
+            f"columns into the first line, as in time_s,acc_x,acc_y,acc_z, or leave the columns of "
+            f"the magnetometer out.")
 
 
 def _no_unit(guess: SessionGuess, table: TableGuess) -> str:

@@ -21,6 +21,7 @@ from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measur
 
 #: Suffixes of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
+NO_ROWS = "{}: no table in it holds a row of three numbers. Is it a log?"
 LIES_STILL = ("its accelerometer reads nearly the same in every rest, so that gravity is removed "
               "from it, or it lay in one attitude. Record the acceleration with gravity, in poses")
 REMOVED = 0.3
@@ -31,7 +32,8 @@ of a log are at rest."""
 def guess_files(
     files: Sequence[Path], rate_hz: float | None
 ) -> tuple[list[TableGuess], tuple[str, ...]]:
-    """Guesses of all tables of ``files``, and a note on each table that holds no triad.
+    """Guesses of all tables of ``files``, and a note on each table that holds no triad; none on
+    other sensors in a file of which a table is used.
 
     Parameters
     ----------
@@ -47,10 +49,12 @@ def guess_files(
     tables = [table for path in files for table in raw_tables(path, files)]
     every = guess_tables(tables, rate_hz)
     guesses = [guess for guess in every if guess is not None]
+    used = {guess.path.parent for guess in guesses if guess.path.parent.is_file()}
     passed_over = [f"{table.path}: not used, because {why_no_log(table)}."
-                   for table, guess in zip(tables, every, strict=True) if guess is None]
+                   for table, guess in zip(tables, every, strict=True) if guess is None
+                   and (table.path.parent not in used or called_accelerometers(table))]
     if not guesses:
-        raise UnreadableInput(passed_over[0])
+        raise UnreadableInput(passed_over[0] if passed_over else NO_ROWS.format(files[0]))
     return guesses, tuple(passed_over)
 
 

@@ -112,6 +112,12 @@ class GravityUnit:
         """SI units per unit of the log."""
         return STANDARD_GRAVITY_M_S2 / self.per_g
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether the length differs from gravity in the known unit by no more than a factory gain
+        does, as that of a magnetic field does only by chance."""
+        return self.is_sure and abs(math.log(self.length / self.per_g)) < AS_NEAR
+
 
 def gravity_unit(
     values: FloatArray, table: IntArray, step_s: float, encoding: str

@@ -10,6 +10,7 @@ from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.raw_tables import RawTable
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS, unwrapped_ticks
+from pipeline.logs.head import FEWEST_COUNTED
 
 REST_S = 0.5
 """Length of the blocks that are tested for rest, s. A judgement: shorter than a rest in a hand, and
@@ -43,7 +44,7 @@ class PooledTables:
     Parameters
     ----------
     columns : mapping of str to array, shape (t,)
-        All columns but those of times.
+        All columns but those of times, and others that only grow.
     table : array, shape (t,)
         Index of the table of each row, from 0, or of its part between gaps of the clock; no unit.
     step_s : float
@@ -71,7 +72,8 @@ class PooledTables:
 def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) -> PooledTables:
     """The pool of tables with the same columns."""
     times = {clock.column for clock in clocks}
-    names = [name for name in tables[0].columns if name not in times]
+    names = [name for name in tables[0].columns if name not in times
+             and not all(_only_grows(table.columns[name]) for table in tables)]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
     steps = [usual_step(clock.time_s) for clock in clocks if len(clock.time_s) > 1]
     begins = [_begins(table, clock) for table, clock in zip(tables, clocks, strict=True)]
@@ -79,6 +81,12 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
         columns, np.cumsum(np.concatenate(begins)) - 1,
         float(np.median(steps)) if steps else 1 / ASSUMED_HZ,
         all(clock.is_known for clock in clocks), hint)
+
+
+def _only_grows(values: FloatArray) -> bool:
+    """Whether a column (t,) counts time or rows, as a second clock does and no reading."""
+    step = np.diff(values)
+    return bool(len(step) >= FEWEST_COUNTED and (step >= 0).all() and np.median(step) > 0)
 
 
 def _begins(table: RawTable, clock: ClockGuess) -> BoolArray:

@@ -17,9 +17,10 @@ from pipeline.guess.no_log import (
     with_samples_in_rows,
 )
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
-from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
+from pipeline.logs.formats.file_table import FileTable
+from pipeline.logs.formats.kinds import kind_of, split_member
 from pipeline.logs.head import find_head
-from pipeline.logs.source import picked_lines, read_bytes, tables_of_text
+from pipeline.logs.tables import TextTable, tables_in
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 
 #: Sample rate in a logger's header lines: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
@@ -77,33 +78,28 @@ def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
     UnreadableInput
         The file cannot be read, or holds no table.
     """
-    file, member = split_member(path)
+    tables = tables_in(path)
+    file, _ = split_member(path)
     kind = kind_of(file)
-    if kind is None:
-        texts = tables_of_text(file, read_bytes(file))
-        require_no_bytes(file, next(iter(texts.values())))
-        if member:
-            texts = {member: picked_lines(file, texts, member)}
-        return [table for name, lines in texts.items()
-                if (table := _table_of_lines(file / name, lines, bool(name), beside)) is not None]
-    tables = [table for table in tables_of(file, kind) if member in ("", table.name)]
-    tables = with_samples_in_rows(path, tables)
-    whole = len(tables) == 1 and kind.si
-    return [RawTable(file if whole else file / table.name, table.columns, si=kind.si,
-                     header=tuple(table.columns))
-            for table in tables if table.columns]
+    si = kind is not None and kind.si
+    wide = with_samples_in_rows(path, [table for table in tables if isinstance(table, FileTable)])
+    whole = len(wide) == 1 and si
+    read = [_table_of_lines(file / table.name, table, beside) for table in tables
+            if isinstance(table, TextTable)]
+    read += [RawTable(file if whole else file / table.name, table.columns, si=si,
+                      header=tuple(table.columns)) for table in wide if table.columns]
+    return [table for table in read if table is not None]
 
 
-def _table_of_lines(
-    path: Path, lines: list[str], one_of_many: bool, beside: Sequence[Path]
-) -> RawTable | None:
+def _table_of_lines(path: Path, table: TextTable, beside: Sequence[Path]) -> RawTable | None:
     """The table of a text; None if it is one of many and has no rows."""
-    require_numbers_in_cells(path, lines)
-    text = raw_text(path, lines)
-    if text is None and one_of_many:
+    require_no_bytes(path, table.lines)
+    require_numbers_in_cells(path, table.lines)
+    text = raw_text(path, table.lines)
+    if text is None and not table.is_alone:
         return None
     if text is None:
-        raise no_table(path, lines, beside)
+        raise no_table(path, table.lines, beside)
     require_samples(text)
     return _text_table(text)
 

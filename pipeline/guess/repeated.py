@@ -9,6 +9,7 @@ import numpy as np
 from calib.poses.imu_log import TRIADS, FloatArray
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
 from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.turns import AGREEMENT, BLOCK_S, FEWEST_TURNS, LEAST_TURN
 from pipeline.logs.clock import EPOCH_S, USUAL_STEPS
 from pipeline.text.names import command, word
 
@@ -46,11 +47,26 @@ def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
     both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
     together = one.path.parent == other.path.parent and not one.path.parent.is_dir()
     since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
-    if not both or one.are_means or other.are_means:
+    if not both or one.are_means or other.are_means or _turn_apart(one, other):
         return False
     if together and one.clock.is_known and other.clock.is_known:
         return one.overlaps(other)
     return since_1970 and one.overlaps(other)
+
+
+def _turn_apart(one: TableGuess, other: TableGuess) -> bool:
+    """Whether two accelerometers of one time turn at other times, in two recordings from 0 on."""
+    logs = [log for table in (one, other) if table.accelerometer and (log := table.log())]
+    if len(logs) < 2 or not one.overlaps(other):
+        return False
+    time_s = np.arange(max(log.time_s[0] for log in logs), min(log.time_s[-1] for log in logs),
+                       BLOCK_S)
+    force = np.array([[np.interp(time_s, log.time_s, axis) for axis in log.accelerometer.T]
+                      for log in logs])  # (2, 3, t)
+    up = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), np.finfo(float).tiny)
+    moved = np.linalg.norm(np.diff(up, axis=2), axis=1)
+    turn = (moved > LEAST_TURN).sum(axis=1) >= FEWEST_TURNS
+    return bool(turn.all() and np.corrcoef(moved)[0, 1] < AGREEMENT)
 
 
 def without_continuations(

@@ -56,7 +56,8 @@ def _turns(one: RawTable, its: ClockGuess, other: RawTable, clock: ClockGuess) -
                for number, table, ticks in ((1, one, its), (2, other, clock))
                for name, values in table.columns.items() if name != ticks.column}
     pool = PooledTables(columns, np.zeros(len(time_s), np.int64), usual_step(time_s), True, "")
-    force, rate = chosen_triads(pool)
+    chosen = chosen_triads(pool)
+    force, rate = chosen.force, chosen.rate
     if force is None or rate is None or force.columns[0][0] == rate.columns[0][0]:
         return False
     turn = rate.turns(force)

@@ -115,7 +115,7 @@ def guess_session(
     beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
     settled, notes = without_continuations(settled, layout == "files")
-    doubts += [*notes, *_doubts_of_tables(settled)]
+    doubts += [*notes, *_doubts_of_tables(settled, beside)]
     groups: dict[tuple[Layout, float | None, bool], dict[TableGuess, float]] = {}
     rates = [beside.get(table, table) for table in settled]
     for table, rate, usual in zip(settled, rates, speeds_of([t.turning_rad_s for t in rates]),
@@ -165,11 +165,14 @@ def _source(
     return PoseSource(layout, tuple(tables), name, sign * rpm * RPM, clip)
 
 
-def _doubts_of_tables(tables: Sequence[TableGuess]) -> list[str]:
-    """The doubts about the tables, each reported once with its number of files."""
+def _doubts_of_tables(
+    tables: Sequence[TableGuess], beside: Mapping[TableGuess, TableGuess]
+) -> list[str]:
+    """The doubts about the tables, each reported once with its number of files; a gyroscope in a
+    table ``beside`` is not missed."""
     names: dict[str, list[str]] = {}
     for table in tables:
-        for doubt in table.doubts:
+        for doubt in (*table.doubts, *(() if table in beside else table.misses)):
             names.setdefault(doubt, []).append(table.path.name)
     return [f"{files[0]}{f' and {len(files) - 1} more' if files[1:] else ''}: {doubt}"
             for doubt, files in names.items()]
@@ -244,7 +247,8 @@ def _rate_doubts(sources: Sequence[PoseSource]) -> list[str]:
                 f"rate in the configuration, to calibrate the gyroscope by it")
         elif source.rate != STOPPED and source.clip is None:
             doubts.append(
-                f"{name}: the plate turns as a record player at {source.rate}; the nominal rate "
+                f"{name}: the plate turns as a record player at "
+                f"{abs(source.rate_rad_s) / RPM:.3g} rpm; the nominal rate "
                 f"is taken with an sd of {RECORD_SD:.1%}, which the scale of the gyroscope "
                 f"inherits. A clip of the plate gives 50 ppm")
     return doubts

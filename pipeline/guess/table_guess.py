@@ -68,6 +68,10 @@ class TableGuess:
         if self.table.lost:
             yield (f"{self.table.lost} of its {self.table.lost + self.table.rows} lines are no "
                    f"samples and are left out")
+
+    @property
+    def misses(self) -> Iterator[str]:
+        """A sentence on columns that may be a gyroscope and are not taken for one."""
         if self.accelerometer and not self.gyroscope and len(self.further) >= AXIS_COUNT:
             yield (f"no columns turn gravity as a gyroscope's would, or are called so; left are "
                    f"{', '.join(self.further[:SHOWN])}")
@@ -206,11 +210,12 @@ def _guess_group(
         accelerometer, gyroscope = _stated(tables[0])
     else:
         pool = pooled(tables, clocks, hint)
-        force, rate = chosen_triads(pool)
+        chosen = chosen_triads(pool)
+        force, rate = chosen.force, chosen.rate
         if force is None and rate is None and len(tables) > 1:  # same names, but other units
             return [_guess_group([table], [clock], hint)[0]
                     for table, clock in zip(tables, clocks, strict=True)]
-        accelerometer = accelerometer_in(force) if force else None
+        accelerometer = accelerometer_in(force, chosen.rival) if force else None
         gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
         if accelerometer and gyroscope and pool.has_clock:
             accelerometer, gyroscope = per_sample(accelerometer, gyroscope, pool.step_s)

@@ -3,6 +3,8 @@
 Candidates are pairs of three columns as accelerometer and three as gyroscope; one of the two may be
 absent. The pair with the strongest evidence is chosen: first that the gyroscope predicts the turns
 of gravity, then the names of columns and files, then that readings at rest have gravity's length.
+A magnetic field has one length in every attitude too, and turns as the gyroscope says: only names
+or gravity's length in a known unit exclude it, and without them the choice stays open.
 """
 
 import math
@@ -25,7 +27,7 @@ from pipeline.guess.magnitudes import (
     signed,
     typical_length,
 )
-from pipeline.guess.pool import STILL, PooledTables, still_means
+from pipeline.guess.pool import MEANS_APART, STILL, PooledTables, still_means
 from pipeline.guess.turns import OWN, Turn, is_along_gravity, turn_of
 from pipeline.logs.header_words import ACC, GYR, OTHER, Words, read_name, whole_triples
 
@@ -150,6 +152,13 @@ class PossibleTriad:
         """Whether they are parallel to ``force`` on a turning plate."""
         return self.is_sensor and is_along_gravity(*self._beside(force))
 
+    def is_parallel(self, other: "PossibleTriad") -> bool:
+        """Whether both are one vector: a second reading of the same sensor, or its mean."""
+        one, two, _ = self._beside(other)
+        length = np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1)
+        along = np.abs((one * two).sum(axis=1)) / np.maximum(length, np.finfo(float).tiny)
+        return bool(np.median(along) > math.cos(MEANS_APART))
+
     def _beside(self, force: "PossibleTriad") -> tuple[FloatArray, FloatArray, IntArray]:
         """Signed readings (t, 3) of both in rows where both are complete, and the tables (t,)."""
         both, table = self.pool.readings([*self.columns, *force.columns])
@@ -180,8 +189,21 @@ def _attitudes(pool: PooledTables) -> set[str]:
     return computed
 
 
-def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTriad | None]:
-    """The accelerometer and the gyroscope with the strongest evidence; None for an absent one."""
+@dataclass(frozen=True, eq=False)
+class ChosenTriads:
+    """The accelerometer and the gyroscope with the strongest evidence, None for an absent one.
+
+    ``rival`` is another triad that may be the accelerometer, and this a magnetometer: nothing but
+    the unit in which it may be gravity speaks for either.
+    """
+
+    force: PossibleTriad | None
+    rate: PossibleTriad | None
+    rival: PossibleTriad | None
+
+
+def chosen_triads(pool: PooledTables) -> ChosenTriads:
+    """The triads of a pool by their evidence."""
     computed = _attitudes(pool)
     every = [PossibleTriad(pool, triple) for triple in possible_triples(list(pool.columns))
              if not {*triple} & computed]
@@ -196,20 +218,26 @@ def chosen_triads(pool: PooledTables) -> tuple[PossibleTriad | None, PossibleTri
     for rate in every:
         name = _called_as(rate, "gyr")
         if name > 0 and _may_be_gyroscope(rate):
-            pairs.append(((0, name, False, 1, 0), None, rate))
+            pairs.append(((0, name, 0, 1, 0), None, rate))
         pairs += [(evidence, force, rate) for force in forces
                   if (evidence := _evidence(force, rate)) is not None]
-    _, accelerometer, gyroscope = max(pairs, key=lambda pair: pair[0],
-                                      default=(None, None, None))
-    return accelerometer, gyroscope
+    best, accelerometer, gyroscope = max(pairs, key=lambda pair: pair[0],
+                                         default=((0, 0, 0, 0, 0), None, None))
+    rival = next((force for evidence, force, rate in pairs if force and accelerometer
+                  and rate is gyroscope and evidence[:2] == best[:2]
+                  and (best[2] < EXACT or evidence[2] == EXACT)
+                  and not {*force.columns} & {*accelerometer.columns}
+                  and not force.is_parallel(accelerometer)), None)
+    return ChosenTriads(accelerometer, gyroscope, rival)
 
 
-_Evidence = tuple[int, int, bool, int, int]
+_Evidence = tuple[int, int, int, int, int]
 """Evidence for a pair, the strongest first: turns of gravity (2 about the same axes or parallel on
 a plate, 1 about other axes) or rests, in which one has gravity's length and the other reads the
-same (1); names; whether gravity's length is that of a known unit; number of sensors; equal readings
-of the gyroscope in all rests, else adjacent columns."""
+same (1); names; whether gravity's length is nearly (1) or exactly (2) that of a known unit; number
+of sensors; equal readings of the gyroscope in all rests, else adjacent columns."""
 SURE_TURNS = 2  #: fact: the evidence of turns about the same axes
+EXACT = 2  #: fact: the evidence of gravity's length in a known unit
 
 
 def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
@@ -224,19 +252,20 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
     beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # more often after it than before
     gravity, alike = _is_gravity(force), turn is None and rate.is_alike
-    rests = alike and gravity and not force.is_alike and beside > 0 and not (
+    rests = alike and gravity > 0 and not force.is_alike and beside > 0 and not (
         _is_other(rate) or _is_other(force))
     if called(rate.words) == "acc" and turned < SURE_TURNS and not rests:
         return None
-    plain = force_name > 0 or (force_name == 0 and gravity)
+    plain = force_name > 0 or (force_name == 0 and gravity > 0)
     believed = name > 0 or (name == 0 and turn is None and (alike or beside > 0))
     if not (turned or rests) and not (plain and believed):
         return None
     return max(turned, int(rests)), name + force_name, gravity, 2, AXIS_COUNT if alike else beside
 
 
-def _is_gravity(force: PossibleTriad) -> bool:
-    return force.gravity is not None and force.gravity.is_sure
+def _is_gravity(force: PossibleTriad) -> int:
+    """1 if the length is nearly that of gravity in a known unit, 2 if exactly, else 0."""
+    return 0 if force.gravity is None else force.gravity.is_sure + force.gravity.is_exact
 
 
 def _called_as(triad: PossibleTriad, sensor: str) -> int:

@@ -70,6 +70,8 @@ class TriadGuess:
         Encoding of counts; empty for numbers that are not counts.
     is_unusual : bool
         Whether no sensor and no program in use writes such a unit.
+    rival : tuple of str or None
+        Other columns that may be the accelerometer as well, and these a magnetometer.
     """
 
     columns: Triple
@@ -81,6 +83,7 @@ class TriadGuess:
     choices: tuple[float, ...] = ()
     encoding: str = ""
     is_unusual: bool = False
+    rival: Triple | None = None
 
     def scaled(self, per_deg: float, because: str) -> "TriadGuess":
         """The gyroscope with a scale of ``per_deg`` units per °/s."""
@@ -92,11 +95,12 @@ class TriadGuess:
         return signed(values, self.encoding) * self.si_per_unit
 
 
-def accelerometer_in(force: PossibleTriad) -> TriadGuess:
+def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> TriadGuess:
     """The guess of an accelerometer, in the unit in which it reads gravity."""
     unit, words = force.gravity, force.words
     assert unit is not None
     named = triples_by_name(list(force.pool.columns), "acc")
+    off = abs(unit.length / unit.per_g - 1)
     doubts = ["their names are those of a gyroscope, but they have gravity's length at rest"] * (
         called(words) == "gyr" and words.stem != "g")
     doubts += [f"{', '.join(other)} may be an accelerometer's too" for other in named
@@ -109,6 +113,9 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no usual "
                       f"unit or range; {_unit_text(unit)} is taken")
+    elif not (unit.is_exact or called(words) or force.pool.hint or words.unit in FORCE_UNITS):
+        doubts.append(f"a typical reading is {unit.length:.4g} long, {off:.0%} off gravity in the "
+                      f"nearest unit, {_unit_text(unit)}; a magnetic field has one length too")
     if (unit.encoding and words.unit not in FORCE_UNITS
             and any(math.isclose(unit.per_g, near) for near in NEAR_THOUSAND)):
         doubts.append(f"whole numbers {unit.length:.4g} long at rest may be mg, or counts of which "
@@ -119,7 +126,8 @@ def accelerometer_in(force: PossibleTriad) -> TriadGuess:
              _counts("counts_per_g", unit.per_g, unit.encoding, _bits(force)))
     return TriadGuess(force.columns, sheet, _unit_text(unit),
                       f"{because}; a reading at rest is {unit.length:.4g} long", unit.si_per_unit,
-                      "; ".join(doubts), encoding=unit.encoding)
+                      "; ".join(doubts), encoding=unit.encoding,
+                      rival=rival.columns if rival else None)
 
 
 def gyroscope_in(

@@ -16,6 +16,7 @@ UNITS = {
     "g": ("g", "gee"),
     "mg": ("mg",),
     "ug": ("ug", "µg", "μg"),
+    "cm_s2": ("cm/s^2", "cm/s²", "cm/s2", "cm s^-2", "gal", "gals"),
     "mm_s2": ("mm/s^2", "mm/s²", "mm/s2", "mm s^-2"),
     "rad_s": ("rad/s", "radians/s", "rad/sec", "rad s^-1", "rads", "rad_s", "rps", "рад/с"),
     "deg_s": ("deg/s", "°/s", "º/s", "dps", "deg_s", "degrees/s", "deg s^-1",
@@ -40,7 +41,7 @@ UNITS = {
     "celsius": ("°c", "℃", "ºc", "°", "º", "c", "degc", "deg c", "celsius"),
 }
 TEMPERATURE_UNITS = {"celsius", "kelvin", "fahrenheit"}
-FORCE_UNITS = {"m_s2", "g", "mg", "ug", "mm_s2"}
+FORCE_UNITS = {"m_s2", "g", "mg", "ug", "cm_s2", "mm_s2"}
 RATE_UNITS = {"rad_s", "deg_s", "mdeg_s", "mrad_s", "ddeg_s", "cdeg_s", "deg_h", "rpm"}
 _UNIT = {spelling: unit for unit, spellings in UNITS.items() for spelling in spellings}
 

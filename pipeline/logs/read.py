@@ -6,6 +6,7 @@ their format (:mod:`pipeline.logs.formats`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,16 +23,13 @@ from pipeline.logs.columns import (
     SKIP,
     TIME,
     ColumnNames,
-    missing_columns,
 )
-from pipeline.logs.formats.archive import member_lines
 from pipeline.logs.formats.file_table import FileTable
-from pipeline.logs.formats.kinds import ARCHIVE, kind_of, split_member, tables_of
-from pipeline.logs.header import named_columns, our_names
+from pipeline.logs.header import named_columns
 from pipeline.logs.join import join_logs
-from pipeline.logs.source import picked_lines, read_bytes, tables_of_text
-from pipeline.logs.text import MOST_LACKING, LogText, log_text, numbers_of
-from pipeline.text.names import nearest_name
+from pipeline.logs.tables import TextTable, tables_in
+from pipeline.logs.text import MOST_LACKING, log_text, numbers_of
+from pipeline.text.names import word
 
 MOST_DISTINCT = 0.9
 """Least share of distinct rows in a log without copies of its own rows. A judgement: the readings
@@ -106,12 +104,8 @@ def column_names(path: Path, columns: ColumnNames | None = None) -> list[str]:
     UnreadableInput
         As in :func:`read_log`.
     """
-    file, member = split_member(path)
-    if file.is_file() and kind_of(file) is None:
-        lines = picked_lines(file, tables_of_text(file, read_bytes(file)), member)
-        names = log_text(path, lines, columns).names
-        return [name for name in names if name != SKIP]
-    return [name for table in read_tables(path, columns) for name in table.values]
+    return [name for table in _named_tables(path, columns) for name, _ in table.names
+            if name != SKIP]
 
 
 def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable]:
@@ -124,54 +118,56 @@ def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable
     UnreadableInput
         As in :func:`read_log`, or ``path`` names a member of a file that is one table of text.
     """
-    file, member = split_member(path)
-    kind = kind_of(file)
-    if kind is None:
-        lines = picked_lines(file, tables_of_text(file, read_bytes(file)), member)
-        return _by_rate(_text_table(log_text(path, lines, columns)))
-    if kind == ARCHIVE and (inside := member_lines(file, member)) is not None:
-        return _by_rate(_text_table(log_text(path, inside, columns)))
-    return _picked(path, member, tables_of(file, kind), columns)
+    return [part for table in _named_tables(path, columns) for part in _by_rate(_log_table(table))]
 
 
-def _picked(
-    path: Path, member: str, tables: Sequence[FileTable], columns: ColumnNames | None
-) -> list[LogTable]:
-    """The table with the name ``member``, else the tables that hold each triad once."""
-    if member:
-        named = [table for table in tables if table.name == member]
-        if not named:
-            names = [table.name for table in tables]
-            raise UnreadableInput(f"{path}: no table is named '{member}'"
-                                  f"{nearest_name(member, names)}; there are: {', '.join(names)}.")
-        return [_named_table(path, named[0], columns)]
-    if columns is not None and len(tables) == 1:
-        return [_named_table(path, tables[0], columns)]
-    whole = [table for table in tables
-             if missing_columns([name for name, _ in our_names(list(table.columns))]) is None]
-    triads = [triad for table in whole for triad in (ACCELEROMETER, GYROSCOPE)
-              if triad[0] in {name for name, _ in our_names(list(table.columns))}]
-    if columns is None and whole and len(set(triads)) == len(triads):
-        return [_named_table(path, table, None) for table in whole]
-    listed = "; ".join(f"{table.name} ({', '.join(table.columns)})" for table in tables[:TABLES])
+@dataclass(frozen=True, eq=False)
+class _Named:
+    """A table whose columns have our names and factors, and whose rows may not be parsed yet."""
+
+    label: str
+    names: Sequence[tuple[str, float]]
+    numbers: Callable[[], Sequence[FloatArray]]
+    rate_hz: float | None
+    place: Callable[[int], str]
+
+
+def _named_tables(path: Path, columns: ColumnNames | None) -> list[_Named]:
+    """The only table of a file, or those with our names if they hold each triad once."""
+    tables = tables_in(path)
+    if len(tables) == 1:
+        return [_named(path, tables[0], columns)]
+    whole: list[_Named] = []
+    for table in tables if columns is None else ():
+        with suppress(UnreadableInput):
+            whole.append(_named(path, table, None))
+    triads = [name for table in whole for name, _ in table.names
+              if name in (ACCELEROMETER[0], GYROSCOPE[0])]
+    if whole and len(set(triads)) == len(triads):
+        return whole
+    listed = "; ".join(_listed(table) for table in tables[:TABLES])
     raise UnreadableInput(
         f"{path}: which of its tables holds the readings is not clear: {listed}. Name one as a "
         f"file, as in `{path.name}/{tables[0].name}`, with `columns` for names that are not ours; "
-        f"`pipeline import {path.name}` guesses both."
+        f"`pipeline import {word(path.name)}` guesses both."
     )
 
 
-def _named_table(path: Path, table: FileTable, columns: ColumnNames | None) -> LogTable:
-    """A table of a file, with our names for its columns."""
-    theirs = list(table.columns)
-    names = named_columns(str(path), theirs, len(theirs), columns)
-    return _log_table(str(path), names, list(table.columns.values()), None,
+def _listed(table: TextTable | FileTable) -> str:
+    names = f" ({', '.join(table.columns)})" if isinstance(table, FileTable) else ""
+    return f"{table.name}{names}"
+
+
+def _named(path: Path, table: TextTable | FileTable, columns: ColumnNames | None) -> _Named:
+    """A table with our names for its columns."""
+    if isinstance(table, FileTable):
+        theirs = list(table.columns)
+        return _Named(str(path), named_columns(str(path), theirs, len(theirs), columns),
+                      lambda: [*table.columns.values()], None,
                       lambda row: f"{path}, row {row + 1}")
-
-
-def _text_table(text: LogText) -> LogTable:
-    names = list(zip(text.names, text.factors, strict=True))
-    return _log_table(str(text.path), names, list(numbers_of(text).T), text.rate_hz, text.place)
+    text = log_text(path, table.lines, columns)
+    return _Named(str(path), list(zip(text.names, text.factors, strict=True)),
+                  lambda: [*numbers_of(text).T], text.rate_hz, text.place)
 
 
 def _by_rate(table: LogTable) -> list[LogTable]:
@@ -194,22 +190,16 @@ def _row_of(table: LogTable, at: IntArray) -> Callable[[int], str]:
     return lambda row: table.place(int(at[row]))
 
 
-def _log_table(
-    label: str,
-    names: Sequence[tuple[str, float]],
-    columns: Sequence[FloatArray],
-    rate_hz: float | None,
-    place: Callable[[int], str],
-) -> LogTable:
+def _log_table(table: _Named) -> LogTable:
     """A table in our units, except the time, whose unit the configuration may override."""
     values: dict[str, FloatArray] = {}
     time_factor = 1.0
-    for (name, factor), column in zip(names, columns, strict=True):
+    for (name, factor), column in zip(table.names, table.numbers(), strict=True):
         if name == TIME:
             time_factor = factor
         if name != SKIP:
             values[name] = column if name == TIME else column * factor
-    return LogTable(label, values, time_factor, rate_hz, place)
+    return LogTable(table.label, values, time_factor, table.rate_hz, table.place)
 
 
 def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:

@@ -4,6 +4,7 @@ Both become tables of a row for each sample; its rows keep their line numbers in
 """
 
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import islice, pairwise, product
@@ -24,6 +25,8 @@ from pipeline.logs.header_words import read_name
 MOST_KINDS = 12  #: largest number of names of values: those of a phone
 SHOWN = 400  #: number of rows, drawn from the file, that show its columns
 FEWEST_BLOCKS = 3  #: least number of blocks without times that are no axes of two sensors
+RUN = re.compile(r"\b(?:run|set|trial|latest)\b[ #]*\d*\s*:?", re.IGNORECASE)
+"""The words of a name by which a logger tells its recordings apart: ``Run 1: Time (s)``."""
 CLOCKS_APART = 0.01
 """Largest log ratio of the rates of two clocks in one row that agree. A judgement: clocks of one
 device differ by 1e-4, and one in whole seconds misses less than one second in a minute."""
@@ -42,12 +45,17 @@ def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
         if sign is None or len(names) <= 2 * FEWEST_NUMBERS or any(map(is_number, names)):
             continue
         rows = [split_cells(line, sign) for line in lines[at:]]
-        tables = _repeated(names) or _of_each_clock(names, rows)
+        of_a_run = [RUN.sub("", name).strip() for name in names]
+        tables = _repeated(of_a_run) or _of_each_clock(names, rows)
         if not tables:
             continue
-        above = split_cells(lines[at - 1], sign) if at else []
+        above = [run[0] if (run := RUN.search(name)) else "" for name in names]
+        if any(above):
+            rows[0] = of_a_run
+        elif at:
+            above = split_cells(lines[at - 1], sign)
         titles = [next(filter(None, (above[i] for i in columns if i < len(above))), "")
-                  .replace("/", " ") for columns in tables]
+                  .replace("/", " ").strip(" :") for columns in tables]
         if len({*titles}) < len(titles) or "" in titles:
             titles = [str(i + 1) for i in range(len(titles))]
         return {title: [""] * at + [_joined([row[i] for i in columns if i < len(row)], sign)
@@ -82,10 +90,15 @@ def _seconds(cell: str) -> float | None:
 
 
 def _repeated(names: Sequence[str]) -> list[list[int]]:
-    """The columns of each block of a header that repeats its names; empty if it does not."""
-    for width in range(FEWEST_NUMBERS, len(names) // FEWEST_BLOCKS + 1):
+    """The columns of each block of a header that repeats its names; empty if it does not.
+
+    Two blocks are two recordings if each has its times and the axes of an accelerometer.
+    """
+    for width in range(FEWEST_NUMBERS, len(names) // 2 + 1):
         blocks = [(*names[i : i + width], "")[:width] for i in range(0, len(names), width)]
-        if len({*blocks}) == 1 and len({*filter(None, blocks[0])}) >= FEWEST_NUMBERS:
+        able = len(blocks) >= FEWEST_BLOCKS or {"time", "acc"} <= {
+            read_name(name).quantity for name in blocks[0]}
+        if able and len({*blocks}) == 1 and len({*filter(None, blocks[0])}) >= FEWEST_NUMBERS:
             return [[*range(i, min(i + width, len(names)))] for i in range(0, len(names), width)]
     return []
 

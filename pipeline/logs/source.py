@@ -3,7 +3,6 @@
 import gzip
 import re
 import zlib
-from collections.abc import Mapping
 from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO
@@ -14,10 +13,7 @@ from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.memory import largest_text, too_large
-from pipeline.logs.reshaped import tables_beside, with_names_in_header
-from pipeline.logs.row_kinds import lines_by_kind
-from pipeline.logs.sentences import rows_of_lines
-from pipeline.text.names import nearest_name, word
+from pipeline.text.names import word
 
 REGISTER = re.compile(r"(?<![\w.])0[xX](?:[0-9A-Fa-f]{4}|[0-9A-Fa-f]{8})(?![\w.])")
 WORDS = re.compile(r"(?<![\w.+-])[0-9A-Fa-f]{1,8}(?:[ ,;:\t]+[0-9A-Fa-f]{1,8}){2,}(?![\w.])")
@@ -30,6 +26,8 @@ SHOWN_LENGTH = 5000  #: number of last characters that show which of them hold l
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
 """Signs that a word processor writes for a minus."""
+DRAWN = str.maketrans("│┃║─━═┌┬┐├┼┤└┴┘╔╦╗╠╬╣╚╩╝╭╮╰╯", "|||---" + 22 * "+")
+"""Lines that a database draws around its cells, by the signs of those who draw with letters."""
 THOUSANDS = re.compile(r"(?<=\d)[\u00a0\u202f\u2009'\u2019](?=\d{3}(?!\d))")
 """Separators of thousands in spreadsheets, which no table uses as delimiter."""
 NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
@@ -101,40 +99,6 @@ def _unpacked(path: Path, file: BinaryIO, limit: int) -> bytes:
         ) from error
 
 
-def tables_of_text(path: Path, data: bytes) -> dict[str, list[str]]:
-    """The lines of each table of a text as rows of numbers: one without a name, or one for each
-    kind of rows.
-
-    Raises
-    ------
-    UnreadableInput
-        As in :func:`text_lines`.
-    """
-    lines = with_names_in_header(text_lines(path, data))
-    return {kind: rows_of_lines(those)
-            for kind, those in (tables_beside(lines) or lines_by_kind(lines)).items()}
-
-
-def picked_lines(path: Path, tables: Mapping[str, list[str]], member: str) -> list[str]:
-    """The lines of the table named ``member``, or of the only one.
-
-    Raises
-    ------
-    UnreadableInput
-        There is none with that name, or several and no name.
-    """
-    if member in tables:
-        return tables[member]
-    if tables.keys() == {""}:
-        raise UnreadableInput(f"{path}: is one table of text and has no '{member}'. Name the file "
-                              "alone.")
-    name = "" if not member else f" no table is named '{member}'{nearest_name(member, [*tables])};"
-    raise UnreadableInput(
-        f"{path}:{name} its rows are those of several sensors: {', '.join(tables)}. Name one as a "
-        f"file, as in `{path.name}/{next(iter(tables))}`; `pipeline import {word(path.name)}` "
-        f"reads them all.")
-
-
 def text_lines(path: Path, data: bytes) -> list[str]:
     """The lines of a text by their numbers, with an empty line 0.
 
@@ -194,7 +158,7 @@ def decimal_numbers(text: str) -> str:
     ('20,-11685,70,47\\n40,-11667,90,3\\n', '"-1006.7"')
     """
     if not text.isascii() or "'" in text:
-        text = THOUSANDS.sub("", MINUS.sub("-", text))
+        text = THOUSANDS.sub("", MINUS.sub("-", text)).translate(DRAWN)
     if '"' in text:
         text = QUOTED_THOUSANDS.sub(lambda number: number[0].replace(",", ""), text)
     if "#" in text:

@@ -14,6 +14,7 @@ from calib.mounting.mounting import Mounting
 from calib.poses.imu_log import TRIADS
 from pipeline.config.load import Config
 from pipeline.logs.columns import Renamed
+from pipeline.logs.formats.kinds import split_member
 from pipeline.results.inputs import config_name, inputs_sha256
 from pipeline.results.json_values import Json
 from pipeline.results.rate import rate_section
@@ -51,7 +52,8 @@ def results_of(outcome: Outcome) -> ResultsFile:
         rate={name: rate_section(rate) for name, rate in outcome.rates.items()},
         **dict.fromkeys(TRIADS) | triads,
         installation=outcome.installation and installation_section(outcome.installation),
-        columns=stated_columns(config),
+        columns=[row for _, row in stated_columns(config)],
+        tables=[table for table, _ in stated_columns(config)],
         sample_rates_hz=[*dict.fromkeys(run.poses.sample_rate_hz for _, run in config.placed_runs()
                                         if run.poses.sample_rate_hz is not None)],
         warnings=outcome.warnings,
@@ -78,11 +80,15 @@ def _roll_and_pitch(trial: Mounting | OrderTrial) -> Json:
             "sd_deg": np.degrees(trial.sd_rad)}
 
 
-def stated_columns(config: Config) -> list[list[str] | dict[str, str]]:
-    """``columns`` of all sections of a configuration, each once, for logs of the same logger."""
-    stated = dict.fromkeys(row for _, run in config.placed_runs()
-                           for row in run.poses.columns or ())
-    return [dict(row.pairs) if isinstance(row, Renamed) else list(row) for row in stated]
+def stated_columns(config: Config) -> list[tuple[str, list[str] | dict[str, str]]]:
+    """``columns`` of all sections of a configuration, each once, for logs of the same logger; and
+    before them the name of the table in a file, empty if the file is one table."""
+    stated = dict.fromkeys(
+        (split_member(path)[1], row) for _, run in config.placed_runs()
+        for i, path in enumerate((*run.poses.files, *run.poses.log, *run.poses.means))
+        if (row := run.poses.columns_of(i)) is not None)
+    return [(table, dict(row.pairs) if isinstance(row, Renamed) else list(row))
+            for table, row in stated]
 
 
 def results_text(results: ResultsFile) -> str:

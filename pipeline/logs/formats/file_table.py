@@ -26,6 +26,14 @@ class FileTable:
     columns: Mapping[str, FloatArray]
 
 
+@dataclass(frozen=True, eq=False)
+class TextFile:
+    """A file of text, or one in an archive: its name there, and its bytes."""
+
+    name: str
+    data: bytes
+
+
 def columns_of_array(name: str, array: np.ndarray) -> dict[str, FloatArray]:
     """The columns of an array (t,) or (t, k); (k, t) is transposed: a log is longer than wide.
 

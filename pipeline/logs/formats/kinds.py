@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from pipeline.errors import UnreadableInput
-from pipeline.logs.formats.file_table import FileTable
+from pipeline.logs.formats.file_table import FileTable, TextFile
 from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
 from pipeline.text.names import DISTRIBUTION
@@ -121,8 +121,8 @@ class _LibraryCode:
             ) from error
 
 
-def tables_of(path: Path, kind: Kind) -> list[FileTable]:
-    """Read all tables of a file.
+def tables_of(path: Path, kind: Kind) -> list[FileTable | TextFile]:
+    """Read all tables of a file, and the texts of an archive.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable]:
             f"Type: pip install '{DISTRIBUTION}[{kind.extra}]'"
         ) from error
     with _LibraryCode(path, kind):
-        tables: list[FileTable] = module.tables(path)
+        tables: list[FileTable | TextFile] = module.tables(path)
     if not tables:
         raise UnreadableInput(f"{path}: this {kind.name} holds no readings of an accelerometer or "
                               "a gyroscope: no table in it has three axes beside each other.")

@@ -88,6 +88,10 @@ class ResultsFile(Part):
     installation: InstallationResult | None = means("null without the section")
     columns: list[list[Text] | dict[str, Text]] = Field(
         default_factory=list, description="`columns` of the session's logs, each once")
+    tables: list[Text] = Field(
+        default_factory=list,
+        description="for each of `columns` the table in a file that has it, empty if the file is "
+                    "one table")
     sample_rates_hz: list[Number] = Field(
         default_factory=list,
         description="`sample_rate_hz` of the session's logs, Hz, each once")

@@ -10,18 +10,23 @@ GRAVITY_M_S2 = 9.80665
 NOISE_M_S2, NOISE_RAD_S = 0.01, 0.001
 ACC_SCALE = np.array([1.02, 0.98, 1.01])
 ACC_BIAS = np.array([0.12, -0.2, 0.25])
+FIELD = np.array([0.45, 0.0, -0.893])  #: direction in middle latitudes
 GYR_BIAS = np.array([0.02, -0.015, 0.01])
 
 
 @dataclass(frozen=True, eq=False)
 class HandLog:
-    """Readings in SI units: ``time_s`` (t,), ``acc`` and ``gyr`` (t, 3), ``rest`` (t,) or -1."""
+    """Readings in SI units: ``time_s`` (t,), ``acc`` and ``gyr`` (t, 3), ``rest`` (t,) or -1.
+
+    ``field`` (t, 3) is the direction of the magnetic field in the axes of the sensor.
+    """
 
     time_s: np.ndarray
     acc: np.ndarray
     gyr: np.ndarray
     rest: np.ndarray
     rate_hz: float
+    field: np.ndarray
 
 
 def hand_log(seed: int = 0, rests: int = 18, rate_hz: float = 100.0) -> HandLog:
@@ -45,4 +50,4 @@ def hand_log(seed: int = 0, rests: int = 18, rate_hz: float = 100.0) -> HandLog:
     gyr = rate + GYR_BIAS + rng.normal(0, NOISE_RAD_S, (len(time_s), 3))
     index = (time_s // period).astype(int)
     rest = np.where(time_s % period < REST_S, index, -1)
-    return HandLog(time_s, acc, gyr, rest, rate_hz)
+    return HandLog(time_s, acc, gyr, rest, rate_hz, now.inv().apply(FIELD))

@@ -141,8 +141,31 @@ def low_resolution(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "toy.csv", [head, *rows])], 1 / G, 1 / DEG)
 
 
+def box_drawn(folder: Path, log: HandLog) -> Foreign:
+    """A table as ``sqlite3 -box`` prints it, in cm/s²."""
+    names = ("t", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z")
+    bars = ["┬".join(7 * ["─" * 12]).join(ends) for ends in ("┌┐", "├┤", "└┘")]
+    head, *rows = ["│".join(f" {cell:<10} " for cell in cells).join("││")
+                   for cells in (names, *si_rows(log, 100.0))]
+    return Foreign([write_lines(folder / "box.txt", [bars[0], head, bars[1], *rows, bars[2]])],
+                   100.0)
+
+
+def runs_beside(folder: Path, log: HandLog) -> Foreign:
+    """Two recordings side by side; each counts from 0."""
+    names = ("Time (s)", "Acc X (m/s²)", "Acc Y (m/s²)", "Acc Z (m/s²)",
+             "Gyro X (rad/s)", "Gyro Y (rad/s)", "Gyro Z (rad/s)")
+    head = [f"Run {run}: {name}" for run in (1, 2) for name in names]
+    half = int(np.argmax(log.rest == 9))
+    parts = si_rows(log)[:half], si_rows(log)[half:]
+    rows = [(*one, before[0], *other[1:]) for one, other, before in zip(
+        *parts, parts[0], strict=True)]
+    return Foreign([write_lines(folder / "runs.csv", [",".join(row) for row in (head, *rows)])])
+
+
 MIXED: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         two_sensors, wide, missing_values, time_resets, duplicate_headers, two_line_header,
-        android_lines, shimmer, pandas_index, gz_blanks, nested_json, metawear, low_resolution)
+        android_lines, shimmer, pandas_index, gz_blanks, nested_json, metawear, low_resolution,
+        box_drawn, runs_beside)
 }

@@ -129,6 +129,22 @@ def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: Hand
     assert "rows that lack a reading and are left out: 59 of 2531" in " ".join(outcome.warnings)
 
 
+def test_names_and_units_in_a_drawn_table_are_read(tmp_path: Path, log: HandLog) -> None:
+    text = imported(MIXED["box_drawn"](tmp_path, log), tmp_path).text
+    assert "accelerometer: {unit: cm_s2}" in text
+    assert "acc_x" not in text  # the names are ours, and nothing renames them
+
+
+def test_two_sensors_of_one_time_are_no_two_recordings(tmp_path: Path, log: HandLog) -> None:
+    """Their tables stand beside each other too, but they turn together."""
+    names = ",".join(["time", *(f"{kind}_{axis}" for kind in ("acc", "gyr") for axis in "xyz")])
+    np.savetxt(tmp_path / "two.csv", np.hstack(2 * [np.column_stack(
+        [log.time_s, log.acc, log.gyr])]), "%.5f", ",", header=f"{names},{names}", comments="")
+    guess = guess_session(guess_files([tmp_path / "two.csv"], None)[0])
+    assert [table.path.name for table in guess.tables] == ["1"]
+    assert "holds a sensor of the same kind at the same times" in " ".join(guess.doubts)
+
+
 def test_whole_mg_are_no_counts_of_a_bno055(tmp_path: Path, log: HandLog) -> None:
     text = imported(LAB["whole_mg"](tmp_path, log), tmp_path).text
     assert "accelerometer: {unit: mg}" in text

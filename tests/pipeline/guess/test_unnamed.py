@@ -203,3 +203,53 @@ def test_the_zero_of_a_gyroscope_is_no_vector_of_a_turning_plate(
     rates = [source.rate for source in guessed([tmp_path / "plate.csv"]).sources]
     assert "33.3rpm" in rates
     assert {*rates} <= {"stopped", "33.3rpm"}
+
+
+def nine_columns(path: Path, order: str, per_g: float, gauge: float = 460.0) -> SessionGuess:
+    """Whole numbers without names: accelerometer, gyroscope and magnetometer in some order."""
+    log = hand_log(rate_hz=50.0)
+    noise = np.random.default_rng(1).normal(0, 2, log.field.shape)
+    triads = {"a": log.acc / 9.80665 * per_g, "g": np.degrees(log.gyr) * 100,
+              "m": gauge * log.field + noise}
+    np.savetxt(path, np.column_stack([log.time_s * 1000, *(triads[one] for one in order)]), "%.0f",
+               ",")
+    return guessed([path])
+
+
+@pytest.mark.parametrize(("order", "columns"), [
+    ("amg", ("2", "3", "4")), ("mag", ("5", "6", "7")), ("gam", ("5", "6", "7")),
+    ("am", ("2", "3", "4")), ("ma", ("5", "6", "7"))])
+def test_gravity_in_a_known_unit_is_no_magnetic_field_in_a_range_it_is_near(
+    tmp_path: Path, order: str, columns: tuple[str, ...]
+) -> None:
+    """A field of 46 µT in tenths reads 460, a tenth off the 512 counts of a range of 1 g."""
+    guess = nine_columns(tmp_path / "nine.csv", order, 10_000.0)
+    assert guess.accelerometer is not None
+    assert guess.accelerometer.columns == columns
+    assert guess.accelerometer.rival is None
+
+
+@pytest.mark.parametrize(("per_g", "gauge"), [(12_000.0, 460.0), (8192.0, 512.0)])
+@pytest.mark.parametrize("order", ["agm", "mag"])
+def test_gravity_and_a_magnetic_field_that_nothing_tells_apart_are_not_guessed(
+    tmp_path: Path, order: str, per_g: float, gauge: float
+) -> None:
+    """Both turn as the gyroscope says; neither is in a known unit, or both are."""
+    made = checked(nine_columns(tmp_path / "nine.csv", order, per_g, gauge), tmp_path)
+    assert made.outcome is None
+    assert made.fault is not None
+    assert "as gravity has and the magnetic field" in made.fault
+
+
+def test_a_field_alone_is_told_as_one_that_may_be_no_gravity(tmp_path: Path) -> None:
+    guess = nine_columns(tmp_path / "three.csv", "m", 1.0)
+    assert "a magnetic field has one length too" in " ".join(guess.doubts)
+
+
+def test_a_second_reading_of_gravity_is_no_rival(tmp_path: Path) -> None:
+    log = hand_log(rate_hz=50.0)
+    rows = np.column_stack([log.time_s, log.acc, 1.01 * log.acc, log.gyr])
+    np.savetxt(tmp_path / "two.csv", rows, "%.4f", ",")
+    guess = guessed([tmp_path / "two.csv"])
+    assert guess.accelerometer is not None
+    assert guess.accelerometer.rival is None

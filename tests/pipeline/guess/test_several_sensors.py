@@ -1,0 +1,70 @@
+"""One text with the rows of several sensors in turn, as an app for phones writes them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.console.import_text import guess_lines
+from pipeline.guess.files import guess_files
+from pipeline.guess.session import SessionGuess, guess_session
+from tests.pipeline.guess.hand_log import hand_log
+from tests.sessions import pipeline
+
+LOST = 37  #: every so many lines one is lost
+RATE_HZ = 25.0
+
+
+def write_phone(path: Path) -> Path:
+    """Kind, time of the phone, time of the sensor, readings, accuracy; no header."""
+    log, lines = hand_log(rate_hz=RATE_HZ), []
+    sensors = (("ACCE", log.acc, 1), ("GYRO", log.gyr, 1), ("MAGN", 40 * log.field, 2),
+               ("AHRS", 180 * log.field, 3))
+    for i, time_s in enumerate(log.time_s):
+        lines += [f"{kind};{time_s + 7:.4f};{time_s:.4f};{x:.5f};{y:.5f};{z:.5f};3"
+                  for kind, (x, y, z), each in ((kind, values[i], each)
+                                                for kind, values, each in sensors) if i % each == 0]
+    path.write_text("\n".join(line for i, line in enumerate(lines) if i % LOST), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def phone(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_phone(tmp_path_factory.mktemp("phone") / "phone.txt")
+
+
+@pytest.fixture(scope="module")
+def guess(phone: Path) -> SessionGuess:
+    tables, passed_over = guess_files([phone], None)
+    assert not [note for note in passed_over if "MAGN" in note or "AHRS" in note]
+    return guess_session(tables)
+
+
+def test_the_time_of_the_sensor_beside_that_of_the_phone_is_no_axis(guess: SessionGuess) -> None:
+    assert {table.path.name: [triad and triad.columns for triad in (
+        table.accelerometer, table.gyroscope)] for table in guess.tables} == {
+            "ACCE": [("4", "5", "6"), None], "GYRO": [None, ("4", "5", "6")]}
+
+
+def test_nothing_is_doubted_of_sensors_that_are_not_used(guess: SessionGuess) -> None:
+    assert guess.doubts == ()
+
+
+def test_the_rate_is_that_of_the_sensor_whatever_rows_are_lost(guess: SessionGuess) -> None:
+    assert sum(f" {RATE_HZ:g} Hz" in line for line in guess_lines(guess)) == len(guess.tables)
+
+
+def test_a_log_of_all_sensors_is_corrected_by_the_tables_of_its_session(
+    phone: Path, tmp_path: Path
+) -> None:
+    config = tmp_path / "c.yaml"
+    assert pipeline("import", phone, "--output", config, "--latitude", "45") == 0
+    assert pipeline("run", config, "--quiet") == 0
+    again, out = write_phone(tmp_path / "again.txt"), tmp_path / "out.csv"
+    assert pipeline("apply", tmp_path / "c.run", again, "--output", out) == 0
+    assert out.read_text(encoding="utf-8").startswith("time_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2,gyr")
+    forces = np.loadtxt(out, delimiter=",", skiprows=1, usecols=(1, 2, 3))
+    assert np.median(np.linalg.norm(forces, axis=1)) == pytest.approx(9.8067, abs=0.01)
+    alone = tmp_path / "alone.csv"
+    assert pipeline("apply", tmp_path / "c.run", again / "GYRO", "--output", alone) == 0
+    assert alone.read_text(encoding="utf-8").startswith("time_s,gyr_x")
