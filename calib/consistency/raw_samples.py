@@ -20,7 +20,7 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.checks.frozen import FALSE_ALARM
-from calib.poses.checks.stray_samples import cut_off
+from calib.poses.checks.levels import cut_off
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import AXES, TRIADS, BoolArray, FloatArray, ImuLog, Triad
 from calib.poses.samples.converter_steps import value_steps

@@ -7,13 +7,13 @@ import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
 from pipeline.errors import UnreadableInput
-from pipeline.guess.magnitudes import FORCE_UNITS, typical_length
+from pipeline.guess.magnitudes import FORCE_UNITS, is_direction, typical_length
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.pool import reads_alike, sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.sensor_files import hint_of
 from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
-from pipeline.guess.triads import Triple, is_direction, possible_triples, triples_by_name
+from pipeline.guess.triads import Triple, possible_triples, triples_by_name
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.header_words import read_name
 from pipeline.stages.context import RunContext

@@ -59,6 +59,11 @@ MOST_INNER = 0.7
 """Share of readings in the inner half of the codes above which the code of zero is in the middle,
 not at the ends. Tuned: ``tests.bench.study_import``, half changes no set, double one of 37."""
 
+NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
+UNIT_LENGTH = 2e-3
+"""Largest relative error of the length of a computed attitude or direction: it is written with at
+least three decimals. A sensor's noise and scale errors are larger."""
+
 
 def encoding_of(values: FloatArray) -> str:
     """The encoding of readings (t, 3) as counts; empty for numbers that are not counts."""
@@ -80,6 +85,15 @@ def signed(values: FloatArray, encoding: str) -> FloatArray:
     if encoding == "unsigned-twos-complement":
         return np.where(values >= CODES / 2, values - CODES, values)
     return values
+
+
+def is_direction(values: FloatArray) -> bool:
+    """Whether readings (t, 3) that turn have the length 1 in nearly all rows: normalised ones."""
+    length = np.linalg.norm(values, axis=1)
+    usual = float(np.median(length))
+    turns = np.ptp(values, axis=0).max() > 2 * GRAVITY_TOLERANCE
+    return bool(turns and abs(usual - 1) < UNIT_LENGTH
+                and (np.abs(length / usual - 1) < UNIT_LENGTH).mean() > NEARLY_ALL)
 
 
 def typical_length(values: FloatArray) -> float:

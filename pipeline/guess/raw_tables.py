@@ -7,19 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from pipeline.errors import UnreadableInput
-from pipeline.guess.no_log import (
-    no_table,
-    require_no_bytes,
-    require_numbers_in_cells,
-    require_samples,
-    with_samples_in_rows,
-)
+from pipeline.guess.no_log import fault_of_columns, fault_of_lines, fault_of_rows, why_no_table
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import kind_of, split_member
 from pipeline.logs.head import find_head
+from pipeline.logs.header_words import OTHER, read_name
 from pipeline.logs.tables import TextTable, tables_in
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 
@@ -78,29 +73,30 @@ def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
     UnreadableInput
         The file cannot be read, or holds no table.
     """
-    tables = tables_in(path)
     file, _ = split_member(path)
     kind = kind_of(file)
     si = kind is not None and kind.si
-    wide = with_samples_in_rows(path, [table for table in tables if isinstance(table, FileTable)])
-    whole = len(wide) == 1 and si
-    read = [_table_of_lines(file / table.name, table, beside) for table in tables
-            if isinstance(table, TextTable)]
-    read += [RawTable(file if whole else file / table.name, table.columns, si=si,
-                      header=tuple(table.columns)) for table in wide if table.columns]
+    tables = tables_in(path)
+    faults = [fault_of_columns(table) for table in tables if isinstance(table, FileTable)]
+    if faults and all(faults):
+        raise UnreadableInput(f"{path}: {faults[0]}.")
+    read = [_table_of_lines(file / table.name, table, beside) if isinstance(table, TextTable) else
+            RawTable(file if si and len(tables) == 1 else file / table.name, table.columns, si=si,
+                     header=tuple(table.columns))
+            for table in tables
+            if isinstance(table, TextTable) or (table.columns and not fault_of_columns(table))]
     return [table for table in read if table is not None]
 
 
 def _table_of_lines(path: Path, table: TextTable, beside: Sequence[Path]) -> RawTable | None:
     """The table of a text; None if it is one of many and has no rows."""
-    require_no_bytes(path, table.lines)
-    require_numbers_in_cells(path, table.lines)
-    text = raw_text(path, table.lines)
-    if text is None and not table.is_alone:
+    fault = fault_of_lines(table.lines)
+    text = None if fault else raw_text(path, table.lines)
+    if text is None and not fault and not table.is_alone:
         return None
-    if text is None:
-        raise no_table(path, table.lines, beside)
-    require_samples(text)
+    if fault := fault or (fault_of_rows(text) if text else why_no_table(table.lines, beside)):
+        raise UnreadableInput(f"{path}: {fault}.")
+    assert text is not None
     return _text_table(text)
 
 
@@ -112,6 +108,15 @@ def _continued(values: FloatArray) -> FloatArray:
     return np.asarray(np.interp(np.arange(len(values)), there, values[there]))
 
 
+def _rows_of_sensors(columns: Mapping[str, FloatArray]) -> BoolArray:
+    """Whether three columns or more have a number in each row (t,), those of other quantities
+    aside: a magnetometer or a pressure may have rows of its own between those of the sensor."""
+    there = np.array([np.isfinite(values) for name, values in columns.items()
+                      if not OTHER & {read_name(name).stem} and read_name(name).quantity != "time"])
+    rows = there.sum(axis=0) >= len(AXES)
+    return rows if rows.any() else np.ones_like(rows)
+
+
 def _text_table(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
@@ -120,8 +125,10 @@ def _text_table(text: LogText) -> RawTable:
         unit: TimeUnit = "us" if period[2] == "us" else "ms" if period[2] == "ms" else "s"
         rate_hz = 1 / (float(period[1]) * SECONDS_PER[unit])
     lost, columns = columns_of_text(text)
-    columns = {name: _continued(values) for name, values in columns.items()}
-    if not columns:
+    if columns:
+        rows = _rows_of_sensors(columns)
+        columns = {name: _continued(values)[rows] for name, values in columns.items()}
+    else:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row. A row of "
                               f"readings is expected there: delete what is none.")
     without_header = all(name.isdecimal() for name in columns)

@@ -18,11 +18,12 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.guess.magnitudes import (
     FORCE_UNITS,
-    GRAVITY_TOLERANCE,
     LOOSEST,
+    UNIT_LENGTH,
     GravityUnit,
     encoding_of,
     gravity_unit,
+    is_direction,
     sample_noise_sd,
     signed,
     typical_length,
@@ -35,11 +36,6 @@ AXIS_COUNT = 3  #: fact: number of axes of a triad
 LEAST_SCATTER = 0.03
 """Least ratio of the scatters of two axes of one sensor, by noise or attitude; with an axis of a
 magnetometer it is smaller."""
-
-NEARLY_ALL = 0.99  #: share of rows; a few may be written while the sensor starts
-UNIT_LENGTH = 2e-3
-"""Largest relative error of the length of a computed attitude or direction: it is written with at
-least three decimals. A sensor's noise and scale errors are larger."""
 
 MOST_LOOKED_AT = 8  #: number of candidate accelerometers that are paired with gyroscopes
 
@@ -164,15 +160,6 @@ class PossibleTriad:
         both, table = self.pool.readings([*self.columns, *force.columns])
         return (signed(both[:, :AXIS_COUNT], self.encoding),
                 signed(both[:, AXIS_COUNT:], force.encoding), table)
-
-
-def is_direction(values: FloatArray) -> bool:
-    """Whether readings (t, 3) that turn have the length 1 in nearly all rows: normalised ones."""
-    length = np.linalg.norm(values, axis=1)
-    usual = float(np.median(length))
-    turns = np.ptp(values, axis=0).max() > 2 * GRAVITY_TOLERANCE
-    return bool(turns and abs(usual - 1) < UNIT_LENGTH
-                and (np.abs(length / usual - 1) < UNIT_LENGTH).mean() > NEARLY_ALL)
 
 
 def _attitudes(pool: PooledTables) -> set[str]:

@@ -19,6 +19,7 @@ from pipeline.guess.magnitudes import (
     GRAVITY_TOLERANCE,
     LOOSEST,
     NEAR_THOUSAND,
+    NEARLY_ALL,
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
     RATE_UNITS,
@@ -29,7 +30,7 @@ from pipeline.guess.magnitudes import (
     sample_noise_sd,
     signed,
 )
-from pipeline.guess.triads import NEARLY_ALL, PossibleTriad, Triple, called, triples_by_name
+from pipeline.guess.triads import PossibleTriad, Triple, called, triples_by_name
 from pipeline.guess.turns import OWN
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
 from pipeline.logs.header_words import read_name
@@ -113,7 +114,8 @@ def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> Triad
     elif not unit.is_sure:
         doubts.append(f"a typical reading is {unit.length:.4g} long, which is gravity in no usual "
                       f"unit or range; {_unit_text(unit)} is taken")
-    elif not (unit.is_exact or called(words) or force.pool.hint or words.unit in FORCE_UNITS):
+    elif unit.encoding and not (unit.is_exact or called(words) or force.pool.hint
+                                or words.unit in FORCE_UNITS):
         doubts.append(f"a typical reading is {unit.length:.4g} long, {off:.0%} off gravity in the "
                       f"nearest unit, {_unit_text(unit)}; a magnetic field has one length too")
     if (unit.encoding and words.unit not in FORCE_UNITS

@@ -5,9 +5,10 @@ is read again line by line to locate the fault. Files of other kinds are read by
 their format (:mod:`pipeline.logs.formats`).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -45,9 +46,10 @@ class LogTable:
     ----------
     label : str
         Its name in messages.
-    values : mapping of str to array, shape (t,)
-    time_factor : float
-        Seconds per unit of the column of times, by its name in the file.
+    names : sequence of (str, float) pairs
+        Our name of each column and the factor to our unit.
+    numbers : callable
+        The columns, each (t,), in their units; a text is parsed when they are first needed.
     rate_hz : float or None
         The sample rate, if the file states one.
     place : callable
@@ -55,10 +57,28 @@ class LogTable:
     """
 
     label: str
-    values: Mapping[str, FloatArray]
-    time_factor: float
+    names: Sequence[tuple[str, float]]
+    numbers: Callable[[], Sequence[FloatArray]]
     rate_hz: float | None
     place: Callable[[int], str]
+
+    @cached_property
+    def values(self) -> Mapping[str, FloatArray]:
+        """The columns (t,) in our units, except the time, whose unit may be stated otherwise."""
+        return {name: column if name == TIME else column * factor for (name, factor), column in zip(
+            self.names, self.numbers(), strict=True) if name != SKIP}
+
+    @property
+    def time_factor(self) -> float:
+        """Seconds per unit of the column of times, by its name in the file."""
+        return dict(self.names).get(TIME, 1.0)
+
+    def at(self, rows: IntArray, without: Collection[str] = ()) -> "LogTable":
+        """The table of these rows, without some columns."""
+        names = [(SKIP if name in without else name, factor) for name, factor in self.names]
+        columns = self.numbers()
+        return LogTable(self.label, names, lambda: [column[rows] for column in columns],
+                        self.rate_hz, lambda row: self.place(int(rows[row])))
 
 
 def read_log(
@@ -118,26 +138,15 @@ def read_tables(path: Path, columns: ColumnNames | None = None) -> list[LogTable
     UnreadableInput
         As in :func:`read_log`, or ``path`` names a member of a file that is one table of text.
     """
-    return [part for table in _named_tables(path, columns) for part in _by_rate(_log_table(table))]
+    return [part for table in _named_tables(path, columns) for part in _by_rate(table)]
 
 
-@dataclass(frozen=True, eq=False)
-class _Named:
-    """A table whose columns have our names and factors, and whose rows may not be parsed yet."""
-
-    label: str
-    names: Sequence[tuple[str, float]]
-    numbers: Callable[[], Sequence[FloatArray]]
-    rate_hz: float | None
-    place: Callable[[int], str]
-
-
-def _named_tables(path: Path, columns: ColumnNames | None) -> list[_Named]:
+def _named_tables(path: Path, columns: ColumnNames | None) -> list[LogTable]:
     """The only table of a file, or those with our names if they hold each triad once."""
     tables = tables_in(path)
     if len(tables) == 1:
         return [_named(path, tables[0], columns)]
-    whole: list[_Named] = []
+    whole: list[LogTable] = []
     for table in tables if columns is None else ():
         with suppress(UnreadableInput):
             whole.append(_named(path, table, None))
@@ -158,16 +167,16 @@ def _listed(table: TextTable | FileTable) -> str:
     return f"{table.name}{names}"
 
 
-def _named(path: Path, table: TextTable | FileTable, columns: ColumnNames | None) -> _Named:
+def _named(path: Path, table: TextTable | FileTable, columns: ColumnNames | None) -> LogTable:
     """A table with our names for its columns."""
     if isinstance(table, FileTable):
         theirs = list(table.columns)
-        return _Named(str(path), named_columns(str(path), theirs, len(theirs), columns),
-                      lambda: [*table.columns.values()], None,
-                      lambda row: f"{path}, row {row + 1}")
+        return LogTable(str(path), named_columns(str(path), theirs, len(theirs), columns),
+                        lambda: [*table.columns.values()], None,
+                        lambda row: f"{path}, row {row + 1}")
     text = log_text(path, table.lines, columns)
-    return _Named(str(path), list(zip(text.names, text.factors, strict=True)),
-                  lambda: [*numbers_of(text).T], text.rate_hz, text.place)
+    return LogTable(str(path), list(zip(text.names, text.factors, strict=True)),
+                    cache(lambda: [*numbers_of(text).T]), text.rate_hz, text.place)
 
 
 def _by_rate(table: LogTable) -> list[LogTable]:
@@ -176,30 +185,9 @@ def _by_rate(table: LogTable) -> list[LogTable]:
              for triad in (ACCELEROMETER, GYROSCOPE) if triad[0] in table.values}
     if len({rows.tobytes() for rows in there.values()}) < 2:
         return [table]
-    parts = []
-    for triad, rows in there.items():
-        at = np.flatnonzero(rows)
-        other = {name for names in there if names is not triad for name in names}
-        parts.append(replace(table, place=_row_of(table, at), values={
-            name: values[at] for name, values in table.values.items() if name not in other}))
-    return parts
-
-
-def _row_of(table: LogTable, at: IntArray) -> Callable[[int], str]:
-    """The place function for a table of the rows ``at`` of ``table``."""
-    return lambda row: table.place(int(at[row]))
-
-
-def _log_table(table: _Named) -> LogTable:
-    """A table in our units, except the time, whose unit the configuration may override."""
-    values: dict[str, FloatArray] = {}
-    time_factor = 1.0
-    for (name, factor), column in zip(table.names, table.numbers(), strict=True):
-        if name == TIME:
-            time_factor = factor
-        if name != SKIP:
-            values[name] = column if name == TIME else column * factor
-    return LogTable(table.label, values, time_factor, table.rate_hz, table.place)
+    return [table.at(np.flatnonzero(rows), [name for other in there if other is not triad
+                                            for name in other])
+            for triad, rows in there.items()]
 
 
 def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
@@ -244,7 +232,5 @@ def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
             f"{table.place(row)}: column {name}: found {table.values[name][row]}, a finite number "
             f"is expected; {rows.mean():.0%} of the rows lack one. Delete the damaged lines, or "
             f"record the log again.")
-    at = np.flatnonzero(~rows)
-    whole = {name: values[at] for name, values in table.values.items()}
-    return replace(table, values=whole, place=_row_of(table, at)), (
+    return table.at(np.flatnonzero(~rows)), (
         f"rows that lack a reading and are left out: {rows.sum()} of {len(rows)}",)

@@ -68,3 +68,20 @@ def test_a_log_of_all_sensors_is_corrected_by_the_tables_of_its_session(
     alone = tmp_path / "alone.csv"
     assert pipeline("apply", tmp_path / "c.run", again / "GYRO", "--output", alone) == 0
     assert alone.read_text(encoding="utf-8").startswith("time_s,gyr_x")
+
+
+def test_rows_of_a_magnetometer_between_those_of_the_sensor_are_no_samples(tmp_path: Path) -> None:
+    """One table with blanks; readings interpolated at the times of the others were taken for some.
+    """
+    log = hand_log(rate_hz=RATE_HZ)
+    rows = []
+    for i, time_s in enumerate(log.time_s):
+        rows.append([time_s, *log.acc[i], *log.gyr[i], "", "", ""])
+        rows += [[time_s + 0.0101, *[""] * 6, *(40 * log.field[i])]] if i % 3 == 0 else []
+    names = ["time", *(f"{kind}_{axis}" for kind in ("acc", "gyr", "mag") for axis in "xyz")]
+    (tmp_path / "log.csv").write_text(
+        "\n".join(",".join(map(str, row)) for row in (names, *rows)), encoding="utf-8")
+    (table,) = guess_session(guess_files([tmp_path / "log.csv"], None)[0]).tables
+    np.testing.assert_allclose(table.clock.time_s, log.time_s)
+    assert table.accelerometer is not None
+    np.testing.assert_allclose(table.si(table.accelerometer), log.acc)
