@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from calib.poses.imu_log import TRIADS, FloatArray
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
 from pipeline.guess.table_guess import TableGuess
-from pipeline.guess.turns import AGREEMENT, BLOCK_S, FEWEST_TURNS, LEAST_TURN
 from pipeline.logs.clock import EPOCH_S, USUAL_STEPS
 from pipeline.text.names import command, word
 
@@ -55,18 +55,10 @@ def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
 
 
 def _turn_apart(one: TableGuess, other: TableGuess) -> bool:
-    """Whether two accelerometers of one time turn at other times, in two recordings from 0 on."""
-    logs = [log for table in (one, other) if table.accelerometer and (log := table.log())]
-    if len(logs) < 2 or not one.overlaps(other):
-        return False
-    time_s = np.arange(max(log.time_s[0] for log in logs), min(log.time_s[-1] for log in logs),
-                       BLOCK_S)
-    force = np.array([[np.interp(time_s, log.time_s, axis) for axis in log.accelerometer.T]
-                      for log in logs])  # (2, 3, t)
-    up = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), np.finfo(float).tiny)
-    moved = np.linalg.norm(np.diff(up, axis=2), axis=1)
-    turn = (moved > LEAST_TURN).sum(axis=1) >= FEWEST_TURNS
-    return bool(turn.all() and np.corrcoef(moved)[0, 1] < AGREEMENT)
+    """Whether gravity in one turns otherwise than the gyroscope of the other says, in two
+    recordings that both count from 0."""
+    turn = replace(other, accelerometer=None).turn([replace(one, gyroscope=None)])
+    return turn is not None and not turn.is_sure
 
 
 def without_continuations(

@@ -44,11 +44,12 @@ def tables_beside(lines: Sequence[str]) -> Mapping[str, list[str]]:
         names = split_cells(line, sign)
         if sign is None or len(names) <= 2 * FEWEST_NUMBERS or any(map(is_number, names)):
             continue
-        rows = [split_cells(line, sign) for line in lines[at:]]
         of_a_run = [RUN.sub("", name).strip() for name in names]
-        tables = _repeated(of_a_run) or _of_each_clock(names, rows)
+        shown = [split_cells(line, sign) for line in lines[at : at + SHOWN]]
+        tables = _repeated(of_a_run) or _of_each_clock(names, shown)
         if not tables:
             continue
+        rows = [split_cells(line, sign) for line in lines[at:]]
         above = [run[0] if (run := RUN.search(name)) else "" for name in names]
         if any(above):
             rows[0] = of_a_run
@@ -111,9 +112,11 @@ def _joined(cells: Sequence[str], sign: str) -> str:
 def with_names_in_header(lines: list[str]) -> list[str]:
     """``lines`` with a row for each time in place of rows with one value and its name, as databases
     export them; unchanged if they are others."""
+    last = next((line for line in reversed(lines) if line.strip()
+                 and not line.startswith(COMMENT_SIGNS)), "")
+    if delimiter_of(last) is None or not any(map(str.isalpha, last)):
+        return lines  # each row has a name
     at = [i for i, line in enumerate(lines) if line.strip() and not line.startswith(COMMENT_SIGNS)]
-    if not at or delimiter_of(lines[at[-1]]) is None:
-        return lines
     dialect = dialect_of(lines[at[-1]])
     drawn = sorted(Random(0).sample(at, min(SHOWN, len(at))))  # names recur at even distances
     shown = [dialect.cells(lines[i]) for i in drawn]

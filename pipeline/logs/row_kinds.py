@@ -35,6 +35,7 @@ one logger differ by a quarter and more or not at all, and lost lines make a few
 FEWEST = 3  #: least number of numbers in a row: a triad
 SENTENCE = re.compile(r"\s*+[$%#](\w++,.*)\*[0-9A-Fa-f]{2,8}\s*+")
 """A sentence of NMEA 0183, or a message of NovAtel."""
+SENSOR = re.compile("acc|gyr", re.IGNORECASE)
 KIND = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  #: a first cell that names the kind of a row
 
 
@@ -75,10 +76,12 @@ def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
 def _kinds_by_words(lines: Sequence[str], shown: Sequence[str]) -> Mapping[str, list[str]]:
     """The lines of each sensor that a word in them names, if one sends more often than another or
     than lines of something else."""
+    if not SENSOR.search("\n".join(shown)):
+        return {}
     counts = Counter(form for form in map(form_of, shown) if form.count(MARK) >= FEWEST)
     forms = {form: count for form, count in counts.items() if count >= FEWEST}
     words = {form: re.findall(r"[a-z]{3,}", form.lower()) for form in forms}
-    sensors = [form for form in forms if re.search("acc|gyr", form.lower())]
+    sensors = [form for form in forms if SENSOR.search(form)]
     names = [next((word for word in words[form] if word in ACC | GYR), next(iter(words[form])))
              for form in sensors]
     uneven = forms and max(forms.values()) > UNEVEN * min(forms.values())
