@@ -14,13 +14,13 @@ from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.head import width_of_numbers
 from pipeline.logs.header_words import read_name
+from pipeline.logs.row_kinds import MOST_KINDS
 from pipeline.logs.sentence_names import SLOT, without_colours
 from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
 from pipeline.text.names import word
 
 EVENTS = 200  #: rows that show whether a file is a list of events
-MOST_KINDS = 12  #: largest number of sensors: those of a phone
 LONGEST_CHANNELS = 4
 """Ratio of the cells of a row to the number of rows above which each row is a channel. A judgement:
 a log has more samples than columns, and 60 columns at most."""

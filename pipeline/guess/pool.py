@@ -9,8 +9,7 @@ from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 from pipeline.guess.clocks import ClockGuess
 from pipeline.guess.raw_tables import RawTable
-from pipeline.logs.clock import ASSUMED_HZ, USUAL_STEPS, unwrapped_ticks
-from pipeline.logs.head import FEWEST_COUNTED
+from pipeline.logs.clock import ASSUMED_HZ, FEWEST_ROWS, USUAL_STEPS, unwrapped_ticks
 
 REST_S = 0.5
 """Length of the blocks that are tested for rest, s. A judgement: shorter than a rest in a hand, and
@@ -72,8 +71,9 @@ class PooledTables:
 def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) -> PooledTables:
     """The pool of tables with the same columns."""
     times = {clock.column for clock in clocks}
-    names = [name for name in tables[0].columns if name not in times
-             and not all(_only_grows(table.columns[name]) for table in tables)]
+    counts = sum(table.rows for table in tables) >= FEWEST_ROWS  # means may be sorted by a reading
+    names = [name for name in tables[0].columns if name not in times and not (
+        counts and all(_only_grows(table.columns[name]) for table in tables))]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
     steps = [usual_step(clock.time_s) for clock in clocks if len(clock.time_s) > 1]
     begins = [_begins(table, clock) for table, clock in zip(tables, clocks, strict=True)]
@@ -86,7 +86,7 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
 def _only_grows(values: FloatArray) -> bool:
     """Whether a column (t,) counts time or rows, as a second clock does and no reading."""
     step = np.diff(values)
-    return bool(len(step) >= FEWEST_COUNTED and (step >= 0).all() and np.median(step) > 0)
+    return bool(len(step) and (step >= 0).all() and np.median(step) > 0)
 
 
 def _begins(table: RawTable, clock: ClockGuess) -> BoolArray:

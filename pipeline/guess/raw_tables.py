@@ -80,21 +80,27 @@ def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
     faults = [fault_of_columns(table) for table in tables if isinstance(table, FileTable)]
     if faults and all(faults):
         raise UnreadableInput(f"{path}: {faults[0]}.")
-    read = [_table_of_lines(file / table.name, table, beside) if isinstance(table, TextTable) else
-            RawTable(file if si and len(tables) == 1 else file / table.name, table.columns, si=si,
-                     header=tuple(table.columns))
-            for table in tables
-            if isinstance(table, TextTable) or (table.columns and not fault_of_columns(table))]
+    several = len(tables) > 1
+    read: list[RawTable | None] = []
+    for table in tables:
+        place = file / table.name
+        if isinstance(table, TextTable):
+            read.append(_table_of_lines(place, table.lines, several, beside))
+        elif table.columns and not fault_of_columns(table):
+            read.append(RawTable(place if several or not si else file, table.columns, si=si,
+                                 header=tuple(table.columns)))
     return [table for table in read if table is not None]
 
 
-def _table_of_lines(path: Path, table: TextTable, beside: Sequence[Path]) -> RawTable | None:
+def _table_of_lines(
+    path: Path, lines: list[str], one_of_many: bool, beside: Sequence[Path]
+) -> RawTable | None:
     """The table of a text; None if it is one of many and has no rows."""
-    fault = fault_of_lines(table.lines)
-    text = None if fault else raw_text(path, table.lines)
-    if text is None and not fault and not table.is_alone:
+    fault = fault_of_lines(lines)
+    text = None if fault else raw_text(path, lines)
+    if text is None and not fault and one_of_many:
         return None
-    if fault := fault or (fault_of_rows(text) if text else why_no_table(table.lines, beside)):
+    if fault := fault or (fault_of_rows(text) if text else why_no_table(lines, beside)):
         raise UnreadableInput(f"{path}: {fault}.")
     assert text is not None
     return _text_table(text)
@@ -111,9 +117,10 @@ def _continued(values: FloatArray) -> FloatArray:
 def _rows_of_sensors(columns: Mapping[str, FloatArray]) -> BoolArray:
     """Whether three columns or more have a number in each row (t,), those of other quantities
     aside: a magnetometer or a pressure may have rows of its own between those of the sensor."""
-    there = np.array([np.isfinite(values) for name, values in columns.items()
-                      if not OTHER & {read_name(name).stem} and read_name(name).quantity != "time"])
-    rows = there.sum(axis=0) >= len(AXES)
+    there = [np.isfinite(values) for name, values in columns.items()
+             if not OTHER & {read_name(name).stem} and read_name(name).quantity != "time"]
+    none = np.zeros(len(next(iter(columns.values()))), bool)
+    rows = np.sum([none, *there], axis=0) >= len(AXES)
     return rows if rows.any() else np.ones_like(rows)
 
 

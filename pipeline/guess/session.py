@@ -181,9 +181,7 @@ def _doubts_of_tables(
 def _layout(tables: Sequence[TableGuess]) -> Layout:
     """``files`` if each table is one pose, ``log`` if tables hold many poses."""
     alone = [table for table in tables if table.accelerometer] or list(tables)
-    if len(alone) < FEWEST_MEANS:
-        return "log"
-    return "files" if _are_poses(alone) else "log"
+    return "files" if len(alone) >= FEWEST_MEANS and _are_poses(alone) else "log"
 
 
 def _are_poses(tables: Sequence[TableGuess]) -> bool:

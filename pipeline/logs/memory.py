@@ -6,6 +6,7 @@ short rows take more). At most half of the free memory is used.
 """
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
@@ -32,27 +33,22 @@ def too_large(path: Path, limit: int) -> UnreadableInput:
 
 
 def _free() -> int:
-    stated = [size for size in (_linux(), _container(), _physical()) if size is not None]
+    stated = []
+    for size in (_linux, _container, _physical):
+        # A container may state "max", and a system may have no such file or name.
+        with suppress(AttributeError, OSError, ValueError, StopIteration):
+            stated.append(size())
     return min(stated, default=LEAST_FREE)
 
 
-def _linux() -> int | None:
-    try:
-        lines = MEMINFO.read_text(encoding="ascii").splitlines()
-        return next(int(line.split()[1]) << 10 for line in lines if line.startswith("MemAvailable"))
-    except (OSError, ValueError, StopIteration):
-        return None
+def _linux() -> int:
+    lines = MEMINFO.read_text(encoding="ascii").splitlines()
+    return next(int(line.split()[1]) << 10 for line in lines if line.startswith("MemAvailable"))
 
 
-def _container() -> int | None:
-    try:
-        return int(CGROUP.read_text(encoding="ascii"))
-    except (OSError, ValueError):  # no container, or "max"
-        return None
+def _container() -> int:
+    return int(CGROUP.read_text(encoding="ascii"))
 
 
-def _physical() -> int | None:
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):  # a system without these names
-        return None
+def _physical() -> int:
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

@@ -21,8 +21,8 @@ from pipeline.logs.dialect import (
 )
 from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS, LONGEST_HEAD, MOST_NAMES, is_time
 from pipeline.logs.header_words import read_name
+from pipeline.logs.row_kinds import MOST_KINDS
 
-MOST_KINDS = 12  #: largest number of names of values: those of a phone
 SHOWN = 400  #: number of rows, drawn from the file, that show its columns
 FEWEST_BLOCKS = 3  #: least number of blocks without times that are no axes of two sensors
 RUN = re.compile(r"\b(?:run|set|trial|latest)\b[ #]*\d*\s*:?", re.IGNORECASE)

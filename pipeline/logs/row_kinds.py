@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.logs.dialect import Dialect, dialect_of
-from pipeline.logs.head import COMMENT_SIGNS
+from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS
 from pipeline.logs.header_words import ACC, GYR, read_name
 from pipeline.logs.sentence_names import MARK
 from pipeline.logs.sentences import form_of
@@ -32,7 +32,6 @@ biases of two boards differ by ten times the noise in one of six axes, those of 
 UNEVEN = 1.2
 """Least ratio of the numbers of lines of two sensors that do not take turns. A judgement: rates of
 one logger differ by a quarter and more or not at all, and lost lines make a few per cent."""
-FEWEST = 3  #: least number of numbers in a row: a triad
 SENTENCE = re.compile(r"\s*+[$%#](\w++,.*)\*[0-9A-Fa-f]{2,8}\s*+")
 """A sentence of NMEA 0183, or a message of NovAtel."""
 SENSOR = re.compile("acc|gyr", re.IGNORECASE)
@@ -64,7 +63,7 @@ def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
         return _kinds_by_words(lines, shown) or {"": lines}
     widths: dict[str, Counter[int]] = {}
     for row in rows:
-        if sum(map(dialect.holds_number, row)) >= FEWEST:
+        if sum(map(dialect.holds_number, row)) >= FEWEST_NUMBERS:
             widths.setdefault(row[at], Counter())[len(row)] += 1
     kinds = {kind: width.most_common(1)[0][0] for kind, width in widths.items()}
     tables = {kind: _of_kind(lines, dialect, at, kind, width, [*kinds])
@@ -78,8 +77,8 @@ def _kinds_by_words(lines: Sequence[str], shown: Sequence[str]) -> Mapping[str, 
     than lines of something else."""
     if not SENSOR.search("\n".join(shown)):
         return {}
-    counts = Counter(form for form in map(form_of, shown) if form.count(MARK) >= FEWEST)
-    forms = {form: count for form, count in counts.items() if count >= FEWEST}
+    counts = Counter(form for form in map(form_of, shown) if form.count(MARK) >= FEWEST_NUMBERS)
+    forms = {form: count for form, count in counts.items() if count >= FEWEST_NUMBERS}
     words = {form: re.findall(r"[a-z]{3,}", form.lower()) for form in forms}
     sensors = [form for form in forms if SENSOR.search(form)]
     names = [next((word for word in words[form] if word in ACC | GYR), next(iter(words[form])))
@@ -100,7 +99,7 @@ def _of_kind(
         bare = line.lstrip("#/%; ") if line.startswith((*COMMENT_SIGNS, ";")) else line
         cells = dialect.cells(bare)
         is_row = len(cells) == width and cells[at] == kind and (
-            sum(map(dialect.holds_number, cells)) >= FEWEST)
+            sum(map(dialect.holds_number, cells)) >= FEWEST_NUMBERS)
         words = not any(map(dialect.holds_number, cells[-width:]))
         if is_row or (words and cells[:1] == [kind]):
             kept.append(bare)
@@ -131,7 +130,7 @@ def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | N
     if not width:
         return None
     kinds = Counter((row[0], len(row)) for row in rows if any(map(dialect.holds_number, row[1:])))
-    usual = [kind for kind, count in kinds.items() if count >= FEWEST]
+    usual = [kind for kind, count in kinds.items() if count >= FEWEST_NUMBERS]
     if usual and all(KIND.fullmatch(kind) for kind, _ in kinds) and all(
             len({one[i] for one in usual}) > 1 for i in (0, 1)):
         return 0

@@ -21,6 +21,7 @@ from pipeline.logs.dialect import (
     local_date_seconds,
     seconds_of,
 )
+from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import spelled_unit
 from pipeline.logs.sentence_names import (
     MARK,
@@ -36,7 +37,6 @@ MOST_LINES = 100  #: largest number of lines of a sample
 LEAST_SHARE = 0.9
 """Least share of the lines with one form, or in one order; least correlation of one value of a
 sample with that of the next, which is 1 less the noise over gravity. A judgement."""
-FEWEST = 3  #: least number of numbers in a row: a triad
 MOST_VALUES = 17  #: largest number of values of a sample with a line for each: four triads and more
 PADDING = re.compile(rf"(?<=[\[({{:=]) | (?=[\])}}])|(?<={MARK}) (?!{MARK})|(?<!{MARK}) (?={MARK})")
 """Blanks around numbers and inside brackets, which the width of a number changes."""
@@ -66,7 +66,7 @@ def rows_of_lines(lines: list[str]) -> list[str]:
         cycle = _cycle([*map(form, shown)])
         if cycle == [MARK]:  # a number a line
             cycle *= _period([float(line) for line in shown if form(line) == MARK])
-        if sum(one.count(MARK) for one in cycle) >= FEWEST:
+        if sum(one.count(MARK) for one in cycle) >= FEWEST_NUMBERS:
             return _rows(lines, cycle, form)
     return lines
 
@@ -120,7 +120,8 @@ def _rows(lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
     if not samples:
         return [*lines]
     first, example = next(iter(samples.items()))
-    marks = [LOST if one not in cycle and one.count(MARK) >= FEWEST else "#" for one in forms]
+    marks = [LOST if one not in cycle and one.count(MARK) >= FEWEST_NUMBERS else "#"
+             for one in forms]
     rows = [f"{marks[at]} {line}" if at > first else f"# {line}" if any(map(str.isdigit, line))
             else "" for at, line in enumerate(lines)]  # words above are no header of the rows
     for at, sample in samples.items():
@@ -176,7 +177,7 @@ def _grow(leading: Sequence[str]) -> bool:
     except ValueError:
         return False
     steps = {other - one for one, other in pairwise(numbers)}
-    return len(numbers) > FEWEST and min(steps) > 0 and steps != {1.0}
+    return len(numbers) > FEWEST_NUMBERS and min(steps) > 0 and steps != {1.0}
 
 
 def _hide_numbers(lines: Sequence[str]) -> bool:
@@ -192,7 +193,7 @@ def _hide_numbers(lines: Sequence[str]) -> bool:
     numbers = [sum(map(dialect.holds_number, dialect.cells(line)))
                for line, dialect in zip(plain, dialects, strict=True)]
     with_numbers = sum(SLOT.search(line) is not None for line in plain)
-    if sum(count >= FEWEST for count in numbers) <= with_numbers / 2:
+    if sum(count >= FEWEST_NUMBERS for count in numbers) <= with_numbers / 2:
         return True
     if sum(VECTOR.search(form_of(line)) is not None for line in plain) > len(lines) / 2:
         return True
@@ -208,7 +209,7 @@ def _most_are_rows(lines: Sequence[str]) -> bool:
     dialect = dialect_of(lines[-1])
     rows = [dialect.cells(line) for line in lines[max(len(lines) // 2 - 1, 0):]]
     return (len(lines) > 1 and not any("|" in line for line in lines)
-            and min(map(len, rows)) >= FEWEST and dialect.hold_numbers([*chain(*rows)]))
+            and min(map(len, rows)) >= FEWEST_NUMBERS and dialect.hold_numbers([*chain(*rows)]))
 
 
 def _hidden(line: str, dialect: Dialect) -> Iterator[str]:

@@ -15,15 +15,11 @@ from pipeline.text.names import nearest_name
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
-    """A table as rows of text, by the line numbers of the file.
-
-    ``name`` selects it in its file, empty if that has no other; ``is_alone`` is False for one of
-    several of a text or an archive, which need not all hold readings.
-    """
+    """A table as rows of text by the line numbers of the file; its name is empty if that has no
+    other."""
 
     name: str
     lines: list[str]
-    is_alone: bool
 
 
 def tables_in(path: Path) -> list[TextTable | FileTable]:
@@ -42,7 +38,7 @@ def tables_in(path: Path) -> list[TextTable | FileTable]:
         if isinstance(part, FileTable):
             tables.append(part)
         elif not member or f"{member}/".startswith(f"{part.name}/".lstrip("/")):
-            tables += _tables_of_text(file, part, len(parts) > 1)
+            tables += _tables_of_text(file, part)
     named = [table for table in tables if member in ("", table.name)]
     if not named:
         names = [table.name for table in (tables or parts) if table.name]
@@ -53,9 +49,9 @@ def tables_in(path: Path) -> list[TextTable | FileTable]:
     return named
 
 
-def _tables_of_text(file: Path, text: TextFile, one_of_many: bool) -> list[TextTable]:
+def _tables_of_text(file: Path, text: TextFile) -> list[TextTable]:
     """The tables of a text: one, or one for each kind of rows."""
     lines = with_names_in_header(text_lines(file / text.name, text.data))
     tables = tables_beside(lines) or lines_by_kind(lines)
-    return [TextTable("/".join(filter(None, (text.name, kind))), rows_of_lines(those),
-                      not one_of_many and not kind) for kind, those in tables.items()]
+    return [TextTable("/".join(filter(None, (text.name, kind))), rows_of_lines(those))
+            for kind, those in tables.items()]

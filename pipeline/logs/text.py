@@ -19,7 +19,7 @@ from pipeline.logs.dialect import (
     local_date_seconds,
     seconds_of,
 )
-from pipeline.logs.groups_of_digits import require_decimal_commas, require_no_thousands
+from pipeline.logs.groups_of_digits import of_commas, of_points
 from pipeline.logs.head import (
     Head,
     are_numbered,
@@ -167,8 +167,8 @@ def _first_row(path: Path, lines: list[str], head: Head) -> tuple[Dialect, list[
     require_one_header(path, lines, head, dialect)
     cells = dialect.cells(rows[0])
     alike = [other for row in rows if len(other := dialect.cells(row)) == len(cells)]
-    if not dialect.decimal_comma:
-        require_no_thousands(path, alike)
+    if not dialect.decimal_comma and (fault := of_points(alike)):
+        raise UnreadableInput(f"{path}: {fault}")
     for i, column in enumerate(zip(*alike, strict=True)):
         there = (cell for cell in column if cell.lower() not in MISSING)
         if not dialect.hold_numbers(column):
@@ -252,8 +252,9 @@ def _row_by_row(text: LogText) -> tuple[FloatArray, BoolArray]:
 
 def _plain_rows(text: LogText) -> list[str]:
     """The rows with decimal points, and with seconds in place of dates."""
-    if text.dialect.decimal_comma:
-        require_decimal_commas(text.path, [cell for _, cells in text.rows() for cell in cells])
+    if text.dialect.decimal_comma and (
+            fault := of_commas([cell for _, cells in text.rows() for cell in cells])):
+        raise UnreadableInput(f"{text.path}: {fault}")
     if text.is_rewritten:
         return ["\t".join(map(text.dialect.decimal_points, cells))
                 for _, cells in _timed_rows(text)]

@@ -19,9 +19,9 @@ from pipeline.errors import UnreadableInput
 from pipeline.logs.dialect import is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.header_words import read_name
+from pipeline.logs.row_kinds import LEAST_TURNS, MOST_KINDS
 
 INTERVAL = re.compile(r"(?:interval|period)_(us|ms|s)$")  #: time from row to row
-MOST_KINDS, LEAST_TURNS = 12, 0.25  #: number of sensors of a phone, share of changes between rows
 FEWEST_ROWS = 3  #: least number of rows that show that each holds several samples
 
 

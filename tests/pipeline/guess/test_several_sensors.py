@@ -85,3 +85,12 @@ def test_rows_of_a_magnetometer_between_those_of_the_sensor_are_no_samples(tmp_p
     np.testing.assert_allclose(table.clock.time_s, log.time_s)
     assert table.accelerometer is not None
     np.testing.assert_allclose(table.si(table.accelerometer), log.acc)
+
+
+def test_the_unit_of_a_clock_is_told_where_its_name_is_a_known_program_s(tmp_path: Path) -> None:
+    log = hand_log(rate_hz=RATE_HZ)
+    np.savetxt(tmp_path / "log.csv", np.column_stack([1000 * log.time_s, log.acc]), "%.4f", ",",
+               header="time_ms,acc_x,acc_y,acc_z", comments="")
+    (time,) = (line.split() for line in guess_lines(
+        guess_session(guess_files([tmp_path / "log.csv"], None)[0])) if " time " in line)
+    assert time[1:3] == ["time_ms", "ms"]

@@ -142,6 +142,7 @@ def test_each_run_of_a_log_of_a_whole_evening_has_the_stops_at_its_own_speed(
 ) -> None:
     write_evening(tmp_path / "all.csv", Evening(range_deg_s=2000.0, poses=12), rpms)
     guess = guess_session(guess_files([tmp_path / "all.csv"], None)[0], (), per_deg_of(2000.0))
+    assert "as a record player at 33.3 rpm;" in " ".join(guess.doubts)
     made = checked(guess, tmp_path)
     assert made.outcome is not None
     assert made.changes == ()
