@@ -23,6 +23,7 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.leave_one_out import Comparison, compare
 from calib.fit.validation.prediction import Prediction, predict, with_sds_of
+from calib.fit.validation.untold import untold_errors
 from calib.fit.validation.wave_misfit import with_misfit_of_waves
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import PoseSet
@@ -98,8 +99,9 @@ def assess(
     whole = calibration.averaged(averaged.factor, averaged.unlisted if settled else averaged.held)
     if prediction is not None:  # and else counts by what it does to the next log
         of_parameters = calibration.averaged(averaged.factor, averaged.unlisted)
-        prediction = with_unseen(with_sds_of(prediction, of_parameters), calibration, diagnosis,
-                                 part)
+        prediction = replace(
+            with_unseen(with_sds_of(prediction, of_parameters), calibration, diagnosis, part),
+            untold=untold_errors(calibration, prediction))
     return AssessedTriad(
         whole, compare(fitted),
         on_its_grounds(diagnosis, fitted, prediction, part, spec.full_scale), prediction)

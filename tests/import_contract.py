@@ -74,7 +74,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("other_poses",),
     ],
     "calib.fit.validation": [
-        ("leave_one_out", "odd_poses", "wave_misfit"), ("prediction",), ("elsewhere",),
+        ("leave_one_out", "odd_poses", "wave_misfit"), ("prediction",),
+        ("elsewhere", "untold"),
     ],
     "calib.noise": [("stillness", "allan"), ("coefficients",)],
     "calib.notebook": [("tables", "display"), ("calibration",), ("from_table",)],

@@ -56,6 +56,14 @@ Owner = Literal["sensor", "session", "bench"]
 """Whose an effect is. The sensor's goes wherever the sensor goes; the session's holds on the clock
 of one session; the bench's stays with the plate, its camera and where the sensor stood on it."""
 
+Told = Literal["sample", "clock", "nothing", "bench"]
+"""What tells an effect in a log other than those of the calibration: each sample, with the logged
+columns; only the clock of the calibration session; nothing, of an effect of whole poses and of what
+is drawn anew; or nothing has to, of the bench, which stays behind."""
+
+UNTOLD: tuple[Need, ...] = ("previous", "vibration", "plate")
+"""Needs that no sample of another log meets: they are facts of poses on the plate."""
+
 AT_BOUND = 1e-3
 """Relative distance within which a shape parameter is at its bound. Numerical: a step ends on the
 bound itself; half and twice change none of 55 verdicts."""
@@ -191,6 +199,15 @@ class Effect:
     def triads(self) -> tuple[str, ...]:
         """Every triad that it is for."""
         return self.only_for or tuple(TRIAD_KINDS)
+
+    @property
+    def told_by(self) -> Told:
+        """What tells it in another log; apply, the exports and the error to expect decide by it."""
+        if self.belongs_to == "bench":
+            return "bench"
+        if self.drawn or not {*UNTOLD}.isdisjoint(self.needs):
+            return "nothing"
+        return "clock" if "time" in self.needs else "sample"
 
     def unit_for(self, triad: str) -> str:
         """Unit of the parameters when the effect acts on ``triad``."""

@@ -95,6 +95,15 @@ class Conditions(Rows):
         """The same conditions after other previous poses, ``previous`` (n, 3)."""
         return replace(self, previous=previous)
 
+    def as_in_a_log(self, time_s: float | FloatArray) -> "Conditions":
+        """The same conditions as far as samples tell them: no pose before, quiet, no plate.
+
+        ``time_s`` is the time since the calibration session began, or at its end.
+        """
+        n = len(self)
+        return replace(self, time_s=np.broadcast_to(time_s, n), previous=np.zeros((n, 3)),
+                       vibration=np.zeros((n, 3)), spin_rad_s=np.zeros(n))
+
     def column(self, name: str) -> FloatArray:
         """The logged column ``name``, all NaN where it was not logged, in its unit, shape (n,)."""
         return self.columns.get(name, np.full(len(self.time_s), np.nan))

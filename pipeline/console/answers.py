@@ -26,6 +26,7 @@ from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, count
 from pipeline.text.names import command, word
+from pipeline.text.untold import untold_notes
 
 LOG = "LOG --output FILE"  #: placeholders for files of the user
 RATES = "plate rates"  #: subject of the answer on the clips
@@ -75,7 +76,10 @@ def next_line(outcome: Outcome, folder: Path) -> str:
     if answer is None:
         return f"next: add the sections accelerometer and gyroscope to {word(config)}"
     first, *others = answer.commands
-    if answer.step in ("add", "apply", "discover"):
+    if answer.step == "apply":
+        return "\n".join([*(note for result in outcome.triads for note in _untold(result)),
+                          f"next: {first}"])
+    if answer.step in ("add", "discover"):
         return f"next: {first}"
     line = f"next: {answer.next[0].lower()}{answer.next[1:]} {first}"
     return line + "".join(f"\nor see the errors with it: {other}" for other in others)
@@ -228,7 +232,13 @@ def _nothing_wrong(result: TriadResult) -> str:
                  f"{enumeration(list(others), 'or')}.")
     if blind:
         text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
-    return text
+    return " ".join([text, *_untold(result)])
+
+
+def _untold(result: TriadResult) -> Iterator[str]:
+    """Sentences on effects of the model that another log does not tell."""
+    by_effect = result.prediction.by_untold if result.prediction is not None else {}
+    return untold_notes(result.triad, result.calibration.fit.model.effects, by_effect)
 
 
 def _aside(result: TriadResult) -> str:

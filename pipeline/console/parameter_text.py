@@ -113,7 +113,8 @@ def prediction_text(result: TriadResult) -> str:
         f"corrected magnitudes err by {two_digits(prediction.sd_median * factor)} {unit} (1 sd, "
         f"median over all directions), by {two_digits(prediction.sd_worst * factor)} {unit} at "
         f"worst ({direction_name(prediction.worst_direction, result.triad)})"
-        f"{not_measured(result.triad, prediction.by_poses, prediction.by_unseen)}"
+        + not_measured(result.triad, prediction.by_poses, prediction.by_unseen,
+                       prediction.by_untold)
     )
 
 

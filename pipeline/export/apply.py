@@ -1,6 +1,7 @@
 """A log corrected by a calibration: counts in, SI units out, in vehicle axes if measured.
 
-An effect that needs a column or a time that the log does not contain is refused by name. Effects of
+An effect that needs a column that the log does not contain is refused by name. What no log tells
+(:attr:`calib.effects.effect.Effect.told_by`) counts as after the session, and is stated. Effects of
 the bench (the plate's rate, the lever arm to its axis, the Earth's rotation) are not errors of the
 sensor and are not part of the correction.
 
@@ -17,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from calib.effects.effect import Effect, Need
+from calib.effects.effect import Effect
 from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
 from calib.fit.triad.correction import Correction
@@ -26,8 +27,10 @@ from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from calib.poses.past import past_columns
 from calib.poses.triad_kind import PerKind
 from pipeline.logs.write import LARGEST, csv_rows
+from pipeline.results.fitness import by_untold
 from pipeline.results.read import Stored
 from pipeline.text.plain import cell
+from pipeline.text.untold import untold_notes
 
 BLOCK = 20_000  #: rows corrected at a time
 
@@ -82,7 +85,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
     corrected: dict[str, FloatArray] = {}
     left_out: list[str] = []
     clock = log.time_s - float(stored.contents.session_start_s or 0.0)
-    known: dict[str, FloatArray] = {"time_s": clock} if session_clock else {}
+    known: dict[str, FloatArray] = {}
     for triad in stored.triads:
         if not log.has(triad.name):
             left_out.append(f"{log.label} has no {triad.name}; the {triad.name} is not "
@@ -91,15 +94,18 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         left_out += [
             f"{triad.name}: {effect.name} is an effect of the bench, not an error of the sensor."
             for effect in triad.correction.model.effects
-            if effect.belongs_to == "bench"
+            if effect.told_by == "bench"
         ]
         left_out += _unknown_pasts(log.label, triad.name, triad.correction.model.effects)
+        left_out += untold_notes(triad.name, triad.correction.model.effects,
+                                 by_untold(triad.section), session_clock)
         correction = triad.correction.sensor_part()
         nominal = correction.spec.nominal(log.readings(triad.name))
         pasts = [past for effect in correction.model.effects for past in effect.pasts]
         columns = {**_other_triad(stored, triad.name, log), **log.columns,
                    **past_columns(log.columns, log.time_s, pasts)}
-        at = Conditions.of_vectors(nominal, columns, **known)
+        at = Conditions.of_vectors(nominal, columns, **known).as_in_a_log(
+            clock if session_clock else triad.end_s)
         _require_evaluable(log.label, triad.name, correction, at)
         # Block by block, which keeps the effects' columns small and in the processor's cache.
         corrected[triad.name] = np.concatenate([
@@ -207,23 +213,11 @@ def _require_evaluable(label: str, triad: str, correction: Correction, at: Condi
             )
 
 
-WHOLE_POSES = "it is defined for whole poses, not for samples. Calibrate without it."
-REASONS: Mapping[Need, str] = {
-    "force": "it depends on the specific force. Log the accelerometer too, and calibrate it in "
-    "the same session.",
-    "time": "it depends on the time since the calibration session began. If time_s of the log is "
-    "the time of that session, add --session-clock; otherwise calibrate without it.",
-    "previous": WHOLE_POSES,
-    "vibration": WHOLE_POSES,
-    "plate": "it depends on the rate of the plate, which this log does not contain. Calibrate "
-    "without it.",
-}
-
-
 def _reason(effect: Effect, at: Conditions) -> str:
     needs, columns = lacking(effect, at)
-    if needs:
-        return REASONS[needs[0]]
+    if "force" in needs:
+        return ("it depends on the specific force. Log the accelerometer too, and calibrate it in "
+                "the same session.")
     if columns:
         values = at.column(columns[0])
         if not np.isfinite(values).any():

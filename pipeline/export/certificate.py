@@ -224,8 +224,9 @@ def _prediction(triad: str, prediction: PredictionResult | None) -> str:
     worst = with_minus_signs(direction_name(
         np.array(prediction.worst_direction, float), triad))
     parts = prediction.parts
-    typical = "" if parts is None or parts.poses is None else not_measured(triad, parts.poses, {
-        printable(name): rms for name, rms in parts.unseen.items() if rms is not None})
+    typical = "" if parts is None or parts.poses is None else not_measured(triad, parts.poses, *(
+        {printable(name): rms for name, rms in each.items() if rms is not None}
+        for each in (parts.unseen, parts.untold)))
     return (f"Corrected magnitudes err by {prediction.sd_median * factor:.2g} {unit} (1 sd, "
             f"median over all directions), at worst by {prediction.sd_worst * factor:.2g} "
             f"{unit} ({worst}){typical}.")

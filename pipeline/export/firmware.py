@@ -48,7 +48,7 @@ def temperature_courses(triad: StoredTriad) -> list[Polynomial]:
 
 def _polynomials(triad: StoredTriad, effect: Effect) -> list[Polynomial] | None:
     """The error of x, y and z, SI, by the temperature in °C; None where it is no cubic in it."""
-    if effect.acts_on != "sensor" or effect.belongs_to == "bench":
+    if effect.acts_on != "sensor" or effect.told_by == "bench":
         return None
     terms = axis_terms(effect, triad.correction.shapes.get(effect.name))
     values, courses = triad.section.effects[effect.name].values, []

@@ -144,7 +144,8 @@ def _seen(stored: Stored, triad: Triad, name: str) -> FloatArray:
 def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterator[str]:
     """Warnings of columns, and the session's clock, outside the range of the poses."""
     columns: Mapping[str, FloatArray] = (
-        {**log.columns, "time_s": log.time_s} if session_clock else log.columns)
+        {**log.columns, "time_s": log.time_s - (stored.contents.session_start_s or 0.0)}
+        if session_clock else log.columns)
     for name, values in columns.items():
         reasons = {one.name: _depending(one, name) for one in stored.triads
                    if log.has(one.name)}
@@ -169,8 +170,8 @@ def _column_warnings(stored: Stored, log: ImuLog, session_clock: bool) -> Iterat
 
 def _depending(triad: StoredTriad, name: str) -> list[str]:
     effects = triad.correction.model.acting_on("sensor")
-    return [effect.name for effect in effects if effect.belongs_to != "bench"
-            and (name in effect.logged or (name == "time_s" and "time" in effect.needs))]
+    return [effect.name for effect in effects if effect.told_by in ("sample", "clock")
+            and (name in effect.logged or (name == "time_s" and effect.told_by == "clock"))]
 
 
 def _consequence(

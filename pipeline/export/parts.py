@@ -17,11 +17,10 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.results.fitness import by_untold
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
-
-#: Effects whose conditions are not in a results.json, so that their error cannot be evaluated.
-UNKNOWN = ("previous", "vibration")
+from pipeline.text.untold import untold_notes
 
 
 def remaining_error(
@@ -43,9 +42,7 @@ def remaining_error(
     """
     names = {*lost}
     effects = [effect for effect in triad.correction.model.effects
-               if effect.name in names and effect.belongs_to != "bench"]
-    if any(name in effect.needs for effect in effects for name in UNKNOWN):
-        return None
+               if effect.name in names and effect.told_by in ("sample", "clock")]
     at = session_conditions(stored, triad, effects)
     theta = triad.correction.theta[triad.correction.model.positions(effects)]
     axes = Axes(triad.alignment, np.asarray(np.linalg.inv(triad.alignment), float))
@@ -64,8 +61,7 @@ def session_conditions(
     vectors = np.array([pose.corrected for pose in poses], float).reshape(-1, 3)
     names = {name for pose in poses for name in pose.columns}
     columns = {name: np.array([pose.columns.get(name) for pose in poses], float) for name in names}
-    start = stored.contents.session_start_s or 0.0
-    time_s = np.array([pose.time_s for pose in poses], float) - start
+    time_s = np.array([pose.time_s for pose in poses], float)
     whole = Conditions.of_vectors(vectors, columns, time_s=time_s)
     if not any("force" in effect.needs for effect in effects):
         return whole
@@ -148,18 +144,20 @@ def lost_effects(
     Effects of the bench are no errors of a reading, and drawn ones cannot be corrected: they need
     no note.
     """
-    no_error = {one.name for one in triad.correction.model.effects
-                if one.belongs_to == "bench" or one.acts_on == "noise"}
-    lost = [name for name in names if name not in no_error]
-    if not lost:
-        return ()
-    error = remaining_error(stored, triad, lost)
-    size = ("The results do not hold the conditions that determine how large it is."
-            if error is None else
-            f"In this session it is up to {error_text(error, triad.name)}.")
+    lost = [one for one in triad.correction.model.effects
+            if one.name in names and one.told_by != "bench" and one.acts_on != "noise"]
+    notes = untold_notes(triad.name, [one for one in lost if one.told_by == "nothing"],
+                         by_untold(triad.section))
+    told = [one.name for one in lost if one.told_by != "nothing"]
+    if not told:
+        return tuple(notes)
+    clock = all(one.told_by == "clock" for one in lost)
+    error = remaining_error(stored, triad, told)
+    size = "" if error is None else f"In this session it is up to {error_text(error, triad.name)}. "
     return (
-        f"{program} cannot store {', '.join(lost)} of the {triad.name}: its corrected "
-        f"readings keep this error. {size} `pipeline apply` corrects it.",
+        f"{program} cannot store {', '.join(told)} of the {triad.name}: its corrected "
+        f"readings keep this error. {size}`pipeline apply{' --session-clock' if clock else ''}` "
+        f"corrects it.", *notes,
     )
 
 

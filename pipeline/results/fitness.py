@@ -86,6 +86,13 @@ def _notes(triad: StoredTriad) -> Iterator[str]:
                f"(1 sd) by that alone.")
 
 
+def by_untold(section: TriadSection) -> dict[str, float | None]:
+    """Expected error by each effect of the model that another log does not tell, rms, SI; empty in
+    results of earlier versions."""
+    parts = None if section.prediction is None else section.prediction.parts
+    return {} if parts is None else parts.untold
+
+
 def parts_of_error(section: TriadSection) -> tuple[float, dict[str, float]]:
     """Parts of the error of a corrected magnitude, root mean squares, SI.
 

@@ -60,6 +60,12 @@ class StoredTriad:
         return alignment(self.parameters.misalignment_rad)
 
     @property
+    def end_s(self) -> float:
+        """Time of its last pose since the session began, s; NaN where no times are known."""
+        return max((pose.time_s for pose in self.section.poses if pose.time_s is not None),
+                   default=math.nan)
+
+    @property
     def units_per_count(self) -> FloatArray:
         """The diagonal of K, m/s² or rad/s per count, shape (3,)."""
         return 1 / self.parameters.scale_counts_per_unit

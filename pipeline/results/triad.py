@@ -129,7 +129,8 @@ def _excluded(pose: ExcludedPose) -> ExcludedResult:
 def _prediction(prediction: Prediction) -> PredictionResult:
     """Expected error of a corrected magnitude, 1 sd, over all directions, and its parts."""
     parts = PredictionParts.of(
-        poses=prediction.by_poses, unseen=prediction.by_unseen, open=prediction.by_open)
+        poses=prediction.by_poses, unseen=prediction.by_unseen, untold=prediction.by_untold,
+        open=prediction.by_open)
     return PredictionResult.of(prediction, parts=parts)
 
 

@@ -38,8 +38,10 @@ def with_minus_signs(text: str) -> str:
     return text.replace("-", "−")
 
 
-def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) -> str:
-    """Share of a predicted error that no pose has measured, as the end of a clause; may be empty.
+def not_measured(
+    triad: str, by_poses: float, by_unseen: Mapping[str, float], by_untold: Mapping[str, float]
+) -> str:
+    """Share of a predicted error that no pose determines, as the end of a clause; may be empty.
 
     Parameters
     ----------
@@ -48,16 +50,19 @@ def not_measured(triad: str, by_poses: float, by_unseen: Mapping[str, float]) ->
         What the poses determine, SI.
     by_unseen : mapping of str to float
         What each effect adds that they cannot see, SI.
+    by_untold : mapping of str to float
+        What each effect of the model adds that another log does not tell, SI.
     """
-    if not by_unseen:
-        return ""
     unit, factor = DISPLAY[triad]
-    largest_first = sorted(by_unseen, key=lambda name: -by_unseen[name])
-    unseen = math.sqrt(sum(rms**2 for rms in by_unseen.values()))
-    return (
-        f": {two_digits(by_poses * factor)} {unit} by the poses, {two_digits(unseen * factor)} "
-        f"{unit} by {' and '.join(largest_first)}, which they cannot see, if your sensor is typical"
-    )
+    parts = [f"{two_digits(by_poses * factor)} {unit} by the poses"]
+    for by_effect, why in ((by_unseen, "which they cannot see, if your sensor is typical"),
+                           (by_untold, "which no other log tells")):
+        if by_effect:
+            largest_first = sorted(by_effect, key=lambda name: -by_effect[name])
+            together = math.hypot(*by_effect.values())
+            parts.append(f"{two_digits(together * factor)} {unit} by "
+                         f"{' and '.join(largest_first)}, {why}")
+    return f": {', '.join(parts)}" if len(parts) > 1 else ""
 
 
 def short_model(names: Sequence[str]) -> str:

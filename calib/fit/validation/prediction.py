@@ -69,6 +69,8 @@ class Prediction:
         The poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
     unseen : mapping of str to array, shape (m, d)
         Variance by each effect that the poses cannot see, at the size typical of the sensor.
+    untold : mapping of str to array, shape (m, d)
+        Variance by each effect of the model that the samples of another log do not tell.
     open : array, shape (m, d)
         Variance by what may be missing, weighed by its probability, and by noise from pose to pose.
     """
@@ -82,12 +84,13 @@ class Prediction:
     wanted: tuple[FloatArray, ...] = ()
     unchecked: tuple[str, ...] = ()
     unseen: Mapping[str, FloatArray] = field(default_factory=dict)
+    untold: Mapping[str, FloatArray] = field(default_factory=dict)
     open: FloatArray = field(default_factory=lambda: np.zeros((1, 1)))
 
     @property
     def sd(self) -> FloatArray:
         """The sd at every magnitude in every direction, all causes together, SI, (m, d)."""
-        whole = self.variance + sum(self.unseen.values()) + self.open
+        whole = self.variance + sum((*self.unseen.values(), *self.untold.values())) + self.open
         return np.asarray(np.sqrt(np.maximum(whole, 0.0)))
 
     @property
@@ -114,6 +117,11 @@ class Prediction:
     def by_unseen(self) -> dict[str, float]:
         """Root mean square over the sphere by each effect that the poses cannot see."""
         return {name: _rms(variance) for name, variance in self.unseen.items()}
+
+    @property
+    def by_untold(self) -> dict[str, float]:
+        """Root mean square over the sphere by each effect that another log does not tell."""
+        return {name: _rms(variance) for name, variance in self.untold.items()}
 
     @property
     def by_open(self) -> float:
@@ -220,10 +228,8 @@ def _unchecked(fit: Fit) -> tuple[str, ...]:
     pose, shares = fit.equations.row_pose, np.ones(len(fit.poses))
     for rows, values, _ in pose_blocks(fit.weighted_jacobian, pose):
         shares[pose[rows[:, 0]]] = values[:, 0]  # the worst direction
-    return tuple(
-        label for label, share in zip(fit.poses.label, shares, strict=True)
-        if share < LEAST_REDUNDANCY
-    )
+    return tuple(label for label, share in zip(fit.poses.label, shares, strict=True)
+                 if share < LEAST_REDUNDANCY)
 
 
 def distinct(magnitudes: FloatArray) -> list[float]:

@@ -25,7 +25,6 @@ from pipeline.results.read import StoredTriad
 from pipeline.text.plain import one_line
 
 FORCE = tuple(f"f{axis}" for axis in AXES)
-WHOLE_POSES = {"previous", "vibration", "plate"}  #: needs that the samples of a log do not meet
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ def error_formula(
         None where samples do not determine it (hysteresis, vibration, the bench), or where its
         page has no expressions.
     """
-    if effect.belongs_to == "bench" or effect.acts_on != "sensor" or WHOLE_POSES & {*effect.needs}:
+    if effect.acts_on != "sensor" or effect.told_by in ("bench", "nothing"):
         return None
     terms = axis_terms(effect, shape)
     if not terms:
@@ -121,7 +120,6 @@ STEPS = 50  #: most steps of the fixed point, as in :mod:`calib.fit.rows.sensiti
 #: Conditions with a name of their own, and their descriptions.
 MEANINGS: Mapping[str, str] = {
     TEMPERATURE: "temperature in degrees Celsius",
-    "time_s": "seconds since the calibration session began",
     "other_x": "reading of the other triad by the data sheet, SI",
     "other_y": "reading of the other triad by the data sheet, SI",
     "other_z": "reading of the other triad by the data sheet, SI",
@@ -199,7 +197,7 @@ def routine_of(triad: StoredTriad) -> Routine:
             formulas.append(formula)
     names = tuple(dict.fromkeys(name for formula in formulas for name in formula.names))
     spec = correction.spec
-    inputs = _inputs([name for name in names if name not in FORCE])
+    inputs = _inputs([name for name in names if name not in FORCE], triad.end_s)
     return Routine(
         triad.name, triad.parameters.bias_counts, triad.units_per_count, triad.alignment,
         2**spec.bits if spec.encoding == "unsigned-twos-complement" else None,
@@ -209,17 +207,19 @@ def routine_of(triad: StoredTriad) -> Routine:
     )
 
 
-def _inputs(names: list[str]) -> tuple[Input, ...]:
-    """Arguments with distinct names that every language accepts."""
+def _inputs(names: list[str], end_s: float) -> tuple[Input, ...]:
+    """Arguments with distinct names that every language accepts; the session ends at ``end_s``."""
     inputs: list[Input] = []
+    meanings = {**MEANINGS, "time_s": f"seconds since the calibration session began; of a log of "
+                                      f"another time its end, {end_s:.6g}"}
     for name in names:
         column, identifier = name.removeprefix(OF_COLUMN), name
-        if name not in MEANINGS:
+        if name not in meanings:
             identifier = base = "column_" + re.sub(r"[^A-Za-z0-9]+", "_", column).strip("_")[:40]
             number = 2
             while any(one.identifier == identifier for one in inputs):
                 identifier, number = f"{base}_{number}", number + 1
-        meaning = MEANINGS.get(name, f"the logged column {one_line(column)}")
+        meaning = meanings.get(name, f"the logged column {one_line(column)}")
         inputs.append(Input(name, column, identifier, meaning))
     return tuple(inputs)
 

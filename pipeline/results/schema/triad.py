@@ -78,6 +78,9 @@ class PredictionParts(Part):
     poses: MaybeSd = means("by what the poses determine")
     unseen: dict[str, MaybeSd] = means(
         "by each effect that the poses cannot see, if the sensor is typical")
+    untold: dict[str, MaybeSd] = means(
+        "by each effect of the model that the samples of another log do not tell",
+        default_factory=dict)
     open: MaybeSd = means(
         "by what may be missing, weighed by its probability, and by noise from pose to pose")
 

@@ -92,8 +92,7 @@ def test_the_expressions_of_the_page_are_the_columns(name: str, triad: Triad) ->
 @pytest.mark.parametrize("name", EFFECTS)
 def test_what_samples_determine_has_expressions_so_that_programs_correct_it(name: str) -> None:
     effect = EFFECTS[name]
-    determined = (effect.acts_on == "sensor" and effect.belongs_to != "bench"
-                  and not {"previous", "vibration", "plate"} & {*effect.needs})
+    determined = effect.acts_on == "sensor" and effect.told_by in ("sample", "clock")
     assert bool(effect.page.expressions) == determined
 
 

@@ -2,12 +2,14 @@
 
 import re
 import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from calib.diagnosis.verdict.decision import Code
+from calib.effects.effect import Effect
 from pipeline.config.load import load_config
 from pipeline.console.answers import RATES, answers_of, headline, next_line
 from pipeline.console.rate_text import rate_verdict
@@ -87,6 +89,24 @@ def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less
     config = caused.config.source.path
     assert next_line(outcome, Path("out")) == (
         f"next: film the plate with each pose, then: pipeline run {config}")
+
+
+def test_before_apply_is_said_what_another_log_does_not_tell(
+    caused: Outcome, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def note(triad: str, effects: Sequence[Effect], by_untold: Mapping[str, float]) -> list[str]:
+        assert "bias" in [effect.name for effect in effects]
+        return [f"{triad}: left out"]
+
+    monkeypatch.setattr("pipeline.console.answers.untold_notes", note)
+    assert len(next_line(caused, Path("out")).splitlines()) == 1
+    settled = replace(caused, triads=tuple(
+        replace(each, diagnosis=replace(each.diagnosis, explanation=replace(
+            each.diagnosis.explanation, step="apply", standing="good")))
+        for each in caused.triads))
+    assert next_line(settled, Path("out")).splitlines() == [
+        "accelerometer: left out", "gyroscope: left out",
+        "next: pipeline apply out LOG --output FILE"]
 
 
 def test_the_worst_comes_first_and_its_command_is_the_next_line(caused: Outcome) -> None:

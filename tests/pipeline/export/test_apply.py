@@ -100,9 +100,6 @@ def test_a_temperature_effect_follows_the_log_s_column(
     [
         ({"temperature_bias": [1.0, 0, 0]}, "temperature_bias, .* no column temperature_c"),
         ({"column:supply_v": [1.0, 0, 0]}, "column:supply_v, .* no column supply_v"),
-        ({"bias_drift": [1.0, 0, 0]}, "bias_drift, .* --session-clock"),
-        ({"hysteresis": [1.0, 0, 0]}, "hysteresis, .* defined for whole poses"),
-        ({"vibration_rectification": [1.0, 0, 0]}, "vibration_rectification, .* whole poses"),
     ],
 )
 def test_what_the_log_cannot_tell_is_refused_by_name(

@@ -29,7 +29,6 @@ from tests.pipeline.export.compiled import program_of, through
 from tests.pipeline.export.stored_results import a_log, with_effects
 
 TRIADS = ("accelerometer", "gyroscope")
-WHOLE_POSES = {"hysteresis", "vibration_rectification"}
 #: Parameters whose errors are far above a float's rounding at the readings of the log.
 SIZE = {"accelerometer": {
     "quadratic": 0.003, "cubic": 3e-5, "asymmetry": 0.02, "cross_quadratic": 0.002,
@@ -44,7 +43,7 @@ SIZE = {"accelerometer": {
 }}
 CASES = [(triad, name) for triad in TRIADS for name, effect in EFFECTS.items()
          if triad in effect.triads and effect.acts_on == "sensor"
-         and effect.belongs_to != "bench" and name not in WHOLE_POSES]
+         and effect.told_by in ("sample", "clock")]
 Corrected = Callable[[Stored, Path, str, np.ndarray, Mapping[str, np.ndarray]], np.ndarray]
 
 
@@ -194,8 +193,8 @@ def test_what_whole_poses_alone_determine_is_named_with_its_reason(
 ) -> None:
     stored = with_effects(finished, tmp_path, "accelerometer", {"hysteresis": [0.1, 0.2, 0.3]})
     (note,) = (each for each in EXPORTERS[form](stored).loses if "hysteresis" in each)
-    assert "cannot store hysteresis of the accelerometer" in note
-    assert "do not hold the conditions" in note
+    assert "no sample of a log tells hysteresis" in note
+    assert "pipeline apply" not in note
 
 
 def test_the_arguments_and_the_clock_are_said(finished: RunSession, tmp_path: Path) -> None:

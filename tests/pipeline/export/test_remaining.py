@@ -57,6 +57,19 @@ def test_the_force_comes_from_every_direction(finished: RunSession, tmp_path: Pa
     assert len(at) == 26 * len(stored.contents.triads["gyroscope"].poses)
 
 
+def test_a_drift_counts_from_the_beginning_of_the_session(
+    finished: RunSession, tmp_path: Path
+) -> None:
+    stored = with_effects(finished, tmp_path, "accelerometer", {"bias_drift": [1.0, 0, 0]})
+    poses = results_in(finished.folder)["accelerometer"]["poses"]
+    longest_h = max(abs(pose["time_s"]) for pose in poses) / 3600
+    each = triad_named(stored, "accelerometer")
+    assert each is not None
+    assert remaining_error(stored, each, ["bias_drift"]) == pytest.approx(longest_h, rel=0.01)
+    note = next(one for one in EXPORTERS["px4"](stored).loses if "bias_drift" in one)
+    assert "`pipeline apply --session-clock` corrects it" in note
+
+
 def test_errors_of_the_bench_are_no_loss(finished: RunSession, tmp_path: Path) -> None:
     stored = with_effects(finished, tmp_path, "gyroscope", {"reference_offset": [0.1]})
     for form in ("px4", "arduino", "ardupilot", "kalibr"):

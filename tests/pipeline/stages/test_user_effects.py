@@ -157,7 +157,7 @@ def test_a_correction_is_the_fit_s_own(kinds: Path) -> None:
 def test_a_settling_needs_the_session_s_clock_and_what_belongs_to_one_run_is_of_the_bench(
     kinds: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert pipeline("apply", kinds, log_of(kinds)) == 4
+    corrected(kinds, log_of(kinds))
     assert "add --session-clock" in capsys.readouterr().err
     corrected(kinds, log_of(kinds), "--session-clock")
     assert "once is an effect of the bench" in capsys.readouterr().err
