@@ -87,7 +87,7 @@ class DeviceError(PipelineError):
 TYPE_THIS = {
     "remove_effect": "`pipeline remove CONFIG TRIAD.NAME` takes an effect out of the model.",
     "data_sheet": "In the configuration they stand under sensor.{triad}.",
-    "exclude_pose": "`pipeline exclude CONFIG TRIAD.NAME` leaves a pose out.",
+    "exclude_pose": "`pipeline exclude CONFIG TRIAD.NAME...` leaves poses out.",
     "default_solver": "In the configuration: `solver: default`.",
     "smaller_model": "In the configuration: {triad}: {{model: [{model}]}}.",
 }

@@ -45,7 +45,8 @@ def next_change(
     for result in outcome.triads:
         if may_follow_a_column(result, outcome.config.covariates):
             continue  # for :func:`change_for_unknown`
-        for name in (*result.diagnosis.addable, *result.diagnosis.names):
+        for named in (*result.diagnosis.addable, *result.diagnosis.names):
+            name = result.diagnosis.offered(named)
             others = [each for each in result.diagnosis.named_class(name) if each != name]
             remark = f"{name} stands for its class: {', '.join(others)}" if others else ""
             if Target((result.triad,), name) in refused:

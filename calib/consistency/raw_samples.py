@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.errors import Undetermined
+from calib.errors import Remedy, Undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.checks.levels import cut_off
@@ -117,28 +117,36 @@ def _stays_in_a_step(logs: Sequence[FloatArray]) -> float:
     return float(np.prod(2 * ndtr(half_step) - 1))
 
 
-def require_running(logs: Sequence[ImuLog], others: Sequence[ImuLog] = ()) -> None:
+def require_running(runs: Sequence[Sequence[ImuLog]]) -> None:
     """Refuse poses in which the sensor froze.
 
     Parameters
     ----------
-    logs : sequence of ImuLog
-        Of one run: the noise of one shows how long a reading of another may stay constant.
-    others : sequence of ImuLog
-        Of all runs, for a run that shows no noise at all. A motor shakes some runs and not all.
+    runs : sequence of sequence of ImuLog
+        The logs of each run: the noise of one shows how long a reading of another may stay
+        constant; for a run without any noise that of all. A motor shakes some runs and not all.
 
     Raises
     ------
     Undetermined
-        Naming the log and the samples.
+        Naming the samples of the first log, and all other logs.
     """
-    for frozen in find_frozen(logs, others):
-        raise Undetermined(
-            f"{logs[frozen.index].label}: froze: its samples {frozen.start + 1} to "
-            f"{frozen.start + frozen.count} are one and the same reading of {frozen.of}, where the "
-            f"other logs scatter. The sensor or its connection had stopped, or an axis is stuck or "
-            f"cut off there. Record the pose again, or cut the log to the part before."
-        )
+    every = [log for logs in runs for log in logs]
+    stood = [(logs[one.index], one) for logs in runs for one in find_frozen(logs, every)]
+    if not stood:
+        return
+    (log, first), *others = stood
+    of_one_axis = first.of.endswith(tuple(f" {axis}" for axis in AXES))
+    why = ("The axis is cut off at that reading, or stuck" if of_one_axis else
+           "The sensor or its connection had stopped")
+    part = "" if first.count == len(log.time_s) else ", or cut the log to the part before"
+    labels = dict.fromkeys(other.label for other, _ in others)
+    raise Undetermined(
+        f"{log.label}: {'stands still' if of_one_axis else 'froze'}: its samples {first.start + 1} "
+        f"to {first.start + first.count} are one and the same reading of {first.of}, where the "
+        f"other logs scatter. {why}. Record the pose again{part}."
+        + (f" The same is to be done with {', '.join(labels)}." if labels else ""),
+        Remedy("exclude_pose"))
 
 
 def _longest_stretch(equal: BoolArray) -> tuple[int, int]:

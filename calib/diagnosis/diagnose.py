@@ -33,7 +33,7 @@ from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.ranking import Candidate, rank
 from calib.diagnosis.verdict.wording import enumeration
-from calib.effects.effect import Effect
+from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.validation.elsewhere import mean_square_error
 from calib.fit.validation.prediction import Prediction
@@ -134,6 +134,13 @@ class Diagnosis:
         """All members of the named class of ``name``; empty without one."""
         classes = (each.members for each in self.inclusion if each.name in self.names)
         return next((members for members in classes if name in members), ())
+
+    def offered(self, name: str) -> str:
+        """The effect to add for ``name``: of those that look the same, one that samples of another
+        log tell."""
+        members = [EFFECTS[each] for each in self.named_class(name) if each in EFFECTS]
+        told = [each.name for each in members if each.told_by == "sample"]
+        return name if not told or name not in EFFECTS or name in told else told[0]
 
     @property
     def follows(self) -> str | None:

@@ -222,8 +222,9 @@ def _of_past(
         lag, late = f"lag({column}, {{0}})", f"{column} with a time constant of {{0}} s"
         name = f"{column}_behind_{{0}}"
         yield Function(lag, late, f"with_{name}", 2, column, "every", at, next_to)
-        yield Function(f"({column} - {lag})", f"what {column} is ahead of itself by within "
-                       f"{{0}} s", f"with_{column}_ahead_{{0}}", 3, column, "simple", at, next_to)
+        yield Function(f"({column} - {lag})", f"with a time constant of {{0}} s, how far {column} "
+                       f"has moved lately", f"with_{column}_ahead_{{0}}", 3, column, "simple", at,
+                       next_to)
         if not several:
             continue
         yield Function(f"lag({column}**2, {{0}})", f"the square of {column}, and that with a time "

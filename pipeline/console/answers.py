@@ -255,7 +255,8 @@ def _commands(outcome: Outcome, result: TriadResult, folder: str) -> tuple[str, 
     config, step = outcome.config.source.path, result.diagnosis.explanation.step
     if step == "apply":
         return (f"{command('apply', folder)} {LOG}", command("export", folder, "--to", "arduino"))
-    add = (command("add", config, f"{result.triad}.{result.diagnosis.name}"),)
+    offered = result.diagnosis.offered(result.diagnosis.name or "")
+    add = (command("add", config, f"{result.triad}.{offered}"),)
     if step == "add":  # a step in time may be one along a logged column, which discover compares
         return ((command("discover", config),)
                 if may_follow_a_column(result, outcome.config.covariates) else add)

@@ -190,9 +190,8 @@ def read_session(config: Config) -> SessionLogs:
     if every:
         _require_one_unit_of_time(every)
         _require_celsius(every)
-        for setting, one in session.items():
-            if not setting.poses.log:  # in long logs the poses are checked instead
-                require_running(one.logs, every)
+        # In long logs the poses are checked instead.
+        require_running([one.logs for setting, one in session.items() if not setting.poses.log])
     for triad, spec in specs.items():
         settings = settings_of(config, triad)
         require_no_copies([*_each_once(settings, session)], triad)

@@ -139,8 +139,8 @@ def _beside(case: Case) -> str:
         return f"Perhaps there is also {enumeration(words, 'or')}. "
     if verdict.explains or verdict.code is Code.UNKNOWN or not case.rests_on_size:
         return ""
-    rest = 100 * (1 - verdict.share)
-    return f"{rest:.0f} % of the misfit remain: something else is missing too. "
+    rest = f"{100 * (1 - verdict.share):.0f}" if verdict.share <= 0.99 else "Less than 1"
+    return f"{rest} % of the misfit remain, more than noise: something else is missing too. "
 
 
 def _ambiguous(case: Case) -> Explanation:

@@ -1,9 +1,12 @@
 """A log that froze is told from a converter whose steps are larger than the noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from calib.consistency.raw_samples import find_frozen
+from calib.consistency.raw_samples import find_frozen, require_running
+from calib.errors import Undetermined
 from calib.poses.imu_log import ImuLog
 
 ROWS, POSES, FROZE = 400, 24, 5
@@ -44,3 +47,24 @@ def test_a_log_that_froze_is_found_where_noise_would_show(of: str, sd_in_steps: 
     (frozen,) = find_frozen(logs)
     assert (frozen.index, frozen.start + frozen.count, frozen.of) == (FROZE, ROWS, of)
     assert abs(frozen.start - 150) < 10
+
+
+def test_all_poses_of_an_axis_that_is_cut_off_are_named_at_once() -> None:
+    runs = [session(20.0, 0.0, seed) for seed in (1, 2)]
+    for logs in runs:
+        logs[FROZE].accelerometer[:, 2] = 9600.0
+    runs[1][FROZE] = replace(runs[1][FROZE], label="turning/pose_5")
+    with pytest.raises(Undetermined) as refused:
+        require_running(runs)
+    said = str(refused.value)
+    assert said.startswith("pose_5: stands still: its samples 1 to 400 are one and the same")
+    assert "The axis is cut off at that reading, or stuck. Record the pose again. " in said
+    assert said.endswith("The same is to be done with turning/pose_5.")
+
+
+def test_a_log_that_froze_has_a_part_before() -> None:
+    logs = session(20.0, 0.0, 7)
+    for triad in (logs[FROZE].accelerometer, logs[FROZE].gyroscope):
+        triad[150:] = triad[150]
+    with pytest.raises(Undetermined, match=r"pose_5: froze: .* to the part before"):
+        require_running([logs])

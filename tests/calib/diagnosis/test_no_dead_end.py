@@ -257,6 +257,14 @@ def test_every_verdict_ends_in_a_step_and_what_is_recorded_in_minutes() -> None:
                     assert leads.search(said.text), said.text
 
 
+@pytest.mark.parametrize(("share", "rest"), [(0.9, "10 %"), (0.9999, "Less than 1 %")])
+def test_a_rest_that_is_more_than_noise_is_no_zero(share: float, rest: str) -> None:
+    base = fit(sound(1), Model.of(BASE))
+    verdict = Verdict(Code.EFFECT, "cubic", ("cubic",), ("cubic",), share=share)
+    said = explain(base, verdict, rank(find(base).posterior), 1e-9, None)
+    assert f"{rest} of the misfit remain, more than noise" in said.text
+
+
 def two_courses(seed: int, sds: float) -> PoseSet:
     """A step and a wander of like size."""
     step, wander = stepped(seed, sds), wandering(seed, sds)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import Effect
 from pipeline.config.load import load_config
@@ -107,6 +108,21 @@ def test_before_apply_is_said_what_another_log_does_not_tell(
     assert next_line(settled, Path("out")).splitlines() == [
         "accelerometer: left out", "gyroscope: left out",
         "next: pipeline apply out LOG --output FILE"]
+
+
+def test_of_causes_that_look_the_same_the_one_that_a_log_tells_is_offered(caused: Outcome) -> None:
+    result = caused.triad("gyroscope")
+    assert result is not None
+    alike = ("warm_up", "temperature_bias")
+    words = replace(result.diagnosis.explanation, step="add")
+    open_still = replace(
+        result.diagnosis, name="warm_up", names=("warm_up",), group=alike, explanation=words,
+        inclusion=(Inclusion("warm_up", alike, 1.0, "listed"),))
+    outcome = replace(caused, triads=tuple(
+        replace(each, diagnosis=open_still) if each is result else each for each in caused.triads))
+    config = caused.config.source.path
+    assert next_line(outcome, Path("out")) == (
+        f"next: pipeline add {config} gyroscope.temperature_bias")
 
 
 def test_the_worst_comes_first_and_its_command_is_the_next_line(caused: Outcome) -> None:
