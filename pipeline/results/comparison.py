@@ -94,11 +94,10 @@ class ComparedTriad:
         return _is_same_sheet(self.stored[0], self.stored[k])
 
     def is_same_poses(self, k: int) -> bool:
-        """Whether calibration k and the first are of the same readings."""
+        """Whether calibration k and the first have a reading in common."""
         first, other = self.stored[0], self.stored[k]
-        return first is not None and other is not None and [
-            pose.reading for pose in first.section.poses] == [
-            pose.reading for pose in other.section.poses]
+        return first is not None and other is not None and share_a_reading(*(
+            [pose.reading for pose in one.section.poses] for one in (first, other)))
 
 
 def compare_calibrations(results: Sequence[Stored]) -> tuple[ComparedTriad, ...]:
@@ -251,6 +250,16 @@ class StoredPoses:
             return None
         error = np.linalg.norm(corrected, axis=1) - self.reference
         return error if np.isfinite(error).all() else None
+
+
+def share_a_reading(
+    one: Iterable[Sequence[float] | FloatArray], other: Iterable[Sequence[float] | FloatArray]
+) -> bool:
+    """Whether two sessions have the mean reading of a pose in common, (3,) each, bit by bit.
+
+    No two measurements give the same; a pose left out of one of two fits makes no other session.
+    """
+    return not {*map(tuple, one)}.isdisjoint(map(tuple, other))
 
 
 def rms(values: FloatArray) -> float:

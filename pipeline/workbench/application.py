@@ -163,6 +163,7 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
 
     async def hold_out(request: Request) -> Response:
         dropped = await request.body()
+        workbench.held_out = None  # a refused one takes the place of the last one too
         workbench.held_out = await beside(lambda: HeldOut.of_bytes(dropped))
         return JSONResponse({"name": workbench.held_out.name})
 

@@ -111,8 +111,9 @@ class OpenSession:
         """
         if self.held_out is None:
             return {}
-        correction = self.refitted(state or self.as_run(), triad).calibration.correction
-        return {"held_out": self.held_out.predicted(triad, correction)
+        of_file = self.refitted(self.as_run(), triad).calibration
+        shown = of_file if state is None else self.refitted(state, triad).calibration
+        return {"held_out": self.held_out.predicted(triad, shown.correction, of_file)
                 | {"name": self.held_out.name}}
 
     def as_run(self) -> Screen:

@@ -168,14 +168,24 @@ class Bench {
     if (this.heldAsRun) this.section.update();
   }
 
+  // What was said of the session before, or of one that is refused, holds no longer.
+  heldAnew(words) {
+    for (const each of this.tried) each.held = null;
+    this.heldAsRun = null;
+    delete this.section.refitted.held_out;
+    this.part("held-chart").replaceChildren();
+    this.part("held-words").textContent = words;
+    this.note();
+  }
+
   async hold(file) {
     try {
       await sent("held-out", file);
     } catch (error) {
-      this.part("held-words").textContent = error.message;
+      benches.forEach((each) => each.heldAnew(error.message));
       return;
     }
-    benches.forEach((each) => each.holdOut());
+    benches.forEach((each) => { each.heldAnew(""); each.holdOut(); });
   }
 
   part(name) { return this.root.querySelector(`[data-bench-${name}]`); }
@@ -367,9 +377,10 @@ class Bench {
   held() {
     const { held_out: after, residual } = this.section.refitted, before = this.heldAsRun, { unit } = this.section.triad;
     if (!before || !after) return;
-    const words = this.part("held-words");
+    const words = this.part("held-words"), by = ({ rms }) => `${page.short(rms ?? NaN)} ${unit}`;
     words.textContent = after.problem ?? `On the ${after.labels.length} poses of ${after.name}, which no fit has seen, `
-      + `this model errs by ${page.short(after.rms)} ${unit}; the model of the file by ${page.short(before.rms ?? NaN)} ${unit}.`;
+      + `this model errs by ${by(after)}; the model of the file by ${by(before)}; its own model, fitted to them, by `
+      + `${by({ rms: after.own_rms })}. Where these lie far apart it is another sensor, or the sensor changed.`;
     this.part("held-chart").replaceChildren();
     if (after.problem) return;
     const was = [...this.section.asFitted.residual, ...(before.residual ?? [])], now = [...residual, ...after.residual];

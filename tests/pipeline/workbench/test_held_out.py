@@ -50,18 +50,23 @@ def test_the_held_out_error_is_that_of_compare_before_and_after_the_tick(
     assert shown[1]["rms"] < shown[0]["rms"] / 5  # it falls on poses that no fit has seen
     assert len(shown[0]["labels"]) == 72  # those that turn
     own = results_in(monday.with_suffix(".run"))["gyroscope"]["loo_rms"] * SHOWN
+    assert shown[1]["own_rms"] == pytest.approx(compared["gyroscope"]["error_on_poses"][1][1] * SHOWN)
     assert shown[1]["rms"] < 2 * own  # two cameras' clocks differ, which is no noise of a pose
 
 
 def test_what_is_no_session_of_the_sensor_is_said(evenings: tuple[Path, Path]) -> None:
     results = evenings[1].with_suffix(".run") / "results.json"
     contents = json.loads(results.read_text(encoding="utf-8"))
-    correction = OpenSession(evenings[1], evenings[1].parent / "cache", False).refitted(
+    of_file = OpenSession(evenings[1], evenings[1].parent / "cache", False).refitted(
         Screen({"accelerometer": TriadScreen(()), "gyroscope": TriadScreen(())}, {}),
-        "gyroscope").calibration.correction
+        "gyroscope").calibration
     contents["gyroscope"] = None
     alone = HeldOut.of_bytes(json.dumps(contents).encode())
-    assert "has no gyroscope" in alone.predicted("gyroscope", correction)["problem"]
+    assert "has no gyroscope" in alone.predicted(
+        "gyroscope", of_file.correction, of_file)["problem"]
+    itself = HeldOut.of_bytes(results.read_bytes()).predicted(
+        "gyroscope", of_file.correction, of_file)
+    assert "the very measurements of this session" in itself["problem"]
     for wrong in (b"", b"{", b"[1]", b"\xff\xfe", b'{"format": 1}', b"[" * 100_000):
         with pytest.raises(PipelineError, match="the file"):
             HeldOut.of_bytes(wrong)
@@ -87,4 +92,5 @@ def test_a_session_named_or_dropped_stands_beside_every_tick(
             document.querySelector('#gyroscope [data-bench-drop]').dispatchEvent(
                 new DragEvent('drop', {dataTransfer: data, bubbles: true})); return true;""")
         tab.wait(f"/format 7 found/.test({WORDS})")
+        assert tab.evaluate("document.querySelectorAll('#gyroscope .held').length") == 0
         assert tab.errors == []
