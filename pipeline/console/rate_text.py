@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from calib.numbers import RPM
+from calib.rounding import with_sd
 from pipeline.results.json_values import Json, number, numbers
 from pipeline.stages.flutter import MeasuredFlutter
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import NAME_WIDTH, count, relative
 from pipeline.text.names import command
 from vision.phase_track import LUMA
+from vision.rate.aes6_flutter import PlatterFlutter
 from vision.rate.terms import ALWAYS
 
 if TYPE_CHECKING:
@@ -129,8 +131,10 @@ STRONGEST = 3  #: waves that are listed
 APART = 3  #: bins of the spectrum between two waves listed separately: of the taper's width
 PPM = 1e6  #: definition
 SHOWN = 1.4
-"""Ratio of a figure to its noise from which it is significant. Derived: as much again as the noise,
-added in squares."""
+"""Ratio of a figure to its noise up to which it is mostly noise. Derived: as much again as the
+noise, added in squares."""
+CHANCE = 0.01
+"""Probability that a spectrum of noise alone has a wave that is listed. A choice."""
 
 
 def flutter_lines(flutter: MeasuredFlutter) -> Iterator[str]:
@@ -146,9 +150,12 @@ def flutter_lines(flutter: MeasuredFlutter) -> Iterator[str]:
         yield f"  {name:<24} {two_sigma(value, noise)}"
     yield f"  {'drift':<24} {60 * PPM * figures.drift_per_s:+.0f} ppm per minute"
     turns_hz = flutter.course.rate_rad_s / (2 * math.pi)
-    for at, amplitude in strongest_waves(flutter):
-        yield (f"  {'wave':<24} {percent(amplitude)} at {at:.3g} Hz, "
+    waves = [*strongest_waves(flutter.figures)]
+    for at, amplitude, sd in waves:
+        yield (f"  {'wave':<24} {with_sd(100 * amplitude, 100 * sd or None)} % at {at:.3g} Hz, "
                f"{at / turns_hz:.2f} per revolution")
+    if not waves:
+        yield "  no wave stands out of the noise"
     if math.isfinite(flutter.scale_error):
         yield (f"  the mean of the gyroscope is {100 * flutter.scale_error:+.2f} % off the clip's "
                f"rate; the figures err by as much of themselves")
@@ -162,18 +169,23 @@ def two_sigma(value: float, noise: float) -> str:
     if not noise:
         return f"± {percent(value)} (two sigma)"
     if value < SHOWN * noise:
-        return f"at most ± {percent(value)} (two sigma): no more than the noise, ± {percent(noise)}"
+        return f"at most ± {percent(value)} (two sigma): mostly noise, which is ± {percent(noise)}"
     return f"± {percent(value)} (two sigma); the noise alone gives ± {percent(noise)}"
 
 
-def strongest_waves(flutter: MeasuredFlutter) -> Iterator[tuple[float, float]]:
-    """Frequencies in Hz and relative amplitudes of the strongest lines of the spectrum."""
-    hz, amplitude = flutter.figures.hz, flutter.figures.amplitude.copy()
+def strongest_waves(figures: PlatterFlutter) -> Iterator[tuple[float, float, float]]:
+    """Frequency in Hz, relative amplitude and its sd of the strongest waves that are not noise.
+
+    The square of an amplitude of Gaussian noise is distributed exponentially.
+    """
+    noise = figures.noise_amplitude
+    limit = noise * math.sqrt(math.log(len(noise) / CHANCE))
+    amplitude = np.where(figures.amplitude > limit, figures.amplitude, 0.0)
     for _ in range(STRONGEST):
         at = int(np.argmax(amplitude))
         if amplitude[at] <= 0:
             return
-        yield float(hz[at]), float(amplitude[at])
+        yield float(figures.hz[at]), float(amplitude[at]), float(noise[at]) / math.sqrt(2)
         amplitude[max(at - APART, 0) : at + APART + 1] = 0.0
 
 
@@ -202,5 +214,6 @@ def flutter_json(flutter: MeasuredFlutter) -> Json:
         "highest_hz": figures.highest_hz,
         "drift_per_s": figures.drift_per_s,
         "scale_error": number(flutter.scale_error),
-        "spectrum": {"hz": numbers(figures.hz), "amplitude": numbers(figures.amplitude)},
+        "spectrum": {"hz": numbers(figures.hz), "amplitude": numbers(figures.amplitude),
+                     "noise_amplitude": numbers(figures.noise_amplitude)},
     }

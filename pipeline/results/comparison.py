@@ -253,7 +253,8 @@ class StoredPoses:
 
 
 def share_a_reading(
-    one: Iterable[Sequence[float] | FloatArray], other: Iterable[Sequence[float] | FloatArray]
+    one: Iterable[Sequence[float | None] | FloatArray],
+    other: Iterable[Sequence[float | None] | FloatArray],
 ) -> bool:
     """Whether two sessions have the mean reading of a pose in common, (3,) each, bit by bit.
 

@@ -63,18 +63,19 @@ class HeldOut:
         -------
         dict
             ``labels``, ``residual``, ``sd`` and ``rms``, and ``own_rms``, the error of the held-out
-            session's own calibration, None where it cannot be evaluated; or ``problem``, why there are none.
+            session's own calibration, None where it cannot be evaluated; or ``problem``, why there
+            are none.
         """
         if triad not in self.triads:
             return {"problem": f"{self.name} has no {triad}."}
-        own, poses = self.triads[triad]
-        if own.spec != correction.spec:
+        fitted_to_them, poses = self.triads[triad]
+        if fitted_to_them.spec != correction.spec:
             return {"problem": f"{self.name} has another data sheet of the {triad}: a count of the "
                                f"one is no count of the other."}
         if share_a_reading(poses.at.vector, of_file.fit.poses.reading):
             return {"problem": f"{self.name} has the very measurements of this session, so its "
                                f"poses are no test. Choose a session that was recorded apart."}
-        errors, by_own = poses.errors(correction), poses.errors(own)
+        errors, by_own = poses.errors(correction), poses.errors(fitted_to_them)
         if errors is None:
             return {"problem": f"{self.name} does not hold what an effect of this model needs."}
         factor = DISPLAY[triad][1]

@@ -97,8 +97,8 @@ class PlatterFlutter:
         The evaluated band.
     drift_per_s : float
         Relative change of the rate per second.
-    hz, amplitude : array, shape (m,)
-        Spectrum: amplitude of a wave of each frequency.
+    hz, amplitude, noise_amplitude : array, shape (m,)
+        Spectrum: amplitude of a wave of each frequency, and root mean square of that of the noise.
     """
 
     weighted: float
@@ -110,6 +110,7 @@ class PlatterFlutter:
     drift_per_s: float
     hz: FloatArray
     amplitude: FloatArray
+    noise_amplitude: FloatArray
 
 
 def weighting(hz: FloatArray) -> FloatArray:
@@ -188,7 +189,15 @@ def platter_flutter(course: SpeedCourse, source: str) -> PlatterFlutter:
     drift, flat = _without_drift(course)
     taper = np.hanning(n)
     hz = np.asarray(np.fft.rfftfreq(n, course.step_s), float)
-    amplitude = 2 * np.abs(np.fft.rfft(flat * taper)) / taper.sum()
+
+    def spectrum(values: FloatArray) -> FloatArray:
+        return np.asarray(2 * np.abs(np.fft.rfft(values * taper)) / taper.sum())
+
+    # Of white noise every value of the spectrum has the same mean square.
+    noise = np.sqrt(np.mean([spectrum(axis) ** 2 for axis in _noise_across(course).T])
+                    if course.across.size else
+                    _density_of_angles(course, hz) * 2 * (taper @ taper) / course.step_s
+                    / taper.sum() ** 2) * np.ones(len(hz))
     shown = (hz >= 1 / course.seconds) & (hz <= course.top_hz)
     lowest = max(LOWEST_HZ, 1 / course.seconds)
 
@@ -210,7 +219,8 @@ def platter_flutter(course: SpeedCourse, source: str) -> PlatterFlutter:
         highest_hz=course.top_hz,
         drift_per_s=drift,
         hz=hz[shown],
-        amplitude=amplitude[shown],
+        amplitude=spectrum(flat)[shown],
+        noise_amplitude=noise[shown],
     )
 
 
@@ -229,19 +239,28 @@ def _without_drift(course: SpeedCourse) -> tuple[float, FloatArray]:
 
 
 def _noise_figure(course: SpeedCourse, gain: Gain) -> float:
-    """Two-sigma figure of white noise of the angles, or of the readings across the axis.
-
-    Stationary quantities, the Earth's rate or a tilted table, appear across the axis as a wave once
-    per turn, which is not noise.
-    """
+    """Two-sigma figure of white noise of the angles, or of the readings across the axis."""
     if course.across.size:
-        columns = np.column_stack([np.ones(len(course.across)), waves_per_turn(course.angle_rad)])
-        noise = course.across - columns @ np.linalg.lstsq(columns, course.across, rcond=None)[0]
         return float(np.quantile(np.abs([
-            _filtered(axis, course.step_s, gain) for axis in noise.T]), TWO_SIGMA))
+            _filtered(axis, course.step_s, gain) for axis in _noise_across(course).T]), TWO_SIGMA))
     hz = np.asarray(np.linspace(0, 0.5 / course.step_s, 4096), float)
-    density = 2 * course.noise_rad**2 * course.step_s * (2 * np.pi * hz / course.rate_rad_s) ** 2
+    density = _density_of_angles(course, hz)
     return GAUSSIAN * float(np.sqrt(np.trapezoid(density * gain(hz) ** 2, hz)))
+
+
+def _noise_across(course: SpeedCourse) -> FloatArray:
+    """The readings across the axis, (n, k), without what is stationary.
+
+    The Earth's rate or a tilted table appear there as a wave once per turn, which is not noise.
+    """
+    columns = np.column_stack([np.ones(len(course.across)), waves_per_turn(course.angle_rad)])
+    return np.asarray(
+        course.across - columns @ np.linalg.lstsq(columns, course.across, rcond=None)[0])
+
+
+def _density_of_angles(course: SpeedCourse, hz: FloatArray) -> FloatArray:
+    """One-sided density of the deviation by white noise of the angles, (m,), 1/Hz."""
+    return 2 * course.noise_rad**2 * course.step_s * (2 * np.pi * hz / course.rate_rad_s) ** 2
 
 
 def _derivative(values: FloatArray, step_s: float) -> FloatArray:

@@ -161,7 +161,7 @@ def _figures(rate: SettingRate, worst: int) -> Iterator[Figure]:
         yield _deviation_figure(
             history.time_s, (np.abs(history.rate_rad_s) / mean - 1) * PPM, None,
             "Rate against time", "time in the clip [s]",
-            "Each dot is the mean rate over one revolution.",
+            "Each dot is the mean rate over one revolution, half of one after the dot before.",
             "no slope and no jump: the plate does not slow down or slip.",
         )
     if len(rate.clips) > 1:

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.numbers import RPM
 from calib.poses.imu_log import FloatArray
-from pipeline.console.rate_text import flutter_lines
+from pipeline.console.rate_text import flutter_lines, two_sigma
 from pipeline.drawings.charts import (
     PLAIN,
     Canvas,
@@ -71,7 +71,8 @@ def polar_figure(course: SpeedCourse) -> Figure | None:
     parts.append(_curve(PER_CENT * mean / limit, at, "mean"))
     repeats = PER_CENT * float(np.ptp(mean)) / 2
     rest = PER_CENT * float((courses - mean).std())
-    caption = (f"{len(shown)} of {len(courses)} turns, waves up to {SHOWN_ORDERS:g} per turn. "
+    caption = (f"{len(shown)} of {len(courses)} whole turns between the clip's ends, waves up to "
+               f"{SHOWN_ORDERS:g} per turn. "
                f"Thick: their mean, ± {repeats:.2g} %. The turns scatter about it by {rest:.2g} %.")
     title = "Speed over one turn"
     return Figure(title, drawing(parts, f"{title}. {caption}", POLAR),
@@ -93,7 +94,7 @@ def spectrum_figure(figures: PlatterFlutter, course: SpeedCourse) -> Figure:
     shown = _thinned_peaks(amplitude)
     chart.line(hz[shown], amplitude[shown], "rms")
     caption = (f"Lines at once and twice per turn ({turns_hz:.3g} Hz). Platter, AES6-weighted: "
-               f"± {PER_CENT * figures.weighted:.3g} %.")
+               f"{two_sigma(figures.weighted, figures.weighted_noise)}.")
     return Figure("Spectrum of the speed", chart.svg(f"Spectrum of the speed. {caption}"),
                   "low, without a line that stands out. Lines that follow no turn are those of "
                   "motor, belt and idler.", caption)

@@ -68,7 +68,9 @@ def test_clip_and_gyroscope_are_printed_and_drawn(tmp_path: Path, typed: Typed) 
     code, out, _ = typed(CLIP, "--flutter")
     assert code == 0
     assert "platter, AES6-weighted" in out
-    assert "no more than the noise, " in out  # of the example, which turns evenly
+    assert "at most ± 0.986 % (two sigma): mostly noise, which is ± " in out  # it turns evenly
+    assert [line.split()[-3] for line in out.splitlines() if " wave " in line] == ["1.02"]
+    assert "AES6-weighted: at most ± 0.986 % (two sigma): mostly noise" in html.text
 
 
 def test_a_gyroscope_needs_no_clip(tmp_path: Path, typed: Typed) -> None:
@@ -77,7 +79,9 @@ def test_a_gyroscope_needs_no_clip(tmp_path: Path, typed: Typed) -> None:
                          tmp_path / "config.yaml")
     assert code == 0
     assert "platter, AES6-weighted   ± 0.199 % (two sigma); the noise alone gives ± 0.00" in out
-    assert "4 Hz" in out
+    wave, = (line.split() for line in out.splitlines() if " wave " in line)  # the rest is noise
+    assert float(wave[1]) == pytest.approx(0.2, abs=3 * float(wave[3]))
+    assert wave[5:7] == ["at", "4"]
 
 
 def test_a_gyroscope_of_another_speed_is_refused(tmp_path: Path, typed: Typed) -> None:

@@ -9,6 +9,7 @@ from vision.errors import RateRefused
 from vision.rate.aes6_flutter import (
     CURVE_DB,
     CURVE_HZ,
+    PlatterFlutter,
     course_of_clip,
     course_of_rates,
     platter_flutter,
@@ -57,12 +58,19 @@ def test_a_clip_and_a_gyroscope_agree_on_the_plate_of_the_world() -> None:
     assert gyro.weighted_noise == 0.0
 
 
+def is_noise(found: PlatterFlutter) -> bool:
+    """Whether the spectrum has the mean square that is stated, at low and at high frequencies."""
+    ratio = (found.amplitude / found.noise_amplitude) ** 2
+    return all(abs(half.mean() - 1) < 0.2 for half in np.array_split(ratio, 2))
+
+
 def test_the_noise_of_the_angles_has_the_figure_that_is_stated() -> None:
     frames = np.arange(0, 60, 1 / 30)
     track = phase_track(frames, 0.5 + RATE * frames, noise_rad=1e-3, seed=4)
     found = platter_flutter(course_of_clip(measure_rate(track, timebase=CLOCK)), "clip")
     assert found.weighted == pytest.approx(found.weighted_noise, rel=0.1)
     assert found.unweighted == pytest.approx(found.unweighted_noise, rel=0.1)
+    assert is_noise(found)
 
 
 def test_the_noise_of_a_gyroscope_has_the_figure_that_is_stated_and_the_room_has_none() -> None:
@@ -72,6 +80,7 @@ def test_the_noise_of_a_gyroscope_has_the_figure_that_is_stated_and_the_room_has
     found = platter_flutter(course_of_rates(time, RATE + noise[:, 0], room + noise[:, 1:]), "gyro")
     assert found.weighted == pytest.approx(found.weighted_noise, rel=0.15)
     assert found.unweighted == pytest.approx(found.unweighted_noise, rel=0.05)
+    assert is_noise(found)
 
 
 def test_what_is_too_short_or_too_slow_is_refused() -> None:
