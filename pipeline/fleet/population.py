@@ -18,6 +18,7 @@ from calib.diagnosis.population.spread import (
     spread_of,
     weighed_together,
 )
+from calib.diagnosis.verdict.wording import enumeration
 from calib.effects.units import display_unit
 from calib.poses.averaging.mean_noise import NOISE_DOF_PER_POSE
 from calib.poses.triad_kind import TRIAD_KINDS
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 
 POPULATION_NAME = "population.json"
+MOST_COPIES = 5  #: named in words; the JSON has all. It chooses words only
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +97,13 @@ def _population(triad: str, calibrated: "DataFrame", pooled: Pooled) -> TriadPop
                 name, value, column(rows, f"{name}_noise_sd"), noise_dof, sensor, len(names)))
     return TriadPopulation(
         triad, rows, copies, tuple(map(str, names)), tuple(spreads),
-        tuple(one for one in repeats if one.dof), pooled(triad, rows))
+        tuple(one for one in repeats if one.dof),
+        pooled(triad, rows) if sheets_of(rows) < 2 else None)
+
+
+def sheets_of(rows: "DataFrame") -> int:
+    """Number of data sheets of sessions; 0 in a table that does not state them."""
+    return int(rows["sheet"].nunique()) if "sheet" in rows else 0
 
 
 def _distinct(rows: "DataFrame") -> "tuple[DataFrame, dict[str, str]]":
@@ -179,6 +187,10 @@ def pool_headline(population: TriadPopulation) -> str:
 def pool_text(population: TriadPopulation) -> str:
     """Effects that the lot lacks, or that it lacks none, in one paragraph."""
     pooled = population.pool
+    if (sheets := sheets_of(population.rows)) > 1:
+        return (f"The sessions have {sheets} different data sheets (range, bits, encoding or "
+                f"unit): a count of one is none of another, and their effects are not pooled. Give "
+                f"each type of sensor a pattern of its own.")
     if pooled is None:
         return "No evidence of single sessions is kept, so nothing was pooled."
     lot = f"{count(len(population.rows), 'session')} of {count(len(pooled.sensors), 'sensor')}"
@@ -246,10 +258,11 @@ def copies_text(population: TriadPopulation) -> str:
     """Number of sessions that repeat another one; empty where none does."""
     if not population.copies:
         return ""
-    copy, original = next(iter(population.copies.items()))
+    pairs = [f"'{copy}' is '{original}'" for copy, original in population.copies.items()]
+    more = [f"{len(pairs) - MOST_COPIES} more"] if len(pairs) > MOST_COPIES else []
     verb = "has" if len(population.copies) == 1 else "have"
     return (f"{count(len(population.copies), 'session')} {verb} the very measurements of another "
-            f"one, which count once: '{copy}' is '{original}'.")
+            f"one, which count once: {enumeration([*pairs[:MOST_COPIES], *more], 'and')}.")
 
 
 def is_unrepeatable(population: TriadPopulation) -> bool:
@@ -262,7 +275,7 @@ def repeat_text(population: TriadPopulation) -> str:
     """Whether the stated sds hold from session to session, in one sentence."""
     if not population.repeats:
         return ("No sensor has two sessions, so that nothing is known of its repeatability. "
-                "{sensor} in the pattern names the sensor of a session.")
+                "It takes several folders of one sensor, as in 'lot/{sensor}/*/config.yaml'.")
     worst = max(population.repeats, key=lambda repeat: repeat.birge)
     if is_unrepeatable(population):
         return (f"Parameters differ from session to session by more than is stated: "

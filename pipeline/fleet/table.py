@@ -61,6 +61,8 @@ def _triad_columns(section: TriadSection) -> Row:
         "says": diagnosis.in_words,
         "model": " + ".join(section.model),
     }
+    sheet = section.correction.sheet
+    row["sheet"] = f"{sheet.full_scale} {sheet.bits} {sheet.encoding} {sheet.si_per_unit}"
     for key in ("n_poses", "chi2", "dof", "p_value", "residual_rms", "loo_rms", "sd_widened_by"):
         row[key] = getattr(section, key)
     row["prediction_sd_median"] = prediction and prediction.sd_median

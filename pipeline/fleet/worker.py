@@ -41,7 +41,7 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.names import program_version
 from vision.errors import VisionError
 
-RECORD_FORMAT = 2
+RECORD_FORMAT = 3
 """Raise it whenever the contents of a record change."""
 
 

@@ -3,7 +3,7 @@
 import html
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -11,7 +11,9 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
+from calib.diagnosis.population.pool import Pool
 from pipeline.fleet.finish import FleetSummary, finish_fleet, fleet_lines
+from pipeline.fleet.population import copies_text, pool_headline, populations_of
 from pipeline.fleet.sessions import SessionRecord, evidence_path
 from pipeline.fleet.table import Row
 from tests.lot_records import lot_records
@@ -139,6 +141,20 @@ def test_a_session_that_is_a_copy_of_another_counts_once(page: Page) -> None:
     assert page.summary.populations[0].copies == {"u98/e0": "u00/e0"}
     assert len(page.summary.populations[0].rows) == 2 * SENSORS
     assert "&#39;u98/e0&#39; is &#39;u00/e0&#39;" in page.text
+
+
+def test_different_data_sheets_are_not_pooled(page: Page) -> None:
+    table = page.summary.table.copy()
+    table["sheet"] = ["50 16 si 1"] * 10 + ["4 16 si 1"] * (len(table) - 10)
+
+    def pooled(*_: object) -> Pool:
+        raise AssertionError
+
+    population, = populations_of(table, pooled)
+    assert pool_headline(population).startswith("The sessions have 2 different data sheets")
+    several = replace(population, copies={f"c{i}": "a" for i in range(7)})
+    assert "'c1' is 'a'" in copies_text(several)
+    assert copies_text(several).endswith("'c4' is 'a' and 2 more.")
 
 
 def test_without_a_single_result_there_is_a_page_of_the_failures(tmp_path: Path) -> None:
