@@ -4,6 +4,8 @@ import csv
 import hashlib
 import json
 import math
+import re
+import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -31,6 +33,8 @@ from vision.phase_track import PhaseTrack
 
 OF_THE_SCREEN = frozenset({"model", "exclude"})  #: keys that the screen writes
 Stamp = Mapping[str, str]
+_NAMED = re.compile(r'"config": ?("(?:[^"\\]|\\.)*")')
+"""The configuration in a report as its commands name it, in JSON."""
 
 
 class SessionFiles:
@@ -62,7 +66,11 @@ class SessionFiles:
                 "data": data.hexdigest()}
 
     def is_run(self) -> bool:
-        """Whether the results are from this program, configuration and files as they are."""
+        """Whether the results are from this program, configuration and files as they are.
+
+        And whether the commands of the page, typed here, are for this configuration: those of a
+        session that was moved or copied are for the one that it was.
+        """
         config = load_config(self.path)
         results, report = self.folder / RESULTS_NAME, self.folder / REPORT_NAME
         try:
@@ -70,9 +78,11 @@ class SessionFiles:
             of_run = json.loads(results.read_text(encoding="utf-8"))["config_sha256"]
             is_newest = all(path.stat().st_mtime_ns <= written for path in named_files(config))
             page = report.read_text(encoding="utf-8")
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            named, = shlex.split(json.loads(_NAMED.findall(page)[0]))
+        except (OSError, ValueError, LookupError, TypeError, RecursionError):
             return False
-        return (is_newest and f"pipeline {program_version()}" in page
+        return (is_newest and Path(named).resolve() == self.path.resolve()
+                and f"pipeline {program_version()}" in page
                 and of_run == hashlib.sha256(config.source.text.encode()).hexdigest())
 
 

@@ -38,27 +38,29 @@ async function show(number, words) {
 }
 
 // Files of one drop keep their names; a name that is there already goes into a folder of its drop.
+// What is refused is said, and the others are taken: every folder has a stray file.
 async function take(...files) {
   batch += 1;
   const paths = files.map((file) => file.webkitRelativePath || file.name);
-  const clash = paths.some((path) => names.has(path));
-  try {
-    for (const [i, file] of files.entries()) {
-      brought.textContent = `${i + 1} of ${files.length}: ${paths[i]}`;
-      const path = clash ? `drop${batch}/${paths[i]}` : paths[i];
+  const clash = paths.some((path) => names.has(path)), refused = [];
+  for (const [i, file] of files.entries()) {
+    brought.textContent = `${i + 1} of ${files.length}: ${paths[i]}`;
+    const path = clash ? `drop${batch}/${paths[i]}` : paths[i];
+    try {
       await drawing.sent(`bring/${path.split("/").map(encodeURIComponent).join("/")}`, file);
       names.add(path);
+    } catch (error) {
+      refused.push(error.message);
     }
-    await guess();
-  } catch (error) {
-    brought.textContent = error.message;
   }
+  const words = [...refused.slice(0, 3), ...(refused.length > 3 ? [`So are ${refused.length - 3} more.`] : [])];
+  await guess(words).catch((error) => { brought.textContent = [...words, error.message].join(" "); });
 }
 
-async function guess() {
+async function guess(refused = []) {
   brought.textContent = "The files are read …";
   const answer = await asked("guess", { scale: Number(form.scale.value) || null });
-  brought.textContent = [`${names.size} file${names.size === 1 ? "" : "s"}.`, ...answer.passed_over].join(" ");
+  brought.textContent = [`${names.size} file${names.size === 1 ? "" : "s"}.`, ...refused, ...answer.passed_over].join(" ");
   part("lines").textContent = answer.lines.join("\n");
   part("plots").replaceChildren(...answer.plots.map(drawn));
   part("scale").hidden = answer.scales.length === 0;
@@ -101,7 +103,7 @@ form.addEventListener("submit", async (event) => {
     words.textContent = error.message;
   }
 });
-form.scale.addEventListener("change", guess);
+form.scale.addEventListener("change", () => guess());
 part("forget").addEventListener("click", async () => {
   await asked("forget");
   names = new Set();

@@ -79,8 +79,10 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def copied(config: Path, folder: Path) -> Path:
-    """The same session with its results in another folder."""
+    """The same session with its results in another folder, as if it had been run there."""
     shutil.copytree(config.parent, folder, dirs_exist_ok=True)
+    report = (folder / config.name).with_suffix(".run") / "report.html"
+    report.write_text(report.read_text("utf-8").replace(str(config.parent), str(folder)), "utf-8")
     return folder / config.name
 
 

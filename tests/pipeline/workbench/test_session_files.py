@@ -1,6 +1,7 @@
 """Whether the results of a session are those of its files as they are."""
 
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,11 @@ def test_what_has_changed_since_the_run_is_seen(
 ) -> None:
     config = copied(written, tmp_path)
     assert is_run(config)
+    shutil.copytree(tmp_path, tmp_path / "moved")
+    assert not is_run(tmp_path / "moved" / config.name)  # its page's commands change the first
+    shutil.rmtree(tmp_path / "moved")
+    monkeypatch.chdir(tmp_path)
+    assert is_run(Path(config.name))
     monkeypatch.setattr(session_files, "program_version", lambda: "0.0.7")
     assert not is_run(config)  # a page of another program
     monkeypatch.undo()

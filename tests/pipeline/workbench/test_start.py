@@ -134,11 +134,14 @@ def test_a_person_drops_logs_and_uses_them_by_the_keyboard(
         texts = {path.name.removesuffix(".gz"): _text(path) for path in LOGS}
         tab.evaluate(f"""
             const data = new DataTransfer();
+            for (const name of ['.DS_Store', 'config.yaml']) data.items.add(new File(['x'], name));
             for (const [name, text] of Object.entries({texts!r}))
                 data.items.add(new File([text], name));
             document.querySelector('[data-drop]').dispatchEvent(
                 new DragEvent('drop', {{dataTransfer: data, bubbles: true}})); return true;""")
         tab.wait("document.querySelectorAll('[data-plots] path.x').length > 0")
+        words = tab.evaluate("return document.querySelector('[data-brought]').textContent")
+        assert words.startswith("18 files. '.DS_Store' is no name of a file of a session. config.y")
         tab.evaluate("document.querySelector('form[data-use] [name=latitude]').focus()")
         tab.send("Input.insertText", text="40.85")
         tab.key("Enter")
