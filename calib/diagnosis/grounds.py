@@ -109,7 +109,7 @@ def _among_what_is_seen(
         following += f"({minutes_of(len(fit.poses))} for as many poses as now)"
         text += f" {following}."
     else:
-        following = f"Record {advice.timed}; name the new logs in the configuration"
+        following = f"Record {advice.timed}"
         text += f" Record next: {advice.timed}."
         for words, others in (("As good", whole[1:]), ("In part", more if whole else more[1:])):
             if others:

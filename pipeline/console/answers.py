@@ -29,6 +29,7 @@ from pipeline.text.names import command, word
 from pipeline.text.untold import untold_notes
 
 LOG = "LOG --output FILE"  #: placeholders for files of the user
+NEW_FILES = "; name the new files in the configuration, then:"  #: end of a step that records
 RATES = "plate rates"  #: subject of the answer on the clips
 WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
@@ -72,7 +73,8 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
 def next_line(outcome: Outcome, folder: Path) -> str:
     """The next step of a session for the terminal, taken from its worst answer."""
     config = outcome.config.source.path
-    answer = next((answer for answer in answers_of(outcome, str(folder)) if answer.commands), None)
+    answers = answers_of(outcome, str(folder))
+    answer = next((answer for answer in answers if answer.commands), None)
     if answer is None:
         return f"next: add the sections accelerometer and gyroscope to {word(config)}"
     first, *others = answer.commands
@@ -81,8 +83,17 @@ def next_line(outcome: Outcome, folder: Path) -> str:
                           f"next: {first}"])
     if answer.step in ("add", "discover"):
         return f"next: {first}"
-    line = f"next: {answer.next[0].lower()}{answer.next[1:]} {first}"
+    steps = {each.next: each.subject for each in answers if each.next.endswith(NEW_FILES)}
+    if answer.next in steps and len(steps) > 1:  # one session serves both triads
+        named = "; ".join(f"for the {subject} {_lower(step.removesuffix(NEW_FILES))}"
+                          for step, subject in steps.items())
+        return f"next: {named}{NEW_FILES} {first}"
+    line = f"next: {_lower(answer.next)} {first}"
     return line + "".join(f"\nor see the errors with it: {other}" for other in others)
+
+
+def _lower(text: str) -> str:
+    return text[0].lower() + text[1:]
 
 
 def headline(answers: Sequence[Answer]) -> Headline:
@@ -151,11 +162,12 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     """The three answers for one triad."""
     words = result.diagnosis.explanation
     at_once = words.step in ("apply", "add") or result.diagnosis.verdict is Code.BAD_POSE
+    end = ":" if at_once else NEW_FILES if words.step == "record" else ", then:"
     return Answer(
         result.triad, words.standing, words.short,
         f"{_is_it_good(result)}{_by_gravity(outcome, result)}",
         f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
-        f"{words.following}{':' if at_once else ', then:'}",
+        f"{words.following}{end}",
         words.step,
         _commands(outcome, result, folder),
     )
@@ -179,13 +191,12 @@ def _is_it_good(result: TriadResult) -> str:
             f"{two_digits(loo)} {unit}{loo_by_noise(result)}. "
             f"{_prediction(result)}"
         )
-    times = comparison.residual_rms / noise
+    times = sqrt(float(np.mean((fit.residual_si / sds) ** 2)))
     size = (f"which is {times:.2g} times their own noise" if times > 1 else
             "no larger than their own noise: what is wrong shows in the shape of the residuals")
     return (
         f"{'Not yet' if standing == 'act' else 'Perhaps not'}. The RMS residual of the "
-        f"{count(len(comparison.poses), 'pose')} is {two_digits(rms)} {unit}, {size} "
-        f"(sd {two_digits(noise * factor)} {unit})."
+        f"{count(len(comparison.poses), 'pose')} is {two_digits(rms)} {unit}, {size}."
     )
 
 

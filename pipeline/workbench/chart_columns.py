@@ -30,11 +30,11 @@ def chart_columns(session: OpenSession, triad: Triad) -> Json:
         ``columns``: of every pose, by their titles. ``phase``: the angles of the plate in the
         middle of ``PARTS`` parts of a turn, and by how much each part's residual differs from that
         of its pose, in the shown unit; empty lists where the pose shows no phase. ``quantiles``:
-        normal quantiles of the poses that turn, with a band that holds each residual at 95 %.
+        normal quantiles of the poses with one row, with a band that holds each residual at 95 %.
     """
     calibration = session.refitted(session.as_run(), triad).calibration
     poses = calibration.fit.poses
-    n = int((~poses.reference.is_null).sum())
+    n = int((calibration.fit.equations.row_count == 1).sum())
     place = np.arange(1, n + 1)
     z, low, high = (ndtri(betaincinv(place, n + 1 - place, share)).tolist()
                     for share in (0.5, *BAND))

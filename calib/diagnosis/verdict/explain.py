@@ -267,7 +267,7 @@ def _instead_of_noise(case: Case) -> str:
 def _settle(case: Case) -> tuple[Step, str]:
     """The next step where something is open, for programs and in words."""
     if case.advice is not None and case.advice.is_worth_it:
-        return "record", f"Record {case.advice.timed}; name the new logs in the configuration"
+        return "record", f"Record {case.advice.timed}"
     if case.verdict.code == Code.EFFECT:
         return "add", ("Add it for all that look the same: the correction is valid under the "
                        "conditions of this session")

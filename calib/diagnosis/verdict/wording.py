@@ -216,7 +216,7 @@ def unsupported(fit: Fit, prediction: Prediction) -> str:
         text = (
             f"But the calibration is weak with {worst}: a corrected magnitude is "
             f"{two_digits(prediction.times_a_pose)} times as uncertain there as one pose would "
-            f"make it. Record one. "
+            f"make it. "
         )
     if prediction.unchecked:
         alone = list_labels([pose_in_words(fit, one) for one in prediction.unchecked])

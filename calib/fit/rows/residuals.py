@@ -153,6 +153,11 @@ class Equations(Stacked):
         more = [each.row_pose for each in (self.axis, self.waves) if each]
         return np.concatenate([self.whitening.row_pose, *more])
 
+    @cached_property
+    def row_count(self) -> IntArray:
+        """Number of data rows of every pose, shape (n,): 1 where its length is all that counts."""
+        return np.bincount(self.row_pose)
+
     @property
     def data_count(self) -> int:
         """Number d of data rows."""

@@ -26,7 +26,7 @@ from calib.fit.linear import inverse_square
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.validation.leave_one_out import PoseResidual, compare
+from calib.fit.validation.leave_one_out import PoseResidual, compare, pose_errors, pose_sds
 from calib.fit.validation.prediction import (
     Prediction,
     distinct,
@@ -118,13 +118,10 @@ def predict_pose(fit: Fit, poses: PoseSet, place: int) -> PredictedPose:
     poses = replace(poses, sd=np.where(np.isfinite(poses.sd), poses.sd, typical))
     equations = Equations.of_sets((poses,), fit.model, fit.equations.start.take(None)).take(0)
     rows = equations.rows(fit.theta, fit.eta, fit.shapes)
-    mine = np.flatnonzero(equations.row_pose == place)
-    sd = equations.row_sd[mine]
-    error = rows.residual[mine] * sd
-    value = float(np.linalg.norm(error)) if poses.reference.is_null[place] else float(error[0])
+    value = float(pose_errors(equations, rows.residual)[place])
     of_pose = poses.take([place])
     return PredictedPose(of_pose, rows.vector[place], PoseResidual(
-        of_pose.label[0], of_pose.run[0], value, float(np.linalg.norm(sd)), value))
+        of_pose.label[0], of_pose.run[0], value, float(pose_sds(equations)[place]), value))
 
 
 FORCE_DIRECTIONS = 50

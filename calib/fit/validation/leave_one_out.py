@@ -9,6 +9,7 @@ from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
 from calib.fit.linear import inverse_square, orthonormal_columns
 from calib.fit.rows.problem import Estimate, Problem
+from calib.fit.rows.residuals import Equations
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
@@ -28,8 +29,9 @@ class PoseResidual:
     ----------
     label, run : str
     residual : float
-        The magnitude less the reference's, or the length of what a null pose still reads; what the
-        pose says of directions and waves is not in it.
+        The magnitude less the reference's, or the length of what a null pose still reads; of a pose
+        with rows of directions and waves the root mean square of all its rows in their sds, times
+        ``sd``.
     sd : float
         Of ``residual``.
     left_out : float
@@ -145,20 +147,42 @@ def compare(fit: Fit) -> Comparison:
         of a robust loss are held.
     """
     equations = fit.equations
-    n, sd, in_sd = len(fit.poses), equations.row_sd, refitted_residual(fit)
-    left_out = sd * in_sd
-    pose = equations.whitening.row_pose
-    shown = np.stack([fit.residual_si, sd, left_out])[:, : len(pose)]
-    values = np.sqrt(np.stack([np.bincount(pose, row**2, n) for row in shown]))
-    values[:, equations.magnitude] = shown[:, : len(equations.magnitude)]  # with their signs
+    in_sd = refitted_residual(fit)
+    left_out = equations.row_sd * in_sd
+    values = np.stack([pose_errors(equations, fit.rows.residual), pose_sds(equations),
+                       pose_errors(equations, in_sd)])
     poses = (
         PoseResidual(label, run, *of_pose) for label, run, of_pose in zip(
             fit.poses.label, fit.poses.run, values.T.tolist(), strict=True)
     )
     spread, scatter, log_density = _predicted(fit, in_sd)
     return Comparison(
-        tuple(poses), fit.residual_rms, _rms(left_out), _rms(sd * spread), _rms(in_sd),
-        scatter, log_density)
+        tuple(poses), fit.residual_rms, _rms(left_out), _rms(equations.row_sd * spread),
+        _rms(in_sd), scatter, log_density)
+
+
+def pose_sds(equations: Equations) -> FloatArray:
+    """The sd of the length of every pose, SI, (n,)."""
+    pose = equations.whitening.row_pose
+    return np.sqrt(np.bincount(pose, equations.row_sd[: len(pose)]**2))
+
+
+def pose_errors(equations: Equations, in_sd: FloatArray) -> FloatArray:
+    """Error of every pose by its rows, :attr:`PoseResidual.residual`, SI, (n,).
+
+    Parameters
+    ----------
+    equations : Equations
+    in_sd : array, shape (r,)
+        Errors of the data rows in their sds; prior rows may follow.
+    """
+    pose, of_means = equations.row_pose, equations.whitening.row_pose
+    in_sd = in_sd[: len(pose)]
+    error = (in_sd * equations.row_sd)[: len(of_means)]
+    value = np.sqrt(np.bincount(of_means, error**2))
+    value[equations.magnitude] = error[: len(equations.magnitude)]  # with their signs
+    together = pose_sds(equations) * np.sqrt(np.bincount(pose, in_sd**2) / equations.row_count)
+    return np.where(equations.row_count > np.bincount(of_means), together, value)
 
 
 def _predicted(fit: Fit, out: FloatArray) -> tuple[FloatArray, float, float]:

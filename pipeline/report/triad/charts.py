@@ -3,15 +3,14 @@
 The staircase shows the errors of every model in the history, its steps named by effect.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammainc
 
 from calib.diagnosis.next_measurement.advice import pose_in_words, shown_name
+from calib.fit.least_squares.result import Fit
 from pipeline.drawings.charts import (
     SHAPES,
     Chart,
@@ -38,7 +37,7 @@ def residual_figure(result: TriadResult) -> Figure:
     """The residual of every pose with its noise band, in the order of the configuration."""
     poses = result.comparison.poses
     excluded = [one.predicted for one in result.excluded if one.predicted is not None]
-    at_rest = result.calibration.fit.poses.reference.is_null
+    rows = result.calibration.fit.equations.row_count
     unit, factor = DISPLAY[result.triad]
     typical = sorted(pose.sd for pose in poses)[len(poses) // 2]
     reach = max(SHOWN_SD * typical, *(abs(pose.residual) + pose.sd for pose in poses))
@@ -52,7 +51,7 @@ def residual_figure(result: TriadResult) -> Figure:
     number = _run_numbers(result)
     for i, pose in enumerate(poses):
         attribute = f' data-i="{i}" data-x="{pixel(chart.x(i))}"'
-        low = 0.0 if at_rest[i] else -pose.sd  # the residual of a pose at rest is a length
+        low = -pose.sd if rows[i] == 1 else 0.0  # several rows have no sign together
         chart.bar(i, low, pose.sd, "band", attribute)
     for i, pose in enumerate(poses):
         attribute = f' data-i="{i}" data-x="{pixel(chart.x(i))}"'
@@ -81,17 +80,22 @@ def residual_figure(result: TriadResult) -> Figure:
     title = "Residual of every pose"
     span = f' data-top="{chart.y.end:g}" data-bottom="{chart.y.start:g}"'
     return Figure(title, chart.svg(f"{title}. {caption}", span, "residuals"),
-                  _good_residuals(at_rest), caption)
+                  _good_residuals(result.calibration.fit), caption)
 
 
-def _good_residuals(at_rest: NDArray[np.bool_]) -> str:
-    """The look of good residuals; a pose with the plate stopped cannot scatter about zero."""
-    bar = "most of them inside their bar (one sd of the noise of the pose)"
-    length = "the length of the remaining vector, which cannot be negative"
-    if at_rest.all():
-        return f"the marks have no pattern, {bar}. Each shows {length}."
-    stopped = f" A pose with the plate stopped shows {length}." if at_rest.any() else ""
-    return f"the marks scatter about zero without a pattern, {bar}.{stopped}"
+def _good_residuals(fit: Fit) -> str:
+    """The look of good residuals; those of poses with several rows cannot scatter about zero."""
+    several, at_rest = fit.equations.row_count > 1, fit.poses.reference.is_null
+    scatter = "have no pattern" if several.all() else "scatter about zero without a pattern"
+    words = f"the marks {scatter}, most of them inside their bar (one sd of the noise of the pose)."
+    if at_rest.any():
+        words += (" A pose with the plate stopped shows the length of the remaining vector, which "
+                  "cannot be negative.")
+    if (several & ~at_rest).any():
+        words += (" A pose in which gravity goes round shows all its residuals: the root mean "
+                  "square of that of its length and of those along and across the axis, each in "
+                  "its sd, which cannot be negative.")
+    return words
 
 
 def _expected_within(result: TriadResult) -> float:
@@ -100,10 +104,8 @@ def _expected_within(result: TriadResult) -> float:
     The fit absorbs part of the noise: it reduces the variance of a residual by ``dof / rows``.
     """
     fit = result.calibration.fit
-    share = max(fit.dof, 1) / fit.equations.data_count
-    null = int(fit.poses.reference.is_null.sum())
-    inside = [math.erf(1 / math.sqrt(2 * share)), float(gammainc(1.5, 1.5 / share))]
-    return inside[0] * (len(fit.poses) - null) + inside[1] * null
+    half = fit.equations.row_count / 2
+    return float(gammainc(half, half * fit.equations.data_count / max(fit.dof, 1)).sum())
 
 
 def _run_numbers(result: TriadResult) -> Mapping[str, int]:

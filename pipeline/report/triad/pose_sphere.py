@@ -162,12 +162,15 @@ def _facts(poses: PoseSet, mean: PoseMean, i: int) -> Iterator[tuple[str, str]]:
 def reading_directions(result: TriadResult) -> FloatArray:
     """Change of the nominal readings (n, 3) while the corrected length grows by one, no unit.
 
-    A pose whose length errs by r would have read its mean less r times that.
+    A pose whose length errs by r would have read its mean less r times that. In a pose whose waves
+    count the residual says nothing of the mean: 0.
     """
     vector = result.calibration.fit.rows.vector
     matrix, _ = result.calibration.correction.linear_form()
     unit = vector / np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), NO_LENGTH)
-    return np.asarray(np.linalg.solve(matrix, unit.T).T)
+    fit = result.calibration.fit
+    of_mean = fit.poses.reference.is_null | (fit.equations.row_count == 1)
+    return np.asarray(np.linalg.solve(matrix, unit.T).T) * of_mean[:, None]
 
 
 def _trace(result: TriadResult, mean: PoseMean, along: FloatArray) -> Json:
@@ -199,7 +202,7 @@ def _trace(result: TriadResult, mean: PoseMean, along: FloatArray) -> Json:
 def pose_rows(result: TriadResult) -> list[tuple[str, str, str, str]]:
     """Label, run, residual ± sd and residual in sds of every pose, for the table of all poses.
 
-    With the plate stopped the residual is a length.
+    With the plate stopped, or waves that count, the residual is a length.
     """
     return [_row(pose, result.triad) for pose in result.comparison.poses]
 

@@ -62,7 +62,7 @@ def refit_json(refits: Refits, config: Path) -> Json:
         "labels": list(fit.poses.label),
         "shown": [shown_name(label) for label in fit.poses.label],
         "named": [pose_in_words(fit, label) for label in fit.poses.label],
-        "is_null": [bool(null) for null in fit.poses.reference.is_null],
+        "several_rows": [bool(count > 1) for count in fit.equations.row_count],
         "sd": rounded(pose.sd * factor for pose in result.comparison.poses),
         "left_out": rounded(pose.left_out * factor for pose in result.comparison.poses),
         "effects": entries + list(_unseen(result)),

@@ -48,7 +48,8 @@ class PoseResult(Part):
 
     label: Text = means("its log")
     run: Text = means("its plate setting")
-    residual: Number = means("corrected magnitude less the reference, SI")
+    residual: Number = means(
+        "corrected magnitude less the reference, SI; of a pose with several rows their length")
     sd: NotNegative = means("its sd")
     left_out: MaybeNumber = means("the same, predicted from all other poses")
     reference: Number = means("gravity or the rate of the plate, SI")

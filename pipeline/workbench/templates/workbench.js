@@ -11,7 +11,8 @@ let page = null, undone = [], done = [], now = "", restoring = false, writing = 
 
 const state = () => ({
   triads: Object.fromEntries(page.sections.map(({ triad, order, out }) => [triad.triad,
-    { ticked: order.map((effect) => effect.name), out: triad.labels.filter((_, k) => out.has(k)) }])),
+    { ticked: order.map((effect) => effect.name), out: triad.labels.filter((_, k) => out.has(k)),
+      back: [...benches.find((each) => each.section.triad === triad)?.back ?? []] }])),
   terms: Object.fromEntries(page.rateSections.flatMap(({ rate, boxes }) => {
     const ticked = rate.terms.filter((_, i) => boxes[i].checked);
     const changed = rate.terms.some((term, i) => term.in_model !== boxes[i].checked);
@@ -52,7 +53,8 @@ function restore(text) {
   const { triads, terms } = JSON.parse(text);
   restoring = true;
   for (const section of page.sections) {
-    const { ticked, out } = triads[section.triad.triad] ?? { ticked: [], out: [] };
+    const { ticked, out, back = [] } = triads[section.triad.triad] ?? { ticked: [], out: [] };
+    benches.find((each) => each.section === section)?.comesBack(back);
     section.order = ticked.map((name) => section.effects.find((effect) => effect.name === name))
       .filter(Boolean);
     section.out = new Set(out.map((label) => section.triad.labels.indexOf(label)).filter((k) => k >= 0));
@@ -149,7 +151,7 @@ class Bench {
       write(state(), { triad: section.triad.triad, name: this.part("own-name").value,
         expression: this.part("expression").value, per: this.part("per").value });
     });
-    this.takeBack();
+    this.comesBack([]);
     this.note();
     answered(fetch(`columns/${section.triad.triad}`)).then((answer) => {
       this.columns = answer.columns;
@@ -221,21 +223,21 @@ class Bench {
     keep(`tried ${triad}`, { labels, rows: this.tried.slice(-40) });
   }
 
-  // Buttons for the poses that the configuration excludes: each is one step of its own.
-  takeBack() {
-    const place = this.part("excluded");
-    place.hidden = this.excluded.length === 0;
-    for (const label of this.excluded) {
-      const back = document.createElement("button");
-      back.type = "button";
-      back.textContent = `take ${label} back in`;
-      back.addEventListener("click", () => {
-        const screen = state();
-        screen.triads[this.section.triad.triad].back = [label];
-        write(screen);
+  // Buttons for the poses that the configuration excludes, and those that come back with a write.
+  comesBack(labels) {
+    this.back = new Set(labels);
+    this.part("excluded").hidden = this.excluded.length === 0;
+    this.part("excluded-poses").replaceChildren(...this.excluded.map((label) => {
+      const button = document.createElement("button"), comes = this.back.has(label);
+      button.type = "button";
+      button.textContent = comes ? `${label} comes back` : `take ${label} back in`;
+      button.setAttribute("aria-pressed", String(comes));
+      button.addEventListener("click", () => {
+        this.comesBack(this.excluded.filter((each) => this.back.has(each) !== (each === label)));
+        remember();
       });
-      place.append(" ", back);
-    }
+      return button;
+    }));
   }
 
   // A fit is on the screen: one more row, unless it was tried before.
@@ -361,9 +363,10 @@ class Bench {
   }
 
   normal() {
-    const { is_null: atRest } = this.section.triad, all = this.values("residual [sd]");
-    const places = all.map((_, k) => k).filter((k) => !atRest[k]).sort((a, b) => all[a] - all[b]);
+    const { several_rows: several } = this.section.triad, all = this.values("residual [sd]");
+    const places = all.map((_, k) => k).filter((k) => !several[k]).sort((a, b) => all[a] - all[b]);
     const { z, low, high } = this.quantiles;
+    this.part("normal").closest("figure").hidden = places.length === 0;
     if (places.length === 0 || places.length !== z.length) return;
     const { svg, x, y } = plot(span(z), span([...low, ...high, ...places.map((k) => all[k])]),
       "normal quantile", "residual [sd]", "Ordered residuals against normal quantiles with their band.");

@@ -17,6 +17,7 @@ from pipeline.console.rate_text import rate_verdict
 from pipeline.console.run_text import leading_covariate
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
+from pipeline.stages.triads import TriadResult
 from tests.paths import DATA
 from tests.pipeline.report.html_page import Page
 from tests.sessions import pipeline
@@ -89,7 +90,20 @@ def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less
         replace(each, diagnosis=noise) if each is result else each for each in caused.triads))
     config = caused.config.source.path
     assert next_line(outcome, Path("out")) == (
-        f"next: film the plate with each pose, then: pipeline run {config}")
+        f"next: film the plate with each pose; name the new files in the configuration, then: "
+        f"pipeline run {config}")
+
+
+def test_what_both_triads_ask_to_record_stands_in_one_line(caused: Outcome) -> None:
+    def asks(number: int, result: TriadResult) -> TriadResult:
+        words = replace(result.diagnosis.explanation, step="record", standing="open",
+                        following=f"Record block {number} (1 min)")
+        return replace(result, diagnosis=replace(result.diagnosis, explanation=words))
+
+    outcome = replace(caused, triads=tuple(map(asks, (1, 2), caused.triads)))
+    assert next_line(outcome, Path("out")).startswith(
+        "next: for the accelerometer record block 1 (1 min); for the gyroscope record block 2 "
+        "(1 min); name the new files in the configuration, then: pipeline run ")
 
 
 def test_before_apply_is_said_what_another_log_does_not_tell(

@@ -71,11 +71,11 @@ class Poses {
   }
 
   update() {
-    const { shown, is_null: atRest } = this.triad, { out } = this.section;
+    const { shown, several_rows: several } = this.triad, { out } = this.section;
     this.now = this.values();
     const inSd = this.now.map((each) => each.inSd);
     const limit = nice(Math.max(REACH_SD, ...inSd.map((value) => Math.abs(value) || 0)));
-    const kind = inSd.map((value, k) => (atRest[k] ? "rest"
+    const kind = inSd.map((value, k) => (several[k] ? "rest"
       : Math.abs(value) <= 1 ? "noise" : value > 0 ? "above" : "below"));
     const text = shown.map((name, k) => `${name}: ${this.words(k)}${out.has(k) ? " (left out)" : ""}`);
     this.sphere.colour(inSd, text, kind, limit, out);
@@ -102,7 +102,7 @@ class Poses {
 
   words(k) {
     const { value, sd, inSd } = this.now[k];
-    const at = this.triad.is_null[k] ? ", over the axes " : ", ";
+    const at = this.triad.several_rows[k] ? ", over its rows " : ", ";
     return `${withSd(value, sd)} ${this.triad.unit}${at}${short(inSd)} sd`;
   }
 
@@ -119,7 +119,7 @@ class Poses {
       return [title, text];
     }));
     this.panel.querySelector("[data-pose=trace]").replaceChildren(
-      ...(poses.traces[k] ? [trace(poses.traces[k], this.triad.unit, this.now[k].value)] : []));
+      ...(poses.traces[k] ? trace(poses.traces[k], this.triad.unit, this.now[k].value) : []));
     this.showFrame(poses.frames[k]);
     set("without", this.without(k));
     const button = this.panel.querySelector("[data-do=leaveOut]");
@@ -151,7 +151,7 @@ class Poses {
 // it where the model puts the mean, by the residual that it leaves, with three sds of a sample.
 function trace({ seconds, low, high, axes, values, along, sd }, unit, residual) {
   const bytes = Uint8Array.from(atob(values), (letter) => letter.charCodeAt(0));
-  const n = bytes.length / (2 * axes.length), height = axes.length * (STRIP + GAP) + 30;
+  const n = bytes.length / (2 * axes.length), height = axes.length * (STRIP + GAP) + 6;
   const svg = element("svg", { viewBox: `0 0 ${WIDTH} ${height}`, role: "img", class: "trace",
     "aria-label": `Raw log of the pose: lowest and highest sample of ${n} stretches, axis by axis, over what the model predicts with three sds.` });
   const x = (i) => (LEFT + i / n * (WIDTH - LEFT - 4)).toFixed(1);
@@ -175,7 +175,8 @@ function trace({ seconds, low, high, axes, values, along, sd }, unit, residual) 
       element("text", { class: "tick", x: LEFT - 5, y: top + STRIP, "text-anchor": "end" }, short(low[a])),
     );
   });
-  svg.append(element("text", { class: "title", x: (LEFT + WIDTH) / 2, y: height - 6, "text-anchor": "middle" },
-    `${short(seconds)} s of the raw log, less its mean [${unit}]; line and band: the model ± 3 sd`));
-  return svg;
+  const caption = document.createElement("p");
+  caption.className = "quiet";
+  caption.textContent = `${short(seconds)} s of the raw log, less its mean [${unit}]; line and band: the model ± 3 sd`;
+  return [svg, caption];
 }

@@ -21,7 +21,7 @@ class ResidualChart {
   }
 
   draw(limit, value, sd, before) {
-    const { shown, is_null: isNull, unit } = this.triad;
+    const { shown, several_rows: several, unit } = this.triad;
     const y = (v) => ((this.top + this.bottom) / 2 - v / limit * (this.bottom - this.top) / 2).toFixed(1);
     const place = (node, v) => {
       node.style.transform = `translate(${node.dataset.x}px, ${y(v)}px)`;
@@ -42,7 +42,7 @@ class ResidualChart {
     this.ghosts.forEach((ghost) => place(ghost, before[Number(ghost.dataset.i)]));
     this.svg.querySelectorAll("path.band").forEach((band) => {
       const k = Number(band.dataset.i);
-      band.setAttribute("d", `M${band.dataset.x} ${y(isNull[k] ? 0 : -sd[k])}V${y(sd[k])}`);
+      band.setAttribute("d", `M${band.dataset.x} ${y(several[k] ? 0 : -sd[k])}V${y(sd[k])}`);
     });
   }
 }

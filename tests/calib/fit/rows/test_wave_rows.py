@@ -12,6 +12,7 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
+from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import PER_SI, gyro_poses
@@ -77,6 +78,19 @@ def test_they_show_all_nine_elements_of_a_g_sensitivity(tilt_deg: float, sd: flo
     assert np.degrees(stated).max() * 9.80665 < 1.5 * sd
     assert 0.6 < fitted.chi2 / fitted.dof < 1.5
     assert assess(poses, Model.of(BASE), spec).diagnosis.names == ("g_sensitivity",)
+
+
+def test_the_residual_of_a_pose_is_that_of_its_waves_too() -> None:
+    """With its g-sensitivity left out of the model the lengths fit, and the waves do not."""
+    poses, _ = gyro_poses(10.0)
+    lacking, whole = (fit(poses, model) for model in (Model.of(BASE), WITH_G))
+    lengths = lacking.rows.residual[: len(poses)]
+    assert np.sqrt(np.mean(lengths**2)) < 1.5
+    assert max(pose.in_sd for pose in compare(lacking).poses) > 2
+    for each in (lacking, whole):
+        in_sd = np.array([pose.in_sd for pose in compare(each).poses])
+        rows = each.rows.residual[: each.equations.data_count]
+        assert in_sd**2 @ each.equations.row_count == pytest.approx(rows @ rows)
 
 
 @pytest.mark.parametrize("rate", [SLOW, -SLOW])
