@@ -16,6 +16,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from calib.consistency.data_sheet import range_by_gain, range_in_words
+from calib.diagnosis.verdict.wording import enumeration
 from calib.effects.units import display_unit
 from calib.fit.triad.calibration import TOLD_WIDENING
 from calib.numbers import RPM
@@ -266,12 +267,19 @@ def _rate_source(rate: RateResult) -> str:
             f"clock {relative(clock)}, images {relative(image)}")
 
 
+def _holds(stored: Stored) -> str:
+    incomplete = [triad.name for triad in stored.triads
+                  if triad.section.diagnosis.standing != "good"]
+    return (f"The calibration of the {enumeration(incomplete, 'and')} is incomplete, as its verdict"
+            f" says; otherwise it holds" if incomplete else "The calibration holds")
+
+
 def _notes(stored: Stored) -> Iterator[str]:
     yield ("The model is s = T K (counts − b) (Angrisano et al.), T upper triangular with the "
            "misalignments, K diagonal with the inverses of the scale factors; added effects are "
            "subtracted. ± is one standard deviation (k = 1) and includes the noise of the poses "
-           "with its autocorrelation and the uncertainty of the references. The calibration holds "
-           "for the stated ranges and temperatures.")
+           f"with its autocorrelation and the uncertainty of the references. {_holds(stored)} for "
+           f"the stated ranges and temperatures.")
     for line in stood_for(stored):
         yield f"{printable(line)}."
     angles, gyroscope = stored.gyroscope_to_accelerometer_rad, stored.contents.gyroscope

@@ -35,7 +35,8 @@ def application(routes: Sequence[BaseRoute], token: str, port: int) -> Guard:
         TooLarge: lambda *_: Response("too large for this server", 413),
         **dict.fromkeys(REFUSED, lambda _, error: JSONResponse({"error": str(error)}, 422)),
     }
-    return Guard(Starlette(routes=routes, exception_handlers=handlers), token, port)
+    no_icon = Route("/favicon.ico", lambda _: Response(status_code=204))  # browsers ask for one
+    return Guard(Starlette(routes=[*routes, no_icon], exception_handlers=handlers), token, port)
 
 
 def script(text: str) -> Callable[[Request], Response]:

@@ -99,7 +99,7 @@ class Workbench:
                 if not self.files.is_run():
                     raise ConfigError(
                         f"{self.path}: the configuration or a log was changed after the last run. "
-                        f"Type `pipeline run`, and this page follows.")
+                        f"\"Run\" brings the results here.")
                 self._session = OpenSession(self.path, self.cache, self.allow_python)
                 self._stamp = stamp
             self._session.held_out = self.held_out
@@ -113,6 +113,18 @@ class Workbench:
         elements = "\n".join(f'<script src="{name}.js"></script>' for name in (*SCRIPTS, "report"))
         return _SCRIPT.sub(lambda _: f"{tools}\n{elements}", text).replace(
             "<html ", f'<html class="served" {stamps} ', 1)
+
+    def run_again(self, _: Json) -> Json:
+        """Run the configuration as it is in its file, for a page whose files were changed.
+
+        Raises
+        ------
+        PipelineError, CalibrationError, VisionError
+            The run refuses it; nothing is written.
+        """
+        with working_on(self.path, self.output) as (config, folder):
+            write_session(folder, outputs_of(self.run(config, folder), folder))
+        return {}
 
     def write(self, question: Json) -> Json:
         """Write the state of the screen into the configuration and run it, as one step.
@@ -179,6 +191,7 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         Route("/columns/{triad}", columns), Route("/events", events),
         answering("/refit", partial(_refit, workbench)), answering("/write", workbench.write),
         answering("/expression", partial(_tried, workbench)),
+        answering("/run", workbench.run_again),
     ]
 
 

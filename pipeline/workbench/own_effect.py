@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from calib.effects.catalogue import BASE
-from calib.effects.expression import BadExpression, read_expression
+from calib.effects.expression import KNOWN_NAMES, BadExpression, read_expression
 from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import PARAMETERS, Per, user_effect
 from calib.fit.validation.leave_one_out import compare
@@ -51,8 +51,11 @@ def tried_expression(
     known = poses.conditions(poses.reading).columns
     for name in expression.columns:
         if name not in known:
-            return {"problem": f"'{name}' is no logged column{nearest_name(name, tuple(known))}. "
-                               f"The logs have: {', '.join(known)}.", "at": text.find(name)}
+            logged = [each for each in known if each.isidentifier() and each not in KNOWN_NAMES]
+            return {"problem": f"'{name}' is neither a logged column nor a name"
+                               f"{nearest_name(name, (*logged, *KNOWN_NAMES))}. The logs have: "
+                               f"{', '.join(logged) or 'none'}; names are "
+                               f"{', '.join(KNOWN_NAMES)}.", "at": text.find(name)}
     unit = coefficient_unit(expression, triad)
     effect = user_effect(NAME, expression, kind, unit, triad)
     section = from_poses.section

@@ -39,15 +39,18 @@ const sections = data.triads.map((triad) => new Section(triad, data.config));
 const rateSections = data.rates.map((rate) => new RateSection(rate, data.config));
 sections.forEach((section) => new Poses(section));
 
-window.workbench?.begin({ sections, rateSections, short });
-
-// report.html#tick=gyroscope.g_sensitivity,rate.17rpm.once_per_rev opens with these boxes ticked.
-const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));
-for (const target of ticks ? ticks[1].split(",") : []) {
+// The box of gyroscope.g_sensitivity or rate.17rpm.once_per_rev.
+function tick(target) {
   const [triad, ...name] = target.split(".");
   sections.filter((section) => section.triad.triad === triad)
     .forEach((section) => section.tick(name.join(".")));
   rateSections.filter((section) => triad === "rate" && name[0] === section.rate.setting)
     .forEach((section) => section.tick(name[1]));
 }
+
+window.workbench?.begin({ sections, rateSections, short, tick });
+
+// report.html#tick=gyroscope.g_sensitivity,rate.17rpm.once_per_rev opens with these boxes ticked.
+const ticks = /^#tick=(.*)$/.exec(decodeURIComponent(location.hash));
+(ticks ? ticks[1].split(",") : []).forEach(tick);
 })();

@@ -58,7 +58,7 @@ def effect_cards(refits: Refits, boxes: Sequence[Json], drawings: Sequence[str])
         Names of the macros that draw.
     """
     entries = {one["name"]: one for one in boxes}
-    cards = [_card(refits, effect, entries.get(effect.name), drawings)
+    cards = [_card(refits, effect, entries, drawings)
              for effect in _effects(refits.result, entries, refits.defined)]
     return sorted(cards, key=lambda card: not card["expanded"])
 
@@ -77,10 +77,10 @@ def _effects(
 
 
 def _card(
-    refits: Refits, effect: Effect, entry: Json | None, drawings: Sequence[str]
+    refits: Refits, effect: Effect, entries: Mapping[str, Json], drawings: Sequence[str]
 ) -> Json:
     """View of one effect; ``size`` is None where nothing was fitted."""
-    result = refits.result
+    result, entry = refits.result, entries.get(effect.name)
     candidate = next((c for c in result.diagnosis.ranking
                       if c.kind == "listed" and c.name == effect.name), None)
     standing = _standing(result, effect)
@@ -100,7 +100,7 @@ def _card(
         "fingerprint": "" if shape is None else fingerprint_svg(
             shape, effect.name, result.calibration.fit),
         "caption": "" if shape is None else _caption(effect, shape),
-        "confused_here": _confused_here(effect, entry, shape),
+        "confused_here": _confused_here(effect, entries),
         "expanded": standing in EXPANDED and effect.acts_on != "reading",
     }
 
@@ -153,13 +153,18 @@ def _per_cent(share: float) -> str:
     return f"{100 * share:.{0 if share >= 0.1 else 1}f} %"
 
 
-def _confused_here(effect: Effect, entry: Json | None, shape: Fingerprint | None) -> str:
+def _confused_here(effect: Effect, entries: Mapping[str, Json]) -> str:
+    entry = entries.get(effect.name)
     if entry is None:
         return ""
     if entry["reason"] is not None:
         return f"{entry['reason'][0].upper()}{entry['reason'][1:]}."
     if entry["aliases"]:
         return f"These poses cannot separate it from {enumeration(entry['aliases'], 'or')}."
+    parts = [name for name, one in entries.items() if effect.name in one["aliases"]]
+    if parts:
+        return (f"{enumeration(parts, 'or')} would look like a part of it. These poses separate it "
+                f"from every further listed effect.")
     return "These poses separate it from every other listed effect."
 
 

@@ -170,7 +170,7 @@ def reading_directions(result: TriadResult) -> FloatArray:
     unit = vector / np.maximum(np.linalg.norm(vector, axis=1, keepdims=True), NO_LENGTH)
     fit = result.calibration.fit
     of_mean = fit.poses.reference.is_null | (fit.equations.row_count == 1)
-    return np.asarray(np.linalg.solve(matrix, unit.T).T) * of_mean[:, None]
+    return np.asarray(np.linalg.solve(matrix, unit.T).T * of_mean[:, None])
 
 
 def _trace(result: TriadResult, mean: PoseMean, along: FloatArray) -> Json:

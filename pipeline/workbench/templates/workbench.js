@@ -79,6 +79,18 @@ const actions = {
   undo() { undone.push(now); restore(done.pop()); },
   redo() { done.push(now); restore(undone.pop()); },
   write() { write(state()); },
+  async run() {
+    button("run").disabled = writing = true;
+    say("The session is run …");
+    try {
+      await asked("run");
+      drop("pending");  // the file is what was edited last
+      location.reload();
+    } catch (error) {
+      button("run").disabled = writing = false;
+      say(error.message);
+    }
+  },
 };
 
 async function write(screen, own = null) {
@@ -120,17 +132,17 @@ function listen() {
 }
 
 function heard() {
-  if (!stamp.report) say("The report is gone: `pipeline run` writes it again.");
-  else if (stamp.report !== shown.report) location.reload();
-  else if (stamp.config !== shown.config || stamp.data !== shown.data) {
-    say("The configuration or a log was changed; `pipeline run` brings the results here.");
-  }
+  if (stamp.report && stamp.report !== shown.report) location.reload();
+  const changed = stamp.config !== shown.config || stamp.data !== shown.data;
+  button("run").hidden = Boolean(stamp.report) && !changed;
+  if (!stamp.report) say("The report is gone: \"Run\" writes it again.");
+  else if (changed) say("The configuration or a log was changed; \"Run\" brings the results here.");
 }
 
 // --- one triad -----------------------------------------------------------------------------------
 
 const modelOf = ({ ticked }) => ticked.join(" + ") || "base";
-const posesOf = ({ without }) => without.map((label) => label.split("/").pop()).join(", ");
+const posesOf = ({ without }) => without.map((label) => label.split("/").slice(-2).join("/")).join(", ");
 const named = (each) => `${modelOf(each)}${each.without.length ? ` without ${posesOf(each)}` : ""}`;
 
 class Bench {
@@ -476,6 +488,19 @@ window.workbench = {
       const name = event.shiftKey ? "redo" : "undo";
       if (!button(name).disabled) { event.preventDefault(); actions[name](); }
     });
+    for (const line of document.querySelectorAll(".answer pre")) {
+      const [, target] = /^pipeline add .* (\S+\.\S+)$/.exec(line.textContent) ?? [];
+      if (!target) continue;
+      const here = document.createElement("button");
+      here.type = "button";
+      here.textContent = "Tick it here";
+      here.addEventListener("click", () => {
+        page.tick(target);
+        say(`${target} is ticked; "Write to config" saves it.`);
+      });
+      line.after(here);
+    }
+    bar.querySelector("[data-bench-folder]").hidden = !location.pathname.startsWith("/session/");
     const written = kept("written"), pending = kept("pending");
     if (written) say(written.lines.length ? `${written.path} was changed:` : "Nothing to write.", written.lines);
     drop("written");

@@ -60,6 +60,18 @@ def test_it_states_the_parameters_of_the_results(stored: Stored, finished: RunSe
             assert name in part["not_determined"]
 
 
+def test_what_is_incomplete_is_not_said_to_hold(
+    stored: Stored, finished: RunSession, tmp_path: Path
+) -> None:
+    assert "The calibration holds for the stated ranges" in page_of(stored)
+    contents = results_in(finished.folder)
+    contents["gyroscope"]["diagnosis"]["standing"] = "act"
+    (tmp_path / "results.json").write_text(json.dumps(contents), encoding="utf-8")
+    page = page_of(load_results(tmp_path))
+    assert "The calibration of the gyroscope is incomplete" in page
+    assert "The calibration holds" not in page
+
+
 def test_counts_without_a_range_are_counts(stored: Stored) -> None:
     counts, rate = (TriadSpec(math.inf, 0, "si", size) for size in (1 / 65.5, math.pi / 180))
     first, *_ = stored.triads

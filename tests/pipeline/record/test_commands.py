@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.numbers import RPM
 from calib.poses.imu_log import TRIADS
 from pipeline.cli import main
 from pipeline.plan import so_far
@@ -47,6 +48,8 @@ def test_a_user_without_hardware_rehearses_in_one_terminal(
     assert "taken" not in capsys.readouterr().err
     assert main(["run", "pipeline-rehearsal"]) == 0
     results = results_in(tmp_path / "pipeline-rehearsal/config.run")
+    filmed = f"33rpm      {results['rate']['33rpm']['rate_rad_s'] / RPM:.4f} rpm"
+    assert f"rate {filmed}" in (ROOT / "README.md").read_text("utf-8")  # measured in its clip
     for triad, gain, unit in (("accelerometer", demo.GAIN[0], 2 * 9.80665),
                               ("gyroscope", demo.GAIN[1], np.radians(250.0))):
         np.testing.assert_allclose(results[triad]["parameters"]["scale_counts_per_unit"],

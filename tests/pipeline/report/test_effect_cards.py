@@ -1,6 +1,7 @@
 """The card of an effect: its drawing, its size in data-sheet units, its fingerprint."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -123,6 +124,15 @@ def test_a_blind_effect_has_no_fingerprint_and_says_why(cards: dict[str, Json]) 
     card = cards["reference_scale"]
     assert (card["standing"], card["fingerprint"]) == ("unseen", "")
     assert "cannot determine it" in card["confused_here"]
+
+
+def test_no_card_separates_what_another_card_cannot(cards: dict[str, Json]) -> None:
+    words = {name: card["confused_here"] for name, card in cards.items()}
+    confused = {name: text for name, text in words.items() if "cannot separate it from" in text}
+    assert confused
+    for text in confused.values():
+        for other in words.keys() & set(re.findall(r"\w+", text)):
+            assert "from every other listed effect" not in words[other]
 
 
 def test_an_effect_without_a_drawing_has_that_of_a_user_s_effect(

@@ -11,6 +11,7 @@ from pipeline.config.sensor import sensor_specs
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.chart_columns import PARTS, chart_columns
 from pipeline.workbench.live_refits import OpenSession
+from pipeline.workbench.own_effect import tried_expression
 from tests.paths import DATA
 
 HIDDEN = DATA / "hidden_effect"
@@ -33,6 +34,12 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> OpenSession:
     shutil.copytree(HIDDEN / "gyroscope/33rpm", folder / "33rpm")
     (folder / "config.yaml").write_text(CONFIG, encoding="utf-8")
     return OpenSession(folder / "config.yaml", folder / "cache", False)
+
+
+def test_a_name_that_is_none_is_told_with_those_that_are(session: OpenSession) -> None:
+    problem = tried_expression(session, session.as_run(), "gyroscope", "acc_x", "axis")["problem"]
+    assert "The logs have: temperature_c; names are " in problem
+    assert {"fx", "time_s"} <= set(problem.replace(",", "").split())
 
 
 def test_time_order_the_other_triad_and_any_logged_column_stand_on_an_axis(

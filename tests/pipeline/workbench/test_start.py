@@ -114,6 +114,7 @@ def test_links_that_leave_the_folder_are_no_sessions(started: Opened, tmp_path: 
     (folder / "notes.yaml").write_text("shopping: [bread]\n", encoding="utf-8")
     (folder / "torn.yaml").write_text("sensor: {name: [\n", encoding="utf-8")
     shutil.copytree(DATA / "example", folder / "example")
+    assert asked.ask("/favicon.ico", Cookie=asked.cookie)[0] == 204
     status, _, body = asked.ask("/sessions", Cookie=asked.cookie)
     assert status == 200
     assert b"secret" not in body
@@ -147,6 +148,8 @@ def test_a_person_drops_logs_and_uses_them_by_the_keyboard(
         tab.key("Enter")
         tab.wait("location.pathname.startsWith('/session/') && document.querySelector('.bench-bar')"
                  " && true")
+        tab.click("[data-bench-folder]")  # and back
+        tab.wait("location.pathname === '/' && !!document.querySelector('.sessions tr')")
         assert tab.errors == []
 
 

@@ -94,7 +94,9 @@ def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
     assert "misalignment, g_sensitivity]" in words
     assert "# the reference of the gyroscopes" in config.read_text(encoding="utf-8")
     tab.wait(f"Number({figure('loo')}) === {without}")
+    tab.evaluate("window.before = true")
     assert pipeline("run", config) == 0
+    tab.wait("window.before === undefined && document.readyState === 'complete'")
     found = results_in(config.with_suffix(".run"))["gyroscope"]
     assert found["loo_rms"] * SHOWN == float(without)  # to the last digit
     history = (config.with_suffix(".run") / "history.jsonl").read_text("utf-8").splitlines()
@@ -127,6 +129,23 @@ def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
     loo = results_in(config.with_suffix(".run"))["gyroscope"]["loo_rms"] * SHOWN
     assert float(tab.wait(figure("loo"))) == loo
     assert tab.evaluate(f"document.querySelector('{BOX.format('g_sensitivity')}').checked")
+
+
+def test_the_step_of_a_card_and_the_run_of_an_edited_file_need_no_terminal(
+    tab: Tab, config: Path
+) -> None:
+    tab.click(".answer pre + button")
+    tab.wait(f"document.querySelector('{BOX.format('g_sensitivity')}').checked")
+    run = "document.querySelector('[data-bench-do=run]')"
+    assert tab.evaluate(f"{run}.hidden")
+    text = config.read_text(encoding="utf-8")
+    config.write_text(text.replace("misalignment]", "misalignment, quadratic]"), "utf-8")
+    tab.wait(f"!{run}.hidden")
+    tab.evaluate("window.before = true")
+    tab.click("[data-bench-do=run]")
+    tab.wait("window.before === undefined && document.readyState === 'complete'")
+    tab.wait(f"document.querySelector('{BOX.format('quadratic')}').checked")
+    assert "quadratic" in results_in(config.with_suffix(".run"))["gyroscope"]["model"]
 
 
 def test_models_tried_are_kept_compared_and_returned_to(reading: Tab) -> None:

@@ -118,7 +118,7 @@ class Section {
         note.textContent = `These poses cannot separate it from ${rival.name}. `
           + `This separates them: ${effect.separates}.`;
       } else if (!known) {
-        note.textContent = `\`pipeline open ${this.config}\` refits any set of effects; this file holds the most probable pairs.`;
+        note.textContent = `This file holds the most probable pairs; pipeline open ${this.config} refits any set of effects.`;
       } else if (effect.aliases.length) {
         note.textContent = `These poses cannot separate it from ${effect.aliases.join(" or ")}.`;
       } else {
