@@ -96,6 +96,9 @@ class PhaseTrack:
     motion : array, shape (f, 3, 3)
         Pixels of the plate's view to pixels of each frame, homogeneous; the identity if the camera
         stood still.
+    roll_rad : array, shape (f,)
+        Roll of the camera that is left, as what stands around the plate shows it; NaN where it was
+        not looked at.
     annotated : array of uint8, shape (b,)
         A PNG of one frame with plate, centre, marks and radii drawn in.
     notes : tuple of str
@@ -115,6 +118,7 @@ class PhaseTrack:
     smear_rad2: FloatArray
     brightness: FloatArray
     motion: FloatArray
+    roll_rad: FloatArray
     annotated: NDArray[np.uint8]
     notes: tuple[str, ...]
     leaning_frames: float = 0.0

@@ -23,7 +23,7 @@ from vision.geometry import PlateOverride
 from vision.phase_track import PhaseTrack, PlateLayout
 
 #: Raise it whenever :func:`vision.tracking.track.track_phase` gives other numbers than before.
-TRACK_FORMAT = 22
+TRACK_FORMAT = 23
 
 DIGEST_BYTES = hashlib.sha256().digest_size  #: before the arrays: a file that was edited is damaged
 

@@ -60,6 +60,7 @@ def phase_track(
         "smear_rad2": np.zeros(n),
         "brightness": np.full(n, 128.0),
         "motion": np.tile(np.eye(3), (n, 1, 1)),
+        "roll_rad": np.full(n, np.nan),
         "annotated": png(np.zeros((4, 4, 3), np.uint8)),
         "notes": (),
     }

@@ -2,5 +2,5 @@
 
     timebase, unwrap ─ slow_camera ─ aliases ─ dropped_frames ─┐
     cross_checks ───────────────────────────────────────────── checks ─┐
-    least_squares ─ terms, steady_part ─ diagnosis, exposure ────── measure ─ aes6_flutter
+    least_squares ─ terms, steady_part ─ diagnosis, exposure, camera_roll ── measure ─ aes6_flutter
 """

@@ -20,6 +20,7 @@ from vision.errors import RateRefused
 from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
+from vision.rate.camera_roll import camera_roll
 from vision.rate.checks import Seen, refuse, warnings
 from vision.rate.cross_checks import CrossChecks, PictureReturns, cross_check
 from vision.rate.diagnosis import PhaseDiagnosis, diagnose
@@ -56,7 +57,7 @@ class RateUncertainty:
     ----------
     image_rad_s : float
         From the frames: angles, doubtful dropped frames, a changed exposure, the frame time of a
-        camera slower than its clip, turns that show the same angles.
+        camera slower than its clip, turns that show the same angles, a camera that rolls.
     timebase_rad_s : float
         From the clock that stamps the frames.
     """
@@ -215,12 +216,14 @@ def _measured(
         rate, sd = rate_beside_transients(fit, x, angle.angle_rad, base.time_s, ends)
     angle = without_lag(angle, fit, base, always)
     exposure = exposure_drift(track, angle, rate)
+    roll = camera_roll(track)
     parts = (
         sd,
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,
         frames.relative_sd * rate,
         track.leaning_frames * angle.frame_s / float(np.ptp(angle.time_s)) * rate,
+        roll.rate_rad_s,
     )
     checks = cross_check(angle, rate, returns)
     seen = replace(seen, rate_rad_s=rate, others=checks)
@@ -247,6 +250,7 @@ def _measured(
             *aliases.warnings,
             *warnings(seen),
             *exposure_warnings(track.source, exposure),
+            *roll.warnings(track.source, rate),
         ),
     )
 

@@ -8,7 +8,8 @@ from vision.phase_track import PhaseTrack, PlateLayout
 from vision.plate.background import repeated
 from vision.plate.learn import PlateModel
 from vision.plate.mark import MOST_FOLD, find_mark
-from vision.tracking.registration import Registration
+from vision.tracking.stretch import Stretch
+from vision.tracking.surroundings import Surroundings
 from vision.tracking.tracker import MeasuredAngles, PlateTracker
 from vision.video.reader import ClipReader, Frame, Luma
 
@@ -22,32 +23,30 @@ class FrameMeasurements:
     Parameters
     ----------
     plate : PlateModel
-    shown : Frame
-        The frame to annotate.
-    shown_index : int
-        Its place among the added frames.
-    around : Registration, optional
-        Surroundings of the plate, if the camera did not move while the plate was learned.
+    stretch : Stretch
+        The frames from which it was learned; the one in the middle is annotated.
     """
 
-    def __init__(
-        self, plate: PlateModel, shown: Frame, shown_index: int, around: Registration | None
-    ) -> None:
+    def __init__(self, plate: PlateModel, stretch: Stretch) -> None:
         self._plate = plate
         view = plate.template.grid.view
         self._mark = find_mark(plate.template) if plate.symmetry <= MOST_FOLD else None
         self._tracker = PlateTracker(plate.template, plate.rate_rad_s)
         x, y = view.pixels(np.ones(90), np.linspace(0, 2 * np.pi, 90))
+        middle = len(stretch.frames) // 2
+        shown = stretch.frames[middle]
         h, w = shown.luma.shape
         self._part = _samples(y, h), _samples(x, w)
-        self._around, self._looked_s = around, -np.inf
-        self._shown, self._shown_index = shown.bgr, shown_index
+        self._around, self._looked_s = stretch.around, -np.inf
+        self._surroundings = Surroundings([frame.luma for frame in stretch.frames], view)
+        self._shown, self._shown_index = shown.bgr, stretch.skipped + middle * stretch.stride
         self._image = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
         self._coding: list[int] = []
         self._time_s: list[float] = []
         self._brightness: list[float] = []
         self._motion: list[FloatArray] = []
+        self._roll_rad: list[float] = []
         self._angles: list[MeasuredAngles] = []
 
     def __len__(self) -> int:
@@ -68,8 +67,11 @@ class FrameMeasurements:
         time_s = np.array([frame.time_s for frame in frames])
         strips = [self._strip(self._plate.channel(frame)) for frame in frames]
         self._angles.append(self._tracker.angles(time_s, strips))
-        if self._around is not None and time_s[0] >= self._looked_s + LOOKED_EVERY_S:
-            self._around.look(frames[0].luma)
+        self._roll_rad += [np.nan] * len(frames)
+        if time_s[0] >= self._looked_s + LOOKED_EVERY_S:
+            self._roll_rad[len(self)] = self._surroundings.roll_rad(frames[0].luma)
+            if self._around is not None:
+                self._around.look(frames[0].luma)
             self._looked_s = time_s[0]
         self._time_s += time_s.tolist()
         self._coding += [frame.coding for frame in frames]
@@ -103,6 +105,7 @@ class FrameMeasurements:
             smear_rad2=angles.smear_rad2,
             brightness=np.array(self._brightness),
             motion=np.stack(self._motion),
+            roll_rad=np.array(self._roll_rad),
             annotated=annotated(self._shown, layout, float(angles.angle_rad[self._shown_index])),
             notes=(*self._plate.notes, *notes),
         )

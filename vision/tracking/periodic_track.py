@@ -161,6 +161,7 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
         smear_rad2=pixels.smear_rad2,
         brightness=values.mean(axis=1),
         motion=motion,
+        roll_rad=np.full(len(motion), np.nan),
         annotated=annotated(shown.bgr, layout, np.nan),
         notes=(*notes, _method_note(clip.path.name)),
         leaning_frames=pixels.leaning_frames,

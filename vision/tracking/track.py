@@ -146,10 +146,7 @@ class _Attempts:
                     self._read_on(small, batches)
                 raise
             small.end()
-            shown = len(stretch.frames) // 2
-            measurements = FrameMeasurements(
-                plate, stretch.frames[shown], stretch.skipped + shown * stretch.stride,
-                stretch.around)
+            measurements = FrameMeasurements(plate, stretch)
             from_the_first = stretch.stride == 1 and stretch.skipped == 0
             if from_the_first:
                 rest = _chain(stretch.frames, stretch.prepared(batches))

@@ -197,11 +197,18 @@ def locked_flicker(seed: int, rng: np.random.Generator) -> Shot:
                   fps=25 - float(rng.uniform(0.002, 0.02)))
 
 
+def creeping(seed: int, rng: np.random.Generator) -> Shot:
+    """A holder that gives way slowly: the camera rolls by 0.03 to 2° while it films."""
+    shot = _plain("creeping", seed, rng, seconds=12.0)
+    creep = float(np.radians(10 ** rng.uniform(-2.6, -0.8)) * rng.choice([-1, 1]))
+    return _seen(shot, creep_rad_s=creep)
+
+
 CATEGORIES: dict[str, Callable[[int, np.random.Generator], Shot]] = {
     f.__name__: f for f in (
         plain, exposure_drift, hand_held, bump, interlaced, small, dark, partly_hidden, inset,
         recorder, lamps, spin, no_mark, mark_leaves, edge_on, from_the_side, cut,
-        pulldown, two_rates, locked_flicker)
+        pulldown, two_rates, locked_flicker, creeping)
 }
 
 

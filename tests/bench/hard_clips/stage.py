@@ -32,6 +32,8 @@ class Camera:
         Where the spindle appears, from the middle of the frame.
     sway_px, roll_rad : float
         Amplitudes of the motion of a hand; 0 on a stand.
+    creep_rad_s : float
+        Rate at which a holder that gives way rolls it.
     bump_s, bump_px : float
         When the camera is pushed, and how far.
     """
@@ -44,14 +46,15 @@ class Camera:
     aim_px: tuple[float, float] = (0.0, 0.0)
     sway_px: float = 0.0
     roll_rad: float = 0.0
+    creep_rad_s: float = 0.0
     bump_s: float = np.inf
     bump_px: float = 0.0
     seed: int = 0
 
     @property
     def moves(self) -> bool:
-        """A hand holds it, or bumps it."""
-        return bool(self.sway_px or self.roll_rad or np.isfinite(self.bump_s))
+        """A hand holds it or bumps it, or its holder gives way."""
+        return bool(self.sway_px or self.roll_rad or self.creep_rad_s or np.isfinite(self.bump_s))
 
     def view(self, time_s: float) -> Matrix:
         """Space to pixels, shape (3, 4)."""
@@ -67,7 +70,7 @@ class Camera:
         right = np.cross(down, forward)
         right /= np.linalg.norm(right)
         axes = np.stack([right, np.cross(forward, right), forward])
-        roll = self.roll_rad * self._hand(time_s, 2)
+        roll = self.roll_rad * self._hand(time_s, 2) + self.creep_rad_s * time_s
         c, s = np.cos(roll), np.sin(roll)
         axes = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]]) @ axes
         past = time_s - self.bump_s
