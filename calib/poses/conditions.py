@@ -12,6 +12,9 @@ VECTORS = ("force", "previous", "vibration")
 RUN_COLUMN = "run:"
 """Prefix of the name of a run in the column that is 1 in its poses."""
 
+PLACE_COLUMN = "pose:"
+"""Column with the index of their pose, of rows that are points of poses round a turn."""
+
 OTHER_TRIAD = ("other_x", "other_y", "other_z")
 """Columns with the nominal reading of the other triad, SI."""
 

@@ -17,8 +17,9 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import times_apart
 from calib.fit.noise_size import ODDS_RARE
 from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
-from calib.poses.conditions import Conditions
+from calib.poses.conditions import PLACE_COLUMN, Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
+from calib.poses.pose_set import PoseSet
 
 STEPS_TRIED = 32  #: times of a step that are tried, evenly and in pauses; a limit of time
 PAUSE = 2.0
@@ -42,7 +43,8 @@ def _marked(name: str, marks: FloatArray) -> Effect:
     """A separate bias where ``marks`` (n,) is one; it exists only within the diagnosis."""
 
     def columns(at: Conditions) -> FloatArray:
-        return per_axis(np.tile(marks[:, None], 3))
+        place = at.columns.get(PLACE_COLUMN, np.arange(len(marks))).astype(int)
+        return per_axis(np.tile(marks[place][:, None], 3))
 
     return Effect(name, AXES, "{u}", columns, "", NO_PAGE, orthogonal=True)
 
@@ -113,12 +115,12 @@ def scattering_rates(fit: Fit) -> list[Hypothesis]:
         "rate_scatter" in fit.model.names or _scatter_needed(fit) > LARGEST_RATE_CHANGE
     ):
         return []
-    marks = {FROM_RUN_TO_RUN: _by_run(poses.run, turning)}
+    courses = {FROM_RUN_TO_RUN: _by_run(poses, turning)}
     if poses.reference.is_null.any():
-        marks["from pose to pose"] = np.diag(turning.astype(float))[:, turning]
-    prior = float(np.log(ODDS_RARE / len(marks)))
-    return [Hypothesis("rate_scatter", "drawn", prior, course=Course.of_size(shapes), detail=detail)
-            for detail, shapes in marks.items()]
+        courses["from pose to pose"] = Course.of_size(np.diag(turning.astype(float))[:, turning])
+    prior = float(np.log(ODDS_RARE / len(courses)))
+    return [Hypothesis("rate_scatter", "drawn", prior, course=course, detail=detail)
+            for detail, course in courses.items()]
 
 
 def _scatter_needed(fit: Fit) -> float:
@@ -129,7 +131,16 @@ def _scatter_needed(fit: Fit) -> float:
     return float(np.sqrt(np.mean((off / fit.poses.reference.magnitude[n]) ** 2)))
 
 
-def _by_run(runs: tuple[str, ...], turning: BoolArray) -> FloatArray:
-    """One column for each run on the turning plate, (n, runs)."""
-    names = dict.fromkeys(run for run, is_turning in zip(runs, turning, strict=True) if is_turning)
-    return np.array([[float(run == name) for name in names] for run in runs])
+def _by_run(poses: PoseSet, turning: BoolArray) -> Course:
+    """A rate of its own for each run on the turning plate.
+
+    Where each has one stated rate, that is wrong beyond its sd; else the length of the vectors is.
+    """
+    reference = poses.reference
+    runs = dict.fromkeys(run for run, is_turning in zip(poses.run, turning, strict=True)
+                         if is_turning)
+    stated = [j for j, name in enumerate(reference.common_names)
+              if name in reference.of_setting and reference.common[:, j].any()]
+    if len(stated) == len(runs):
+        return Course.of_common(np.eye(len(reference.common_names))[:, stated])
+    return Course.of_size(np.array([[float(run == name) for name in runs] for run in poses.run]))

@@ -52,10 +52,13 @@ class Course:
     Parameters
     ----------
     values : array, shape (n, k, 3) or (n, k, 1)
-        The k courses on the three axes, each with a parameter of its own; or on the length.
+        The k courses on the three axes, each with a parameter of its own; or on the length. Of
+        ``on_common`` (q, k, 1): on what is stated of the q common errors, in their sds.
+    on_common : bool
     """
 
     values: FloatArray
+    on_common: bool = False
 
     @classmethod
     def of_bias(cls, values: FloatArray) -> "Course":
@@ -66,6 +69,11 @@ class Course:
     def of_size(cls, values: FloatArray) -> "Course":
         """The length of the vectors with the courses ``values`` (n, k)."""
         return cls(values[:, :, None])
+
+    @classmethod
+    def of_common(cls, values: FloatArray) -> "Course":
+        """What is stated of the common errors, in their sds, ``values`` (q, k)."""
+        return cls(values[:, :, None], on_common=True)
 
     @property
     def is_of_size(self) -> bool:

@@ -154,7 +154,8 @@ def _blocks_of_one_width(
     columns: dict[int, FloatArray] = {}
     for of_kind, which in _kinds(hypotheses).items():
         some = [hypotheses[j] for j in which]
-        unweighted, widths = (_of_courses if of_kind > 1 else _of_effects)(at, some)
+        columns_of = _of_effects if of_kind < 2 else _of_courses if of_kind < 4 else _of_common
+        unweighted, widths = columns_of(at, some)
         whitened = np.zeros((len(unweighted), len(projector.root)))
         d = unweighted.shape[1]
         np.multiply(unweighted, projector.root[:d], out=whitened[:, :d])
@@ -170,10 +171,11 @@ def _blocks_of_one_width(
 
 def _kinds(hypotheses: Sequence[Hypothesis]) -> dict[int, list[int]]:
     """Which of them err by an effect on the reference (0) or the vectors (1), or by a course, in
-    length (2) or on each axis (3)."""
+    length (2), on each axis (3) or of what is stated of the common errors (4)."""
     kinds: dict[int, list[int]] = {}
     for j, h in enumerate(hypotheses):
-        kind = int(not h.on_reference) if h.course is None else 3 - int(h.course.is_of_size)
+        kind = int(not h.on_reference) if h.course is None else (
+            4 if h.course.on_common else 3 - int(h.course.is_of_size))
         kinds.setdefault(kind, []).append(j)
     return kinds
 
@@ -219,3 +221,17 @@ def _of_courses(
     of_rows = values.transpose(1, 2, 0)[..., equations.row_pose]
     columns = (of_rows * directions.T).reshape(len(whole), -1)
     return at.without_rounding(columns.T, whole).T, [each[0].size for each in courses]
+
+
+def _of_common(
+    at: Linearisation, hypotheses: Sequence[Hypothesis]
+) -> tuple[FloatArray, list[int]]:
+    """Columns (k, r) of courses of the prior rows, which are the last, and how many each has.
+
+    In the data rows they would differ from the common errors by a share that is rounding if these
+    are stated to be large.
+    """
+    courses = [h.course.values[:, :, 0] for h in hypotheses if h.course is not None]
+    of_prior = np.concatenate(courses, axis=1).T
+    data = np.zeros((len(of_prior), at.fit.equations.data_count))
+    return np.hstack([data, of_prior]), [each.shape[1] for each in courses]

@@ -70,8 +70,11 @@ def kinds_in_a_class(posterior: Posterior) -> tuple[str, ...]:
     """The members of a likely class that is drawn, or of a step that a wander replaces.
 
     What is drawn comes first: the step could be named, if poses without it were predicted worse.
+    Rates that contradict each other come before all else, as a wrong one is no noise.
     """
-    for each in posterior.classes:
+    stated = {each: (course := posterior.first[each.name].course) is not None and course.on_common
+              for each in posterior.classes}
+    for each in sorted(posterior.classes, key=lambda each: not stated[each]):
         first = posterior.first[each.name]
         members = sorted(each.members, key=lambda name: posterior.first[name].kind != "drawn")
         if (each.probability >= CONSTANTS.sure and (first.kind == "drawn" or first.is_placed)

@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
@@ -145,6 +147,21 @@ def odds_in_words(probability: float) -> str:
     if probability >= 0.01:
         return f"{100 * probability:.0f} in 100"
     return "less than 1 in 100"
+
+
+def rates_by_the_readings(fit: Fit) -> str:
+    """How far the rates of the runs are from what is stated, behind a sentence; "" without one."""
+    reference = fit.poses.reference
+    found = []
+    for name, sds, column in zip(
+            reference.common_names, fit.eta, reference.common.T, strict=True):
+        turns = column > 0
+        if name in reference.of_setting and turns.any():
+            share = float(sds * np.mean(column[turns] / reference.magnitude[turns]))
+            more = "more" if share > 0 else "less"
+            found.append(f"the {name} is {100 * abs(share):.2g} % {more} than stated "
+                         f"({abs(sds):.2g} of its sds)")
+    return f": by the readings {enumeration(found, 'and')}" if found else ""
 
 
 def enumeration(words: Sequence[str], last: str) -> str:

@@ -44,6 +44,7 @@ from calib.fit.rows.ring_terms import RingTerms, waves_round
 from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.fit.stacked import Stacked
+from calib.poses.conditions import PLACE_COLUMN
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
 from calib.poses.runs.ring import ANGLES
@@ -228,5 +229,7 @@ def _points_of(poses: PoseSet) -> PoseSet:
     """The points of the rings of one set as poses."""
     ring = poses.ring
     assert ring is not None
-    return replace(replace(poses, ring=None).take(np.repeat(ring.place, ANGLES)),
-                   reading=ring.reading.reshape(-1, 3), force=ring.force.reshape(-1, 3))
+    place = np.repeat(ring.place, ANGLES)
+    points = replace(poses, ring=None).take(place)
+    return replace(points, reading=ring.reading.reshape(-1, 3), force=ring.force.reshape(-1, 3),
+                   columns={**points.columns, PLACE_COLUMN: place.astype(float)})

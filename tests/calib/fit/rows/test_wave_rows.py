@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 
 from calib.assess import assess
+from calib.diagnosis.hypotheses.courses import by_clock
 from calib.effects.catalogue import BASE
-from calib.fit.least_squares.solver import fit
+from calib.fit.least_squares.solver import extend, fit
 from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import PER_SI, gyro_poses
-from tests.fitting import tilted_pose_sets
-from tests.world.bench import Site
-from tests.world.designs import SLOW, tilted_design
+from tests.fitting import pose_sets, tilted_pose_sets
+from tests.world.bench import Site, wedge_directions
+from tests.world.designs import SLOW, still_run, tilted_design
 from tests.world.imu import mpu6050
 from tests.world.session import simulate
 from tests.world.truth import g_sensitivity_seen
@@ -145,3 +146,21 @@ def test_a_mounting_left_out_takes_its_waves_along() -> None:
     again = poses.take([0]).concat(without)
     assert again.ring is not None
     assert (again.ring.place == np.arange(len(poses))).all()
+
+
+def test_a_pose_that_is_off_is_one_beside_poses_at_rest_too() -> None:
+    """A bias of one pose alone has as many rows round a turn as that pose, wherever it stands."""
+    design = tilted_design(8.0)
+    design = replace(design, runs=(still_run(wedge_directions(), "stopped"), *design.runs))
+    _, poses, _ = pose_sets(simulate(replace(design, sample_rate_hz=25.0), 1))
+    assert poses.ring is not None
+    off, place = np.array([0.0, 0.0, 2e-3]), int(poses.ring.place[2])
+    reading, points = poses.reading.copy(), poses.ring.reading.copy()
+    reading[place] += off
+    points[2] += off
+    moved = replace(poses, reading=reading, ring=replace(poses.ring, reading=points))
+    base = fit(moved, Model.of(BASE))
+    (odd,) = [h for h in by_clock(base) if h.kind == "bad_pose" and h.detail == poses.label[place]]
+    assert odd.effect is not None
+    found = extend(base, [odd.effect])
+    assert found.theta[-3:] == pytest.approx(off, abs=2e-4)

@@ -7,6 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.verdict.decision import Code
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -58,3 +60,30 @@ def test_runs_that_agree_add_nothing() -> None:
     _, poses, spec = evening(3)
     found = calibrate_triad(fit(poses, Model.of(BASE)), spec)
     assert not found.between_runs.any()
+
+
+def with_one_wrong_rate(poses: PoseSet, run: str) -> PoseSet:
+    """0.3 % wrong at a stated 0.01 %: the common errors take nearly all of it, at many sds."""
+    other = with_other_rates(poses, {run: 1.003})
+    reference = other.reference
+    of_runs = [name in reference.of_setting for name in reference.common_names]
+    stated = np.where(of_runs, (reference.common > 0) * 1e-4 * reference.magnitude[:, None], 0.0)
+    return replace(other, reference=replace(reference, common=stated))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_of_two_rates_one_that_is_wrong_is_no_noise_of_the_poses(seed: int) -> None:
+    _, poses, _ = evening(seed)
+    kept = [run in ("17rpm", "33rpm", "stopped") for run in poses.run]
+    found = fit(with_one_wrong_rate(poses.take(np.array(kept)), "17rpm"), Model.of(BASE))
+    diagnosis = diagnose(found)
+    assert (diagnosis.verdict, diagnosis.name) == (Code.NOISE, "rate_scatter")
+    assert "the rate 17rpm is 0.1" in diagnosis.explanation.text
+    assert "% less than stated" in diagnosis.explanation.text
+
+
+def test_of_four_rates_one_that_is_wrong_may_also_be_a_function_of_the_rate() -> None:
+    _, poses, _ = evening(0)
+    diagnosis = diagnose(fit(with_one_wrong_rate(poses, "17rpm"), Model.of(BASE)))
+    assert diagnosis.inclusion[0].name == "rate_scatter"
+    assert {each.name for each in diagnosis.inclusion} <= {"rate_scatter", "~spin_rad_s"}
