@@ -1,6 +1,6 @@
 """A camera that rolls while it films: its own rate is part of the plate's.
 
-What stands around the plate shows it in some frames (``vision.tracking.surroundings``).
+What stands around the plate shows it in some frames (``vision.tracking.roll_gauge``).
 Codecs repeat a picture that hardly moves, and show a slow roll late and too small. So it is not
 subtracted: all of it is part of the sd of the rate.
 """

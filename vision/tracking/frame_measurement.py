@@ -8,8 +8,8 @@ from vision.phase_track import PhaseTrack, PlateLayout
 from vision.plate.background import repeated
 from vision.plate.learn import PlateModel
 from vision.plate.mark import MOST_FOLD, find_mark
+from vision.tracking.roll_gauge import RollGauge
 from vision.tracking.stretch import Stretch
-from vision.tracking.surroundings import Surroundings
 from vision.tracking.tracker import MeasuredAngles, PlateTracker
 from vision.video.reader import ClipReader, Frame, Luma
 
@@ -38,7 +38,7 @@ class FrameMeasurements:
         h, w = shown.luma.shape
         self._part = _samples(y, h), _samples(x, w)
         self._around, self._looked_s = stretch.around, -np.inf
-        self._surroundings = Surroundings([frame.luma for frame in stretch.frames], view)
+        self._gauge = RollGauge([frame.luma for frame in stretch.frames], view)
         self._shown, self._shown_index = shown.bgr, stretch.skipped + middle * stretch.stride
         self._image = np.empty((h, w), np.uint8)
         self._thumbnails: list[Luma] = []
@@ -69,7 +69,7 @@ class FrameMeasurements:
         self._angles.append(self._tracker.angles(time_s, strips))
         self._roll_rad += [np.nan] * len(frames)
         if time_s[0] >= self._looked_s + LOOKED_EVERY_S:
-            self._roll_rad[len(self)] = self._surroundings.roll_rad(frames[0].luma)
+            self._roll_rad[len(self)] = self._gauge.roll_rad(frames[0].luma)
             if self._around is not None:
                 self._around.look(frames[0].luma)
             self._looked_s = time_s[0]

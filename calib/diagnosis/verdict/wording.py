@@ -152,16 +152,16 @@ def odds_in_words(probability: float) -> str:
 def rates_by_the_readings(fit: Fit) -> str:
     """How far the rates of the runs are from what is stated, behind a sentence; "" without one."""
     reference = fit.poses.reference
-    found = []
+    each_run = []
     for name, sds, column in zip(
             reference.common_names, fit.eta, reference.common.T, strict=True):
         turns = column > 0
         if name in reference.of_setting and turns.any():
             share = float(sds * np.mean(column[turns] / reference.magnitude[turns]))
             more = "more" if share > 0 else "less"
-            found.append(f"the {name} is {100 * abs(share):.2g} % {more} than stated "
+            each_run.append(f"the {name} is {100 * abs(share):.2g} % {more} than stated "
                          f"({abs(sds):.2g} of its sds)")
-    return f": by the readings {enumeration(found, 'and')}" if found else ""
+    return f": by the readings {enumeration(each_run, 'and')}" if each_run else ""
 
 
 def enumeration(words: Sequence[str], last: str) -> str:

@@ -72,6 +72,18 @@ def test_a_camera_that_moves_is_followed(how: Any, still: Path, tmp_path: Path) 
     assert any("the camera moved by up to" in text for text in rate.warnings)
 
 
+def test_a_roll_that_is_too_slow_to_be_followed_is_in_the_sd(still: Path, tmp_path: Path) -> None:
+    """Half a degree in all, 200 ppm: corners move by less than a pixel."""
+    path = again(still, tmp_path / "slow.mp4", change=lambda i, image: moved(
+        with_things_around(image), 0.0, 0.0, float(np.radians(0.04) * i / 15)))
+    track = track_phase(path)
+    rate = measure_rate(track, timebase=CLOCK)
+    error = abs(rate.rate_rad_s / MOTION.rate_rad_s - 1)
+    assert track.notes == ()
+    assert 50e-6 < error < 2.5 * rate.uncertainty.image_rad_s / rate.rate_rad_s
+    assert any("fix the camera and film again: it rolls" in text for text in rate.warnings)
+
+
 def test_a_camera_on_a_stand_is_left_alone(still: Path, tmp_path: Path) -> None:
     path = again(still, tmp_path / "stand.mp4", change=lambda i, image: with_things_around(image))
     assert track_phase(path).notes == ()

@@ -4,7 +4,7 @@ A camera that rolls adds its own rate to that of the plate: 0.05 °/s are 250 pp
 of less than a pixel escapes ``vision.tracking.registration``, as does a larger one if its corners
 lie on a round rim. Each pixel x around the plate shows a small motion d(x) of the picture S by its
 gradient, I(x) - S(x) = -∇S(x)·d(x); roll, shift and zoom of the camera and a change of the light
-are solved from all of them together. Pixels that vary, by a hand or a shadow, count the less.
+are solved from all of them together. Pixels that vary otherwise, by a hand, count the less.
 """
 
 from collections.abc import Sequence
@@ -24,10 +24,11 @@ LEARNED_FROM = 14  #: frames; as many as a registration looks at
 BESIDE = 1.08  # plate radii: beyond the rim and its blur
 EDGE_PX = 2  # at the edge of a frame a registered one has none of its own
 ROUNDING = 1 / 12  # luma steps squared: least variance of a pixel
+ROUNDS = 3  #: of the weights; numerical
 FEWEST = 500  # pixels: a plate that fills the frame leaves nothing around it
 
 
-class Surroundings:
+class RollGauge:
     """The picture around the plate, and its derivatives by the motion of a camera.
 
     Parameters
@@ -42,7 +43,7 @@ class Surroundings:
         self._factor = -(-max(frames[0].shape) // SMALL)
         chosen = np.stack([self._small(frames[i])
                            for i in spread_choice(len(frames), LEARNED_FROM)])
-        picture, varies = chosen.mean(axis=0), chosen.var(axis=0)
+        picture = chosen.mean(axis=0)
         self._around = _outside(view, self._factor, picture.shape)
         y, x = np.nonzero(self._around)
         x, y = (at - centre / self._factor for at, centre in zip((x, y), view.centre_px,
@@ -51,9 +52,13 @@ class Surroundings:
         self._picture = picture[self._around]
         columns = np.stack([x * by_y - y * by_x, by_x, by_y, x * by_x + y * by_y,
                             self._picture, np.ones(len(x))], axis=1)
-        varies = varies[self._around]
-        weighted = columns / (varies + max(float(median(varies)), ROUNDING))[:, None]
-        self._roll = np.linalg.pinv(weighted.T @ columns, hermitian=True)[0] @ weighted.T
+        change, rest = chosen[:, self._around] - self._picture, np.zeros(len(x))
+        for _ in range(ROUNDS):
+            weighted = columns / (rest + max(float(median(rest)), ROUNDING))[:, None]
+            solve = np.linalg.pinv(weighted.T @ columns, hermitian=True) @ weighted.T
+            # What the motion explains varies most at the edges, which show it best.
+            rest = ((change - change @ solve.T @ columns.T) ** 2).mean(axis=0)
+        self._roll = solve[0]
 
     def roll_rad(self, luma: Luma) -> float:
         """Roll in a frame (h, w) against the learned ones, rad, with the sign of the plate's angle.
