@@ -24,7 +24,7 @@ LEARNED_FROM = 14  #: frames; as many as a registration looks at
 BESIDE = 1.08  # plate radii: beyond the rim and its blur
 EDGE_PX = 2  # at the edge of a frame a registered one has none of its own
 ROUNDING = 1 / 12  # luma steps squared: least variance of a pixel
-ROUNDS = 3  #: of the weights; numerical
+ROUNDS = 3  #: rounds of the weights; numerical
 FEWEST = 500  # pixels: a plate that fills the frame leaves nothing around it
 
 
