@@ -14,7 +14,7 @@ import numpy as np
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
-from calib.fit.least_squares.drawn_sizes import stated_row_sd
+from calib.fit.least_squares.drawn_sizes import times_stated
 from calib.poses.runs.reference_runs import GRAVITY
 from calib.rounding import two_digits
 from pipeline.console.parameter_text import prediction_text
@@ -177,11 +177,10 @@ def _is_it_good(result: TriadResult) -> str:
     unit, factor = DISPLAY[result.triad]
     comparison = result.comparison
     fit = result.calibration.fit
-    sds = stated_row_sd(fit) if result.diagnosis.verdict is Code.NOISE else fit.equations.row_sd
-    noise = sqrt(float(np.mean(sds**2)))
+    noise = sqrt(float(np.mean(fit.equations.row_sd**2)))
     rms, loo = comparison.residual_rms * factor, comparison.loo_rms * factor
-    standing = result.diagnosis.explanation.standing
-    if result.diagnosis.verdict is Code.NOTHING_MISSING:
+    standing, verdict = result.diagnosis.explanation.standing, result.diagnosis.verdict
+    if verdict is Code.NOTHING_MISSING:
         first = ((_mostly_unseen(result) or "Yes.") if standing == "good" else
                  f"Not entirely: {result.diagnosis.explanation.short}.")
         return (
@@ -191,8 +190,8 @@ def _is_it_good(result: TriadResult) -> str:
             f"{two_digits(loo)} {unit}{loo_by_noise(result)}. "
             f"{_prediction(result)}"
         )
-    times = sqrt(float(np.mean((fit.residual_si / sds) ** 2)))
-    size = (f"which is {times:.2g} times their own noise" if times > 1 else
+    times = times_stated(fit) if verdict is Code.NOISE else sqrt(fit.chi2 / fit.dof)
+    size = (f"{two_digits(times)} times what their own noise leaves" if times > 1 else
             "no larger than their own noise: what is wrong shows in the shape of the residuals")
     return (
         f"{'Not yet' if standing == 'act' else 'Perhaps not'}. The RMS residual of the "

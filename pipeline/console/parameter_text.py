@@ -84,8 +84,8 @@ def parameter_lines(result: TriadResult) -> list[str]:
         lines.append(f"  {prediction_text(result)}")
     if result.calibration.is_widened:
         lines.append(
-            f"  the sds are {two_digits(result.calibration.widening)} times those of the noise: "
-            f"they are averaged over what may be missing"
+            f"  the sds contain what may be missing, which makes them "
+            f"{two_digits(result.calibration.widening)} times as large"
         )
     return lines
 

@@ -21,12 +21,13 @@ from pipeline.guess.pool import ROUNDEST, Sphere, sphere_through, still_means
 CODES = 65536.0  #: fact: number of codes of a converter of 16 bits
 OFFSET_BINARY = "offset-binary"
 BNO055_PER_G, BNO055_PER_DEG_S = 980.665, 16.0  #: facts: 100 counts per m/s², and 16 per °/s
-NEAR_THOUSAND = (BNO055_PER_G, 1000.0, 1024.0)
+TENTHS_OF_MG = 10_000.0  #: fact: whole numbers for 1 g of loggers that drop the point of 1.0000 g
+MISTAKEN = ((BNO055_PER_G, 1000.0, 1024.0), (1000 * STANDARD_GRAVITY_M_S2, TENTHS_OF_MG))
 """Facts: whole numbers for 1 g that differ by no more than scale errors: of a BNO055, mg, and 12
-bits over ±2 g."""
-COUNTS_PER_G = (16384, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
-"""Facts: 16 bits over ±2, 4, 8 and 16 g; 12 bits over ±2 and 4 g; 100 counts per m/s² of a BNO055;
-10 bits over ±2 g."""
+bits over ±2 g; mm/s² and tenths of mg."""
+COUNTS_PER_G = (16384, TENTHS_OF_MG, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
+"""Facts: 16 bits over ±2, 4, 8 and 16 g; tenths of mg; 12 bits over ±2 and 4 g; 100 counts per m/s²
+of a BNO055; 10 bits over ±2 g."""
 OFFSET_COUNTS_PER_G = tuple(CODES / 2 * STANDARD_GRAVITY_M_S2 / full for full in (17.0, 50.0))
 """Facts: MTi with 16 bits over 17 and 50 m/s²."""
 COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 2000.0))

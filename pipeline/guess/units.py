@@ -18,7 +18,7 @@ from pipeline.guess.magnitudes import (
     FORCE_UNITS,
     GRAVITY_TOLERANCE,
     LOOSEST,
-    NEAR_THOUSAND,
+    MISTAKEN,
     NEARLY_ALL,
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
@@ -118,10 +118,12 @@ def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> Triad
                                 or words.unit in FORCE_UNITS):
         doubts.append(f"a typical reading is {unit.length:.4g} long, {off:.0%} off gravity in the "
                       f"nearest unit, {_unit_text(unit)}; a magnetic field has one length too")
-    if (unit.encoding and words.unit not in FORCE_UNITS
-            and any(math.isclose(unit.per_g, near) for near in NEAR_THOUSAND)):
-        doubts.append(f"whole numbers {unit.length:.4g} long at rest may be mg, or counts of which "
-                      f"980.665 or 1024 are 1 g; {_unit_text(unit)} is nearest")
+    if unit.encoding and words.unit not in FORCE_UNITS:
+        doubts += [f"whole numbers {unit.length:.5g} long at rest may be {may_be}; "
+                   f"{_unit_text(unit)} is nearest" for may_be, able in zip(
+                       ("mg, or counts of which 980.665 or 1024 are 1 g",
+                        "mm/s², or counts of which 10,000 are 1 g"), MISTAKEN, strict=True)
+                   if any(math.isclose(unit.per_g, per_g) for per_g in able)]
     because = ("their names" if called(words) == "acc" else
                "their readings are as long as gravity")
     sheet = ((("unit", unit.unit),) if unit.unit != "counts" else

@@ -27,6 +27,7 @@ from calib.diagnosis.verdict.wording import (
     enumeration,
     kind_of_noise,
     minutes_of,
+    missing,
     noise_in_the_model,
     odds_in_words,
     physics,
@@ -81,7 +82,7 @@ def _effect(case: Case) -> Explanation:
     verdict = case.verdict
     best = next(c for c in case.ranking if c.name == verdict.name and c.kind == "listed")
     more = verdict.names[1:]
-    text = f"'{verdict.name}' is missing: {physics(verdict.names[0])} "
+    text = missing(verdict.group or verdict.names[:1])
     for name in more:
         text += f"'{name}' is missing beside it: {physics(name)} "
     if case.rests_on_size:
@@ -99,7 +100,6 @@ def _effect(case: Case) -> Explanation:
         text += f"The bias steps {at_times(verdict.details)}. "
     short = f"its model lacks {enumeration(verdict.names, 'and')}"
     if len(verdict.group) > 1:
-        text += _alike(case)
         others = enumeration([readable(name) for name in verdict.group[1:]], "or")
         short += f" or {others}, which look the same here"
     if best.size.size and "scale" not in case.fit.model.names:
@@ -233,8 +233,9 @@ def _noise(case: Case) -> Explanation:
         text = (
             f"The bias wanders during the session, {case.verdict.details[0]} ({case.misfit}): "
             f"standard in low-cost sensors, and no calibration takes it away. The residual is "
-            f"{two_digits(factor)} times the poses' own noise. {_alike(case)}{instead}A faster "
-            f"session, or poses repeated throughout it, leaves less of it."
+            f"{two_digits(factor)} times what the poses' own noise leaves. "
+            f"{_alike(case)}{instead}A faster session, or poses repeated throughout it, leaves "
+            f"less of it."
         )
         return Explanation("open", "its bias wanders during the session", text, step, following)
     if name == "rate_scatter":
@@ -245,7 +246,7 @@ def _noise(case: Case) -> Explanation:
             step, following = "record", f"Film the plate with each pose ({CLIPS.minutes:.0f} min)"
         return Explanation("open", "the rate of the plate scatters", text, step, following)
     text = (
-        f"The residual is {two_digits(factor)} times what the poses' own noise explains, "
+        f"The residual is {two_digits(factor)} times what the poses' own noise leaves, "
         f"without a shape that any effect has ({case.misfit}). "
         f"{kind_of_noise(case.verdict.group)}{instead}{remedy_of_noise(factor)}"
     )

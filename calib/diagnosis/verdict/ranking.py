@@ -10,6 +10,7 @@ from calib.diagnosis.hypotheses.listed import held
 from calib.diagnosis.search.posterior import Entry, Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.table import Table
+from calib.fit.triad.calibration import covariance_with_misfit
 from calib.poses.imu_log import FloatArray
 
 SEEN_SHARE = 1e-3
@@ -38,8 +39,9 @@ class Candidate:
         What adding it alone does, errors in SI: at its refit where one was made, predicted from the
         score otherwise.
     size, sd : array, shape (k,)
-        Its parameters: by the refit with what the verdict names where it is among that, else by
-        the leading set's where it is a member, else by its own.
+        Its parameters, the sds with the misfit that is left, as a calibration has them: by the
+        refit with what the verdict names where it is among that, else by the leading set's where it
+        is a member, else by its own.
     unit : str
         Of the parameters, SI.
     p_value : float
@@ -172,7 +174,7 @@ def _drop(posterior: Posterior, refit: Refit) -> float:
 
 def _fitted(refit: Refit, name: str) -> tuple[FloatArray, FloatArray]:
     where = refit.fit.model.slices()[name]
-    return refit.fit.theta[where], np.sqrt(np.diag(refit.fit.cov)[where])
+    return refit.fit.theta[where], np.sqrt(np.diag(covariance_with_misfit(refit.fit))[where])
 
 
 def _after(posterior: Posterior, j: int, leverage: FloatArray) -> tuple[float, float, float]:

@@ -44,6 +44,16 @@ def physics(name: str) -> str:
     return words[0].lower() + words[1:]
 
 
+def missing(alike: Sequence[str]) -> str:
+    """The sentences that name an effect as missing, or several that look the same, with a blank."""
+    first = f"'{alike[0]}'"
+    if len(alike) == 1:
+        return f"{first} is missing: {physics(alike[0])} "
+    every = enumeration([first, *map(readable, alike[1:])], "or")
+    return (f"{every} is missing; they look the same here, so that these poses cannot determine "
+            f"which. {first}: {physics(alike[0])} ")
+
+
 def what_separates(name: str, triad: Triad) -> str:
     """What tells an effect from those that look the same: of ``triad`` where its page says so.
 

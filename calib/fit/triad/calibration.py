@@ -150,6 +150,22 @@ class TriadCalibration:
         return self.correction.correct(at)
 
 
+def noise_widening(fit: Fit) -> float:
+    """Root of the noise variance to expect of a fit, over the stated one."""
+    return float(np.sqrt(noise_of(fit).expected_variance(fit.bounded_chi2)))
+
+
+def covariance_with_misfit(fit: Fit) -> FloatArray:
+    """Covariance (p, p) of the parameters, SI: ``C + w² (cov - C)`` and the scatter between runs.
+
+    Noise has the variance w² to expect of it, and C, the errors that the references have in common,
+    are left as they were stated.
+    """
+    common = fit.common_shift @ fit.common_shift.T
+    return np.asarray(
+        common + noise_widening(fit)**2 * (fit.cov - common) + scatter_between_runs(fit))
+
+
 def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
     """Derive the paper's parameters from ``fit``, with honest sds.
 
@@ -163,9 +179,7 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
     Returns
     -------
     TriadCalibration
-        Noise has the variance w² to expect of it, and the errors that the references have in
-        common are left as they were stated: ``C + w² (cov - C)``, C the sum of their parts; and
-        the scatter between runs is added.
+        With :func:`covariance_with_misfit`.
 
     Raises
     ------
@@ -173,17 +187,14 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
         Sds that are no smaller than what they belong to.
     """
     _require_determined(fit, spec)
-    widening = float(np.sqrt(noise_of(fit).expected_variance(fit.bounded_chi2)))
-    common = fit.common_shift @ fit.common_shift.T
-    between_runs = scatter_between_runs(fit)
-    cov = common + widening**2 * (fit.cov - common) + between_runs
+    cov = covariance_with_misfit(fit)
     return TriadCalibration(
         triad=fit.poses.triad,
         spec=spec,
         fit=replace(fit, cov=cov),
         parameters=triad_parameters(fit.model, fit.theta, cov, spec),
-        widening=widening,
-        between_runs=between_runs,
+        widening=noise_widening(fit),
+        between_runs=scatter_between_runs(fit),
     )
 
 

@@ -96,7 +96,7 @@ def _card(
         "status": _status(result, effect, standing),
         "typical": tuple(_typical(effect, result.triad)),
         "size_title": "Size in the model" if standing == "model" else "Size in these poses",
-        "size": _size_table(result, effect, candidate),
+        "size": _size_table(refits, effect, candidate),
         "fingerprint": "" if shape is None else fingerprint_svg(
             shape, effect.name, result.calibration.fit),
         "caption": "" if shape is None else _caption(effect, shape),
@@ -171,19 +171,17 @@ def _confused_here(effect: Effect, entries: Mapping[str, Json]) -> str:
 # --- sizes -------------------------------------------------------------------------------------
 
 
-def _size_table(
-    result: TriadResult, effect: Effect, candidate: Candidate | None
-) -> Json | None:
-    """The fitted parameters, or those of the diagnosis for a candidate; None without any.
+def _size_table(refits: Refits, effect: Effect, candidate: Candidate | None) -> Json | None:
+    """The fitted parameters, with those of the boxes for a candidate; None without any.
 
     They are a table: a row for all, or one for each axis of a matrix. ``shape`` is the shape
     parameter with its sd and unit.
     """
-    values, sds = _sizes(result, effect, candidate)
+    values, sds = _sizes(refits, effect, candidate)
     k = len(effect.parameters)
     if len(values) < k:
         return None
-    unit, factor = display_unit(effect.unit_for(result.triad), list(values[:k]))
+    unit, factor = display_unit(effect.unit_for(refits.result.triad), list(values[:k]))
     largest = float(np.abs(values[:k]).max()) * factor
     cells = tuple(_cell(value * factor, sd * factor, largest)
                   for value, sd in zip(values[:k], sds[:k], strict=True))
@@ -211,10 +209,17 @@ def _typical(effect: Effect, triad: Triad) -> Iterator[tuple[str, str]]:
 
 
 def _sizes(
-    result: TriadResult, effect: Effect, candidate: Candidate | None
+    refits: Refits, effect: Effect, candidate: Candidate | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Parameters and sds, SI; the shape parameter last where it was fitted."""
-    calibration = result.calibration
+    """Parameters and sds, SI; the shape parameter last where it was fitted.
+
+    A candidate that is named beside others has the sizes of the refit with all of them.
+    """
+    calibration, added = refits.run.calibration, refits.run.added
+    named = [name for name in refits.result.diagnosis.names if name not in added]
+    if candidate is not None and effect.name not in added:
+        refitted = refits.flipped(*(named if effect.name in named else [effect.name]))
+        calibration = refitted.calibration if refitted is not None else calibration
     if effect.acts_on == "reading" and effect.name in calibration.fit.model.names:
         where = calibration.fit.model.slices()[effect.name]
         sd = np.sqrt(np.diag(calibration.fit.cov))
@@ -230,6 +235,6 @@ def _sizes(
 def _cell(value: float, sd: float, largest: float) -> SizeCell:
     share = value / largest if largest > 0 else 0.0
     if not np.isfinite(sd):
-        return f"{value:.3g}", "not determined alone", False, share
+        return with_minus_signs(f"{value:.3g}"), "not determined alone", False, share
     text, _, spread = with_minus_signs(with_sd(value, sd)).partition(" ± ")
     return text, f"± {spread}" if spread else "", bool(abs(value) > CLEAR_SD * sd), share

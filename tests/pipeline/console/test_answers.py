@@ -179,3 +179,13 @@ def test_a_session_without_a_latitude_is_told_that_gravity_is_most_of_the_error(
                          if answer.subject == "accelerometer").good)
     assert "Most of that is gravity, which is known to 20 mm/s²: state your latitude" in told[0]
     assert "gravity" not in told[1]
+
+
+def test_a_residual_over_noise_is_one_number_beside_its_chi_square(caused: Outcome) -> None:
+    result = caused.triad("gyroscope")
+    assert result is not None
+    fit = result.calibration.fit
+    answer = next(each for each in answers_of(caused, "r") if each.subject == "gyroscope")
+    said = re.search(r"(\S+) times what their own noise leaves", answer.good)
+    assert said is not None
+    assert float(said[1]) == pytest.approx((fit.chi2 / fit.dof) ** 0.5, rel=0.06)

@@ -15,7 +15,7 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.guess.container_files import CONTAINERS, CONTAINERS_REFUSED
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
-from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, HandLog, hand_log
+from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, GRAVITY_M_S2, HandLog, hand_log
 from tests.pipeline.guess.lab_files import LAB, LAB_REFUSED
 from tests.pipeline.guess.late_files import LATE, LATE_REFUSED
 from tests.pipeline.guess.latest_files import LATEST, LATEST_REFUSED
@@ -68,6 +68,21 @@ def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
         assert gyroscope is not None
         assert gyroscope.nominal_scale * foreign.per_rad_s == pytest.approx(1.0, rel=0.01)
         assert checked.outcome.triad("gyroscope") is not None
+
+
+@pytest.mark.parametrize(("per_g", "unit"), [(10_000, "counts, 10000 per g"), (9806.65, "mm/s²")])
+def test_whole_numbers_near_ten_thousand_per_g_are_the_nearer_unit_and_in_doubt(
+    tmp_path: Path, log: HandLog, per_g: float, unit: str
+) -> None:
+    rows = np.rint((log.acc - ACC_BIAS) / ACC_SCALE / GRAVITY_M_S2 * per_g).astype(int)
+    path = tmp_path / "board.csv"
+    path.write_text("time_s,acc_x,acc_y,acc_z\n" + "\n".join(
+        f"{time:.3f},{x},{y},{z}" for time, (x, y, z) in zip(log.time_s, rows, strict=True)),
+        encoding="utf-8")
+    (table,), _ = guess_files([path], None)
+    assert table.accelerometer is not None
+    assert table.accelerometer.unit.startswith(unit)
+    assert "mm/s², or counts of which 10,000 are 1 g" in table.accelerometer.doubt
 
 
 def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from pipeline.report.page_templates import page_templates
 from pipeline.report.triad.effect_cards import effect_cards, formula_html
 from pipeline.report.triad.fingerprint import fingerprint
 from pipeline.report.triad.refit_table import refit_json, tickable
-from pipeline.report.triad.refitted import Refits
+from pipeline.report.triad.refitted import Refits, size_rows
 from pipeline.results.json_values import Json
 from pipeline.stages.triads import TriadResult
 from tests.pipeline.report.browser import needs_browser
@@ -97,6 +97,21 @@ def test_the_matrix_of_the_card_is_the_hidden_one_in_degrees_per_second_per_g(
             sd = float(spread.removeprefix("± "))
             assert float(text.replace("−", "-")) == pytest.approx(value, abs=5 * sd)
             assert 0 < sd < 0.1 * np.abs(true).max()
+
+
+def test_an_effect_has_one_size_on_its_card_and_in_the_boxes(
+    cards: dict[str, Json], hidden_session: HiddenSession
+) -> None:
+    result = hidden_session.outcome.triad("gyroscope")
+    assert result is not None
+    refits, told = Refits(result), {}
+    for name in tickable(refits):
+        alone, size = refits.flipped(name), cards[name]["size"]
+        assert alone is not None
+        told[name] = [" ".join(filter(None, cell[:2])) for row in size["cells"] for cell in row]
+        in_boxes = [re.sub(r"[()]", "", text) for _, text, _ in size_rows(alone.calibration)]
+        assert in_boxes[: len(told[name])] == told[name]
+    assert len(told) > 8
 
 
 def test_the_fingerprint_of_what_is_there_is_the_residual_and_no_other_is(

@@ -14,6 +14,7 @@ from calib.diagnosis.search.table_at import table_at
 from calib.effects.catalogue import BASE, find_effect
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from calib.fit.triad.calibration import covariance_with_misfit
 from calib.poses.pose_set import PoseSet
 from tests.trials import DESIGNS, drawn, poses_of
 
@@ -120,3 +121,14 @@ def test_sizes_in_the_ranking_are_those_of_the_refit() -> None:
     assert own.size == pytest.approx(refit.theta[where], rel=1e-6)
     assert own.chi2_drop == pytest.approx(base.chi2 - refit.chi2, rel=1e-6)
     assert own.rms_after == pytest.approx(refit.residual_rms, rel=1e-6)
+
+
+def test_sds_in_the_ranking_hold_the_misfit_that_is_left_as_those_of_a_calibration_do() -> None:
+    poses = session("quadratic", 10.0, "rich")
+    poses = replace(poses, sd=poses.sd / 2)
+    (own,) = (c for c in diagnose(fit(poses, Model.of(BASE))).ranking if c.name == "quadratic")
+    refit = fit(poses, Model.of((*BASE, "quadratic")))
+    where = refit.model.slices()["quadratic"]
+    sd = np.sqrt(np.diag(covariance_with_misfit(refit))[where])
+    assert own.sd == pytest.approx(sd, rel=1e-3)
+    assert (sd > 1.5 * np.sqrt(np.diag(refit.cov)[where])).all()
