@@ -12,7 +12,7 @@ frozen.
 model of bias, scale and misalignment without a residual, and contain no information on the sensor.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -187,20 +187,58 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
         if not log.has(triad):
             continue
         for name, axis in zip(AXES, spec.signed(log.readings(triad)).T, strict=True):
-            limits = cut_off(axis)
-            for extreme in (axis.max(), axis.min()):
-                there = axis == extreme
-                share = float(there.mean())
-                clipped = limits[there].any() or (
-                    share > CLIPPED_SHARE and len(np.unique(axis)) >= FEWEST_LEVELS)
-                if not clipped or not rails[0] < extreme < rails[1]:
+            for extreme in _limits(axis):
+                if not rails[0] < extreme < rails[1]:
                     continue
+                share = float((axis == extreme).mean())
                 raise Undetermined(
                     f"{log.label}: {triad} {name} stands at {extreme:g} in {100 * share:.0f} % of "
                     f"its samples and never goes beyond: the axis is clipped there, or stuck. The "
                     f"true value is unknown; choose a larger full scale or a slower plate, and "
-                    f"record the pose again."
+                    f"record the pose again.", Remedy("exclude_pose"),
                 )
+
+
+def _limits(axis: FloatArray) -> Iterator[float]:
+    """The extremes of the readings (t,) of an axis at which it is cut off."""
+    at_limit = cut_off(axis)
+    for extreme in (axis.max(), axis.min()):
+        there = axis == extreme
+        if at_limit[there].any() or (
+                there.mean() > CLIPPED_SHARE and len(np.unique(axis)) >= FEWEST_LEVELS):
+            yield float(extreme)
+
+
+def levels_of_cut(
+    log: ImuLog, others: Sequence[ImuLog], triad: Triad, spec: TriadSpec
+) -> FloatArray:
+    """Levels at which the axes of a log are cut off, and beyond which no other log goes.
+
+    Parameters
+    ----------
+    log : ImuLog
+    others : sequence of ImuLog
+        All other logs of the session.
+    triad : str
+    spec : TriadSpec
+        The data sheet of the triad.
+
+    Returns
+    -------
+    array, shape (3,)
+        Signed counts; NaN for an axis that is not cut off, or merely stuck.
+    """
+    levels = np.full(3, np.nan)
+    values, *shown = (spec.signed(one.readings(triad)) for one in (log, *others) if one.has(triad))
+    if _stretches(triad, [0], [values], shown):
+        return levels  # all axes at once: the sensor stopped
+    for k, axis in enumerate(values.T):
+        stood = _stretches(triad, [0], [axis[:, None]], [other[:, k : k + 1] for other in shown])
+        for level in (*_limits(axis), *(float(axis[stretch.start]) for stretch in stood)):
+            beyond = [np.sign(other[:, k] - level) for other in (values, *shown)]
+            if min(map(np.min, beyond)) >= 0 or max(map(np.max, beyond)) <= 0:
+                levels[k] = level
+    return levels
 
 
 SAME_LENGTH = 0.1

@@ -48,8 +48,8 @@ class Applied:
     """A corrected log.
 
     ``triads`` contains the corrected vectors (t, 3) by triad; ``axes`` names their axes;
-    ``saturated`` (t,) marks samples with an axis at the end of its converter's range, None for logs
-    in physical units; ``left_out`` lists effects of the model that were not corrected, or not in
+    ``saturated`` (t,) marks samples with an axis at the end of its range, None where no range is
+    known; ``left_out`` lists effects of the model that were not corrected, or not in
     every sample, and why.
     """
 
@@ -127,8 +127,9 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
                     if name not in of_output}
     left_out += [f"the column {name} of the log is not copied: the output has one of this name."
                  for name in log.columns if name in of_output]
-    counts = any(triad.correction.spec.bits for triad in stored.triads if log.has(triad.name))
-    saturated = saturated_samples(stored, log) if counts else None
+    has_range = any(np.isfinite(triad.range_counts).any()
+                    for triad in stored.triads if log.has(triad.name))
+    saturated = saturated_samples(stored, log) if has_range else None
     return Applied(log.time_s, turned, columns_kept, axes, saturated, tuple(left_out))
 
 
@@ -175,8 +176,8 @@ def saturated_samples(stored: Stored, log: ImuLog) -> BoolArray:
     """Samples (t,) in which an axis of a calibrated triad is at the end of its range."""
     saturated = np.zeros(len(log.time_s), bool)
     for triad in stored.triads:
-        if log.has(triad.name) and triad.correction.spec.bits:
-            low, high = triad.correction.spec.count_range
+        if log.has(triad.name):
+            low, high = triad.range_counts
             readings = triad.correction.spec.signed(log.readings(triad.name))
             saturated |= ((readings <= low) | (readings >= high)).any(axis=1)
     return saturated

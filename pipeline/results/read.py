@@ -66,6 +66,22 @@ class StoredTriad:
                    default=math.nan)
 
     @property
+    def range_counts(self) -> FloatArray:
+        """Lowest and highest reading of every axis, counts or the log's unit, shape (2, 3).
+
+        They are the converter's, infinite in physical units, or where a pose is cut off.
+        """
+        spec = self.correction.spec
+        low, high = spec.count_range if spec.bits else (-math.inf, math.inf)
+        ends = np.repeat([[low], [high]], 3, axis=1)
+        for pose in self.section.excluded:
+            level = np.array(pose.cut_off_counts or (None,) * 3, float)
+            is_high = level > spec.nominal_bias_counts
+            ends[1] = np.fmin(ends[1], np.where(is_high, level, np.nan))
+            ends[0] = np.fmax(ends[0], np.where(is_high, np.nan, level))
+        return ends
+
+    @property
     def units_per_count(self) -> FloatArray:
         """The diagonal of K, m/s² or rad/s per count, shape (3,)."""
         return 1 / self.parameters.scale_counts_per_unit

@@ -121,9 +121,12 @@ def _poses(result: TriadResult) -> list[PoseResult]:
 
 def _excluded(pose: ExcludedPose) -> ExcludedResult:
     """A pose that the configuration excludes, with the prediction of the fit."""
+    known: Json = {"label": pose.label, "run": pose.run}
+    if pose.cut_off is not None:
+        known["cut_off_counts"] = pose.cut_off
     if pose.predicted is None:
-        return ExcludedResult(label=pose.label, run=pose.run, residual=None, sd=None)
-    return ExcludedResult.of(pose.predicted.residual, label=pose.label, run=pose.run)
+        return ExcludedResult.of(**known, residual=None, sd=None)
+    return ExcludedResult.of(pose.predicted.residual, **known)
 
 
 def _prediction(prediction: Prediction) -> PredictionResult:

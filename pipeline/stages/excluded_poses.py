@@ -5,14 +5,18 @@ averaged by itself where it can be, so that the report shows what the fit predic
 """
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from calib.consistency.raw_samples import levels_of_cut
+from calib.errors import CalibrationError
 from calib.fit.validation.elsewhere import PredictedPose
+from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.imu_log import IntArray
+from calib.poses.data_sheet import Specs
+from calib.poses.imu_log import FloatArray, ImuLog, IntArray, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import RunSection
 from pipeline.config.yaml_text import PathTo
@@ -38,24 +42,47 @@ class Choice:
 class ExcludedMean:
     """One excluded pose by itself: its index among the recorded ones, 0 for a stop of a long log.
 
-    ``mean`` is None where it cannot be averaged.
+    ``mean`` is None where it cannot be averaged; ``cut_off`` has, for every triad with an axis that
+    is cut off, the levels (3,) of :func:`calib.consistency.raw_samples.levels_of_cut`.
     """
 
     label: str
     place: int
     mean: PoseMean | None
+    cut_off: Mapping[Triad, FloatArray] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, label: str, place: int, log: ImuLog | None, others: Sequence[ImuLog], specs: Specs,
+        rate_rad_s: float,
+    ) -> "ExcludedMean":
+        """The pose of ``log`` among the ``others`` of the session; None cannot be read.
+
+        What keeps it from being averaged may be the very reason why it is excluded.
+        """
+        if log is None:
+            return cls(label, place, None)
+        levels = {triad: levels_of_cut(log, others, triad, spec)
+                  for triad, spec in specs.items() if log.has(triad)}
+        cut = {triad: level for triad, level in levels.items() if np.isfinite(level).any()}
+        try:
+            return cls(label, place, average_pose(log, specs, rate_rad_s), cut)
+        except CalibrationError:
+            return cls(label, place, None, cut)
 
 
 @dataclass(frozen=True, eq=False)
 class ExcludedPose:
     """Comparison of one excluded pose with the fit.
 
-    ``predicted`` is the prediction of the fit, None where the pose does not belong to its run.
+    ``predicted`` is the prediction of the fit, None where the pose does not belong to its run;
+    ``cut_off`` the levels (3,) at which its axes are cut off, None where none is.
     """
 
     label: str
     run: str
     predicted: PredictedPose | None
+    cut_off: FloatArray | None = None
 
 
 def short_names(label: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.consistency.clock import require_whole_turns
 from calib.consistency.clock_ratio import ClockRatio, clock_ratio
-from calib.errors import CalibrationError, Undetermined
+from calib.errors import Undetermined
 from calib.poses.averaging.average_pose import average_pose, require_even_samples
 from calib.poses.averaging.drift_within import average_poses
 from calib.poses.averaging.pose_mean import PoseMean
@@ -31,7 +31,6 @@ from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import (
     SessionLogs,
     Setting,
-    SettingLogs,
     sections_by_setting,
 )
 
@@ -113,7 +112,7 @@ def average_recordings(
         elif setting.poses.log:
             recording = _searched(section, config, specs, rates, logs)
         else:
-            recording = _averaged(setting, specs, rates, logs[setting])
+            recording = _averaged(setting, specs, rates, logs)
         notes = (*logs[setting].notes, *recording.warnings)
         recordings[setting] = replace(recording, warnings=notes)
     return Recordings(recordings)
@@ -132,9 +131,10 @@ def _tabled(
 
 
 def _averaged(
-    setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], read: SettingLogs
+    setting: Setting, specs: Specs, rates: Mapping[str, SettingRate], session: SessionLogs
 ) -> Recording:
     """The poses of one file each."""
+    read = session[setting]
     choice, used = read.choice, read.logs
     assert choice is not None
     rate = rates.get(setting.rate)
@@ -151,20 +151,14 @@ def _averaged(
     if wave is not None and rate is not None and rate.clips:
         ratio = clock_ratio(used, turning, specs["accelerometer"])
     means = average_poses(used, specs, [float(rate) for rate in turning])
+    every = [log for one in session.values()
+             for log in (*one.logs, *(log for _, log in one.excluded if log is not None))]
     excluded = tuple(
-        ExcludedMean(label, int(i), _excluded_mean(log, specs, float(of_all[i])))
+        ExcludedMean.of(label, int(i), log, every, specs, float(of_all[i]))
         for (label, log), i in zip(read.excluded, choice.excluded, strict=True))
     notes = (ratio.warning(f"rate.{setting.rate}"),) if ratio and ratio.contradicts else ()
     return Recording(tuple(means), tuple(float(log.time_s[0]) for log in used), choice.kept, notes,
                      sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)
-
-
-def _excluded_mean(log: ImuLog | None, specs: Specs, rate_rad_s: float) -> PoseMean | None:
-    """The mean of an excluded pose; None if it cannot be averaged, perhaps the very reason."""
-    try:
-        return None if log is None else average_pose(log, specs, rate_rad_s)
-    except CalibrationError:
-        return None
 
 
 def _pooled(recordings: Sequence[Recording]) -> Recording:
@@ -232,7 +226,7 @@ def _search_recording(
             refused.append(error)
     if not means and refused:
         raise refused[0]
-    excluded = tuple(ExcludedMean(pose.label, 0, _excluded_mean(pose, specs, rate_rad_s))
+    excluded = tuple(ExcludedMean.of(pose.label, 0, pose, intervals.logs, specs, rate_rad_s)
                      for pose in intervals.logs if pose.label in out)
     skipped = [stop for stop in intervals.skipped if stop[1] != OF_ANOTHER_RUN]
     if rate_rad_s == 0 and means:

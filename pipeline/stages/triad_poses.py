@@ -62,7 +62,9 @@ class TriadPoses:
 
     def excluded(self, fit: Fit) -> tuple[ExcludedPose, ...]:
         """The excluded poses, each with the prediction of a fit without them."""
-        return tuple(ExcludedPose(one.label, name, self._predicted(fit, run, one))
+        triad = fit.poses.triad
+        return tuple(ExcludedPose(one.label, name, self._predicted(fit, run, one),
+                                  one.cut_off.get(triad))
                      for run, (name, recording) in enumerate(self.recorded)
                      for one in recording.excluded)
 

@@ -71,6 +71,9 @@ class ExcludedResult(Part):
     run: Text = means("its plate setting")
     residual: MaybeNumber = means("residual by the fit without it, SI; null where it is no pose")
     sd: MaybeSd = means("its sd")
+    cut_off_counts: ThreeOrNull | None = means(
+        "level at which each axis is cut off and beyond which no log goes; null where it is not",
+        default=None)
 
 
 class PredictionParts(Part):

@@ -5,7 +5,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from calib.consistency.raw_samples import require_unclipped
+from calib.consistency.raw_samples import levels_of_cut, require_unclipped
 from calib.errors import Undetermined
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray, ImuLog
@@ -75,3 +75,20 @@ def test_a_wave_of_the_turning_plate_is_not_clipped(amplitude: float, noise: flo
 
 def test_a_triad_that_was_not_logged_says_nothing() -> None:
     require_unclipped(logs(limit=11_990.0), "accelerometer", SPEC)
+
+
+@pytest.mark.parametrize("limit", [11_000.0, 11_990.0])
+def test_the_level_of_a_cut_is_that_beyond_which_no_log_goes(limit: float) -> None:
+    """In the middle of the noise, and far below it, where the axis stands still."""
+    *others, cut = logs(limit=limit)
+    assert levels_of_cut(cut, others, "gyroscope", SPEC)[1] == limit
+    assert np.isnan(levels_of_cut(cut, others, "gyroscope", SPEC)[[0, 2]]).all()
+    assert np.isnan(levels_of_cut(others[2], [*others, cut], "gyroscope", SPEC)).all()
+    beyond = logs(seed=1)[-1]
+    assert np.isnan(levels_of_cut(cut, [*others, beyond], "gyroscope", SPEC)).all()
+
+
+def test_a_sensor_that_stopped_has_no_level_of_a_cut() -> None:
+    *others, last = logs()
+    last.gyroscope[:] = last.gyroscope[0]
+    assert np.isnan(levels_of_cut(last, others, "gyroscope", SPEC)).all()

@@ -20,6 +20,7 @@ from tests.world.hand_turned import Stop, turn_through
 
 ACC, GYRO = "accelerometer/pose_{:02d}.csv", "gyroscope/17rpm/pose_{:02d}.csv"
 OUT = {"accelerometer": (3, 12), "gyroscope": (18,)}
+LIMIT = 38_500  #: counts of an accelerometer's axis, between what it reads at 45° and at 0°
 
 
 @pytest.fixture(scope="module")
@@ -200,3 +201,24 @@ def test_poses_for_which_a_session_is_refused_are_excluded_wherever_their_files_
     read = load_config(config).triads
     out = ("pose_09", "pose_07")
     assert [one.exclude for triad in read.values() for one in triad.sections] == [out, (), out]
+
+
+def test_the_level_of_an_axis_that_is_cut_off_outlives_its_pose(
+    session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What lies beyond nine tenths of gravity along x, of which an amplifier passes no more."""
+    config = copy_excluding(session, tmp_path, "[pose_12, RESTING]", "TURNING")
+    for name, place in ((GYRO, "TURNING"), (ACC, "RESTING")):
+        tables = {number: np.loadtxt(tmp_path / name.format(number), delimiter=",", skiprows=1)
+                  for number in range(1, 19) if (name, number) != (ACC, 12)}
+        highest = max(tables, key=lambda number: float(tables[number][:, 1].mean()))
+        table = tables[highest]
+        table[:, 1] = LIMIT
+        rewrite_rows(tmp_path / name.format(highest), table)
+        edit(config, place, f"pose_{highest:02d}")
+    assert pipeline("run", config) == 0
+    capsys.readouterr()
+    out, log = tmp_path / "out.csv", tmp_path / ACC.format(highest)
+    assert pipeline("apply", config.with_suffix(".run"), log, "--output", out) == 0
+    assert f"{len(table)} of {len(table)} samples are saturated" in capsys.readouterr().err
+    assert (np.loadtxt(out, delimiter=",", skiprows=1)[:, -1] == 1).all()
