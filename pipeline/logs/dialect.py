@@ -66,7 +66,10 @@ def split_cells(line: str, delimiter: str | None) -> list[str]:
             return [cell.strip() for cell in next(csv.reader([line.strip()], delimiter=delimiter))]
         except csv.Error:  # a control character: not a table, which its cells will show
             return line.split(delimiter)
-    return [cell.strip() for cell in line.split(delimiter)] if line.strip() else []
+    words = line.split()
+    if words == [line]:  # no blank to strip: half of the time of most logs
+        return line.split(delimiter)
+    return [cell.strip() for cell in line.split(delimiter)] if words else []
 
 
 def delimiter_of(line: str) -> str | None:

@@ -8,13 +8,17 @@ import numpy as np
 from calib.fit.least_squares.gauss_newton import minimise, step_from
 from calib.fit.least_squares.result import Fit
 from calib.fit.linear import inverse_square, orthonormal_columns
-from calib.fit.rows.problem import Estimate, Problem
+from calib.fit.rows.problem import Estimate, Precision, Problem
 from calib.fit.rows.residuals import Equations
 from calib.numbers import NO_LENGTH
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
 
 LINEAR_SD = 0.01
 """Error of a linear step, in sds of a row, that leave-one-out errors may have. Numerical."""
+
+LEFT_OUT = Precision(20, LINEAR_SD / 10)
+"""Precision of the refit without a pose, which :data:`LINEAR_SD` allows; sets that have not
+converged by then crawl along a valley, and their pose keeps the closed form. Numerical."""
 
 LARGEST_LEVERAGE = 0.999
 """Leverage from which a pose has no useful leave-one-out error: the fit passes through it. A
@@ -212,7 +216,8 @@ def refitted_residual(fit: Fit) -> FloatArray:
 
     Each refit starts from the closed form of :func:`left_out_residual`, which is exact for a linear
     model and plain squares; where the step is too small for the nonlinearity of lengths, that is
-    the refit. A pose without which the model is not determined keeps the closed form, too. The
+    the refit. A pose without which the model is not determined, by its leverage or by a refit that
+    does not converge, keeps the closed form, too. The
     refits are a stack, in which the rows of another pose have zero weight in each set. Weights of a
     robust loss are held: the influence of a pose on those of others is of second order, and its own
     is zero.
@@ -229,7 +234,10 @@ def refitted_residual(fit: Fit) -> FloatArray:
     # The bend of a length is |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
     relative_sd = np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0)
     bend = np.abs(step @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
-    far = np.flatnonzero(bend >= LINEAR_SD)
+    free = np.ones(len(fit.poses))
+    for block, values, _ in pose_blocks(jacobian, pose):
+        free[pose[block[:, 0]]] = values[:, 0]
+    far = np.flatnonzero((bend >= LINEAR_SD) & (free > 1 - LARGEST_LEVERAGE))
     if far.size:
         mine = pose == far[:, None]
         rows, known = _refitted(fit, problem, mine, step[far] @ fit.directions.T)
@@ -258,7 +266,7 @@ def _refitted(
         residual[far] += row_step
         far = far[np.abs(row_step).max(axis=1) >= LINEAR_SD**0.5]
     if far.size:
-        solution = minimise(stack.take(far), at.take(far))
+        solution = minimise(stack.take(far), at.take(far), LEFT_OUT)
         residual[far] = solution.at.rows.residual
         known[far] = solution.is_converged
     return residual, known

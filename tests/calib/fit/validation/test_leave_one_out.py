@@ -10,7 +10,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.rows.residuals import Equations
 from calib.fit.triad.calibration import calibrate_triad
-from calib.fit.validation.leave_one_out import compare
+from calib.fit.validation.leave_one_out import LARGEST_LEVERAGE, compare, left_out_residual
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import (
     FAST,
@@ -92,6 +92,20 @@ def test_the_error_of_a_spoilt_pose_is_that_of_a_refit_without_it(robust: bool, 
         within = compared.poses[k].sd / 2 if robust else 1e-4
         assert compared.poses[k].left_out == pytest.approx(expected, rel=2e-3, abs=within)
     assert compared.poses[pose].left_out == pytest.approx(-0.98, abs=0.05)  # what was done to it
+
+
+def test_a_pose_through_which_the_fit_passes_keeps_the_closed_form() -> None:
+    """One of ten poses holds a parameter up: a refit without it crawls along a valley."""
+    read = read_through(made_poses("accelerometer", (0.0,), jitter_deg=4.0), MODEL,
+                        base_theta(MODEL, "accelerometer"))
+    fitted = fit(noisy(chosen(read, list(range(8, 18))), 2), MODEL)
+    rows, jacobian = fitted.rows.residual, fitted.weighted_jacobian
+    closed = left_out_residual(rows, jacobian, fitted.equations.row_pose)
+    leverage = 1 - rows[: len(closed)] / closed
+    pose = int(leverage.argmax())
+    assert leverage[pose] == pytest.approx(LARGEST_LEVERAGE)  # the most that counts
+    left_out = compare(fitted).poses[pose].left_out
+    assert left_out == pytest.approx(closed[pose] * fitted.equations.row_sd[pose], rel=1e-9)
 
 
 @pytest.mark.parametrize("bad_poses", [0, 1])
