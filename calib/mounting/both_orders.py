@@ -110,7 +110,7 @@ def levelled_readings(
     forces, times, begin_s = [], [], 0.0
     for log in logs:
         nominal = accelerometer.spec.nominal(log.accelerometer)
-        forces.append(accelerometer.correct(log_conditions(log, nominal)))
+        forces.append(accelerometer.correct(log_conditions(log, nominal, accelerometer.end_s)))
         since = log.time_s - log.time_s[0]
         times.append(begin_s + since)
         begin_s += float(since[-1]) + float(np.median(np.diff(since)))

@@ -85,7 +85,7 @@ def measure_yaw(
     """
 
     def pushes(by: Correction) -> list[FloatArray]:
-        return [_horizontal(log, by, levelled) for log in logs]
+        return [_horizontal(log, by, levelled, accelerometer.end_s) for log in logs]
 
     parts = pushes(accelerometer.correction)
     yaw = _yaw(parts, first_push)
@@ -101,7 +101,9 @@ def measure_yaw(
     return Yaw(yaw, math.sqrt(variance))
 
 
-def _horizontal(log: ImuLog, calibration: Correction, levelled: FloatArray) -> FloatArray:
+def _horizontal(
+    log: ImuLog, calibration: Correction, levelled: FloatArray, end_s: float
+) -> FloatArray:
     """Horizontal specific force, averaged over MEAN_S, shape (b, 2)."""
     duration = float(log.time_s[-1] - log.time_s[0])
     if not log.has("accelerometer") or duration < SHORTEST_DRIVE_S:
@@ -111,7 +113,7 @@ def _horizontal(log: ImuLog, calibration: Correction, levelled: FloatArray) -> F
             f"{SHORTEST_DRIVE_S:g} s with acc_x, acc_y, acc_z are needed. Log a whole drive from "
             f"standstill through speeding up and braking on a straight road."
         )
-    at = log_conditions(log, calibration.spec.nominal(log.accelerometer))
+    at = log_conditions(log, calibration.spec.nominal(log.accelerometer), end_s)
     require_evaluable(log.label, at, calibration)
     force = calibration.correct(at)
     samples = max(1, round(MEAN_S * (len(force) - 1) / duration))

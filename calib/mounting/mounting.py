@@ -25,6 +25,7 @@ import numpy as np
 from calib.errors import Undetermined
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.correction import Correction
+from calib.fit.validation.untold import untold, untold_covariance
 from calib.mounting.both_orders import LevelledReadings, OrderTrial, levelled_readings, try_orders
 from calib.mounting.heading import FirstPush, Yaw, measure_yaw
 from calib.mounting.levelling import (
@@ -180,6 +181,7 @@ def mounting_from_logs(
     """
     upright = _upright(logs, accelerometer)
     cov, notes = _with_drift(upright, gravity_m_s2, gravity_sd_m_s2)
+    notes += _of_untold(accelerometer)
     if logs.reverse:
         cov = cov + turned_short_covariance(upright)
     chosen = order or rotation_order(upright.up / gravity_m_s2)
@@ -220,9 +222,20 @@ def _upright(logs: MountingLogs, accelerometer: TriadCalibration) -> HeadingForc
 
     noise = np.array([noise_covariance(reading, correction) for reading in readings])
     of_calibration = accelerometer.covariance_of(lambda by: np.asarray(forces(by).mean(axis=0)))
-    cov = noise.sum(axis=0) / len(noise) ** 2 + of_calibration
     force = forces(correction)
-    return HeadingForces(readings, force, noise, force.mean(axis=0), cov)
+    up = force.mean(axis=0)
+    cov = noise.sum(axis=0) / len(noise) ** 2 + of_calibration + untold_covariance(
+        accelerometer, up)
+    return HeadingForces(readings, force, noise, up, cov)
+
+
+def _of_untold(accelerometer: TriadCalibration) -> tuple[str, ...]:
+    """A note on effects of the model that no still log tells; none where it tells all."""
+    names = [effect.name for effect in untold(accelerometer)]
+    return (f"no still log tells {' and '.join(names)} of the accelerometer's model: what whole "
+            f"poses have is left out, and what moves with the session's clock counts as at its "
+            f"end. The sds of the angles contain what the poses of the session differ by.",
+            ) if names else ()
 
 
 def _with_drift(

@@ -55,18 +55,13 @@ class StillReading:
     longest_s: float
 
 
-def log_conditions(log: ImuLog, nominal: FloatArray) -> Conditions:
-    """Conditions of effects for every sample of a log, whose clock is its own.
+def log_conditions(log: ImuLog, nominal: FloatArray, end_s: float) -> Conditions:
+    """Conditions of effects for every sample of a log of another time than the calibration.
 
-    The time of the calibration session and the pose before are not known here: they are NaN.
+    As where a log is corrected, it is quiet, no pose is before it, and it is at the end ``end_s``
+    of the session.
     """
-    return Conditions.of_vectors(
-        nominal,
-        log.columns,
-        force=nominal,
-        spin_rad_s=np.zeros(1),
-        vibration=nominal.var(axis=0, ddof=1),
-    )
+    return Conditions.of_vectors(nominal, log.columns, force=nominal).as_in_a_log(end_s)
 
 
 def require_at_rest(
@@ -143,7 +138,6 @@ def still_reading(logs: Sequence[ImuLog], accelerometer: TriadCalibration) -> St
         parts[0].at,
         vector=mean[None],
         force=mean[None],
-        vibration=(share @ np.concatenate([part.at.vibration for part in parts]))[None],
         columns=columns,
     )
     label = parts[0].label if len(parts) == 1 else f"{parts[0].label} and {len(parts) - 1} more"
@@ -161,7 +155,7 @@ def _one_log(log: ImuLog, accelerometer: TriadCalibration) -> StillReading:
     # It refuses what moved or is saturated.
     mean = average_pose(log, {"accelerometer": accelerometer.spec})
     nominal = accelerometer.spec.nominal(log.accelerometer)
-    at = log_conditions(log, nominal)
+    at = log_conditions(log, nominal, accelerometer.end_s)
     reading = mean.accelerometer.mean[None]
     columns = {name: np.array([value]) for name, value in mean.columns.items()}
     row = replace(at.take([0]), vector=reading, force=reading, columns=columns)
@@ -176,8 +170,8 @@ def require_evaluable(label: str, at: Conditions, accelerometer: Correction) -> 
     if lost:
         raise Undetermined(
             f"{label}: the accelerometer's model has {', '.join(lost)}, which this log cannot "
-            f"evaluate: the column is not in it, or it needs the calibration session's clock or "
-            f"the pose before. Log the column, or calibrate without that effect.",
+            f"evaluate: the column is not in it, or the times of the calibration session are not "
+            f"known. Log the column, or calibrate without that effect.",
             Remedy("remove_effect", "accelerometer"),
         )
 

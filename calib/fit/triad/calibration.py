@@ -113,6 +113,11 @@ class TriadCalibration:
         return values
 
     @property
+    def end_s(self) -> float:
+        """Time of its last pose since the session began, s; NaN where no times are known."""
+        return float(self.fit.poses.time_s.max())
+
+    @property
     def correction(self) -> Correction:
         """The correction of readings alone, without the fit it came from."""
         return Correction(self.spec, self.fit.model, self.fit.theta, self.fit.shapes)

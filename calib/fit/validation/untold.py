@@ -10,13 +10,14 @@ the conditions of pose i, and e(v) under those, a magnitude along n errs by
 What stays as it is after the session, like a step, has its last level and no such error.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from calib.effects.effect import Effect
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.prediction import Prediction
-from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 
 LATER = 2.0
@@ -37,23 +38,34 @@ def untold_errors(calibration: TriadCalibration, prediction: Prediction) -> dict
     -------
     dict of name to array, shape (m, d)
     """
-    fit = calibration.fit
-    at = fit.poses.conditions(fit.rows.vector)
-    errors = {}
-    for effect in fit.model.effects:
+    along = prediction.directions
+    squares = {
+        effect.name: np.array([
+            np.mean(np.einsum("di,ndi->nd", along, _errors(calibration, effect, size * along)) ** 2,
+                    axis=0)
+            for size in prediction.magnitude])
+        for effect in untold(calibration)
+    }
+    return {name: square for name, square in squares.items() if square.any()}
+
+
+def untold_covariance(calibration: TriadCalibration, true: FloatArray) -> FloatArray:
+    """Mean square error (3, 3) of one corrected vector (3,) by all such effects, SI."""
+    errors = [_errors(calibration, effect, true[None])[:, 0] for effect in untold(calibration)]
+    return sum((each.T @ each / len(each) for each in errors), np.zeros((3, 3)))
+
+
+def untold(calibration: TriadCalibration) -> Iterator[Effect]:
+    """The effects of its model that no sample of another log tells."""
+    for effect in calibration.fit.model.effects:
         if effect.acts_on == "sensor" and effect.told_by in ("clock", "nothing"):
-            square = np.array([_mean_square(calibration, effect, at, size * prediction.directions)
-                               for size in prediction.magnitude])
-            if square.any():
-                errors[effect.name] = square
-    return errors
+            yield effect
 
 
-def _mean_square(
-    calibration: TriadCalibration, effect: Effect, at: Conditions, true: FloatArray
-) -> FloatArray:
-    """E² (d,) of true vectors (d, 3), SI."""
-    fit, (n, d) = calibration.fit, (len(at), len(true))
+def _errors(calibration: TriadCalibration, effect: Effect, true: FloatArray) -> FloatArray:
+    """``e(v, i) - e(v)`` of true vectors v (d, 3), SI, shape (n, d, 3)."""
+    fit, d = calibration.fit, len(true)
+    at, n = fit.poses.conditions(fit.rows.vector), len(fit.poses)
     rows = at.take(np.repeat(np.arange(n), d)).with_vector(np.tile(true, (n, 1)))
     end = float(at.time_s.max())
     in_a_log, later = rows.as_in_a_log(end), rows.as_in_a_log(LATER * end)
@@ -61,8 +73,6 @@ def _mean_square(
     of_pose, of_log, of_later = (
         sensor_columns((effect,), each, fit.shapes, axes) for each in (rows, in_a_log, later))
     if effect.told_by == "clock" and np.array_equal(of_log, of_later):
-        return np.zeros(d)
+        return np.zeros((n, d, 3))
     theta = fit.theta[fit.model.slices()[effect.name]]
-    along = np.tile(true / np.linalg.norm(true, axis=1, keepdims=True), (n, 1))
-    errors = np.einsum("ri,rik,k->r", along, of_pose - of_log, theta).reshape(n, d)
-    return np.asarray((errors**2).mean(axis=0))
+    return np.asarray(((of_pose - of_log) @ theta).reshape(n, d, 3))

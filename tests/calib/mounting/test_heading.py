@@ -88,7 +88,7 @@ def test_calibration_and_mounting_apply_as_one() -> None:
     )
     felt = np.array([1.0, -2.0, 9.0])
     log = mounted.log(np.tile(felt, (3000, 1)), 9)
-    at = log_conditions(log, calibration().spec.nominal(log.accelerometer))
+    at = log_conditions(log, calibration().spec.nominal(log.accelerometer), calibration().end_s)
     # The yaw is known to about a degree, which turns (1, -2) by 0.04 m/s².
     in_vehicle = found.turn(calibration().correct(at))
     assert in_vehicle.mean(axis=0) == pytest.approx(felt, abs=0.15)

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.mounting.levelling import ORDERS, Order
 from calib.mounting.mounting import MountingLogs, mounting_from_logs
 from calib.poses.averaging.mean_noise import variance_of_mean
@@ -98,3 +101,38 @@ def test_the_variance_of_a_mean_holds_for_coloured_noise() -> None:
         stated.append(variance_of_mean(values))
     # Student's factor of 24 degrees of freedom widens by 24/22; the lowest frequencies miss a bit.
     assert np.mean(stated) / np.var(means) == pytest.approx(1.05, abs=0.12)
+
+
+def with_error(effect: str, error: FloatArray) -> TriadCalibration:
+    """The calibration of poses that read ``error`` (18, 3) too much, with an effect for that."""
+    poses, spec = calibration().fit.poses, calibration().spec
+    poses = replace(poses, reading=poses.reading + error)
+    return calibrate_triad(fit(poses, Model.of(["bias", "scale", "misalignment", effect])), spec)
+
+
+def test_a_bias_that_drifts_counts_as_at_the_end_of_the_session() -> None:
+    """By 0.7 to 1.4 m/s² in an hour, of which the session has a tenth."""
+    time_s = calibration().fit.poses.time_s
+    per_s = np.array([1.4, -1.0, 0.7]) / 3600
+    drifting = with_error("bias_drift", time_s[:, None] * per_s)
+    rotation = vehicle_to_sensor("xyz", 0.4, 0.5)
+    log = Mounted(TRIAD, rotation).still(30.0, 1)
+    counts = per_s * time_s.max() / calibration().spec.nominal_scale
+    later = replace(log, accelerometer=log.accelerometer + counts)
+    steady = mounting_from_logs(MountingLogs([log]), calibration(), G)
+    found = mounting_from_logs(MountingLogs([later]), drifting, G)
+    assert np.abs(angles_off(found, rotation) / found.sd_rad).max() < 2
+    assert (found.sd_rad > 2 * steady.sd_rad).all()
+    assert "no still log tells bias_drift of the accelerometer's model" in found.notes[0]
+    assert "sds of the angles contain what the poses of the session differ by" in found.notes[0]
+
+
+def test_what_the_pose_before_leaves_in_an_axis_is_in_the_sds() -> None:
+    force = calibration().fit.rows.vector
+    before = np.vstack([np.zeros(3), force[:-1]])
+    left = 0.05 * np.tanh(before / (0.3 * G))
+    rotation = vehicle_to_sensor("xyz", 0.4, 0.5)
+    log = Mounted(TRIAD, rotation).still(30.0, 1)
+    found = mounting_from_logs(MountingLogs([log]), with_error("hysteresis", left), G)
+    assert np.abs(angles_off(found, rotation) / found.sd_rad).max() < 2
+    assert found.sd_rad == pytest.approx([0.05 / G, 0.05 / G], rel=0.5)
