@@ -34,6 +34,7 @@ from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Contradiction, Remedy
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import fit, fit_sets
+from calib.fit.least_squares.stack_fits import WEIGHING
 from calib.fit.model import Model
 from calib.fit.validation.odd_poses import left_over, odd_poses, quadric
 from calib.poses.attitudes import direction_name
@@ -100,7 +101,8 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
     whole = float(left_over(*quadric(poses))[0][0]) if before is None else before[0]
     tried = [
         (chi2, dof, mistakes[i])
-        for fits in fit_sets([mistake.undone for mistake in mistakes], base) if fits.fitted
+        for fits in fit_sets([mistake.undone for mistake in mistakes], base, precision=WEIGHING)
+        if fits.fitted
         for i, chi2, dof in zip(fits.index, fits.fitted.chi2, fits.fitted.dof, strict=True)
     ]
     if not tried:

@@ -165,11 +165,9 @@ def decimal_numbers(text: str) -> str:
         text = SPREADSHEET_ERROR.sub("nan", text)
     text = NO_BLANK.sub(r"\1 ", text)
     if "0x" in text or "0X" in text:
-        text = REGISTER.sub(_signed, text)
+        text = REGISTER.sub(lambda register: _signed(register[0]), text)
     if count := _words_without_prefix(text[-SHOWN_LENGTH:]):
-        text = WORDS.sub(lambda run: re.sub(
-            rf"\w+(?=(?:\W+\w+){{0,{count - 1}}}$)", _signed, run[0])
-            if DIGIT.search(run[0]) else run[0], text)
+        text = WORDS.sub(lambda run: _last_signed(run[0], count), text)
     return FORTRAN.sub(r"\1E\2", text) if "D+" in text or "D-" in text else text
 
 
@@ -183,8 +181,18 @@ def _words_without_prefix(text: str) -> int:
     return count if count >= FEWEST_NUMBERS else 0
 
 
-def _signed(register: re.Match[str]) -> str:
-    digits = register[0].lower().removeprefix("0x")
+def _last_signed(run: str, count: int) -> str:
+    """A run of words whose last ``count`` are registers, if it has digits."""
+    if not DIGIT.search(run):
+        return run
+    parts = re.split(r"(\W+)", run)
+    first = max(len(parts) + 1 - 2 * count, 0)
+    parts[first::2] = map(_signed, parts[first::2])
+    return "".join(parts)
+
+
+def _signed(register: str) -> str:
+    digits = register.lower().removeprefix("0x")
     half = 1 << (4 * len(digits) - 1)
     value = int(digits, 16)
     return str(value - 2 * half if value >= half and len(digits) in SIGNED else value)

@@ -40,7 +40,7 @@ from calib.fit.least_squares.stack_fits import (
 )
 from calib.fit.linear import combined
 from calib.fit.model import Model
-from calib.fit.rows.problem import Estimate, Problem, Solution
+from calib.fit.rows.problem import EXACT, Estimate, Precision, Problem, Solution
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.poses.imu_log import FloatArray
@@ -87,7 +87,9 @@ def _fit_as_stated(poses: PoseSet, model: Model, robust: bool) -> Fit:
     return only_fit(_cold_fits(Equations.of_sets((poses,), model), robust))
 
 
-def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> Iterator[Fits]:
+def fit_sets(
+    sets: Sequence[PoseSet], model: Model, *, robust: bool = False, precision: Precision = EXACT
+) -> Iterator[Fits]:
     """Fit ``model`` to each of ``sets``, those of one shape in stacks.
 
     Parameters
@@ -96,6 +98,8 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
         Of any numbers of poses, each fitted as :func:`fit` does.
     model : Model
     robust : bool
+    precision : Precision
+        Below ``EXACT`` a set that has not converged has the fit it came to.
 
     Yields
     ------
@@ -127,7 +131,7 @@ def fit_sets(sets: Sequence[PoseSet], model: Model, *, robust: bool = False) -> 
             index = np.array(indices[first : first + size])
             of_set = model.within(sets[index[0]].conditions(sets[index[0]].reading))
             equations = Equations.of_sets([sets[i] for i in index], of_set)
-            fits = _cold_fits(equations, robust)
+            fits = _cold_fits(equations, robust, precision)
             yield Fits(index[fits.index], fits.fitted,
                        {int(index[k]): error for k, error in fits.refusals.items()})
 
@@ -198,12 +202,13 @@ def _remembering(latest: Fit) -> tuple[Equations, Estimate]:
     return equations, at
 
 
-def _cold_fits(equations: Equations, robust: bool) -> Fits:
+def _cold_fits(equations: Equations, robust: bool, precision: Precision = EXACT) -> Fits:
     """The fits of a stack from the ellipsoids."""
+    nearest_to_best = partial(from_best_shapes, precision=precision)
 
     def cold(start: FloatArray) -> Fits:
         at = at_ellipsoids(equations, start)
-        return fits_of_stack(equations, at, None, from_best_shapes, robust, exact=True)
+        return fits_of_stack(equations, at, None, nearest_to_best, robust, precision == EXACT)
 
     def again(latest: Fit) -> Fits:
         def nearest(problem: Problem, at: Estimate) -> Solution:

@@ -46,17 +46,20 @@ ENOUGH_MISFIT = 2.0
 A judgement."""
 
 
-def from_best_shapes(problem: Problem, start: Estimate) -> Solution:
+def from_best_shapes(
+    problem: Problem, start: Estimate, precision: Precision = EXACT
+) -> Solution:
     """Fit from the first of the shapes' starts; then from the most promising."""
     if not problem.tried:
-        return minimise(problem, start)
-    held = minimise(problem.with_shapes_held(), start)
-    best = minimise(problem, most_promising(replace(problem, weight=held.weight), held.at))
+        return minimise(problem, start, precision)
+    held = minimise(problem.with_shapes_held(), start, precision)
+    promising = most_promising(replace(problem, weight=held.weight), held.at)
+    best = minimise(problem, promising, precision)
     for _ in range(AGAIN if len(problem.tried) > len(problem.free) else 0):
         at = most_promising(replace(problem, weight=best.weight), best.at, or_here=True)
         if at is best.at:
             break
-        best = minimise(problem, at)
+        best = minimise(problem, at, precision)
     return best
 
 

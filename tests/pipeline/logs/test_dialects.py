@@ -10,6 +10,7 @@ from pipeline.logs.clock import StatedClock
 from pipeline.logs.columns import Renamed, TimeUnit
 from pipeline.logs.head import find_head
 from pipeline.logs.read import read_log
+from pipeline.logs.source import decimal_numbers
 from pipeline.logs.text import raw_text
 
 TIME_S = np.array([0.0, 0.01, 0.02, 0.03])
@@ -159,3 +160,11 @@ def test_the_dates_of_a_query_are_no_clock_beside_that_of_the_sample(tmp_path: P
     text = raw_text(tmp_path / "influx.csv", lines)
     assert text is not None
     assert text.dated == 1
+
+
+def test_a_line_of_any_number_of_registers_is_read() -> None:
+    """As one that a binary log makes; a search from every word to the end took an hour."""
+    words = decimal_numbers(" ".join(["00A0"] * 100_000)).split()
+    assert (len(words), words[-3:]) == (100_000, ["160", "160", "160"])
+    row = decimal_numbers("\n".join(["17 00A0 FF00 0B07"] * 20))
+    assert row.split("\n")[0] == "17 160 -256 2823"  # the last three of each line

@@ -10,7 +10,9 @@ from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit, fit_sets
+from calib.fit.least_squares.stack_fits import WEIGHING
 from calib.fit.model import Model
+from calib.fit.rows.problem import Precision
 from calib.poses.pose_set import PoseSet
 from tests.lots import pose_sets_of
 from tests.trials import DESIGNS, drawn, poses_of
@@ -66,6 +68,18 @@ def test_sets_of_several_shapes_each_have_their_stack() -> None:
     assert sorted(many) == list(range(6))
     for k, poses in enumerate(sets):
         assert_same(many[k], fit(poses, model))
+
+
+def test_fits_that_are_only_compared_stop_early_and_none_is_refused_for_it() -> None:
+    sets, model = evenings(4, "quadratic", "warm_up"), Model.of(BASE)
+    (coarse,) = fit_sets(sets, model, precision=WEIGHING)
+    (stopped,) = fit_sets(sets, model, precision=Precision(1, 1e-7))
+    assert coarse.fitted is not None
+    assert stopped.fitted is not None
+    exact = [stacked(sets, model)[k] for k in range(4)]
+    assert coarse.fitted.chi2 == pytest.approx([one.chi2 for one in exact], rel=1e-4)
+    assert coarse.fitted.iterations.sum() < sum(one.iterations for one in exact)
+    assert list(stopped.index) == [0, 1, 2, 3]
 
 
 def test_a_set_that_is_refused_leaves_the_others_alone() -> None:
