@@ -10,15 +10,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from calib.diagnosis.hypotheses.unlisted import LIMITS
 from calib.discovery.functions import PHASES, Function
 
 READING = "s"  #: an axis's own reading, in an expression
 BENDS = (-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75)
 """Readings at which the gain of an axis changes, over its largest. Numerical: any other is within
 an eighth of one."""
-LIMITS = (0.01, 0.03, 0.1, 0.25, 0.5, 0.75)
-"""Readings, over the largest, from which an axis responds differently: a dead band, a limit.
-Numerical: any other is within a factor of two of one; poses hardly show smaller ones."""
 READING_WAVES = (1, 2, 3, 4, 6, 8)
 """Half waves between zero and the largest reading: the error of a converter. A judgement."""
 

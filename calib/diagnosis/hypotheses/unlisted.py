@@ -37,6 +37,10 @@ LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 17
 Derived: the log with neighbouring lags agrees to 0.99 and more. Half as many over the same range
 change 1 of 55 verdicts, twice as many none (``tests.bench.diagnosis_thresholds``)."""
 
+LIMITS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
+"""Readings, over the largest, from which an axis responds differently: a dead band, a limit.
+Numerical: any other is within a factor of 1.4 of one; poses hardly show smaller ones."""
+
 #: axes whose components are multiplied
 CUBIC = np.array([*combinations_with_replacement(range(3), 3)]).T
 SQUARED = "g_squared_sensitivity"  #: the listed bias by squares of the specific force
@@ -111,6 +115,7 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
     yield ATTITUDE, [("", Course.of_size(_attitude(fit)))]
     if np.ptp(each_axis, axis=0).all():
         yield ATTITUDE, [("", _by_own_axis(each_axis))]
+        yield ATTITUDE, _within(each_axis)
     if poses.triad in EFFECTS[SQUARED].triads and np.isfinite(poses.force).all():
         yield ATTITUDE, [("", _by_products_of_force(poses.force))]
     if np.isfinite(poses.time_s).all():
@@ -146,6 +151,15 @@ def _by_own_axis(each_axis: FloatArray) -> Course:
     functions = [smooth_functions(values) for values in each_axis.T]
     count = min(each.shape[1] for each in functions)
     return Course(np.stack([each[:, -count:] for each in functions], axis=2))
+
+
+def _within(each_axis: FloatArray) -> Form:
+    """Errors of each axis that grow with what it senses (n, 3) within a limit and not beyond.
+
+    Beside the scale that is a dead band as well as a saturation, which no smooth function follows.
+    """
+    return [(f"as far as {limit:g} of its largest and no further, as with a dead band or a limit",
+             Course(np.clip(each_axis / limit, -1, 1)[:, None, :])) for limit in LIMITS]
 
 
 def _by_products_of_force(force: FloatArray) -> Course:

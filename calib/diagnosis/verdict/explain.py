@@ -19,6 +19,7 @@ from calib.diagnosis.verdict.wording import (
     CORRECT,
     NOTHING_MISSING,
     NOTHING_MORE,
+    OF_ATTITUDE,
     OTHER_FILES,
     at_times,
     beyond_parts,
@@ -164,10 +165,9 @@ def _unknown(case: Case) -> Explanation:
         at = f"; if it is a step, {at_times(verdict.details[:1])}" if verdict.details else ""
         words = [_with_odds(case, each) for each in verdict.beside]
         return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")
-    elif verdict.details:
-        what = f"the bias follows {covariate(verdict.name)} {verdict.details[0]}"
-    else:
-        what = f"the residual follows {covariate(verdict.name)}"
+    subject = covariate(verdict.name)
+    what = (f"the bias follows {OF_ATTITUDE.get(verdict.name, subject)} {verdict.details[0]}"
+            if verdict.details else f"the residual follows {subject}")
     if verdict.group:
         what += f", or as {enumeration([*map(readable, verdict.group[1:])], 'or')} does"
     return _course(case, what, "")
