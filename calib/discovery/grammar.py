@@ -21,6 +21,7 @@ from calib.effects.effect import Effect
 from calib.effects.expression import KNOWN_NAMES, read_expression
 from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import Per, user_effect
+from calib.poses.conditions import RUN_COLUMN
 from calib.poses.imu_log import SI_UNIT, Triad
 from calib.poses.pose_set import PoseSet
 
@@ -133,12 +134,25 @@ def formulas(
                if np.isfinite(values).all() and np.ptp(values) > 0}
     every = _spelt(functions(drivers, time_constants(poses), len(poses)), named)
     every += [one for one in known if one.column in columns]
+    every += _of_runs(poses)
     of_axis = response_functions(float(np.abs(poses.reading).max()), SI_UNIT[poses.triad])
     return [Formula("bias", "axis", function, poses.triad) for function in of_axis] + [
         Formula(factor, per, function, poses.triad)
         for factor, per in known_factors(poses)
         for function in (*(() if factor in OF_BASE else (CONSTANT,)), *every)
         if _may_follow(factor, function)]
+
+
+def _of_runs(poses: PoseSet) -> list[Function]:
+    """What is different in one run: another clamping, or another rate than stated."""
+    runs = [*dict.fromkeys(poses.run)]
+    return [
+        Function(f"run({name!r})".replace("{", "{{").replace("}", "}}"),
+                 f"whether a pose is of the run {name}".replace("{", "{{").replace("}", "}}"),
+                 f"in_{name}" if re.fullmatch("[A-Za-z0-9_]+", name) else f"in_run_{i}", 1,
+                 RUN_COLUMN + name)
+        for i, name in enumerate(runs, 1)
+    ] if len(runs) > 1 else []
 
 
 def _named(columns: Iterable[str]) -> dict[str, str]:

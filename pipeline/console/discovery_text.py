@@ -8,6 +8,7 @@ from calib.diagnosis.verdict.wording import minutes_of
 from calib.discovery.discover import Discovered
 from calib.discovery.response import READING
 from calib.effects.units import display_unit
+from calib.poses.conditions import RUN_COLUMN
 from calib.poses.imu_log import AXES
 from calib.rounding import with_sd
 from pipeline.next_change import MOST_ALIKE, definition, without_formula
@@ -44,8 +45,12 @@ def discovery_lines(result: TriadResult, found: Discovered) -> Iterator[str]:
         more = len(found.alike) - MOST_ALIKE
         text += f" In these poses it looks the same as: {alike}"
         text += f"; and {more} more." if more > 0 else "."
+    of_run = formula.column.startswith(RUN_COLUMN)
+    if of_run:
+        text += (" A run that differs is no physics of the sensor: look for a stated rate that is "
+                 "off and for another clamping first.")
     yield text
-    if formula.column:
+    if formula.column and not of_run:
         yield from _picture(result, found)
     yield "effects:"
     yield f"  {formula.name}: {definition(result.triad, found)}"

@@ -43,6 +43,8 @@ class Triad:
         Corner of the first-order anti-alias low pass; infinite for none.
     step_counts : int
         Counts between two values that the converter delivers: 16 is a converter of four bits less.
+    dead_band : float
+        What an axis does not answer to, in the unit of the triad; beyond, it answers by that less.
     """
 
     axes: FloatArray
@@ -56,6 +58,7 @@ class Triad:
     full_scale: float
     bandwidth_hz: float = np.inf
     step_counts: int = 1
+    dead_band: float = 0.0
 
     def __post_init__(self) -> None:
         if not np.allclose(np.linalg.norm(self.axes, axis=1), 1, atol=1e-12):
@@ -79,7 +82,8 @@ class Triad:
         ``time_s`` (p, n) is one clock through all poses: the slow part of the noise runs on
         between them.
         """
-        analogue = along_axes * self.gain
+        analogue = along_axes - np.clip(along_axes, -self.dead_band, self.dead_band)
+        analogue *= self.gain
         analogue += self.offset
         analogue += self.white_sd * rng.standard_normal(analogue.shape)
         if self.slow_sd > 0:

@@ -1,6 +1,6 @@
 """What keeps a verdict from a wrong name: left-out poses, errors of formulas, starts of shapes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +21,14 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import base_theta, noisy, read_through, rich_poses, with_noise
+from tests.fitting import pose_sets
 from tests.lots import pose_sets_of
-from tests.world.designs import paper_design
+from tests.world.bench import wedge_directions
+from tests.world.designs import FAST, SLOW, paper_design, still_run, turning_run
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
+from tests.world.plate import PlateMotion
+from tests.world.session import simulate
 
 
 def test_what_predicts_left_out_poses_worse_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,6 +95,23 @@ def test_the_first_term_of_another_shape_is_no_name(
     poses = noisy(replace(true, reading=true.reading + error(true.reading)), 8)
     verdict = find(fit(poses, Model.of(BASE))).verdict
     assert (verdict.code, verdict.name) == (code, name)
+
+
+@pytest.mark.parametrize(("speeds", "band_deg_s", "seed"), [
+    ((SLOW,), 0.3, 701), ((SLOW, FAST), 3.0, 703)], ids=["one speed", "two speeds"])
+def test_a_dead_band_is_no_cubic_and_no_rate_that_scatters(
+    speeds: Sequence[float], band_deg_s: float, seed: int
+) -> None:
+    """In hand-laid poses, sample by sample."""
+    sensor = mpu6050()
+    sensor = replace(sensor, gyroscope=replace(sensor.gyroscope, dead_band=np.radians(band_deg_s)))
+    wedge = wedge_directions()
+    runs = [turning_run(f"run {i}", PlateMotion(rate), wedge) for i, rate in enumerate(speeds)]
+    design = replace(paper_design(sensor), runs=(still_run(wedge), *runs), jitter_deg=3.0)
+    _, poses, _ = pose_sets(simulate(design, seed))
+    verdict = find(fit(poses, Model.of(BASE))).verdict
+    assert (verdict.code, verdict.name) == ("unknown", "attitude")
+    assert "of its largest and no further, as with a dead band or a limit" in verdict.details[0]
 
 
 @pytest.mark.parametrize(("bend_sds", "code"), [(0.6, "effect"), (0.63, "unknown")])
