@@ -11,6 +11,10 @@ import numpy as np
 
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline import cli
+from pipeline.config.load import load_config
+from pipeline.results.write import results_of, results_text
+from pipeline.stages.context import RunContext
+from pipeline.stages.run import run_stages
 from tests.world.designs import paper_design
 from tests.world.magnetometer import Magnetometer, log_field
 from tests.world.session import Session, simulate
@@ -67,6 +71,16 @@ def configured(folder: Path, text: str) -> Path:
     """The folder's ``config.yaml``, with this text."""
     (folder / "config.yaml").write_text(text, encoding="utf-8")
     return folder / "config.yaml"
+
+
+def run_without_page(config: Path, *, allow_python: bool = False) -> dict[str, Any]:
+    """results.json as `pipeline run` writes it, without the page and the history beside it."""
+    session = load_config(config)
+    outcome = run_stages(session, RunContext(session.output_folder, allow_python=allow_python))
+    session.output_folder.mkdir(exist_ok=True)
+    text = results_text(results_of(outcome))
+    (session.output_folder / "results.json").write_text(text, encoding="utf-8")
+    return results_in(session.output_folder)
 
 
 def results_in(folder: Path) -> dict[str, Any]:

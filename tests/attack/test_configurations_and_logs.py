@@ -112,9 +112,8 @@ CONFIGURATIONS = (
          edit(MODEL, "model: [bias, scale, misalignment, cubic]\n  solver: paper\n\ngyroscope")),
     Case("paper with another loss", "run CONFIG", 2, "paper", edit(
         MODEL, "model: [bias, scale, misalignment]\n  solver: paper\n  loss: huber\n\ngyroscope")),
-    *(Case(f"a model of {model} alone", "run CONFIG", 0, "report.html",
-           edit(MODEL, f"model: [{model}]\n\ngyroscope"))
-      for model in ("reference_scale", "misalignment")),
+    Case("a model of reference_scale alone", "run CONFIG", 0, "report.html",
+         edit(MODEL, "model: [reference_scale]\n\ngyroscope")),
     Case("a model of cubic alone", "run CONFIG", 5, "larger than the readings themselves",
          edit(MODEL, "model: [cubic]\n\ngyroscope")),
     Case("an effect that one speed does not show", "check CONFIG", 4, "cannot see 'g_sensitivity'",

@@ -12,7 +12,7 @@ import pytest
 from pipeline.config.load import Config, load_config
 from tests.paths import DATA
 from tests.pipeline.guess.evening import BIAS_GYR, DEG, SCALE_ACC, SCALE_GYR, Evening, G
-from tests.sessions import pipeline, results_in
+from tests.sessions import pipeline, run_without_page
 
 FULL_TURN = 100 / 3  #: rpm
 CLIP = DATA / "hidden_effect" / "video" / "33rpm.mp4"
@@ -38,8 +38,7 @@ def config_of(folder: Path) -> Config:
 
 def require_true_scales(folder: Path, evening: Evening, relative: float) -> None:
     """Run the configuration, and compare gains and bias with those of the simulated sensor."""
-    assert pipeline("run", "config.yaml", "--quiet") == 0
-    results = results_in(folder / "config.run")
+    results = run_without_page(folder / "config.yaml")
     acc, gyr = (np.array(results[triad]["parameters"]["scale_counts_per_unit"])
                 for triad in ("accelerometer", "gyroscope"))
     np.testing.assert_allclose(acc, SCALE_ACC * 32768 / (evening.range_g * G), rtol=2e-3)
@@ -135,8 +134,7 @@ def test_a_phone_that_writes_an_archive_for_each_pose_has_its_sensors_joined(her
                                  for t, row in zip(table[:, 0], values, strict=True))
                 archive.writestr(f"{name}.csv", f"seconds_elapsed,z,y,x\n{rows}\n")
     assert pipeline("import", *archives, "--output", "config.yaml") == 0
-    assert pipeline("run", "config.yaml", "--quiet") == 0
-    gyroscope = results_in(here / "config.run")["gyroscope"]
+    gyroscope = run_without_page(here / "config.yaml")["gyroscope"]
     assert gyroscope["n_poses"] == 36
     np.testing.assert_allclose(gyroscope["parameters"]["scale_counts_per_unit"], SCALE_GYR,
                                rtol=4e-3)
@@ -172,7 +170,7 @@ def test_apply_remembers_the_columns_of_its_session(here: Path) -> None:
     evening = Evening(header="clock_ms,u,v,w,Tmp,GyX,GyY,GyZ")
     assert pipeline("import", *write(here, evening, FULL_TURN)) == 0
     assert "columns" in (here / "config.yaml").read_text(encoding="utf-8")
-    assert pipeline("run", ".", "--quiet") == 0
+    run_without_page(here / "config.yaml")
     assert pipeline("apply", "config.run", "rest/p01.csv", "--output", "out.csv") == 0
     table = np.loadtxt("out.csv", delimiter=",", skiprows=1)
     assert np.linalg.norm(table[:, 1:4].mean(axis=0)) == pytest.approx(G, abs=0.02)
@@ -206,8 +204,7 @@ def test_a_pose_that_is_cut_into_files_counts_once(
     Path(files[3]).unlink()
     assert pipeline("import", *sorted(set(files) - {files[3]})) == 0
     assert "one pose that was cut; it counts once, by its longest part" in capsys.readouterr().out
-    assert pipeline("run", "config.yaml", "--quiet") == 0
-    assert results_in(here / "config.run")["accelerometer"]["n_poses"] == 18
+    assert run_without_page(here / "config.yaml")["accelerometer"]["n_poses"] == 18
 
 
 def test_logs_that_a_recorder_cut_in_a_pose_are_to_be_joined(

@@ -14,7 +14,7 @@ import pytest
 
 from pipeline.results.comparison import compare_calibrations
 from pipeline.results.read import load_results
-from tests.sessions import edit, pipeline, quick_session
+from tests.sessions import edit, pipeline, quick_session, run_without_page
 from tests.world.designs import paper_design
 from tests.world.session import simulate
 from tests.world.write import write_session
@@ -27,18 +27,18 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two evenings of one sensor, one after its bias has moved, and the first with a cubic term."""
     folder = tmp_path_factory.mktemp("sessions")
     for name, seed in (("first", 1), ("second", 2)):
-        assert pipeline("run", quick_session(folder / name, seed)[0]) == 0
+        run_without_page(quick_session(folder / name, seed)[0])
     design = paper_design().scaled(seconds=0.5)
     accelerometer = design.sensor.accelerometer
     offset = accelerometer.offset + np.array([0.0, MOVED_COUNTS, 0.0])
     moved = replace(design, sensor=replace(
         design.sensor, accelerometer=replace(accelerometer, offset=offset)))
     written = write_session(folder / "moved", simulate(moved, 3), film=False)
-    assert pipeline("run", written.config) == 0
+    run_without_page(written.config)
     shutil.copytree(folder / "first", folder / "cubic")
     edit(folder / "cubic" / "config.yaml", "model: [bias, scale, misalignment]",
          "model: [bias, scale, misalignment, cubic]")
-    assert pipeline("run", folder / "cubic" / "config.yaml") == 0
+    run_without_page(folder / "cubic" / "config.yaml")
     return folder
 
 
@@ -143,8 +143,7 @@ def test_counts_of_another_data_sheet_are_not_compared(
 
     of_table = quick_session(tmp_path / "wide", 4)[0]
     edit(of_table, "full_scale_m_s2: 50", "full_scale_m_s2: 100")
-    assert pipeline("run", of_table) == 0
-    capsys.readouterr()
+    run_without_page(of_table)
     one = altered(sessions / "first", tmp_path / "one", without_gyroscope)
     assert pipeline("compare", one, of_table) == 0
     out = capsys.readouterr().out

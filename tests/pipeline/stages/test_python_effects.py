@@ -9,7 +9,7 @@ import pytest
 
 from pipeline.stages.user_effects import users_function
 from tests.pipeline.stages.user_physics import SQUARE, corrected, variant, with_models
-from tests.sessions import pipeline, results_in
+from tests.sessions import pipeline, run_without_page
 
 IN_PYTHON = """
 effects:
@@ -80,9 +80,9 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     text = config.read_text(encoding="utf-8")
     config.write_text(text.replace("expression: (humidity_pct - 45)**2", "python: physics.py:damp"),
                       encoding="utf-8")
-    assert pipeline("run", config, "--allow-python") == 0
     results = config.with_suffix(".run")
-    stored = results_in(results)["gyroscope"]["correction"]["own_effects"]["damp"]
+    by_function = run_without_page(config, allow_python=True)["gyroscope"]
+    stored = by_function["correction"]["own_effects"]["damp"]
     assert stored["python"] == "physics.py:damp"
     assert len(stored["python_sha256"]) == 64
     log = damp_once.parent / "gyroscope" / "17rpm" / "pose_01.csv"
@@ -99,10 +99,9 @@ def test_python_reaches_apply_plan_and_export_and_only_the_file_that_was_fitted(
     by_python = corrected(results, log, "--allow-python")
 
     expression = with_models(damp_once, "expressed", "", "damp")
-    assert pipeline("run", expression) == 0
+    expressed = run_without_page(expression)["gyroscope"]
     by_expression = corrected(expression.with_suffix(".run"), log)
-    one, other = (results_in(folder)["gyroscope"]["effects"]["damp"]
-                  for folder in (results, expression.with_suffix(".run")))
+    one, other = (section["effects"]["damp"] for section in (by_function, expressed))
     assert one["values"] == pytest.approx(other["values"], rel=1e-9)
     assert one["sd"] == pytest.approx(other["sd"], rel=1e-6)
     assert by_python["gyr_x_rad_s"] == pytest.approx(by_expression["gyr_x_rad_s"], abs=1e-7)
@@ -120,7 +119,7 @@ def test_a_function_that_fails_is_named_and_no_bug_of_ours(
 ) -> None:
     damp_once.with_name("physics.py").write_text("def damp(at):\n    return at.wetness\n", "utf-8")
     config = variant(damp_once, "failing", IN_PYTHON)
-    assert pipeline("run", config, "--allow-python") == 0  # no model has it
+    assert pipeline("diagnose", config, "--allow-python") == 0  # no model has it
     assert "the diagnosis of the gyroscope leaves it out" in capsys.readouterr().err
     text = config.read_text(encoding="utf-8")
     head, _, tail = text.rpartition("misalignment]")

@@ -12,7 +12,7 @@ from pipeline.stages import session_logs
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import StageResult, run_stages
 from tests.pipeline.conftest import RunSession
-from tests.sessions import edit, pipeline, results_in, rewrite_rows
+from tests.sessions import edit, pipeline, results_in, rewrite_rows, run_without_page
 
 
 def test_the_results_of_the_stages_are_handed_over_in_their_order(session: Path) -> None:
@@ -103,8 +103,7 @@ def test_each_triad_can_be_calibrated_alone(
     kept = [block for block in blocks if not block.startswith(f"{other}:")]
     assert len(kept) == len(blocks) - 1
     session.write_text("\n\n".join(kept), encoding="utf-8")
-    assert pipeline("run", session) == 0
-    found = results_in(session.with_suffix(".run"))
+    found = run_without_page(session)
     assert found[other] is None
     both = results_in(finished.folder)[alone]
     assert found[alone]["parameters"] == both["parameters"]
@@ -113,8 +112,7 @@ def test_each_triad_can_be_calibrated_alone(
 def test_both_solvers_end_in_the_same_parameters(finished: RunSession, session: Path) -> None:
     edit(session, "  model: [bias, scale, misalignment]",
          "  model: [bias, scale, misalignment]\n  solver: paper")
-    assert pipeline("run", session) == 0
-    paper, default = results_in(session.with_suffix(".run")), results_in(finished.folder)
+    paper, default = run_without_page(session), results_in(finished.folder)
     for triad in ("accelerometer", "gyroscope"):
         for key, values in paper[triad]["parameters"].items():
             same = np.array(default[triad]["parameters"][key])
@@ -125,8 +123,7 @@ def test_both_solvers_end_in_the_same_parameters(finished: RunSession, session: 
 def test_an_added_effect_is_fitted_and_reported_with_its_unit(session: Path) -> None:
     edit(session, "accelerometer/pose_*.csv\n  model: [bias, scale, misalignment]",
          "accelerometer/pose_*.csv\n  model: [bias, scale, misalignment, bias_drift]")
-    assert pipeline("run", session) == 0
-    found = results_in(session.with_suffix(".run"))["accelerometer"]
+    found = run_without_page(session)["accelerometer"]
     assert found["model"][-1] == "bias_drift"
     drift = found["effects"]["bias_drift"]
     assert drift["unit"] == "m/s²/h"
@@ -171,8 +168,7 @@ def test_time_counts_from_the_start_of_the_session_whatever_the_logger_s_clock(
         table = np.loadtxt(pose, delimiter=",", skiprows=1)
         table[:, 0] += 5000
         rewrite_rows(pose, table)
-    assert pipeline("run", session) == 0
-    later, sooner = results_in(session.with_suffix(".run")), results_in(finished.folder)
+    later, sooner = run_without_page(session), results_in(finished.folder)
     assert later["session_start_s"] == pytest.approx(sooner["session_start_s"] + 5000)
     for triad in ("accelerometer", "gyroscope"):
         for one, other in zip(later[triad]["poses"], sooner[triad]["poses"], strict=True):
@@ -191,6 +187,5 @@ def test_poses_that_serve_both_triads_are_read_once(
         return read_log(path, *rest)  # type: ignore[arg-type]
 
     monkeypatch.setattr(session_logs, "read_log", counting)
-    assert pipeline("run", session) == 0
+    assert run_without_page(session)["gyroscope"]["n_poses"] == 36
     assert len(read) == 36
-    assert results_in(session.with_suffix(".run"))["gyroscope"]["n_poses"] == 36

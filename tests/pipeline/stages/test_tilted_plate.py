@@ -11,7 +11,7 @@ from pipeline.config.load import load_config
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
-from tests.sessions import pipeline, results_in
+from tests.sessions import pipeline, results_in, run_without_page
 from tests.world.designs import tilted_design
 from tests.world.hidden import Hidden
 from tests.world.make_data import G_SENSITIVITY_DEG_S_PER_G
@@ -46,9 +46,7 @@ def test_both_triads_come_from_the_turning_plate(
 def test_a_plan_has_the_rows_of_the_run(
     config: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert pipeline("run", config, "--quiet") == 0
-    results = results_in(config.with_suffix(".run"))
-    capsys.readouterr()
+    results = run_without_page(config)
     assert pipeline("plan", config, "--json") == 0
     planned = json.loads(capsys.readouterr().out)
     for triad in ("accelerometer", "gyroscope"):
