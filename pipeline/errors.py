@@ -65,6 +65,10 @@ class UnreadableInput(PipelineError):
     exit_code = UNREADABLE
 
 
+class NoReadings(UnreadableInput):
+    """A file is whole and holds no table of readings, as notes and pictures beside the logs do."""
+
+
 class UnfinishedGuess(PipelineError):
     """What `pipeline import` has written does not run yet."""
 

@@ -1,17 +1,18 @@
 """From the files on the command line to the guess of their tables and clips."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from pipeline.errors import UnreadableInput
+from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.guess.magnitudes import FORCE_UNITS, is_direction, typical_length
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.pool import reads_alike, sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
-from pipeline.guess.sensor_files import hint_of
+from pipeline.guess.sensor_files import hint_of, is_of_other_quantity
 from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
 from pipeline.guess.triads import Triple, possible_triples, triples_by_name
 from pipeline.logs.clock import ASSUMED_HZ
@@ -22,6 +23,7 @@ from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measur
 #: Suffixes of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
 NO_ROWS = "{}: no table in it holds a row of three numbers. Is it a log?"
+NUMBER = re.compile(r"\d[\d.e+-]*")
 LIES_STILL = ("its accelerometer reads nearly the same in every rest, so that gravity is removed "
               "from it, or it lay in one attitude. Record the acceleration with gravity, in poses")
 REMOVED = 0.3
@@ -32,8 +34,8 @@ of a log are at rest."""
 def guess_files(
     files: Sequence[Path], rate_hz: float | None
 ) -> tuple[list[TableGuess], tuple[str, ...]]:
-    """Guesses of all tables of ``files``, and a note on each table that holds no triad; none on
-    other sensors in a file of which a table is used.
+    """Guesses of all tables of ``files``, and notes on files without a table and on tables without
+    a triad; none on other sensors of a recording of which a table is used.
 
     Parameters
     ----------
@@ -46,16 +48,54 @@ def guess_files(
     UnreadableInput
         A file cannot be read, or no table of any file holds a triad.
     """
-    tables = [table for path in files for table in raw_tables(path, files)]
+    tables, without = _tables_of_files(files)
     every = guess_tables(tables, rate_hz)
     guesses = [guess for guess in every if guess is not None]
-    used = {guess.path.parent for guess in guesses if guess.path.parent.is_file()}
-    passed_over = [f"{table.path}: not used, because {why_no_log(table)}."
-                   for table, guess in zip(tables, every, strict=True) if guess is None
-                   and (table.path.parent not in used or called_accelerometers(table))]
+    used = {guess.path.parent for guess in guesses}
+    passed_over = _not_used([
+        table for table, guess in zip(tables, every, strict=True) if guess is None
+        and (table.path.parent not in used or called_accelerometers(table)
+             or (table.path.parent.is_dir() and not is_of_other_quantity(table.path)))])
     if not guesses:
         raise UnreadableInput(passed_over[0] if passed_over else NO_ROWS.format(files[0]))
-    return guesses, tuple(passed_over)
+    return guesses, (*([f"{_listed(without)}: left out, because no line is a row of readings."]
+                       if without else ()), *passed_over)
+
+
+def _tables_of_files(files: Sequence[Path]) -> tuple[list[RawTable], list[Path]]:
+    """The tables of all files, and the files without one; if none has one, the first is refused."""
+    tables: list[RawTable] = []
+    refused: dict[Path, NoReadings] = {}
+    for path in files:
+        try:
+            tables += raw_tables(path, files)
+        except NoReadings as error:
+            refused[path] = error
+    if refused and not tables:
+        raise next(iter(refused.values()))
+    return tables, [*refused]
+
+
+def _not_used(tables: Sequence[RawTable]) -> list[str]:
+    """One sentence for all tables with one reason, whatever its numbers; files of one name in
+    several recordings have that of the first."""
+    reasons: dict[tuple[str, ...], str] = {}
+    groups: dict[str, list[tuple[Path, str]]] = {}
+    for table in tables:
+        kind = (table.path.name, *table.columns)
+        why = reasons[kind] = reasons.get(kind) or why_no_log(table)
+        groups.setdefault(NUMBER.sub("", why), []).append((table.path, why))
+    return [f"{_listed([path for path, _ in group])}: not used, because {group[0][1]}."
+            for group in groups.values()]
+
+
+def _listed(paths: Sequence[Path]) -> str:
+    """A path, or the different names of several with their number."""
+    if len(paths) == 1:
+        return str(paths[0])
+    names = list(dict.fromkeys(path.name for path in paths))
+    more = f" and {len(names) - SHOWN} more" if names[SHOWN:] else ""
+    return f"{', '.join(names[:SHOWN])}{more} ({len(paths)} files)"
 
 
 def is_clip(path: Path) -> bool:
@@ -121,7 +161,7 @@ def why_no_log(table: RawTable) -> str:
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "
                     "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
                     "Uncalibrated; phyphox: Acceleration (with g))")
-    alone = len(possible_triples(names)) == 1
+    alone = len(possible_triples(names)) == 1 and not is_of_other_quantity(table.path)
     for triple in possible_triples(names):
         values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]

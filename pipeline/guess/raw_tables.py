@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
-from pipeline.errors import UnreadableInput
+from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.guess.no_log import fault_of_columns, fault_of_lines, fault_of_rows, why_no_table
 from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.file_table import FileTable
@@ -100,9 +100,10 @@ def _table_of_lines(
     text = None if fault else raw_text(path, lines)
     if text is None and not fault and one_of_many:
         return None
-    if fault := fault or (fault_of_rows(text) if text else why_no_table(lines, beside)):
+    if not fault and text is None:
+        raise NoReadings(f"{path}: {why_no_table(lines, beside)}.")
+    if text is None or (fault := fault or fault_of_rows(text)):
         raise UnreadableInput(f"{path}: {fault}.")
-    assert text is not None
     return _text_table(text)
 
 

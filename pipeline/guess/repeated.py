@@ -9,6 +9,7 @@ import numpy as np
 
 from calib.poses.imu_log import TRIADS, FloatArray
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
+from pipeline.guess.sensor_files import names_of_sensors
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.clock import EPOCH_S, USUAL_STEPS
 from pipeline.text.names import command, word
@@ -27,11 +28,13 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     kept: list[TableGuess] = []
     doubts = []
     like = Counter((table.path.parent, *table.table.columns) for table in tables)
+    sensors = dict(zip(tables, names_of_sensors([one.table for one in tables]), strict=True))
     # Readings that the phone has not corrected come before corrected ones.
     for table in sorted(tables, key=lambda table: "uncalibrated" not in table.path.name.lower()):
         are_poses = like[table.path.parent, *table.table.columns] >= FEWEST_MEANS  # of one sensor
         same = None if are_poses else next(
-            (other for other in kept if _are_alternatives(table, other)), None)
+            (other for other in kept if _are_alternatives(
+                table, other, sensors[table] != sensors[other])), None)
         if same is None:
             kept.append(table)
         else:
@@ -42,10 +45,11 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     return sorted(kept, key=lambda table: order[id(table)]), doubts
 
 
-def _are_alternatives(one: TableGuess, other: TableGuess) -> bool:
-    """Whether two tables of one recording hold the same triad."""
+def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> bool:
+    """Whether two tables of one recording, which may be files of two sensors, hold the same triad.
+    """
     both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
-    together = one.path.parent == other.path.parent and not one.path.parent.is_dir()
+    together = one.path.parent == other.path.parent and two_sensors
     since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
     if not both or one.are_means or other.are_means or _turn_apart(one, other):
         return False

@@ -1,5 +1,7 @@
 """The sensor of each file, by its name, or by its motion relative to another file's gravity."""
 
+import re
+from collections import Counter
 from collections.abc import Sequence
 from itertools import permutations
 from pathlib import Path
@@ -7,28 +9,50 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.guess.clocks import ClockGuess
-from pipeline.guess.pool import PooledTables, usual_step
+from pipeline.guess.pool import FEWEST_MEANS, PooledTables, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.triads import chosen_triads
 
 #: Names of the files in which phone apps write computed quantities and other sensors.
 OTHER_FILES = {"gravity", "orientation", "magnetometer", "magnetometeruncalibrated", "compass",
                "barometer", "location", "linear acceleration", "linearacceleration", "pedometer"}
+SENSOR_FILES = {"acc": ("acc",), "gyr": ("gyr", "angularvelocity", "rotationrate")}
+"""Parts of the names of files, without blanks and signs, in which apps write the two sensors."""
 ALONE = 4  #: fact: columns of a table of one triad with its times
 MOST_SENSORS = 4  #: fact: files of one recording: three triads and a temperature
 
 
+def is_of_other_quantity(path: Path) -> bool:
+    """Whether the file's name is that of a computed quantity or of another sensor."""
+    return path.stem.lower() in OTHER_FILES
+
+
 def hint_of(path: Path) -> str:
-    """``acc`` or ``gyr`` if the file's name contains one of them; the last one decides.
+    """``acc`` or ``gyr`` if the file's name contains a word of that sensor; the last one decides.
 
     ``else`` if the name is that of another quantity; empty if it shows nothing.
     """
-    name = path.name.lower()
-    if path.stem.lower() in OTHER_FILES:
+    name = re.sub(r"[\W_]", "", path.name.lower())
+    if is_of_other_quantity(path):
         return "else"
-    at = {quantity: name.rfind(quantity) for quantity in ("acc", "gyr")}
+    at = {quantity: max(map(name.rfind, words)) for quantity, words in SENSOR_FILES.items()}
     last = max(at, key=lambda quantity: at[quantity])
     return last if at[last] >= 0 else ""
+
+
+def names_of_sensors(tables: Sequence[RawTable]) -> list[str]:
+    """The name of each table's file if it holds a sensor of a recording, not a pose.
+
+    That is a member of an archive or a file that is named after its sensor, without its number,
+    unless as many poses as determine a sphere lie beside it with the same columns.
+    """
+    folders = {table.path.parent: table.path.parent.is_dir() for table in tables}
+    kinds = [(table.path.parent, table.header, folders[table.path.parent] and hint_of(table.path))
+             for table in tables]
+    alike = Counter(kinds)
+    return ["" if alike[kind] >= FEWEST_MEANS or kind[-1] in ("", "else") else
+            re.sub(r"\d", "", table.path.name) if kind[-1] else table.path.name
+            for table, kind in zip(tables, kinds, strict=True)]
 
 
 def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -> list[str]:

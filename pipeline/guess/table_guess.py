@@ -10,9 +10,9 @@ from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.config.units import UNIT_WORDS
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock
-from pipeline.guess.pool import FEWEST_MEANS, are_apart, pooled, usual_step
+from pipeline.guess.pool import are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
-from pipeline.guess.sensor_files import sensors_of_files
+from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
 from pipeline.guess.triads import AXIS_COUNT, chosen_triads
 from pipeline.guess.turns import Turn, turn_of
 from pipeline.guess.units import (
@@ -186,12 +186,9 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}
-    for i, (table, hint) in enumerate(zip(tables, hints, strict=True)):
-        alike = sum(other.path.parent == table.path.parent and other.header == table.header
-                    for other in tables)
-        in_folder = table.path.parent.is_dir() or alike >= FEWEST_MEANS  # poses, not sensors
-        member = "" if in_folder else table.path.name
-        groups.setdefault((tuple(table.columns), hint, member), []).append(i)
+    for i, (table, hint, name) in enumerate(
+            zip(tables, hints, names_of_sensors(tables), strict=True)):
+        groups.setdefault((tuple(table.columns), hint, name), []).append(i)
     guesses: list[TableGuess | None] = [None] * len(tables)
     for (_, hint, _), group in groups.items():
         every = _guess_group([tables[i] for i in group], [clocks[i] for i in group], hint)

@@ -7,7 +7,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO
 
-from pipeline.errors import UnreadableInput
+from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.files import may_never_end
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
@@ -67,7 +67,7 @@ def read_bytes(path: Path) -> bytes:
     if len(data) > limit:
         raise too_large(path, limit)
     if not data.strip():
-        raise UnreadableInput(f"{path}: the file is empty; a header and rows of readings are "
+        raise NoReadings(f"{path}: the file is empty; a header and rows of readings are "
                               "expected. Record the pose again.")
     return data
 
@@ -203,7 +203,8 @@ def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:
         return UnreadableInput(f"{path}: is an archive of tar. Unpack it by `tar xf "
                                f"{word(path.name)}`, and name the files in it.")
     line = data.count(b"\n", 0, start) + 1
-    return UnreadableInput(
+    kind = UnreadableInput if start else NoReadings  # a damaged log begins as text
+    return kind(
         f"{path}:{line}: byte 0x{data[start]:02x} is not text (UTF-8 is expected). If this is a "
         "log, delete the damaged line or save the file as UTF-8; video and binary logs cannot be "
         "read here."

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from types import TracebackType
 
-from pipeline.errors import UnreadableInput
+from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.logs.formats.file_table import FileTable, TextFile
 from pipeline.logs.memory import largest_text, too_large
 from pipeline.logs.source import require_file
@@ -142,8 +142,8 @@ def tables_of(path: Path, kind: Kind) -> list[FileTable | TextFile]:
     with _LibraryCode(path, kind):
         tables: list[FileTable | TextFile] = module.tables(path)
     if not tables:
-        raise UnreadableInput(f"{path}: this {kind.name} holds no readings of an accelerometer or "
-                              "a gyroscope: no table in it has three axes beside each other.")
+        raise NoReadings(f"{path}: this {kind.name} holds no readings of an accelerometer or a "
+                         "gyroscope: no table in it has three axes beside each other.")
     return tables
 
 

@@ -1,0 +1,86 @@
+"""A folder for each pose with a file for each sensor, as apps for phones leave it, and other files.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.ndimage import uniform_filter1d
+
+from pipeline.errors import UnreadableInput
+from pipeline.guess.files import guess_files
+from pipeline.guess.session import SessionGuess, guess_session
+from tests.pipeline.guess.hand_log import GRAVITY_M_S2, hand_log
+
+HEADER = "seconds_elapsed,z,y,x"
+OF_NO_READINGS = {"Annotation.csv": f"{HEADER}\n", "Metadata.csv": "device,rate\nphone,100\n",
+                  "Empty.csv": ";;;\n;;;\n", "Nothing.csv": ""}
+
+
+def write_folders(root: Path) -> list[Path]:
+    """Six sensors of each rest, every second one corrected, and four files without a reading."""
+    log = hand_log()
+    gravity = GRAVITY_M_S2 * log.acc / np.linalg.norm(log.acc, axis=1, keepdims=True)
+    left = uniform_filter1d(log.acc - gravity, 20, axis=0) - np.array([0.12, -0.2, 0.25])
+    tables = {"Accelerometer": left, "TotalAcceleration": log.acc,
+              "AccelerometerUncalibrated": log.acc + 0.1, "AngularVelocity": log.gyr,
+              "Gravity": gravity, "Magnetometer": 40 * log.field}
+    for i in range(log.rest.max() + 1):
+        folder = root / f"pose{i:02d}"
+        folder.mkdir()
+        rows = log.rest == i
+        for name, values in tables.items():
+            np.savetxt(folder / f"{name}.csv", np.column_stack([
+                log.time_s[rows] - log.time_s[rows][0] + 0.013, values[rows][:, ::-1]]),
+                "%.6f", ",", header=HEADER, comments="")
+        for name, text in OF_NO_READINGS.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    return sorted(root.glob("*/*.csv"))
+
+
+@pytest.fixture(scope="module")
+def guessed(tmp_path_factory: pytest.TempPathFactory) -> tuple[SessionGuess, tuple[str, ...]]:
+    tables, passed_over = guess_files(write_folders(tmp_path_factory.mktemp("folders")), None)
+    return guess_session(tables), passed_over
+
+
+def test_one_accelerometer_and_the_gyroscope_of_each_folder_are_used(
+    guessed: tuple[SessionGuess, tuple[str, ...]]
+) -> None:
+    names = {table.path.name: bool(table.accelerometer) for table in guessed[0].tables}
+    assert names == {"AccelerometerUncalibrated.csv": True, "AngularVelocity.csv": False}
+    assert len(guessed[0].tables) == 36
+
+
+def test_files_without_readings_are_named_in_one_line(
+    guessed: tuple[SessionGuess, tuple[str, ...]]
+) -> None:
+    notes = [note for note in guessed[1] if "no line is a row of readings" in note]
+    assert len(notes) == 1
+    assert all(name in notes[0] for name in OF_NO_READINGS)
+    assert "72 files" in notes[0]
+
+
+def test_one_sentence_says_what_is_not_used_and_only_of_accelerometers(
+    guessed: tuple[SessionGuess, tuple[str, ...]]
+) -> None:
+    notes = [note for note in guessed[1] if "not used" in note]
+    assert len(notes) == 1
+    assert notes[0].startswith("Accelerometer.csv (18 files): not used")
+
+
+@pytest.mark.parametrize("name", [*OF_NO_READINGS])
+def test_a_file_without_readings_is_refused_alone(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(OF_NO_READINGS[name], encoding="utf-8")
+    with pytest.raises(UnreadableInput, match=name):
+        guess_files([tmp_path / name], None)
+
+
+def test_a_damaged_log_beside_whole_ones_is_refused(tmp_path: Path) -> None:
+    rows = [",".join(f"{value:.4f}" for value in row) for row in
+            np.random.default_rng(0).normal(size=(200, 4))]
+    (tmp_path / "a.csv").write_text("\n".join(["t,ax,ay,az", *rows]), encoding="utf-8")
+    damaged = "\n".join(["t,ax,ay,az", *rows]).encode() + b"\n1,\xff\xfe,3,4"
+    (tmp_path / "b.csv").write_bytes(damaged)
+    with pytest.raises(UnreadableInput, match=r"b\.csv:202"):
+        guess_files([tmp_path / "a.csv", tmp_path / "b.csv"], None)
