@@ -13,6 +13,11 @@ ONE_LEVEL = 0.74
 """Steps. Derived: normal noise of this sd leaves half of the samples on one level, and their median
 deviation shows no less."""
 
+FINEST = 1e-3
+"""Median deviations of an axis, below which two levels are one. Derived: equal values come out of
+an interpolation 1e-5 of a step apart, and of a hundred samples hardly two meet in so small a one.
+"""
+
 NEIGHBOURS, REACH = 3.0, 4
 """Multiple of the frequency of the values of its axis within so many levels. Derived: away from the
 middle smooth noise repeats an inner neighbour more; converters with uneven steps skip up to three
@@ -60,11 +65,14 @@ class Levels:
     @classmethod
     def of(cls, values: FloatArray) -> "Levels":
         """The levels of the readings (t,) of one axis, in any unit."""
-        level, place = np.unique(values, return_inverse=True)
+        middle = float(np.quantile(values, 0.5, method="lower"))
+        finest = FINEST * float(np.median(np.abs(values - middle)))
+        cell = np.rint((values - middle) / finest) if finest > 0 else values
+        _, first, place = np.unique(cell, return_index=True, return_inverse=True)
+        level = values[first]
         gap = np.concatenate([[np.inf], np.diff(level), [np.inf]])
         step = float(np.median(np.minimum(gap[:-1], gap[1:])[place]))
-        # One that was read: half-way between two levels the deviation of most is half a step.
-        middle = float(np.quantile(values, 0.5, method="lower"))
+        # ``middle`` was read: half-way between two levels the deviation of most is half a step.
         noise = max(float(np.median(np.abs(values - middle))), _beside_a_limit(level, place)
                     ) / MEDIAN_OF_NORMAL
         noise = max(noise, ONE_LEVEL * step)

@@ -133,3 +133,18 @@ def test_a_coarse_reading_interpolated_at_other_times_is_no_failed_one(ratio: fl
         stray.append(stray_samples(np.column_stack(
             [np.interp(at, np.arange(len(counts)), axis) for axis in counts.T])).any())
     assert np.mean(stray) <= 0.1
+
+
+@pytest.mark.parametrize(("start_s", "offset_s"), [(0.0154, 0.0031), (0.0154, 0.005),
+                                                   (1.7e9, 0.0031)])
+def test_a_reading_interpolated_at_the_times_of_another_sensor_is_no_failed_one(
+    start_s: float, offset_s: float
+) -> None:
+    """Rounding parted values that are equal, so that others seemed to repeat."""
+    stray = []
+    for seed in range(20):
+        readings = 0.00061086525 * noise(950, 1.7, 0.0, NEAR_ZERO, seed)
+        time_s = start_s + 0.01 * np.arange(len(readings))
+        stray.append(stray_samples(np.column_stack(
+            [np.interp(time_s[1:] - offset_s, time_s, axis) for axis in readings.T])).any())
+    assert not any(stray)
