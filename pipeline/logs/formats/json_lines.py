@@ -6,7 +6,7 @@ A dictionary printed by Python is read like a line of JSON.
 import ast
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
@@ -22,6 +22,9 @@ from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import LEAST_TURNS, MOST_KINDS
 
 INTERVAL = re.compile(r"(?:interval|period)_(us|ms|s)$")  #: time from row to row
+ALIKE = 0.5
+"""Least share of the names of two objects that both have if they are samples of one table. A
+judgement: a temperature that comes now and then is one of eight, a time and a state two of nine."""
 FEWEST_ROWS = 3  #: least number of rows that show that each holds several samples
 
 
@@ -55,10 +58,27 @@ def _table(name: str, rows: list[Any]) -> list[FileTable]:
             return [table for kind in kinds for table in _table(
                 kind, [{**row, key: None} for row in rows if row[key] == kind])]
     samples = [dict(_numbers("", sample)) for sample in _unrolled(rows)]
-    names = [key for key in samples[0] if all(key in sample for sample in samples)] if (
-        samples) else []
-    columns = {key: np.array([sample[key] for sample in samples]) for key in names}
-    return [FileTable(name, columns)] if columns else []
+    shapes = _shapes(samples)
+    tables = [FileTable(f"{name}{f' {i}' if shapes[1:] else ''}", {
+        key: np.array([sample[key] for sample in shape]) for key in shape[0]
+        if all(key in sample for sample in shape)}) for i, shape in enumerate(shapes, 1)]
+    return [table for table in tables if table.columns]
+
+
+def _shapes(samples: Sequence[dict[str, float]]) -> list[list[dict[str, float]]]:
+    """Samples by their shape: a message of a battery between them has hardly a number in common.
+
+    The most frequent shape comes first; one that shares most of its numbers joins it.
+    """
+    rows: dict[tuple[str, ...], list[int]] = {}
+    for i, sample in enumerate(samples):
+        rows.setdefault(tuple(sample), []).append(i)
+    kinds: dict[tuple[str, ...], list[int]] = {}
+    for keys in sorted(rows, key=lambda keys: -len(rows[keys])):
+        like = next((kind for kind in kinds if len({*kind} & {*keys}) >= ALIKE * len(
+            {*kind, *keys})), keys)
+        kinds.setdefault(like, []).extend(rows[keys])
+    return [[samples[i] for i in sorted(those)] for those in kinds.values()]
 
 
 def _samples(path: Path, text: str) -> Iterator[Any]:
