@@ -69,20 +69,6 @@ def test_every_parameter_is_found_and_nothing_is_said_to_be_missing(
     assert own["p_value"] > 0.001
 
 
-def test_the_readme_shows_what_the_run_prints(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    shown = readme.split("<!-- run-output -->\n```text\n")[1].split("\n```")[0].splitlines()
-    assert pipeline("run", EXAMPLE, "--output", folder) == 0
-    printed = capsys.readouterr().out.splitlines()
-    assert shown[:-2] == printed[:-2]
-    assert shown[-2:] == [
-        "next: pipeline apply data/example/config.run LOG --output FILE",
-        "data/example/config.run/report.html",
-    ]
-
-
 def test_a_second_run_does_not_follow_the_clip_again(folder: Path) -> None:
     """In a process of its own: OpenCV is not even imported."""
     code = (

@@ -156,6 +156,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_the_first_run_prints_what_the_readme_shows(
     bench: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """The session whose figures ``tests/test_end_to_end.py`` compares with the truth."""
     command = block(README, "run-command").split("&& .venv/bin/pipeline ")[1]
     assert pipeline(*shlex.split(command)) == 0
     assert_alike(block(README, "run-output"), capsys.readouterr().out)
