@@ -14,7 +14,7 @@ from calib.discovery.together import discover_each
 from calib.effects.catalogue import STEP
 from calib.errors import CalibrationError
 from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
-from pipeline.config.edit import add_effect
+from pipeline.config.edit import add_entry
 from pipeline.config.load import parse_config
 from pipeline.config.schema import EffectSection
 from pipeline.config.yaml_syntax import yaml_word
@@ -147,7 +147,7 @@ def change_for_unknown(
         if name is None or Target((result.triad,), name) in refused:
             continue
         if best is not None and best.listed is None and name not in config.effects:
-            text = add_effect(config.source, name, definition(result.triad, best))
+            text = add_entry(config.source, "effects", name, definition(result.triad, best))
             config = parse_config(config.source.path, text)
         try:
             return change_model(

@@ -106,7 +106,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("errors", "text"), ("drawings", "files"), ("logs", "cameras", "served"), ("devices",),
         ("config",), ("stages",),
         ("results", "record", "plan", "model_change", "exclusion", "guess", "clock"),
-        ("next_change",), ("console", "export"), ("report",), ("session_folder",),
+        ("next_change", "further"), ("console", "export"), ("report",), ("session_folder",),
         ("fleet", "workbench", "notebook"), ("commands",),
         ("cli",),
         ("__main__",),

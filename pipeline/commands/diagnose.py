@@ -32,8 +32,8 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     """
     from calib.discovery.together import discover_each
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
-    from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines
+    from pipeline.console.next_step import next_line
     from pipeline.console.rate_text import verdict_lines
     from pipeline.console.run_text import misfit_lines, ranking_lines
     from pipeline.next_change import without_formula

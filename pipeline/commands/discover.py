@@ -31,10 +31,10 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from calib.diagnosis.verdict.decision import Code
     from calib.discovery.together import discover_each
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
-    from pipeline.config.edit import add_effect
+    from pipeline.config.edit import add_entry
     from pipeline.config.load import parse_config
-    from pipeline.console.answers import next_line
     from pipeline.console.discovery_text import answer_lines
+    from pipeline.console.next_step import next_line
     from pipeline.next_change import definition, effect_key, without_formula
     from pipeline.report.page import outputs_of
     from pipeline.session_folder import working_on, write_session
@@ -66,7 +66,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
                 continue
             name = effect_key(result.triad, formula, changed.effects)
             if write and name not in changed.effects:
-                text = add_effect(changed.source, name, definition(result.triad, formula))
+                text = add_entry(changed.source, "effects", name, definition(result.triad, formula))
                 changed = parse_config(config, text)
             following.append(f"{result.triad}.{name}")
         if changed is not session:

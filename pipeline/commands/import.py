@@ -13,6 +13,7 @@ from pipeline.commands.interaction.arguments import (
     HEIGHT_M,
     LATITUDE_DEG,
     POSITIVE,
+    ConfigArgument,
     PathArgument,
     ask_latitude,
     gyroscope_options,
@@ -35,10 +36,15 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
     "pipeline import pose_*.csv --output session.yaml",
     "pipeline import accelerometer.txt gyroscope.txt --rate-hz 100",
     "pipeline import flight.ulg --json",
+    "pipeline import again/*.csv --into config.yaml",
 ))
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=PathArgument())
 @click.option("--output", type=PathArgument(dir_okay=False), metavar="CONFIG",
               help="Configuration to write; default: the first file's name with .yaml, here.")
+@click.option("--into", type=ConfigArgument(), metavar="CONFIG",
+              help="Session that exists: the logs join its runs, and it is run with them.")
+@click.option("--triad", "triads", type=click.Choice(["accelerometer", "gyroscope"]), multiple=True,
+              help="Triad that the logs are for; with --into, by default every one they show.")
 @click.option("--force", is_flag=True, help="Replace a configuration that exists.")
 @click.option("--rate-hz", type=POSITIVE,
               help="Sample rate of logs without a column of times.")
@@ -49,9 +55,9 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 @json_option("the guess")
 @quiet_option("the path of the configuration")
 def command(
-    files: tuple[Path, ...], output: Path | None, force: bool, rate_hz: float | None,
-    gyroscope_scale: str | float | None, latitude: float | None, height: float, as_json: bool,
-    quiet: bool,
+    files: tuple[Path, ...], output: Path | None, into: Path | None, triads: tuple[str, ...],
+    force: bool, rate_hz: float | None, gyroscope_scale: str | float | None,
+    latitude: float | None, height: float, as_json: bool, quiet: bool,
 ) -> None:
     """Guess columns, units and clock of logs of any tool, and write a configuration that runs.
 
@@ -62,7 +68,17 @@ def command(
     packages HDF5, Parquet, ROS bags, MCAP, PX4 and ArduPilot logs. It shows its guesses with the
     first rows, states what is uncertain, runs the configuration, and then writes it. It changes no
     log and never replaces a file without --force.
+
+    With --into, the logs are read as those of CONFIG: the command shows the attitude, the setting
+    of the plate and the sd of each pose, adds them to its runs and prints the errors before and
+    after. A new clip becomes a new setting. If anything is refused, CONFIG stays as it is.
     """
+    if into is not None:
+        _bring(files, into, triads, quiet, [output, force, rate_hz, gyroscope_scale, latitude,
+                                            height, as_json])
+        return
+    if triads:
+        raise click.UsageError("--triad is for logs of a session that exists; add --into CONFIG.")
     from pipeline.config.template import site_text
     from pipeline.console.import_text import guess_json, guess_lines
     from pipeline.errors import UnwritableOutput
@@ -112,6 +128,19 @@ def command(
         click.echo(path)
     elif not as_json:
         _show_run(path, checked)
+
+
+def _bring(
+    files: Sequence[Path], into: Path, triads: Sequence[str], quiet: bool, others: Sequence[object]
+) -> None:
+    """The logs into a session that exists, whose configuration states what the ``others`` would."""
+    from pipeline.commands.interaction.further import bring_and_show
+    from pipeline.commands.interaction.model_change import Manner
+
+    if any(others):
+        raise click.UsageError(f"--into goes with --triad and --quiet alone: {into} states the "
+                               f"columns, clock, ranges and site of its logs.")
+    bring_and_show(into, files, triads, Manner(allow_python=False, quiet=quiet))
 
 
 def _path_for(files: Sequence[Path]) -> Path:

@@ -1,6 +1,6 @@
-"""Edits of a configuration that add an effect to a model, or remove one.
+"""Edits of a configuration: an effect more or less in a model, further files, entries of a section.
 
-Only the characters of that one name change; comments, order and layout of the file stay.
+Only the characters of these change; comments, order and layout of the file stay.
 """
 
 from collections.abc import Sequence
@@ -38,24 +38,39 @@ def _new_item(
     items, span = source.value(path), source.span(path)
     if not isinstance(items, list) or not items:
         return span.start, span.end, whole
-    last = source.span((*path, len(items) - 1))
-    if span.flow:
-        return last.end, last.end, f", {name}"
+    return _appended(source, path, [name])
+
+
+def _appended(source: YamlSource, path: PathTo, words: Sequence[str]) -> Splice:
+    """The list at ``path`` with more items at its end, in its own layout."""
+    last = source.span((*path, len(source.value(path)) - 1))
+    if source.span(path).flow:
+        return last.end, last.end, "".join(f", {word}" for word in words)
     bullet = source.text[source.text.rindex("\n", 0, last.start) + 1 : last.start]
     end = _line_end(source.text, last.end)
-    return end, end, f"\n{bullet}{name}"
+    return end, end, "".join(f"\n{bullet}{word}" for word in words)
 
 
-def add_effect(source: YamlSource, name: str, definition: str) -> str:
-    """The text with one more effect, ``name: definition``, in its section ``effects``."""
+def extend_list(source: YamlSource, path: PathTo, words: Sequence[str]) -> str:
+    """The text with more items, as YAML writes each, in the list at ``path``; one value alone
+    becomes a list."""
+    if isinstance(source.value(path), list):
+        return _spliced(source.text, *_appended(source, path, words))
+    span = source.span(path)
+    items = [source.text[span.start : span.end], *words]
+    return _spliced(source.text, span.start, span.end, f"[{', '.join(items)}]")
+
+
+def add_entry(source: YamlSource, section: str, name: str, definition: str) -> str:
+    """The text with one more entry, ``name: definition``, in a section of the file."""
     entry = f"{yaml_word(name)}: {definition}"
-    if ("effects",) in source.spans and not source.value(("effects",)):
-        span = source.span(("effects",))
+    if (section,) in source.spans and not source.value((section,)):
+        span = source.span((section,))
         return _spliced(source.text, span.start, span.end, f"{{{entry}}}")
-    if ("effects",) not in source.spans:
+    if (section,) not in source.spans:
         body = source.text if source.text.endswith("\n") else f"{source.text}\n"
-        return f"{body}effects:\n  {entry}\n"
-    return _spliced(source.text, *_new_key(source, ("effects",), entry))
+        return f"{body}{section}:\n  {entry}\n"
+    return _spliced(source.text, *_new_key(source, (section,), entry))
 
 
 def remove_item(source: YamlSource, section: PathTo, name: str) -> str:

@@ -1,6 +1,8 @@
 """The files that names and patterns in a configuration stand for."""
 
+import os
 import re
+from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 
@@ -87,6 +89,26 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
     if not paths:
         raise NoSuchFile(name, start)
     return tuple(sorted(paths, key=lambda path: natural_key(str(path))))
+
+
+def relative_name(path: Path, folder: Path) -> str:
+    """The path relative to a configuration's folder; absolute if the file is far from it."""
+    relative = Path(os.path.relpath(path.absolute(), folder)).as_posix()
+    return path.absolute().as_posix() if relative.startswith("../..") else relative
+
+
+def names_of(paths: Sequence[Path], folder: Path) -> list[str]:
+    """The names of files, as one pattern if it matches these files and no others."""
+    names = [relative_name(path, folder) for path in paths]
+    parents, suffixes = {Path(name).parent for name in names}, {Path(name).suffix for name in names}
+    if len(names) < 2 or len(parents) != 1 or len(suffixes) != 1:
+        return names
+    pattern = (parents.pop() / f"*{suffixes.pop()}").as_posix()
+    try:
+        meant = [relative_name(path, folder) for path in find_files(pattern, folder)]
+    except FileNotFoundError:
+        return names
+    return [pattern] if sorted(meant) == sorted(names) and "[" not in pattern else names
 
 
 def _require_log(path: Path, name: str) -> None:

@@ -29,7 +29,8 @@ from pipeline.text.names import command, word
 from pipeline.text.untold import untold_notes
 
 LOG = "LOG --output FILE"  #: placeholders for files of the user
-NEW_FILES = "; name the new files in the configuration, then:"  #: end of a step that records
+NEW_FILES = "; then bring the new logs into the session:"  #: end of a step that records poses
+NEW_CLIPS = "; name the clips in the configuration, then:"  #: end of one that films those there are
 RATES = "plate rates"  #: subject of the answer on the clips
 WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
@@ -63,37 +64,11 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
     """The answers on a session, the worst first; ``folder`` is that of its results."""
     config = outcome.config.source.path
     answers = [triad_answer(outcome, result, folder) for result in outcome.triads]
-    rates = rates_answer([rate_verdict(rate, config) for rate in outcome.rates.values()])
+    rates = rates_answer([*map(rate_verdict, outcome.rates.values())], config)
     if rates is not None:
         answers.append(rates)
     return tuple(sorted(answers, key=lambda answer: (
         WORST_FIRST.index(answer.standing), answer.step != "add")))
-
-
-def next_line(outcome: Outcome, folder: Path) -> str:
-    """The next step of a session for the terminal, taken from its worst answer."""
-    config = outcome.config.source.path
-    answers = answers_of(outcome, str(folder))
-    answer = next((answer for answer in answers if answer.commands), None)
-    if answer is None:
-        return f"next: add the sections accelerometer and gyroscope to {word(config)}"
-    first, *others = answer.commands
-    if answer.step == "apply":
-        return "\n".join([*(note for result in outcome.triads for note in _untold(result)),
-                          f"next: {first}"])
-    if answer.step in ("add", "discover"):
-        return f"next: {first}"
-    steps = {each.next: each.subject for each in answers if each.next.endswith(NEW_FILES)}
-    if answer.next in steps and len(steps) > 1:  # one session serves both triads
-        named = "; ".join(f"for the {subject} {_lower(step.removesuffix(NEW_FILES))}"
-                          for step, subject in steps.items())
-        return f"next: {named}{NEW_FILES} {first}"
-    line = f"next: {_lower(answer.next)} {first}"
-    return line + "".join(f"\nor see the errors with it: {other}" for other in others)
-
-
-def _lower(text: str) -> str:
-    return text[0].lower() + text[1:]
 
 
 def headline(answers: Sequence[Answer]) -> Headline:
@@ -122,8 +97,9 @@ def _triads_text(answers: Sequence[Answer]) -> str:
 # --- the plate rates -----------------------------------------------------------------------------
 
 
-def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
-    """The answer on all plate settings; None where their rate models lack nothing."""
+def rates_answer(verdicts: Sequence[RateVerdict], config: Path) -> Answer | None:
+    """The answer on all plate settings, with one command for all that their rate models lack; None
+    where they lack nothing."""
     lacking = [verdict for verdict in verdicts if not verdict.complete]
     if not lacking:
         return None
@@ -132,27 +108,29 @@ def rates_answer(verdicts: Sequence[RateVerdict]) -> Answer | None:
     if all(verdict.in_the_rate for verdict in lacking):
         wrong += (" The stated rates do not depend on it, because every rate is fitted together "
                   "with these waves.")
-    commands = tuple(verdict.command for verdict in lacking if verdict.command)
+    targets = [target for verdict in lacking for target in verdict.targets]
+    commands = (command("add", config, *targets),) if targets else ()
     worst = max(lacking, key=lambda verdict: verdict.rms_deg)
     good = (f"The rates are measured. The angle residual of the clips still has a shape; the "
             f"largest is {worst.rms_deg:.2g}° RMS ({worst.setting}).")
     return Answer(
         RATES, "open", short, good, wrong,
-        "Add the term; the phase residual is printed before and after:" if commands else
+        "Add all that they lack at once; the phase residuals are printed before and after, and "
+        "that is enough:" if commands else
         "Test the terms in the section on the plate rates.",
         "add" if commands else "discover", commands)
 
 
 def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
     """Terms that the rate models lack, a sentence for each."""
-    settings: dict[str, list[str]] = {}
+    settings: dict[tuple[str, ...], list[str]] = {}
     for verdict in lacking:
         settings.setdefault(verdict.lacks, []).append(verdict.setting)
-    for term, names in settings.items():
+    for terms, names in settings.items():
         one = len(names) == 1
         yield (f"The rate {'model' if one else 'models'} of {enumeration(names, 'and')} "
                f"{'lacks' if one else 'lack'} "
-               f"{term or 'a term that the clip does not determine'}.")
+               f"{enumeration(terms, 'and') or 'a term that the clip does not determine'}.")
 
 
 # --- a triad -------------------------------------------------------------------------------------
@@ -162,7 +140,8 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
     """The three answers for one triad."""
     words = result.diagnosis.explanation
     at_once = words.step in ("apply", "add") or result.diagnosis.verdict is Code.BAD_POSE
-    end = ":" if at_once else NEW_FILES if words.step == "record" else ", then:"
+    films = NEW_CLIPS if result.diagnosis.verdict is Code.NOISE else NEW_FILES
+    end = ":" if at_once else films if words.step == "record" else ", then:"
     return Answer(
         result.triad, words.standing, words.short,
         f"{_is_it_good(result)}{_by_gravity(outcome, result)}",
@@ -242,10 +221,10 @@ def _nothing_wrong(result: TriadResult) -> str:
                  f"{enumeration(list(others), 'or')}.")
     if blind:
         text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
-    return " ".join([text, *_untold(result)])
+    return " ".join([text, *untold_of(result)])
 
 
-def _untold(result: TriadResult) -> Iterator[str]:
+def untold_of(result: TriadResult) -> Iterator[str]:
     """Sentences on effects of the model that another log does not tell."""
     by_effect = result.prediction.by_untold if result.prediction is not None else {}
     return untold_notes(result.triad, result.calibration.fit.model.effects, by_effect)
@@ -273,5 +252,7 @@ def _commands(outcome: Outcome, result: TriadResult, folder: str) -> tuple[str, 
     if result.diagnosis.verdict is Code.BAD_POSE:
         return (exclude_command(config, result.triad, result.calibration.fit.poses.label,
                                 result.diagnosis.group),)
-    return (command("discover" if step == "discover" else "run", config),
-            *(add if result.diagnosis.verdict is Code.EFFECT else ()))
+    first = command("discover" if step == "discover" else "run", config)
+    if step == "record" and result.diagnosis.verdict is not Code.NOISE:
+        first = f"{command('import')} LOGS --into {word(config)}"
+    return (first, *(add if result.diagnosis.verdict is Code.EFFECT else ()))

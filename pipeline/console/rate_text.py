@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,6 @@ from pipeline.results.json_values import Json, number, numbers
 from pipeline.stages.flutter import MeasuredFlutter
 from pipeline.stages.rate import SettingRate
 from pipeline.text.formatting import NAME_WIDTH, count, relative
-from pipeline.text.names import command
 from vision.phase_track import LUMA
 from vision.rate.aes6_flutter import PlatterFlutter
 from vision.rate.terms import ALWAYS
@@ -44,7 +42,8 @@ def rate_line(rate: SettingRate) -> str:
 class RateVerdict:
     """Terms that the rate model of one plate setting lacks, in its clip with the largest residual.
 
-    ``lacks`` is the missing term, empty where the clip determines none; ``command`` adds it.
+    ``lacks`` are the missing terms, none where the clip determines none; ``targets`` are what to
+    add, as `pipeline add` names it.
     ``in_the_rate`` is whether the rate is fitted with the term in any model; ``together`` is the
     reason why all clips of the session decide it, reported once.
     """
@@ -52,28 +51,29 @@ class RateVerdict:
     setting: str
     complete: bool
     text: str
-    lacks: str = ""
-    command: str = ""
+    lacks: tuple[str, ...] = ()
+    targets: tuple[str, ...] = ()
     rms_deg: float = 0.0
     in_the_rate: bool = True
     together: str = ""
 
 
-def rate_verdict(rate: SettingRate, config: Path) -> RateVerdict:
-    """The verdict on one plate setting, with the command that changes ``config``."""
+def rate_verdict(rate: SettingRate) -> RateVerdict:
+    """The verdict on one plate setting, with all terms that its residual needs."""
     if not rate.clips:
         return RateVerdict(rate.name, True,
                            "The configuration states this rate; it was not measured from a clip.")
     clip = rate.clips[worst_clip(rate)]
     diagnosis = clip.diagnosis
-    lacks = (diagnosis.name or "") if diagnosis.verdict == "effect" else ""
-    in_the_rate = diagnosis.name in ALWAYS
+    named = (diagnosis.name, *diagnosis.further) if diagnosis.name is not None else ()
+    lacks = named if diagnosis.verdict == "effect" else ()
+    in_the_rate = all(name in ALWAYS for name in named)
     # Among terms that the clip cannot separate, one that changes no rate may be added.
-    addable = lacks or (diagnosis.name if diagnosis.verdict == "ambiguous" and in_the_rate else "")
+    addable = lacks or (named if diagnosis.verdict == "ambiguous" and in_the_rate else ())
     return RateVerdict(
         rate.name, diagnosis.verdict == COMPLETE,
         " ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))), lacks,
-        command("add", config, f"rate.{rate.name}.{addable}") if addable else "",
+        tuple(f"rate.{rate.name}.{term}" for term in addable),
         math.degrees(clip.fit.rms_rad), in_the_rate, diagnosis.together)
 
 
@@ -85,7 +85,7 @@ def worst_clip(rate: SettingRate) -> int:
 def verdict_lines(rates: Iterable[SettingRate]) -> Iterator[str]:
     """Terms that the rate models lack, and why all clips decide so; nothing without any."""
     lacking = [verdict for rate in rates
-               if not (verdict := rate_verdict(rate, Path("CONFIG"))).complete]
+               if not (verdict := rate_verdict(rate)).complete]
     for verdict in lacking:
         yield f"rate.{verdict.setting}: {verdict.text}"
     yield from reasons_of(lacking)

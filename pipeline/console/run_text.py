@@ -214,11 +214,11 @@ def change_lines(change: ModelChange) -> Iterator[str]:
     yield from _rate_lines(setting, change.before, change.after)
 
 
-def exclusion_lines(before: Outcome, after: Outcome) -> Iterator[str]:
-    """The errors before → after of every triad that has fewer poses, and its new verdict."""
+def pose_change_lines(before: Outcome, after: Outcome) -> Iterator[str]:
+    """The errors before → after of every triad that has other poses, and its new verdict."""
     for one, other in zip(before.triads, after.triads, strict=True):
         poses = [len(each.comparison.poses) for each in (one, other)]
-        if poses[1] < poses[0]:
+        if poses[1] != poses[0]:
             yield from _error_lines(f"{one.triad}, {poses[0]} → {poses[1]} poses", one, other)
             yield verdict_line(other)
 

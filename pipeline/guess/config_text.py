@@ -1,6 +1,5 @@
 """The text of the configuration of a guessed session."""
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,7 @@ from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
 from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, TRIADS
-from pipeline.config.file_patterns import find_files
+from pipeline.config.file_patterns import names_of, relative_name
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
@@ -40,7 +39,8 @@ class Choices:
 
 def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
     """The configuration, with a comment for every doubt."""
-    names = ", ".join(dict.fromkeys(_relative(table.path, folder) for table in guess.tables[:3]))
+    first = dict.fromkeys(relative_name(table.path, folder) for table in guess.tables[:3])
+    names = ", ".join(first)
     more = " and others" if len(guess.tables) > 3 else ""
     lines = [f"# Written by `pipeline import` from {_comment(names)}{more}.", ""]
     lines += [f"# Not sure: {_comment(doubt)}" for doubt in guess.doubts]
@@ -89,7 +89,7 @@ def _rates(guess: SessionGuess, folder: Path) -> list[str]:
     for name, source in turning.items():
         rate = source.rate_rad_s
         if source.clip is not None:
-            stated = (f"{{video: {yaml_word(_relative(source.clip.path, folder))}, "
+            stated = (f"{{video: {yaml_word(relative_name(source.clip.path, folder))}, "
                       f"nominal_rpm: {abs(rate) / RPM:.4g}}}")
         else:
             stated = (f"{{rate_rad_s: {rate:.6g}, sd_rad_s: {RECORD_SD * abs(rate):.2g}}}   "
@@ -159,19 +159,11 @@ def _poses(source: PoseSource, folder: Path, indent: str) -> list[str]:
 
 
 def _names(source: PoseSource, folder: Path) -> list[str]:
-    """The files of a source, as a pattern if it matches these files and no others."""
-    names = [_relative(table.path, folder) for table in source.tables]
-    parents, suffixes = {Path(name).parent for name in names}, {Path(name).suffix for name in names}
-    if source.layout != "files" or len(parents) != 1 or len(suffixes) != 1:
-        return names
-    pattern = (parents.pop() / f"*{suffixes.pop()}").as_posix()
-    try:
-        meant = [_relative(path, folder) for path in find_files(pattern, folder)]
-    except FileNotFoundError:
-        return names
-    same_order = [table.columns for table in source.tables]
-    uniform = all(columns == same_order[0] for columns in same_order)
-    return [pattern] if uniform and sorted(meant) == sorted(names) and "[" not in pattern else names
+    """The files of a source, as a pattern if all of them have the same columns."""
+    paths = [table.path for table in source.tables]
+    uniform = all(table.columns == source.tables[0].columns for table in source.tables)
+    return (names_of(paths, folder) if source.layout == "files" and uniform else
+            [relative_name(path, folder) for path in paths])
 
 
 def _clock(source: PoseSource) -> list[str]:
@@ -206,12 +198,6 @@ def _sheet(triad: TriadGuess) -> str:
     return "{" + ", ".join(
         f"{key}: {value:g}" if isinstance(value, int | float) else f"{key}: {value}"
         for key, value in triad.sheet) + "}"
-
-
-def _relative(path: Path, folder: Path) -> str:
-    """The path relative to the configuration's folder; absolute if the file is far from it."""
-    relative = Path(os.path.relpath(path.absolute(), folder)).as_posix()
-    return path.absolute().as_posix() if relative.startswith("../..") else relative
 
 
 def _comment(text: str) -> str:

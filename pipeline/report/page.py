@@ -53,7 +53,7 @@ def report_html(
     where = str(folder or outcome.config.output_folder)
     config = outcome.config.source.path
     clocks = outcome.recordings.clocks
-    rates = [rate_view(rate, config, clocks.get(name)) for name, rate in outcome.rates.items()]
+    rates = [rate_view(rate, clocks.get(name)) for name, rate in outcome.rates.items()]
     # In the order of the headline, which lists the triads first.
     answers = sorted(answers_of(outcome, where), key=lambda answer: answer.subject == RATES)
     views: dict[str, dict[str, Any]] = {
@@ -63,7 +63,7 @@ def report_html(
     return environment.get_template(TEMPLATE_NAME).render(
         title=outcome.config.title or outcome.config.source.path.stem,
         title_css=css_text(outcome.config.title or outcome.config.source.path.stem),
-        head=head_lines(outcome, when),
+        head=head_lines(outcome, Path(where), when),
         verdict=headline(answers),
         answers=[_answer_view(answer, views) for answer in answers],
         rates=rates,
@@ -74,6 +74,7 @@ def report_html(
         installation=mounting_view(outcome.installation),
         payload=script_json({
             "config": word(config),
+            "made_in": Path(where).absolute().as_uri(),
             "constants": CONSTANTS,
             "triads": [views[triad]["payload"] for triad in order],
             "rates": [rate.terms for rate in rates if rate.terms],
@@ -81,8 +82,12 @@ def report_html(
     )
 
 
-def head_lines(outcome: Outcome, when: datetime | None) -> tuple[tuple[str, str], ...]:
-    """Identification of the page: names and values."""
+def head_lines(
+    outcome: Outcome, folder: Path, when: datetime | None
+) -> tuple[tuple[str, str], ...]:
+    """Identification of the page, which is in ``folder``: names and values."""
+    is_relative = not outcome.config.source.path.is_absolute()
+    typed = f"; its commands are typed in {Path.cwd()}" if is_relative else ""
     lines = [("sensor", outcome.config.sensor.name)]
     if when is not None:
         lines.append(("calibrated", f"{when:%Y-%m-%d %H:%M}"))
@@ -90,6 +95,7 @@ def head_lines(outcome: Outcome, when: datetime | None) -> tuple[tuple[str, str]
         ("configuration", str(outcome.config.source.path)),
         ("SHA-256", config_sha256(outcome)[:HASH_DIGITS]),
         ("program", f"pipeline {program_version()}"),
+        ("made in", f"{folder.absolute()}{typed}"),
     ]
     return tuple((name, value) for name, value in lines if value)
 

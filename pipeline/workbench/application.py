@@ -4,6 +4,7 @@ import asyncio
 import json
 import re
 from collections.abc import AsyncIterator, Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -33,6 +34,7 @@ from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
 from pipeline.workbench.clip_player import ClipPlayer
+from pipeline.workbench.further import FurtherFiles
 from pipeline.workbench.held_out import HeldOut
 from pipeline.workbench.live_refits import OpenSession
 from pipeline.workbench.own_effect import tried_expression, with_own_effect
@@ -42,7 +44,8 @@ from pipeline.workbench.state import changed_lines, read_state
 LOOK_S = 0.25  #: between two checks of the files: a run shows within a second. Chosen
 
 TEMPLATES = "workbench/templates"
-SCRIPTS = ("drawing", "player", "workbench")  #: in the order in which they build on each other
+SCRIPTS = ("drawing", "player", "further", "workbench")
+"""The scripts of the page, in the order in which they build on each other."""
 
 RunConfig = Callable[[Config, Path], Outcome]
 _SCRIPT = re.compile(r"<script>\n.*</script>", re.DOTALL)
@@ -67,6 +70,7 @@ class Workbench:
 
     def __post_init__(self) -> None:
         self.files = SessionFiles(self.path, self.folder)
+        self.further = FurtherFiles(self.path.absolute().parent)
         self._session: OpenSession | None = None
         self._stamp: Stamp = {}
         self._lock = Lock()
@@ -126,8 +130,26 @@ class Workbench:
             write_session(folder, outputs_of(self.run(config, folder), folder))
         return {}
 
+    def bring(self, question: Json) -> Json:
+        """The dropped logs as poses of the session on the screen; nothing is written.
+
+        Raises
+        ------
+        PipelineError, CalibrationError, VisionError
+            A log or the session with it is refused.
+        """
+        session = self.session()
+        text = session.text(read_state(question.get("state")))
+        return self.further.looked_at(session, text, _names(question.get("left_out")))
+
+    def forget(self, _: Json) -> Json:
+        """Remove the dropped logs."""
+        self.further.forget()
+        return {}
+
     def write(self, question: Json) -> Json:
-        """Write the state of the screen into the configuration and run it, as one step.
+        """Write the state of the screen into the configuration and run it, as one step; dropped
+        logs are kept with it.
 
         Raises
         ------
@@ -142,9 +164,13 @@ class Workbench:
         with working_on(self.path, self.output) as (config, folder):
             if config.source.text != session.config.source.text:
                 raise ConfigError(f"{self.path}: was changed meanwhile. Load the page again.")
-            if text != config.source.text:
-                outcome = self.run(parse_config(self.path, text), folder)
-                write_session(folder, outputs_of(outcome, folder), config, text)
+            shown = parse_config(self.path, text)
+            further = question.get("further")
+            with (nullcontext(text) if further is None else
+                  self.further.kept_in(session, shown, _names(further))) as text:
+                if text != config.source.text:
+                    outcome = self.run(parse_config(self.path, text), folder)
+                    write_session(folder, outputs_of(outcome, folder), config, text)
         return {"lines": changed_lines(config.source.text, text), "path": str(self.path),
                 "data": self.files.stamp()["data"]}
 
@@ -179,6 +205,10 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         workbench.held_out = await beside(lambda: HeldOut.of_bytes(dropped))
         return JSONResponse({"name": workbench.held_out.name})
 
+    async def bring(request: Request) -> Response:
+        await workbench.further.save(request.path_params["name"], request.stream())
+        return JSONResponse({"files": len(workbench.further.files)})
+
     async def events(request: Request) -> Response:
         return StreamingResponse(_news(workbench, request), media_type="text/event-stream")
 
@@ -192,6 +222,8 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         answering("/refit", partial(_refit, workbench)), answering("/write", workbench.write),
         answering("/expression", partial(_tried, workbench)),
         answering("/run", workbench.run_again),
+        Route("/bring/{name:path}", bring, methods=["POST"]),
+        answering("/further", workbench.bring), answering("/forget", workbench.forget),
     ]
 
 
@@ -200,6 +232,12 @@ def _triad(name: object) -> Triad:
     if triad is None:
         raise ConfigError(f"'{name}' is no triad.")
     return triad
+
+
+def _names(value: object) -> list[str]:
+    if not isinstance(value, list):
+        raise ConfigError("runs are named by texts; load the page again.")
+    return [*map(str, value)]
 
 
 def _refit(workbench: Workbench, question: Json) -> Json:

@@ -8,7 +8,7 @@ from calib.effects.units import coefficient_unit
 from calib.effects.user_defined import PARAMETERS, Per, user_effect
 from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
-from pipeline.config.edit import add_effect, add_item
+from pipeline.config.edit import add_entry, add_item
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import YamlSource, parse_source
 from pipeline.errors import ConfigError
@@ -88,7 +88,7 @@ def with_own_effect(source: YamlSource, effect: Json, triad: Triad) -> str:
         defined = _definition(text, str(effect.get("per")), triad)
     except BadExpression as error:
         raise ConfigError(f"{error}.") from error
-    there = parse_source(source.path, add_effect(source, name, defined))
+    there = parse_source(source.path, add_entry(source, "effects", name, defined))
     return add_item(there, (triad,), name, BASE)
 
 

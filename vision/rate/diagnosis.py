@@ -122,6 +122,8 @@ class PhaseDiagnosis:
     ranking : tuple of TermCandidate
     together : str
         Reason why all clips of the session decide jointly, the same for all of them.
+    further : tuple of str
+        Terms that are missing too once the named one is in the model.
     """
 
     verdict: str
@@ -131,6 +133,7 @@ class PhaseDiagnosis:
     record_next: str | None
     ranking: tuple[TermCandidate, ...]
     together: str = ""
+    further: tuple[str, ...] = ()
 
 
 def diagnose(
@@ -249,10 +252,8 @@ def _decide(
     rms = np.degrees(unit * np.sqrt(chi2 / len(r)))
     best = int(odds.argmax())
     if best == 0:
-        text = (
-            f"Nothing is missing: what the model leaves, {rms:.3g}° rms, has no shape that a term "
-            f"would take away."
-        )
+        text = (f"Nothing is missing: what the model leaves, {rms:.3g}° rms, has no shape that a "
+                f"term would take away.")
         return PhaseDiagnosis("nothing_missing", None, (), text, None, everything)
     leader = (seen + odd)[best - 1]
     if leader in odd:

@@ -99,4 +99,4 @@ def _decided(diagnosis: PhaseDiagnosis, term: str, because: str) -> PhaseDiagnos
     text = (f"{term} is missing: with it the phase residual falls to "
             f"{np.degrees(leader.rms_after_rad):.3g}° rms.")
     return replace(diagnosis, verdict="effect", name=term, explanation=text, record_next=None,
-                   together=because)
+                   together=because, further=())

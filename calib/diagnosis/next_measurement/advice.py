@@ -19,6 +19,7 @@ from calib.poses.attitudes import direction_name, list_directions
 from calib.poses.imu_log import FloatArray
 
 LABELS_LISTED = 3  #: it chooses words only
+DIRECTIONS = "directions"  #: code of the block of the attitudes that a calibration lacks
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ def lay_missing(fit: Fit, prediction: Prediction | None) -> Advice | None:
         near = [pose_in_words(fit, label) for label in prediction.unchecked]
         words = f"poses near those of {list_labels(near)}"
     count = len(prediction.wanted or prediction.unchecked)
-    return Advice("directions", words, minutes_for(count))
+    return Advice(DIRECTIONS, words, minutes_for(count))
 
 
 def shown_name(label: str) -> str:

@@ -11,8 +11,8 @@ from calib.errors import CalibrationError
 from pipeline.commands.interaction.output import echo_verdict, echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
 from pipeline.config.load import Config
-from pipeline.console.answers import next_line
-from pipeline.console.run_text import change_lines, exclusion_lines
+from pipeline.console.next_step import next_line
+from pipeline.console.run_text import change_lines, pose_change_lines
 from pipeline.errors import ConfigError, UnreadableInput, message_of
 from pipeline.exclusion import excluding
 from pipeline.model_change import (
@@ -89,11 +89,11 @@ def change_and_show(
                     click.echo(f"{path} was not changed: {target} is refused.", err=True)
                 raise
             manner.show(change_lines(changes[-1]), note_on(changes[-1]))
-        _write(config, changes[0].before, changes[-1].after, folder)
+        write_change(config, changes[0].before, changes[-1].after, folder)
     if anyway:
         reasons = filter(None, map(overruled, changes))
         echo_warnings(f"--anyway overrules: {reason}" for reason in reasons)
-    _finish(changes[-1].after, folder, manner.quiet)
+    say_change(changes[-1].after, folder, manner.quiet)
 
 
 def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
@@ -123,9 +123,9 @@ def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
                 click.echo(f"{path} was changed. Without these poses:", err=True)
             raise
         if before is not None:
-            manner.show(exclusion_lines(before, after))
-        _write(config, before, after, folder)
-    _finish(after, folder, manner.quiet or before is None)
+            manner.show(pose_change_lines(before, after))
+        write_change(config, before, after, folder)
+    say_change(after, folder, manner.quiet or before is None)
 
 
 def add_until_settled(path: Path, manner: Manner) -> None:
@@ -150,7 +150,7 @@ def add_until_settled(path: Path, manner: Manner) -> None:
                            f"in new attitudes does not fall with it.")
                 refused.append(target)
                 continue
-            _write(change.before.config, change.before, change.after, folder)
+            write_change(change.before.config, change.before, change.after, folder)
             outcome = change.after
     for result in outcome.triads:
         echo_verdict(result)
@@ -159,7 +159,7 @@ def add_until_settled(path: Path, manner: Manner) -> None:
         click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
         click.echo(next_line(outcome, folder))
         return
-    _finish(outcome, folder)
+    say_change(outcome, folder)
 
 
 def _why_unchanged(outcome: Outcome) -> str:
@@ -172,7 +172,7 @@ def _why_unchanged(outcome: Outcome) -> str:
     return "the diagnosis names no effect to add"
 
 
-def _write(config: Config, before: Outcome | None, after: Outcome, folder: Path) -> None:
+def write_change(config: Config, before: Outcome | None, after: Outcome, folder: Path) -> None:
     """Write the configuration and its results together; the history begins with those before."""
     require_own_results(folder, config)
     if before is not None and not (folder / HISTORY_NAME).exists():
@@ -180,7 +180,8 @@ def _write(config: Config, before: Outcome | None, after: Outcome, folder: Path)
     write_session(folder, outputs_of(after, folder), config, after.config.source.text)
 
 
-def _finish(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:
+def say_change(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:
+    """Print warnings, the verdicts where they are asked for, and the next command."""
     echo_warnings(outcome.warnings)
     if verdicts:
         for result in outcome.triads:

@@ -4,7 +4,6 @@ import base64
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,13 +43,11 @@ class RateView:
     terms: Json | None = None
 
 
-def rate_view(
-    rate: SettingRate, config: Path = Path("CONFIG"), clock: ClockRatio | None = None
-) -> RateView:
-    """Contents of the page on one plate setting; its commands change ``config``."""
+def rate_view(rate: SettingRate, clock: ClockRatio | None = None) -> RateView:
+    """Contents of the page on one plate setting."""
     sd = relative(rate.sd_rad_s / rate.rate_rad_s)
     headline = f"{rate.rate_rad_s / RPM:.4f} rpm ± {sd}"
-    verdict = rate_verdict(rate, config)
+    verdict = rate_verdict(rate)
     if not rate.clips:
         return RateView(rate.name, headline, tuple(_facts(rate, clock)), verdict)
     # One clip per pose: the page shows the clip with the largest residual.

@@ -48,6 +48,10 @@ function tick(target) {
     .forEach((section) => section.tick(name[1]));
 }
 
+// A copy of the file still names the files of the session that it was made of.
+document.querySelector("[data-moved]").hidden = location.protocol !== "file:"
+  || decodeURIComponent(new URL(".", location.href).href) === decodeURIComponent(`${data.made_in}/`);
+
 window.workbench?.begin({ sections, rateSections, short, tick });
 
 // report.html#tick=gyroscope.g_sensitivity,rate.17rpm.once_per_rev opens with these boxes ticked.

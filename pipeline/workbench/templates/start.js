@@ -111,7 +111,7 @@ part("forget").addEventListener("click", async () => {
   brought.textContent = "Forgotten: nothing is kept here.";
 });
 drawing.droppable(part("drop"), part("files"), take);
-drawing.droppable(part("drop"), part("folder"), take);
+part("folder").addEventListener("change", () => take(...part("folder").files));  // a drop is taken once
 const again = () => list().finally(() => setTimeout(again, 1000)).catch(() => {});
 again();
 })();

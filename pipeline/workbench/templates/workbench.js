@@ -6,6 +6,7 @@ const { node, span, plot, answered, asked, sent, droppable, WIDTH, HEIGHT, FOOT 
 const bar = document.querySelector(".bench-bar");
 const status = bar.querySelector("[data-bench-status]"), lines = bar.querySelector("[data-bench-lines]");
 const button = (name) => bar.querySelector(`[data-bench-do="${name}"]`);
+const MOST_STEPS = 100;  // of the history; chosen
 const benches = [], PHASE = "phase of the plate [°]";
 let page = null, undone = [], done = [], now = "", restoring = false, writing = false;
 
@@ -20,6 +21,14 @@ const state = () => ({
   })),
 });
 
+// The whole screen, also what the file has: a step of the history holds whatever is written since.
+const screen = () => JSON.stringify({
+  triads: Object.fromEntries(benches.map((each) => [each.section.triad.triad, {
+    ticked: each.section.order.map((effect) => effect.name), without: each.without() }])),
+  terms: Object.fromEntries(page.rateSections.map(({ rate, boxes }) =>
+    [rate.setting, rate.terms.filter((_, i) => boxes[i].checked).map((term) => term.name)])),
+});
+
 function say(text, changed = []) {
   status.textContent = text;
   lines.hidden = changed.length === 0;
@@ -31,7 +40,7 @@ function say(text, changed = []) {
 // --- undo, redo, write ---------------------------------------------------------------------------
 
 function remember() {
-  const next = JSON.stringify(state());
+  const next = screen();
   if (restoring || next === now) return;
   done.push(now);
   undone = [];
@@ -39,25 +48,32 @@ function remember() {
   say("");
   heard();
   offer();
+  further.update();
+}
+
+// Words after a step back or forth: on the screen alone, until it is written.
+function stepped(what) {
+  say(now === page.asRun ? `${what}: the screen is as the file.`
+    : `${what} on the screen; the file has its model until "Write to config".`);
 }
 
 function offer() {
   button("undo").disabled = done.length === 0;
   button("redo").disabled = undone.length === 0;
-  button("write").disabled = now === page.asRun;
-  if (now === page.asRun) drop("pending");
-  else keep("pending", now);
+  button("write").disabled = now === page.asRun && further.written === null;
+  keep("history", { done: done.slice(-MOST_STEPS), undone, now: now === page.asRun ? null : now });
 }
 
 function restore(text) {
   const { triads, terms } = JSON.parse(text);
   restoring = true;
   for (const section of page.sections) {
-    const { ticked, out, back = [] } = triads[section.triad.triad] ?? { ticked: [], out: [] };
-    benches.find((each) => each.section === section)?.comesBack(back);
+    const bench = benches.find((each) => each.section === section);
+    const { ticked, without } = triads[section.triad.triad] ?? { ticked: [], without: bench.excluded };
+    bench.comesBack(bench.excluded.filter((label) => !without.includes(label)));
     section.order = ticked.map((name) => section.effects.find((effect) => effect.name === name))
       .filter(Boolean);
-    section.out = new Set(out.map((label) => section.triad.labels.indexOf(label)).filter((k) => k >= 0));
+    section.out = new Set(without.map((label) => section.triad.labels.indexOf(label)).filter((k) => k >= 0));
     for (const effect of section.effects) {
       section.boxes.get(effect.name).checked = section.order.includes(effect);
     }
@@ -68,23 +84,25 @@ function restore(text) {
       box.checked = ticked ? ticked.includes(rate.terms[i].name) : rate.terms[i].in_model;
     });
   }
-  now = JSON.stringify(state());
+  now = screen();
   page.sections.forEach((section) => section.update());
   page.rateSections.forEach((section) => section.update());
   restoring = false;
   offer();
+  further.update();
 }
 
 const actions = {
-  undo() { undone.push(now); restore(done.pop()); },
-  redo() { done.push(now); restore(undone.pop()); },
+  undo() { undone.push(now); restore(done.pop()); stepped("Undone"); },
+  redo() { done.push(now); restore(undone.pop()); stepped("Done again"); },
   write() { write(state()); },
+  further: further.open,
   async run() {
     button("run").disabled = writing = true;
     say("The session is run …");
     try {
       await asked("run");
-      drop("pending");  // the file is what was edited last
+      keep("history", null);  // the file is what was edited last
       location.reload();
     } catch (error) {
       button("run").disabled = writing = false;
@@ -93,14 +111,14 @@ const actions = {
   },
 };
 
-async function write(screen, own = null) {
+async function write(shows, own = null) {
   button("write").disabled = writing = true;  // its own news are none
   say("The session is run with it …");
   try {
-    const answer = await asked("write", { state: screen, own });
-    drop("pending");
+    const answer = await asked("write", { state: shows, own, further: further.written });
     shown.data = answer.data;  // an effect more is other data, and what was tried holds for it
     keep("written", answer);
+    keep("history", { done, undone, now: null });
     benches.forEach((each) => each.keepTried());
     location.reload();
   } catch (error) {
@@ -236,6 +254,11 @@ class Bench {
   }
 
   // Buttons for the poses that the configuration excludes, and those that come back with a write.
+  without() {
+    const { triad, out } = this.section;
+    return [...this.excluded.filter((label) => !this.back.has(label)), ...triad.labels.filter((_, k) => out.has(k))].sort();
+  }
+
   comesBack(labels) {
     this.back = new Set(labels);
     this.part("excluded").hidden = this.excluded.length === 0;
@@ -255,7 +278,7 @@ class Bench {
   // A fit is on the screen: one more row, unless it was tried before.
   note() {
     const { triad, order, out, refitted } = this.section, ticked = order.map((effect) => effect.name);
-    const without = [...this.excluded, ...triad.labels.filter((_, k) => out.has(k))].sort();
+    const without = [...this.excluded, ...triad.labels.filter((_, k) => out.has(k))].sort();  // what comes back is not fitted yet
     const key = this.key = JSON.stringify([ticked, without]);
     const held = refitted.held_out?.rms ?? null, known = this.tried.find((each) => each.key === key);
     if (known && held !== null) known.held = held;
@@ -290,8 +313,8 @@ class Bench {
     back.title = lost.length ? `The configuration excludes ${lost.join(", ")} by now.` : "";
     back.setAttribute("aria-label", `show ${named(each)}`);
     back.addEventListener("click", () => {
-      const whole = state();
-      whole.triads[this.section.triad.triad] = { ticked: each.ticked, out: each.without };
+      const whole = JSON.parse(screen());
+      whole.triads[this.section.triad.triad] = { ticked: each.ticked, without: each.without };
       done.push(now);
       undone = [];
       restore(JSON.stringify(whole));
@@ -460,7 +483,6 @@ window.workbench = {
   begin(parts) {
     page = parts;
     drawing.short = page.short;
-    page.asRun = now = JSON.stringify(state());
     for (const section of page.sections) {
       const update = section.update.bind(section), show = section.show.bind(section);
       section.update = () => { section.root.setAttribute("aria-busy", "true"); section.settled = false; remember(); update(); };
@@ -500,11 +522,25 @@ window.workbench = {
       });
       line.after(here);
     }
+    for (const line of document.querySelectorAll(".answer pre")) {
+      if (!/^pipeline import .* --into /.test(line.textContent)) continue;
+      const here = Object.assign(document.createElement("button"), { type: "button", textContent: "Bring them here" });
+      here.addEventListener("click", further.open);
+      line.after(here);
+    }
+    further.begin(state, offer);
     bar.querySelector("[data-bench-folder]").hidden = !location.pathname.startsWith("/session/");
-    const written = kept("written"), pending = kept("pending");
-    if (written) say(written.lines.length ? `${written.path} was changed:` : "Nothing to write.", written.lines);
+    page.asRun = now = screen();
+    const written = kept("written"), before = kept("history");
+    if (before) {
+      ({ done, undone } = before);
+      if (before.now) restore(before.now);
+    }
+    if (written) {
+      const steps = done.length ? ' Undo shows what was before; "Write to config" writes that.' : "";
+      say(written.lines.length ? `${written.path} was changed.${steps}` : "Nothing to write.", written.lines);
+    }
     drop("written");
-    if (pending) restore(pending);
     offer();
     listen();
   },

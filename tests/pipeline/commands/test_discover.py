@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.cli import main
-from pipeline.config.edit import add_effect
+from pipeline.config.edit import add_entry
 from pipeline.config.load import load_config
 from pipeline.config.yaml_text import read_source
 from tests.paths import REAL
@@ -108,7 +108,7 @@ def test_where_no_formula_holds_the_course_of_a_bias_can_be_added(
 def test_an_effect_is_written_wherever_the_section_stands(text: str, tmp_path: Path) -> None:
     path = tmp_path / "config.yaml"
     path.write_text(text, encoding="utf-8")
-    changed = add_effect(read_source(path), "new", "{expression: y, unit: '{u}'}")
+    changed = add_entry(read_source(path), "effects", "new", "{expression: y, unit: '{u}'}")
     path.write_text(changed, encoding="utf-8")
     effects = read_source(path).value(("effects",))
     assert effects["new"] == {"expression": "y", "unit": "{u}"}

@@ -15,7 +15,7 @@ from pipeline.config.load import load_config
 from pipeline.model_change import edited_config, read_target
 from tests.pipeline.guess.foreign_files import milli_g
 from tests.pipeline.guess.hand_log import hand_log
-from tests.sessions import edit, pipeline, quick_session, rewrite_rows
+from tests.sessions import pipeline, quick_session, rewrite_rows
 from tests.world.bench import wedge_directions
 from tests.world.designs import paper_design, still_run
 from tests.world.session import simulate
@@ -27,7 +27,7 @@ COLUMN = "Fan speed [1/min], ö"
 BIAS_PER_RPM = 0.05  #: counts; 75 counts between the slowest and the fastest pose
 LSB_NOISE = 2.0
 PROPOSES = re.compile(
-    "(next|afterwards|then|then type|with it|Now|exclude (it|them)): pipeline ")
+    "(next|afterwards|then|then type|with it|Now|session|exclude (it|them)): pipeline ")
 
 
 def proposed(printed: str) -> list[list[str]]:
@@ -113,13 +113,14 @@ def test_a_class_is_added_as_proposed_and_named_with_the_block_that_is_proposed(
     assert pipeline("run", config) == 0
     out = capsys.readouterr().out
     assert "next: record the same poses warmed by about 20 °C and once more after" in out
-    run, add = proposed(out)
+    bring, add = proposed(out)
     before = config.read_text(encoding="utf-8")
     assert pipeline(*add) == 0
     assert re.search(r"^verdict +effect +nothing_missing$", capsys.readouterr().out, re.MULTILINE)
     config.write_text(before, encoding="utf-8")
-    edit(config, "accelerometer/pose_*.csv", "[accelerometer/pose_*.csv, later/pose_*.csv]")
-    assert pipeline(*run) == 0
+    assert bring[1:3] == ["LOGS", "--into"]
+    assert pipeline(bring[0], *sorted(later.iterdir()), *bring[2:]) == 0
+    assert 'poses: [accelerometer/pose_*.csv, "later/*.csv"]' in config.read_text(encoding="utf-8")
     (add,) = proposed(capsys.readouterr().out)
     assert add[-1] == "accelerometer.temperature_bias"
 

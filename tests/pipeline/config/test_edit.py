@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pipeline.config.edit import add_item, remove_item
+from pipeline.config.edit import add_item, extend_list, remove_item
 from pipeline.config.yaml_text import parse_source
 
 BASE = ("bias", "scale", "misalignment")
@@ -95,3 +95,15 @@ def test_a_new_line_of_a_block_list_stands_under_the_others() -> None:
 def test_an_empty_list_is_filled_from_the_default() -> None:
     text = FLOW.replace("[bias, scale, misalignment]", "[]")
     assert yaml.safe_load(edited(text, "cubic"))["gyroscope"]["model"] == [*BASE, "cubic"]
+
+
+@pytest.mark.parametrize("text", [
+    "a:\n  poses: x_*.csv  # kept\n",
+    "a:\n  poses: [x_*.csv]  # kept\n",
+    "a:\n  poses:\n    - x_*.csv  # kept\n",
+    "a: {poses: x_*.csv}  # kept\n",
+])
+def test_a_list_of_files_grows_in_its_own_layout(text: str) -> None:
+    after = extend_list(parse_source(Path("c.yaml"), text), ("a", "poses"), ["new/y.csv", '"é z"'])
+    assert yaml.safe_load(after) == {"a": {"poses": ["x_*.csv", "new/y.csv", "é z"]}}
+    assert "# kept" in after

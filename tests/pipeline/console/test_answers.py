@@ -8,11 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from calib.diagnosis.next_measurement.advice import DIRECTIONS, Advice
 from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import Effect
+from calib.poses.attitudes import natural_directions
 from pipeline.config.load import load_config
-from pipeline.console.answers import RATES, answers_of, headline, next_line
+from pipeline.console.answers import RATES, answers_of, headline
+from pipeline.console.next_step import next_line
 from pipeline.console.rate_text import rate_verdict
 from pipeline.console.run_text import leading_covariate
 from pipeline.stages.context import RunContext
@@ -60,12 +63,12 @@ def test_a_missing_term_of_a_clip_is_said_everywhere_with_the_same_command(
 def test_the_rate_is_the_same_with_and_without_the_term(plain: Path) -> None:
     context = RunContext(plain.with_suffix(".run") / "cache")
     without = run_stages(load_config(plain), context).rates["17rpm"]
-    assert rate_verdict(without, "CONFIG").in_the_rate
+    assert rate_verdict(without).in_the_rate
     whole = DATA / "example" / "config.yaml"
     stated = run_stages(load_config(whole), context).rates["17rpm"]
     assert stated.rate_rad_s == without.rate_rad_s
     assert stated.sd_rad_s == without.sd_rad_s
-    assert rate_verdict(stated, "CONFIG").complete
+    assert rate_verdict(stated).complete
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +93,7 @@ def test_what_no_calibration_takes_away_ends_in_the_measurement_that_leaves_less
         replace(each, diagnosis=noise) if each is result else each for each in caused.triads))
     config = caused.config.source.path
     assert next_line(outcome, Path("out")) == (
-        f"next: film the plate with each pose; name the new files in the configuration, then: "
+        f"next: film the plate with each pose; name the clips in the configuration, then: "
         f"pipeline run {config}")
 
 
@@ -103,7 +106,7 @@ def test_what_both_triads_ask_to_record_stands_in_one_line(caused: Outcome) -> N
     outcome = replace(caused, triads=tuple(map(asks, (1, 2), caused.triads)))
     assert next_line(outcome, Path("out")).startswith(
         "next: for the accelerometer record block 1 (1 min); for the gyroscope record block 2 "
-        "(1 min); name the new files in the configuration, then: pipeline run ")
+        "(1 min); then bring the new logs into the session: pipeline import LOGS --into ")
 
 
 def test_before_apply_is_said_what_another_log_does_not_tell(
@@ -179,6 +182,27 @@ def test_a_session_without_a_latitude_is_told_that_gravity_is_most_of_the_error(
                          if answer.subject == "accelerometer").good)
     assert "Most of that is gravity, which is known to 20 mm/s²: state your latitude" in told[0]
     assert "gravity" not in told[1]
+
+
+def test_attitudes_that_both_triads_lack_are_one_list_where_the_same_poses_serve_both(
+    caused: Outcome,
+) -> None:
+    def lacks(places: Sequence[int], result: TriadResult) -> TriadResult:
+        wanted = tuple(natural_directions()[i] for i in places)
+        assert result.prediction is not None
+        advice = Advice(DIRECTIONS, "poses", 1.0)
+        words = replace(result.diagnosis.explanation, step="record", standing="open",
+                        following=f"Record {places} (1 min)")
+        return replace(result, prediction=replace(result.prediction, wanted=wanted),
+                       diagnosis=replace(result.diagnosis, advice=advice, explanation=words))
+
+    rest = caused.config.accelerometer.at_rest
+    alike = caused.config.gyroscope.model_copy(update={"runs": rest})
+    outcome = replace(caused, triads=tuple(map(lacks, ((0, 1), (1, 2)), caused.triads)))
+    one = next_line(replace(outcome, config=caused.config.model_copy(
+        update={"gyroscope": alike})), Path("out"))
+    assert one.startswith("next: record poses with -x up, -y up, -z up (2 min), for both triads; ")
+    assert "for the accelerometer record" in next_line(outcome, Path("out"))
 
 
 def test_a_residual_over_noise_is_one_number_beside_its_chi_square(caused: Outcome) -> None:

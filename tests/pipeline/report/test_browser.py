@@ -19,6 +19,7 @@ from pipeline.report.page import report_html
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.report.browser import needs_browser
+from tests.pipeline.report.conftest import HiddenSession
 from tests.pipeline.report.tab import PHONE, Browser
 from tests.sessions import pipeline, quick_session, results_in
 
@@ -229,3 +230,19 @@ def test_nothing_reaches_beyond_the_width_of_a_phone(
 ) -> None:
     needed, there = browser.ask(opened.page, tmp_path, WIDTH, "", PHONE)
     assert needed <= there
+
+
+def test_a_page_that_was_copied_says_that_its_commands_are_for_the_place_where_it_was_made(
+    browser: Browser, hidden_session: HiddenSession, tmp_path: Path
+) -> None:
+    folder = tmp_path / "Jörg's evening (1) #2"
+    other = tmp_path / "other"
+    for each in (folder, other):
+        each.mkdir()
+        (each / "report.html").write_text(
+            report_html(hidden_session.outcome, (), folder), encoding="utf-8")
+    with browser.tab() as tab:
+        for each, is_copy in ((folder, False), (other, True)):
+            tab.open(each / "report.html")
+            assert tab.evaluate("!document.querySelector('[data-moved]').hidden") == is_copy
+            assert str(folder) in tab.evaluate("document.querySelector('.identity').textContent")

@@ -207,8 +207,9 @@ def test_a_session_without_a_triad_is_said_to_be_unfinished() -> None:
 # --- the headline ------------------------------------------------------------------------------
 
 
-def verdict_on(name: str, complete: bool, lacks: str = "") -> RateVerdict:
-    return RateVerdict(name, complete, "", lacks)
+def verdict_on(name: str, complete: bool, *lacks: str) -> RateVerdict:
+    targets = tuple(f"rate.{name}.{term}" for term in lacks)
+    return RateVerdict(name, complete, "", lacks, targets)
 
 
 GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", "apply", ())
@@ -216,13 +217,17 @@ GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", "apply", ()
 
 def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete() -> None:
     rates = rates_answer([
-        verdict_on("slow", False, "once_per_rev"), verdict_on("fast", False),
-        verdict_on("back", False, "once_per_rev"), verdict_on("stated", True)])
+        verdict_on("slow", False, "once_per_rev", "rate_drift"), verdict_on("fast", False),
+        verdict_on("back", False, "once_per_rev", "rate_drift"), verdict_on("stated", True)],
+        Path("c.yaml"))
     assert rates is not None
     top = headline([GOOD, rates])
     assert top.standing == "open"
     assert "noise explains the residuals of the gyroscope" in top.text
-    assert "rate models of slow and back lack once_per_rev" in top.text
+    assert "rate models of slow and back lack once_per_rev and rate_drift" in top.text
+    assert rates.commands == (  # one for all that is open
+        "pipeline add c.yaml rate.slow.once_per_rev rate.slow.rate_drift rate.back.once_per_rev "
+        "rate.back.rate_drift",)
     assert "rate model of fast lacks a term" in top.text
     assert "stated" not in top.text
 
@@ -230,14 +235,14 @@ def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete()
 def test_what_all_clips_decide_together_is_told_once() -> None:
     lacking = [replace(verdict_on(name, False, "rolling_shutter"), together="The clips decide it.")
                for name in ("slow", "fast", "back")]
-    rates = rates_answer(lacking)
+    rates = rates_answer(lacking, Path("c.yaml"))
     assert rates is not None
     assert rates.wrong.count("The clips decide it.") == 1
     assert "decide" not in rates.short
 
 
 def test_the_headline_is_good_only_if_everything_is() -> None:
-    assert rates_answer([verdict_on("slow", True)]) is None
+    assert rates_answer([verdict_on("slow", True)], Path("c.yaml")) is None
     assert headline([GOOD]).standing == "good"
     act = replace(GOOD, subject="accelerometer", standing="act", short="its model lacks cubic")
     top = headline([GOOD, act])

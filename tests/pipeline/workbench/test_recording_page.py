@@ -13,7 +13,7 @@ import pytest
 from pipeline.config.template import session_folder
 from tests.paths import ROOT
 from tests.pipeline.report.browser import needs_browser
-from tests.pipeline.report.tab import Browser
+from tests.pipeline.report.tab import PHONE, Browser
 from tests.pipeline.workbench.asked import Asked
 from tests.pipeline.workbench.conftest import Opened
 from vision.drawing import HAND
@@ -78,6 +78,11 @@ def test_the_panel_shows_the_attitude_to_lay_next_and_each_pose_taken(
         tab.wait("document.querySelectorAll('[data-sds] circle').length >= 4")
         tab.wait("document.querySelector('[data-enough]').textContent"
                  ".includes('accelerometer: complete')")
+        tab.send("Emulation.setDeviceMetricsOverride", **PHONE)
+        tab.painted()
+        tops = [tab.evaluate(f"document.querySelector('[data-{name}]').getBoundingClientRect().top")
+                for name in ("lay", "message", "line", "drawing", "picture", "traces")]
+        assert tops == sorted(tops)  # what to do and how it goes stand before the pictures
         assert tab.errors == []
 
 

@@ -8,7 +8,7 @@ from urllib.parse import quote
 import pytest
 
 from pipeline.errors import PipelineError
-from pipeline.workbench.brought import checked_name
+from pipeline.workbench.dropped import checked_name
 from tests.paths import DATA
 from tests.pipeline.report.browser import needs_browser
 from tests.pipeline.report.tab import Browser

@@ -122,6 +122,36 @@ def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
     assert tab.wait(show) == [False, False, False]
 
 
+def test_a_write_is_undone_step_by_step_and_the_file_changes_only_by_the_next_write(
+    tab: Tab, config: Path
+) -> None:
+    before = config.read_text(encoding="utf-8")
+    box, bar = f"document.querySelector('{BOX.format('g_sensitivity')}').checked", {
+        name: f"document.querySelector('[data-bench-do={name}]').disabled"
+        for name in ("undo", "redo", "write")}
+    status = "document.querySelector('[data-bench-status]').textContent"
+    rows = f"{GYRO}.querySelectorAll('.tried tbody tr').length"
+    tab.click(BOX.format("g_sensitivity"))
+    tab.wait(f"{rows} === 2")
+    tab.click("#gyroscope svg.residuals g.mark[data-i='4']")
+    tab.click(LEAVE_OUT)
+    tab.wait(f"{rows} === 3")
+    for step in ("write", "undo", "undo"):
+        tab.wait(f"!{bar[step]}")
+        tab.click(f"[data-bench-do={step}]")
+        tab.wait(f"/was changed/.test({status})" if step == "write" else f"/Undone/.test({status})")
+    assert 'until "Write to config"' in tab.evaluate(status)
+    assert tab.evaluate(f"[{box}, {bar['undo']}, {bar['redo']}, {bar['write']}]") == [
+        False, True, False, False]
+    written = config.read_text(encoding="utf-8")
+    assert "g_sensitivity" in written
+    assert "exclude: [pose_05]" in written  # undo changes the screen
+    tab.click("[data-bench-do=write]")
+    tab.wait(f"/was changed/.test({status})")
+    assert config.read_text(encoding="utf-8").replace(", exclude: []", "") == before
+    tab.wait(f"!{bar['redo']} && true")  # leads forth again, beyond the write
+
+
 def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
     tab.evaluate("window.before = true")
     assert pipeline("add", config, "gyroscope.g_sensitivity") == 0

@@ -1,0 +1,1 @@
+"""Further logs for a session that exists: what they are, and the configuration with them."""
