@@ -174,7 +174,7 @@ LOGS = (
          write("x.csv.gz", "time_s,acc_x,acc_y,acc_z\n" * 10)),
     Case("zeros packed", "apply RUN HERE/x.gz", 3, "x.gz", write("x.gz", b"\0" * 10**7)),
     Case("blanks packed", "apply RUN HERE/x.gz", 3, "x.gz", write("x.gz", b" " * 10**7)),
-    Case("one long line", "apply RUN HERE/x.csv", 3, "x.csv", write("x.csv", "1," * 100_000)),
+    Case("one long line", "apply RUN HERE/x.csv", 3, "x.csv", write("x.csv", "1," * 20_000)),
     Case("a header of 10,000 columns", "apply RUN HERE/x.csv", 3, "x.csv", write(
         "x.csv", ",".join(f"c{i}" for i in range(10_000)) + "\n1\n")),
     Case("UTF-16", "apply RUN HERE/x.csv", 3, "x.csv",
