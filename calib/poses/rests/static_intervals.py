@@ -37,6 +37,11 @@ STILL_RATIO = 4.0
 """Twice the noise amplitude of the quietest rest: below it noise alone cuts rests to pieces. Half
 or twice of it moves 0.1 % of the stops in ``tests.bench.study_static_intervals``. Derived."""
 
+MOMENTS, MOMENT_SHARE, MOMENT_S = 0.25, 0.2, 1.0
+"""Largest share of the stops that are moments of a hand between the rests; their length over that
+of the shortest rests, and their length, s. A judgement: who lays a sensor down lets go of it for
+seconds, and a moment just exceeds the shortest stop that is looked for."""
+
 THRESHOLD_STEP = 2.0  #: factor of a variance: 1.4 of an amplitude; a judgement
 SEARCH = StillSearch()
 
@@ -95,19 +100,20 @@ def find_still(
     triad = deciding_triad(log, specs, rate_rad_s, search, elsewhere_rad_s)
     thresholds = _thresholds(triad, search)
     sets = [rests_below(triad, threshold) for threshold in thresholds]
-    poses = [longest_pieces(triad, [rest for rest in rests if rest.fault is None])
-             for rests in sets]
+    poses = [_on_purpose(triad, search, longest_pieces(
+        triad, [rest for rest in rests if rest.fault is None])) for rests in sets]
     best = _best(triad, poses, thresholds)
     if not poses[best]:
         raise Undetermined(_no_pose(triad, sets[best]))
     faulty = [rest for rest in sets[best] if rest.fault is not None]
-    skipped = [*faulty, *_noisier(triad, sets[best], thresholds[best])]
+    skipped = [rest for rest in (*faulty, *_noisier(triad, sets[best], thresholds[best]))
+               if rest.stop - rest.start >= _longest_moment(triad, search, poses[best])]
     usual = float(np.median([triad.stray(rest) for rest in poses[best]]))
     largest = max(LARGEST_STILL_SHIFT[triad.triad], min(WANDERS * usual, WANDER_M_S2))
     rests = poses[best]
     if triad.triad == "accelerometer":  # a gyroscope's rests show how the plate turned
         rests = [steady_part(triad, rest, largest) for rest in rests]
-    rests = [_without_moving_ends(log, rest) for rest in rests]
+    rests = _on_purpose(triad, search, [_without_moving_ends(log, rest) for rest in rests])
     return StaticIntervals(
         logs=tuple(log.between(rest.start, rest.stop, f"{log.label} {triad.span(rest)}")
                    for rest in rests),
@@ -117,6 +123,25 @@ def find_still(
         skipped=tuple((triad.span(rest), str(rest.fault))
                       for rest in sorted(skipped, key=lambda rest: rest.start)),
     )
+
+
+def _on_purpose(
+    triad: DecidingTriad, search: StillSearch, rests: Sequence[Rest]
+) -> list[Rest]:
+    """The rests without the moments between them in which a hand moves slowly."""
+    longest = _longest_moment(triad, search, rests)
+    return [rest for rest in rests if rest.stop - rest.start >= longest]
+
+
+def _longest_moment(
+    triad: DecidingTriad, search: StillSearch, rests: Sequence[Rest]
+) -> float:
+    """Samples below which a stop is too short beside ``rests`` to be made on purpose; 0 if the user
+    states the shortest one."""
+    if search.seconds is not None or not rests:
+        return 0.0
+    usual = float(np.quantile([rest.stop - rest.start for rest in rests], MOMENTS))
+    return min(MOMENT_SHARE * usual, MOMENT_S / triad.step_s)
 
 
 def _without_moving_ends(log: ImuLog, rest: Rest) -> Rest:

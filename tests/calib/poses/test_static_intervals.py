@@ -247,3 +247,20 @@ def test_of_a_rest_that_settles_the_part_that_lies_still_is_the_pose() -> None:
                 found.largest_shift)
     assert settled.time_s[0] > start + 0.3
     assert np.ptp(settled.time_s) > 0.4 * (end - start)
+
+
+@pytest.mark.parametrize(("rest_s", "kept"), [(6.0, False), (2.0, True)])
+@pytest.mark.parametrize("beside", [True, False], ids=["with a gyroscope", "without"])
+def test_a_slow_moment_between_long_rests_is_neither_a_pose_nor_reported(
+    rest_s: float, kept: bool, beside: bool
+) -> None:
+    """A hand that moves slowly for half a second; among short stops it is one of them."""
+    stops = [Stop(0.6, drift_deg_s=3.0) if i % 5 == 4 else Stop(rest_s) for i in range(20)]
+    log = turn_through(stops, 31)
+    specs = BOTH if beside else {"accelerometer": SI}
+    rests = find_still(as_log(log), specs)
+    lengths = [pose.time_s[-1] - pose.time_s[0] for pose in rests.logs]
+    assert sum(length > 1 for length in lengths) == 16
+    assert (min(lengths) < 1 or bool(rests.skipped)) == kept
+    stated = find_still(as_log(log), specs, search=StillSearch(seconds=0.5))
+    assert len(stated.logs) + len(stated.skipped) > 16
