@@ -18,6 +18,7 @@ from pipeline.logs.clock import (
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import read_name
+from pipeline.logs.read import repeated_rows
 
 INTERVALS = {"dt", "deltat", "deltatime", "looptime", "interval", "period", "steptime"}
 """Names of a column of the times since the row before."""
@@ -78,8 +79,7 @@ def guess_clock(
                     ticks, np.rint(ticks))
                 if is_slow or 2 * (step < 0).sum() > ticking:
                     continue  # noise steps back as often, and only whole seconds tick so rarely
-                forward = step[step >= 0]  # a board that was reset begins again
-                rate = len(forward) / (float(forward.sum()) * SECONDS_PER[unit])
+                rate = 1 / (_row_step(step) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
                 file_hz = file_hz or float(f"{rate:.4g}")
@@ -94,6 +94,17 @@ def guess_clock(
     because = ("--rate-hz" if stated_hz else "the mean of the times" if note else
                f"the mean of '{intervals}'" if intervals else "the file's head")
     return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)
+
+
+def _row_step(step: FloatArray) -> float:
+    """Mean step (t - 1,) of a clock that ticks every few rows: from its first tick to the last.
+
+    A board that was reset begins again.
+    """
+    ticks = np.flatnonzero(step > 0)
+    between = step[ticks[0] + 1 : ticks[-1] + 1]
+    forward = between[between >= 0]
+    return float(forward.mean()) if forward.any() else float(step[step >= 0].mean())
 
 
 def _intervals(columns: Mapping[str, FloatArray]) -> str:
@@ -116,6 +127,16 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_NUMBERS
             and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
                  ).min(initial=1) > 0 and not (step == 1).all()]
+
+
+def without_repeats(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Columns without the rows that a logger has written twice, if only these repeat a time."""
+    for name in _candidates(columns):
+        repeated = repeated_rows(columns[name], [
+            other for called, other in columns.items() if read_name(called).quantity != "counter"])
+        if repeated.any() and np.array_equal(repeated, np.diff(columns[name], prepend=np.nan) == 0):
+            return {called: other[~repeated] for called, other in columns.items()}
+    return dict(columns)
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:

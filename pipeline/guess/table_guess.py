@@ -9,7 +9,7 @@ import numpy as np
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.config.units import UNIT_WORDS
 from pipeline.errors import UnreadableInput
-from pipeline.guess.clocks import ClockGuess, guess_clock
+from pipeline.guess.clocks import ClockGuess, guess_clock, without_repeats
 from pipeline.guess.pool import are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
@@ -183,6 +183,7 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     rate_hz : float or None
         The sample rate, stated by the user.
     """
+    tables = [replace(table, columns=without_repeats(table.columns)) for table in tables]
     clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}

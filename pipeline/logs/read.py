@@ -192,6 +192,7 @@ def _by_rate(table: LogTable) -> list[LogTable]:
 
 def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     table, gaps = _without_gaps(table)
+    table, repeats = _without_repeats(table)
     values = dict(table.values)
     time_s, notes = sample_times(
         table.label, values, table.time_factor, stated, table.rate_hz, table.place)
@@ -201,7 +202,8 @@ def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     triads = {triad: np.column_stack([values.pop(name) for name in triad])
               if triad[0] in values else absent for triad in (ACCELEROMETER, GYROSCOPE)}
     values.pop(TIME, None)
-    return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values, (*gaps, *notes))
+    return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values,
+                  (*gaps, *repeats, *notes))
 
 
 def _require_no_copy(table: LogTable) -> None:
@@ -212,6 +214,23 @@ def _require_no_copy(table: LogTable) -> None:
         raise UnreadableInput(
             f"{table.label}: {len(rows) - distinct} of its {len(rows)} rows stand in it twice, "
             "times and readings alike. The file was joined to itself; delete the second copy.")
+
+
+def repeated_rows(time: FloatArray, columns: Sequence[FloatArray]) -> NDArray[np.bool_]:
+    """Whether each row (t,) has the time and all readings of the row before."""
+    same = [np.diff(values, prepend=np.nan) == 0 for values in (time, *columns)]
+    return np.asarray(np.all(same, axis=0))
+
+
+def _without_repeats(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
+    """The table without rows that a logger has written twice, and a note on their number."""
+    if TIME not in table.values:
+        return table, ()
+    rows = repeated_rows(table.values[TIME], [
+        table.values[name] for name in (*ACCELEROMETER, *GYROSCOPE) if name in table.values])
+    return (table.at(np.flatnonzero(~rows)), (
+        f"rows that repeat the row before and are left out: {rows.sum()} of {len(rows)}",)
+    ) if rows.any() else (table, ())
 
 
 def _without_gaps(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:

@@ -104,7 +104,7 @@ FAULTS = [
     (HEAD + "0,1,2,3\n# note\n\n1,nan,2,3\n", "pose.csv:5: column acc_x: found nan, a finite"),
     (HEAD + "0,1,2,3\n1,1,2,inf\n", "pose.csv:3: column acc_z: found inf"),
     (HEAD + "0,1,2,3\n\n2,1,2,3\n1,1,2,3\n", "pose.csv:5: time does not increase: 1 s after 2 s"),
-    (HEAD + "0,1,2,3\n0,1,2,3\n", "pose.csv:3: time does not increase: 0 s after 0 s"),
+    (HEAD + "0,1,2,3\n0,1,2,4\n", "pose.csv:3: time does not increase: 0 s after 0 s"),
     ("time_s,accx,acc_y,acc_z\n0,1,2,3\n", "pose.csv:1: .*acc_x missing.*mean 'acc_x' for 'accx'"),
     ("a,b,c\n0,1,2\n", "pose.csv:1: found a, b, c: neither acc_x"),
     ("when,acc_x,acc_y,acc_z\n0,1,2,3\n", "no column time_s .columns: when, acc_x"),

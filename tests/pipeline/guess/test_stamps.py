@@ -1,0 +1,52 @@
+"""Stamps that come twice: of whole seconds, and of rows that a logger has written twice."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.guess.files import guess_files
+from pipeline.guess.table_guess import TableGuess
+from pipeline.logs.read import read_log
+from tests.pipeline.guess.hand_log import hand_log
+
+NAMES = ("ax", "ay", "az", "gx", "gy", "gz")
+
+
+def guessed(path: Path, stamp: str, columns: list[np.ndarray], digits: str) -> TableGuess:
+    np.savetxt(path, np.column_stack(columns), [digits, *["%.5f"] * 6], ",", comments="",
+               header=",".join((stamp, *NAMES)))
+    (guess,), _ = guess_files([path], None)
+    return guess
+
+
+@pytest.mark.parametrize("rate_hz", [12.5, 50.0, 104.0])
+@pytest.mark.parametrize(("first", "rows"), [(0.0, 500), (0.37, 500), (0.99, 777)])
+def test_stamps_of_whole_seconds_give_the_rate_between_their_changes(
+    tmp_path: Path, rate_hz: float, first: float, rows: int
+) -> None:
+    """The seconds at both ends are not whole ones: 500 rows at 50 Hz read 55 Hz."""
+    log = hand_log()
+    seconds = np.floor(1.7e9 + first + np.arange(rows) / rate_hz)
+    table = guessed(tmp_path / "log.csv", "time (s)", [seconds, log.acc[:rows], log.gyr[:rows]],
+                    "%d")
+    assert table.clock.rate_hz == pytest.approx(rate_hz, rel=0.5 / (rows / rate_hz - 2) / rate_hz
+                                                + 1e-3)
+
+
+def test_rows_that_repeat_the_one_before_are_no_samples_and_the_clock_is_used(
+    tmp_path: Path
+) -> None:
+    log = hand_log()
+    times = 1 + (np.random.default_rng(2).random(len(log.time_s)) < 0.07)
+    columns = [np.repeat(values, times, axis=0) for values in (
+        1000 * log.time_s, log.acc, log.gyr)]
+    table = guessed(tmp_path / "log.csv", "timestamp_ms", columns, "%d")
+    assert (table.clock.column, table.table.rows) == ("timestamp_ms", len(log.time_s))
+    ours = tmp_path / "ours.csv"
+    np.savetxt(ours, np.column_stack(columns), "%.5f", ",", comments="", header="time_ms,acc_x,"
+               "acc_y,acc_z,gyr_x,gyr_y,gyr_z")
+    read = read_log(ours)
+    np.testing.assert_allclose(read.time_s, log.time_s, atol=1e-9)
+    assert read.notes == (f"rows that repeat the row before and are left out: "
+                          f"{times.sum() - len(times)} of {times.sum()}",)
