@@ -18,17 +18,18 @@ from calib.fit.least_squares.solver import Fit, fit
 from calib.fit.model import Model
 from calib.fit.validation.leave_one_out import Comparison
 from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import base_theta, noisy, read_through, rich_poses, with_noise
-from tests.fitting import pose_sets
+from tests.fitting import pose_sets, tilted_pose_sets
 from tests.lots import pose_sets_of
-from tests.world.bench import wedge_directions
-from tests.world.designs import FAST, SLOW, paper_design, still_run, turning_run
-from tests.world.imu import mpu6050
+from tests.world.bench import Design, wedge_directions
+from tests.world.designs import FAST, SLOW, paper_design, still_run, tilted_design, turning_run
+from tests.world.imu import Sensor, mpu6050
 from tests.world.lot import LotPlan, draw_lot
 from tests.world.plate import PlateMotion
-from tests.world.session import simulate
+from tests.world.session import Session, simulate
 
 
 def test_what_predicts_left_out_poses_worse_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,21 +98,44 @@ def test_the_first_term_of_another_shape_is_no_name(
     assert (verdict.code, verdict.name) == (code, name)
 
 
+def with_dead_band(deg_s: float) -> Sensor:
+    """A low-cost unit whose gyroscope does not answer to so much."""
+    sensor = mpu6050()
+    return replace(sensor, gyroscope=replace(sensor.gyroscope, dead_band=np.radians(deg_s)))
+
+
+def hand_laid(sensor: Sensor, speeds: Sequence[float]) -> Design:
+    """18 poses at rest and at each speed."""
+    wedge = wedge_directions()
+    runs = [turning_run(f"run {i}", PlateMotion(rate), wedge) for i, rate in enumerate(speeds)]
+    return replace(paper_design(sensor), runs=(still_run(wedge), *runs), jitter_deg=3.0)
+
+
 @pytest.mark.parametrize(("speeds", "band_deg_s", "seed"), [
     ((SLOW,), 0.3, 701), ((SLOW, FAST), 3.0, 703)], ids=["one speed", "two speeds"])
 def test_a_dead_band_is_no_cubic_and_no_rate_that_scatters(
     speeds: Sequence[float], band_deg_s: float, seed: int
 ) -> None:
     """In hand-laid poses, sample by sample."""
-    sensor = mpu6050()
-    sensor = replace(sensor, gyroscope=replace(sensor.gyroscope, dead_band=np.radians(band_deg_s)))
-    wedge = wedge_directions()
-    runs = [turning_run(f"run {i}", PlateMotion(rate), wedge) for i, rate in enumerate(speeds)]
-    design = replace(paper_design(sensor), runs=(still_run(wedge), *runs), jitter_deg=3.0)
-    _, poses, _ = pose_sets(simulate(design, seed))
+    _, poses, _ = pose_sets(simulate(hand_laid(with_dead_band(band_deg_s), speeds), seed))
     verdict = find(fit(poses, Model.of(BASE))).verdict
     assert (verdict.code, verdict.name) == ("unknown", "attitude")
     assert "of its largest and no further, as with a dead band or a limit" in verdict.details[0]
+
+
+@pytest.mark.parametrize(("design", "poses_of", "seed"), [
+    (hand_laid(with_dead_band(3.0), [SLOW]), pose_sets, 703),
+    (tilted_design(10.0, with_dead_band(1.0)), tilted_pose_sets, 710),
+], ids=["a curve that takes every row", "another function of the attitude"])
+def test_what_an_unknown_cause_leaves_is_no_effect_beside_it(
+    design: Design, seed: int,
+    poses_of: Callable[[Session], tuple[PoseSet, PoseSet, tuple[TriadSpec, TriadSpec]]],
+) -> None:
+    """One was to be there beside a dead band with 87 and with 92 in 100."""
+    poses = poses_of(simulate(design, seed))[1]
+    verdict = find(fit(poses, Model.of(BASE))).verdict
+    assert (verdict.code, verdict.name) == ("unknown", "attitude")
+    assert [each.name for each in verdict.beside if each.kind == "listed"] == []
 
 
 @pytest.mark.parametrize(("bend_sds", "code"), [(0.6, "effect"), (0.63, "unknown")])
