@@ -1,9 +1,10 @@
 """Unit and axes of a gyroscope from the turns of gravity in an accelerometer.
 
-The direction u of gravity in an accelerometer moves as ``du/dt = -ω × u``, independent of earlier
-attitudes. Its change between two blocks of samples shows the order, signs and handedness of the
-gyroscope's axes. The size of the unit (times that of the clock) follows from the whole rotation
-between two rests, at which no hand pushes the sensor.
+The direction u of gravity in an accelerometer moves as ``du/dt = -ω × u``. Its change from one
+rest to the next, at which no hand pushes the sensor, and the integral of ``-ω × u`` show the order,
+signs and handedness of the gyroscope's axes; a push between the rests averages out. The size of the
+unit (times that of the clock) follows from the whole rotation between two rests. In a log with too
+few rests the changes between successive blocks of samples show the axes.
 """
 
 import math
@@ -28,13 +29,13 @@ AGREEMENT = 0.7
 """Least correlation of the turns by three columns and by gravity that shows a gyroscope whatever
 the names. A judgement: the correlations of sound logs in ``tests`` are 0.9 or more."""
 LEAST_TURN = 0.02
-"""Least change of the direction of gravity from block to block, rad, that is not noise."""
+"""Least change of the direction of gravity in a turn, rad, that is not noise."""
 
 BLOCK_S = 0.1
 """Length of a block, s: a hand turns by less than a right angle in it, and noise averages out.
 Tuned: ``tests.bench.study_import``, half changes two and double three of 37 sets."""
 FEWEST_TURNS = 8
-"""Least number of turning blocks. Derived: among their 24 components a correlation of ``AGREEMENT``
+"""Least number of turns. Derived: among their 24 components a correlation of ``AGREEMENT``
 with one of 48 arrangements of axes is chance in one of 300 (t = 4.6)."""
 FEWEST_WAYS = 4
 """Least number of rotations between rests that show the size of a unit. Derived: the sd by one is
@@ -90,26 +91,26 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     step_s : float
         Time from row to row, s.
     """
-    block = max(1, round(BLOCK_S / step_s))
-    rows, tables = block_rows(table, block)
+    rows, tables = block_rows(table, max(1, round(BLOCK_S / step_s)))
     if len(rows) < FEWEST_TURNS:
         return None
-    up = force[rows] / np.maximum(np.linalg.norm(force[rows], axis=2, keepdims=True),
-                                  np.finfo(float).tiny)
-    moved = np.diff(up.mean(axis=1), axis=0)
-    turning = (np.linalg.norm(moved, axis=1) > LEAST_TURN) & (tables[1:] == tables[:-1])
-    if turning.sum() < FEWEST_TURNS:
+    up = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), np.finfo(float).tiny)
+    means = up[rows].mean(axis=1)
+    moves = _moves(np.flatnonzero(are_still(force[rows])), means, tables)
+    moves = moves[:, np.diff(moves, axis=0)[0] > 1]
+    between_rests = moves.shape[1] >= FEWEST_WAYS
+    begin, end = (moves if moves.shape[1] >= FEWEST_TURNS else
+                  _moves(np.arange(len(rows)), means, tables))
+    if len(begin) < FEWEST_TURNS:
         return None
-    # The difference of two block means is the motion weighted by a triangle over both.
-    both = np.concatenate([rows[:-1], rows[1:]], axis=1)[turning]
-    direction = np.concatenate([up[:-1], up[1:]], axis=1)[turning]
-    rise = (np.arange(block) + 0.5) / block
-    weight = step_s * np.concatenate([rise, 1 - rise])
-    # The prediction of axes W is the sum of direction × (W reading), linear in its nine elements.
-    products = np.einsum("j,kjb,kjc->kbc", weight, direction, rate[both] - np.median(rate, axis=0))
+    # Just before and after a move a plate stands too.
+    rate = rate - np.median(rate[(rows[moves] if between_rests else rows).ravel()], axis=0)
+    # The prediction of axes W is the integral of u × (W reading), linear in its nine elements.
+    products = step_s * up[:, :, None] * rate[:, None, :]
+    integral = (np.cumsum(products, axis=0) - products / 2)[rows].mean(axis=1)
     cross = np.cross(np.eye(3)[:, None], np.eye(3))
-    linear = np.einsum("bda,kbc->kadc", cross, products).reshape(-1, 9)
-    seen, ways = moved[turning], WAYS.reshape(-1, 9)
+    linear = np.einsum("bda,kbc->kadc", cross, integral[end] - integral[begin]).reshape(-1, 9)
+    seen, ways = means[end] - means[begin], WAYS.reshape(-1, 9)
     power = np.einsum("wi,ij,wj->w", ways, linear.T @ linear, ways)
     if not (power > 0).all():
         return None
@@ -121,13 +122,11 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     axes = ", ".join(f"{'-' if column.sum() < 0 else '+'}{AXES[int(np.abs(column).argmax())]}"
                      for column in WAYS[best].T * hand)
     shown = Turn(float(abs(common[best] / power[best])), float(abs(agreement[best])), axes)
-    if not shown.is_sure:
+    if not (shown.is_sure and between_rests):
         return shown
-    rests = np.flatnonzero(are_still(force[rows]))
     turned = rate @ WAYS[best].T * (hand * shown.si_per_unit * step_s)
-    size = _size_between_rests(turned, force, rows, rests, tables)
-    return shown if size is None else replace(
-        shown, si_per_unit=shown.si_per_unit * size, is_exact=True)
+    size = _size_between_rests(turned, force, rows[moves])
+    return replace(shown, si_per_unit=shown.si_per_unit * size, is_exact=True)
 
 
 def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bool:
@@ -161,37 +160,35 @@ def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bo
     return bool(along.max() > NEAREST and extent[-1] > FLATTEST * extent[0])
 
 
-def _size_between_rests(
-    turned: FloatArray, force: FloatArray, rows: IntArray, rests: IntArray, tables: IntArray
-) -> float | None:
-    """The factor by which turns from row to row (t, 3), rad, are too small; None without rests.
+def _moves(nodes: IntArray, means: FloatArray, tables: IntArray) -> IntArray:
+    """Begins and ends (2, n), of successive ``nodes`` (r,) of one table between which gravity
+    turns; ``means`` (k, 3) and ``tables`` (k,) are those of all blocks."""
+    begin, end = nodes[:-1], nodes[1:]
+    turn = np.linalg.norm(means[end] - means[begin], axis=1)
+    return np.stack([begin, end])[:, (turn > LEAST_TURN) & (tables[end] == tables[begin])]
 
-    Their bias is that just before and after a move, at which a plate stands too.
 
-    ``rows`` (k, size) and ``tables`` (k,) are those of the blocks, ``rests`` (r,) the still blocks.
+def _size_between_rests(turned: FloatArray, force: FloatArray, rests: IntArray) -> float:
+    """The factor by which turns from row to row (t, 3), rad, are too small.
+
+    ``rests`` (2, n, size) are the rows of the still blocks before and after each of n moves.
     """
-    begin, end = rests[:-1], rests[1:]
-    ways = np.flatnonzero((end - begin > 1) & (tables[end] == tables[begin]))
-    if len(ways) < FEWEST_WAYS:
-        return None
-    at_ends = rows[np.concatenate([rests[ways], rests[ways + 1]])]
-    turned = turned - np.median(turned[at_ends], axis=(0, 1))
-    means = force[rows[rests]].mean(axis=1)
-    sphere = sphere_through(means)
+    means = force[rests].mean(axis=2)
+    sphere = sphere_through(means.reshape(-1, len(AXES)))
     up = means - (0 if sphere is None else sphere.centre)
-    up /= np.linalg.norm(up, axis=1, keepdims=True)
-    middle = rows[rests, rows.shape[1] // 2]
-    lengths = middle[ways + 1] - middle[ways]
+    before, after = up / np.linalg.norm(up, axis=2, keepdims=True)
+    middle = rests[:, :, rests.shape[2] // 2]
+    lengths = middle[1] - middle[0]
     whole = 1 << int(lengths.max() - 1).bit_length()
-    steps = np.zeros((len(ways), whole, 3))
-    for way, length, first in zip(steps, lengths, middle[ways], strict=True):
+    steps = np.zeros((len(lengths), whole, 3))
+    for way, length, first in zip(steps, lengths, middle[0], strict=True):
         way[:length] = turned[first : first + length]
 
     def miss(size: float) -> float:
         turns = Rotation.from_rotvec(-math.exp(size) * steps.reshape(-1, 3))
         for _ in range(whole.bit_length() - 1):
             turns = turns[1::2] * turns[::2]
-        away = np.linalg.norm(turns.apply(up[ways]) - up[ways + 1], axis=1)
+        away = np.linalg.norm(turns.apply(before) - after, axis=1)
         return float(np.minimum(away, WIDEST_MISS).sum())
 
     return math.exp(minimize_scalar(miss, bounds=(-PUSHED, PUSHED), method="bounded").x)

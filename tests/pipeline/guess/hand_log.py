@@ -11,6 +11,7 @@ NOISE_M_S2, NOISE_RAD_S = 0.01, 0.001
 ACC_SCALE = np.array([1.02, 0.98, 1.01])
 ACC_BIAS = np.array([0.12, -0.2, 0.25])
 FIELD = np.array([0.45, 0.0, -0.893])  #: direction in middle latitudes
+PUSHES_HZ = np.array([1.3, 2.9, 4.7])
 GYR_BIAS = np.array([0.02, -0.015, 0.01])
 
 
@@ -29,8 +30,13 @@ class HandLog:
     field: np.ndarray
 
 
-def hand_log(seed: int = 0, rests: int = 18, rate_hz: float = 100.0) -> HandLog:
-    """Rests in random attitudes, each turn along the shortest way at a steady rate."""
+def hand_log(
+    seed: int = 0, rests: int = 18, rate_hz: float = 100.0, push_m_s2: float = 0.0
+) -> HandLog:
+    """Rests in random attitudes, each turn along the shortest way at a steady rate.
+
+    While it turns, a hand pushes it to and fro by ``push_m_s2``.
+    """
     rng = np.random.default_rng(seed)
     period = REST_S + TURN_S
     time_s = np.arange(round(rests * period * rate_hz)) / rate_hz
@@ -50,4 +56,6 @@ def hand_log(seed: int = 0, rests: int = 18, rate_hz: float = 100.0) -> HandLog:
     gyr = rate + GYR_BIAS + rng.normal(0, NOISE_RAD_S, (len(time_s), 3))
     index = (time_s // period).astype(int)
     rest = np.where(time_s % period < REST_S, index, -1)
+    push = push_m_s2 * np.sin(2 * np.pi * np.outer(time_s, PUSHES_HZ) + PUSHES_HZ)
+    acc += np.where(rest[:, None] < 0, push, 0.0)
     return HandLog(time_s, acc, gyr, rest, rate_hz, now.inv().apply(FIELD))

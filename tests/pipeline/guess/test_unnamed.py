@@ -14,6 +14,7 @@ from pipeline.guess.files import guess_files
 from pipeline.guess.pool import pooled
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.session import SessionGuess, guess_session
+from pipeline.guess.turns import turn_of
 from pipeline.guess.units import per_deg_of
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
@@ -77,6 +78,26 @@ def test_of_two_files_of_the_same_times_that_is_the_gyroscope_which_turns_the_ot
     assert {table.path.name: (table.gyroscope and table.gyroscope.unit,
                               table.accelerometer and table.accelerometer.unit)
             for table in guess.tables} == {force: (None, "m/s²"), "one.csv": ("°/s", None)}
+
+
+@pytest.mark.parametrize("push_m_s2", [0.0, 3.0])
+def test_a_hand_that_pushes_while_it_turns_the_sensor_hides_no_gyroscope(
+    tmp_path: Path, push_m_s2: float
+) -> None:
+    """From rest to rest the integral of the rate turns gravity, whatever a push is between."""
+    log = hand_log(rate_hz=50.0, push_m_s2=push_m_s2)
+    counts = np.rint(log.gyr * 32768 / np.radians(1000.0))
+    turned = turn_of(counts, log.acc, np.zeros(len(counts), np.int64), 0.02)
+    assert turned is not None
+    assert turned.is_exact
+    assert turned.axes == "+x, +y, +z"
+    assert turned.si_per_unit == pytest.approx(np.radians(1000.0) / 32768, rel=0.02)
+    path = tmp_path / "log.txt"
+    np.savetxt(path, np.column_stack([1000 * log.time_s, log.acc, counts]), "%.4f", ",")
+    triad = guessed([path]).gyroscope
+    assert triad is not None
+    assert triad.columns == ("5", "6", "7")
+    assert "32.768" in triad.unit
 
 
 def test_two_accelerometers_of_the_same_times_turn_nothing(tmp_path: Path) -> None:
