@@ -1,12 +1,11 @@
 """Warnings where a calibration contradicts the clips, the data sheet, the plate or stated sds."""
 
 from collections.abc import Iterator, Sequence
-from math import sqrt
 
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
-from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.result import ONE_SESSION_OF, Fit
 from calib.fit.least_squares.unknown_sd import tests_the_model
 from calib.fit.parameters import TriadParameters
 from calib.poses.data_sheet import TriadSpec
@@ -134,15 +133,6 @@ def range_in_words(full_scale: float, triad: str) -> str:
     return f"±{np.degrees(full_scale):.3g} °/s"
 
 
-ONE_SESSION_OF = 2000
-"""One in this many sessions with right sds causes a warning. Derived: both triads together then
-take a fifth of the one in 200 that all warnings may take."""
-
-PLAINLY = 1.5
-"""Ratio of stated sds to right ones. A judgement: sds that contain a converter's steps and slow
-noise at their largest are up to 1.3 times too large in sound sessions, and need no action."""
-
-
 def sds_too_large(fit: Fit) -> Iterator[str]:
     """Warn, once at most, where residuals are too small for the sds of a table's means.
 
@@ -150,15 +140,13 @@ def sds_too_large(fit: Fit) -> Iterator[str]:
     because it contains the converter's steps and slow noise at their largest: nothing needs
     mending.
     """
-    if not tests_the_model(fit.poses) or fit.dof < 1 or fit.p_value <= 1 - 1 / ONE_SESSION_OF:
-        return
-    ratio = fit.chi2 / fit.dof
-    if PLAINLY**2 * ratio > 1:
+    times = fit.sds_too_large
+    if times is None or not tests_the_model(fit.poses):
         return
     yield (
-        f"the sds of the {fit.poses.triad}'s poses are about {1 / sqrt(ratio):.2g} times too "
-        f"large: chi²/dof is {ratio:.2g} with {fit.dof} degrees of freedom, and right sds give so "
-        f"little in fewer than one session of {ONE_SESSION_OF}. The stated sds of the "
+        f"the sds of the {fit.poses.triad}'s poses are about {times:.2g} times too large: "
+        f"chi²/dof is {fit.chi2 / fit.dof:.2g} with {fit.dof} degrees of freedom, and right sds "
+        f"give so little in fewer than one session of {ONE_SESSION_OF}. The stated sds of the "
         f"parameters are too large with them, and an error of that size goes unseen. Are "
         f"they those of single samples? Those of the means belong here."
     )

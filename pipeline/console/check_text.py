@@ -1,6 +1,7 @@
 """A configuration as text: one line per section; and the same for programs."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from calib.poses.imu_log import TRIADS
@@ -10,6 +11,8 @@ from pipeline.stages.rehearsal import Rehearsal
 from pipeline.stages.session_logs import Setting
 from pipeline.text.formatting import count
 from pipeline.text.names import command
+
+LISTED = 4  #: files that a line names; layout
 
 
 def config_lines(config: Config, poses: Mapping[Setting, int]) -> Iterator[str]:
@@ -76,7 +79,16 @@ def _poses(section: RunSection, counts: Mapping[Setting, int]) -> str:
     beside = f", {count(number, 'pose')}" if number is not None else ""
     without = f", without {', '.join(map(str, excluded))}" if excluded else ""
     if poses.log:
-        return f"static intervals in {', '.join(path.name for path in poses.log)}{beside}{without}"
+        return f"static intervals in {_listed(poses.log)}{beside}{without}"
     if poses.means:
-        return f"rows of {', '.join(path.name for path in poses.means)}{beside}{without}"
+        return f"rows of {_listed(poses.means)}{beside}{without}"
     return f"{count(len(poses.files) - len(excluded), 'pose')}{without}"
+
+
+def _listed(paths: Sequence[Path]) -> str:
+    """The names of files, with their folder or archive if names alone are the same; the first and
+    the last of many."""
+    same = len({path.name for path in paths}) < len(paths)
+    names = ["/".join(path.parts[-2 if same else -1 :]) for path in paths]
+    return ", ".join(names) if len(names) <= LISTED else (
+        f"{len(names)} files, {names[0]} to {names[-1]}")

@@ -82,8 +82,9 @@ class Recordings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The warnings of all recordings."""
-        return tuple(w for recording in self.by_setting.values() for w in recording.warnings)
+        """The warnings of all recordings, each once: two settings may use the same log."""
+        return tuple(dict.fromkeys(
+            w for recording in self.by_setting.values() for w in recording.warnings))
 
 
 def average_recordings(

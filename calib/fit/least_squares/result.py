@@ -29,6 +29,14 @@ MISFIT_P_VALUE = 0.005
 """The one level at which "the stated noise explains the rows" is rejected: both triads of a session
 together raise a false alarm in one session of a hundred. Derived."""
 
+ONE_SESSION_OF = 2000
+"""One in this many sessions with right sds causes a warning. Derived: both triads together then
+take a fifth of the one in 200 that all warnings may take."""
+
+PLAINLY = 1.5
+"""Ratio of stated sds to right ones. A judgement: sds that contain a converter's steps and slow
+noise at their largest are up to 1.3 times too large in sound sessions, and need no action."""
+
 
 @dataclass(frozen=True, eq=False)
 class Fit(Stacked):
@@ -130,6 +138,14 @@ class Fit(Stacked):
         over its degrees of freedom is an F ratio.
         """
         return _number(fdtrc(self.dof, self.noise_dof, self.chi2 / self.dof))
+
+    @property
+    def sds_too_large(self) -> float | None:
+        """Ratio of the sds of one set of poses to right ones if the residual is plainly too small
+        for them, else None."""
+        if not 0 < PLAINLY**2 * self.chi2 < self.dof or self.p_value <= 1 - 1 / ONE_SESSION_OF:
+            return None
+        return float(np.sqrt(self.dof / self.chi2))
 
     @property
     def bounded_chi2(self) -> float:

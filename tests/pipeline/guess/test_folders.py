@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter1d
 
+from pipeline.console.import_text import guess_lines
 from pipeline.errors import UnreadableInput
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
 from tests.pipeline.guess.hand_log import GRAVITY_M_S2, hand_log
+from tests.sessions import pipeline, typed
 
 HEADER = "seconds_elapsed,z,y,x"
 OF_NO_READINGS = {"Annotation.csv": f"{HEADER}\n", "Metadata.csv": "device,rate\nphone,100\n",
@@ -84,3 +86,20 @@ def test_a_damaged_log_beside_whole_ones_is_refused(tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_bytes(damaged)
     with pytest.raises(UnreadableInput, match=r"b\.csv:202"):
         guess_files([tmp_path / "a.csv", tmp_path / "b.csv"], None)
+
+
+def test_check_names_the_folders_of_files_with_one_name_and_warns_once(tmp_path: Path) -> None:
+    files, config = write_folders(tmp_path), tmp_path / "session.yaml"
+    assert pipeline("import", *files, "--output", config, "--latitude", "45") == 0
+    _, printed, warned = typed("check", config)
+    assert ("static intervals in 36 files, pose00/AccelerometerUncalibrated.csv to "
+            "pose17/AngularVelocity.csv") in printed
+    assert len(set(warned.splitlines())) == len(warned.splitlines())
+
+
+def test_a_log_without_a_gyroscope_is_only_taken_as_at_rest(tmp_path: Path) -> None:
+    log = hand_log()
+    np.savetxt(tmp_path / "log.csv", np.column_stack([log.time_s, log.acc]), "%.5f", ",",
+               header="time_s,acc_x,acc_y,acc_z", comments="")
+    lines = guess_lines(guess_session(guess_files([tmp_path / "log.csv"], None)[0]))
+    assert any("taken as at rest, since no gyroscope shows a plate" in line for line in lines)
