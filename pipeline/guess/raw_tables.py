@@ -14,7 +14,7 @@ from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import kind_of, split_member
 from pipeline.logs.head import find_head
-from pipeline.logs.header_words import OTHER, read_name
+from pipeline.logs.header_words import read_name
 from pipeline.logs.tables import TextTable, tables_in
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 
@@ -119,7 +119,7 @@ def _rows_of_sensors(columns: Mapping[str, FloatArray]) -> BoolArray:
     """Whether three columns or more have a number in each row (t,), those of other quantities
     aside: a magnetometer or a pressure may have rows of its own between those of the sensor."""
     there = [np.isfinite(values) for name, values in columns.items()
-             if not OTHER & {read_name(name).stem} and read_name(name).quantity != "time"]
+             if not read_name(name).is_other and read_name(name).quantity != "time"]
     none = np.zeros(len(next(iter(columns.values()))), bool)
     rows = np.sum([none, *there], axis=0) >= len(AXES)
     return rows if rows.any() else np.ones_like(rows)

@@ -30,7 +30,7 @@ from pipeline.guess.magnitudes import (
 )
 from pipeline.guess.pool import MEANS_APART, STILL, PooledTables, still_means
 from pipeline.guess.turns import OWN, Turn, is_along_gravity, turn_of
-from pipeline.logs.header_words import ACC, GYR, OTHER, Words, read_name, whole_triples
+from pipeline.logs.header_words import ACC, GYR, Words, read_name, whole_triples
 
 AXIS_COUNT = 3  #: fact: number of axes of a triad
 LEAST_SCATTER = 0.03
@@ -197,6 +197,9 @@ def chosen_triads(pool: PooledTables) -> ChosenTriads:
     forces = sorted((force for force in every if _may_be_accelerometer(force)),
                     key=lambda force: (_called_as(force, "acc"), _is_gravity(force)),
                     reverse=True)[:MOST_LOOKED_AT]
+    named = [force for force in forces
+             if _called_as(force, "acc") == NAMED and not force.is_alike]
+    forces = named or forces  # a magnetic field and computed gravity have one length too
     pairs: list[tuple[_Evidence, PossibleTriad | None, PossibleTriad | None]] = []
     for force in forces:
         name = _called_as(force, "acc")
@@ -224,6 +227,7 @@ a plate, 1 about other axes) or rests, in which one has gravity's length and the
 same (1); names; whether gravity's length is nearly (1) or exactly (2) that of a known unit; number
 of sensors; equal readings of the gyroscope in all rests, else adjacent columns."""
 SURE_TURNS = 2  #: fact: the evidence of turns about the same axes
+NAMED = 2  #: fact: the evidence of a name that states the sensor
 EXACT = 2  #: fact: the evidence of gravity's length in a known unit
 
 
@@ -256,17 +260,17 @@ def _is_gravity(force: PossibleTriad) -> int:
 
 
 def _called_as(triad: PossibleTriad, sensor: str) -> int:
-    """2 if the columns' names state the sensor, 1 if the file's name does, -1 if they state another
-    one, else 0.
+    """``NAMED`` if the columns' names state the sensor, 1 if the file's name does, -1 if they state
+    another one, else 0.
 
     An unknown word counts against a gyroscope only: columns with gravity's length in every attitude
     are an accelerometer, whatever their names.
     """
     words, hint = triad.words, triad.pool.hint
     if words.stem == "g" and triad.gravity and triad.gravity.is_sure and triad.gravity.unit == "g":
-        return 2 * (sensor == "acc")  # the unit and not the first letter of a gyroscope
+        return NAMED * (sensor == "acc")  # the unit and not the first letter of a gyroscope
     if name := called(words):
-        return 2 if name == sensor else -1
+        return NAMED if name == sensor else -1
     if _is_other(triad):
         return -1
     if hint:
@@ -276,7 +280,7 @@ def _called_as(triad: PossibleTriad, sensor: str) -> int:
 
 def _is_other(triad: PossibleTriad) -> bool:
     """Whether a name states another quantity than an inertial one."""
-    return any(OTHER & {read_name(column).stem} for column in triad.columns)
+    return any(read_name(column).is_other for column in triad.columns)
 
 
 def _may_be_gyroscope(rate: PossibleTriad) -> bool:
@@ -287,7 +291,7 @@ def _may_be_gyroscope(rate: PossibleTriad) -> bool:
 def _may_be_accelerometer(force: PossibleTriad) -> bool:
     """Whether columns are gravity in some unit and no name states another quantity."""
     words, unit = force.words, force.gravity
-    if unit is None or (words.gravity_free and not unit.is_sure):
+    if unit is None or _is_other(force) or (words.gravity_free and not unit.is_sure):
         return False
     name = _called_as(force, "acc")
     if force.pool.hint == "gyr" and name < 2:

@@ -27,6 +27,7 @@ UNITS = {
     "deg_h": ("deg/h", "°/h", "º/h", "deg/hr", "deg/hour", "dph"),
     "mrad_s": ("mrad/s", "mrad_s"),
     "rpm": ("rpm", "r/min", "rev/min", "u/min", "tr/min"),
+    "uT": ("ut", "µt", "μt", "nt", "mt", "gauss", "mgauss", "mga"),
     "V": ("v", "volt", "volts"),
     "mV": ("mv", "millivolt", "millivolts"),
     "s": ("s", "sec", "second", "seconds", "с", "秒"),
@@ -67,11 +68,16 @@ TEMPERATURE = {"temp", "temperature", "tmp", "tempc", "degc", "temperatur", "tem
                "température", "tempcelsius", "dietemp", "t_c", "温度",
                "температура"}
 #: Words that mark a column as another quantity, whatever the other words are.
-OTHER = {"mag", "magn", "magnetic", "magnetometer", "user", "gravity", "quat", "quaternion",
+OTHER = {"mag", "user", "schwerkraft", "zwaartekracht", "гравитация", "重力", "quat", "quaternion",
          "q", "qua", "quaternions", "dcm", "euler", "roll", "pitch", "yaw", "setpoint", "pos",
          "position", "axisp", "axisi", "axisd", "axisf", "debug", "motor", "bias",
          "covariance", "orientation", "orient", "heading", "angle", "angles", "attitude", "winkel",
-         "角度", "磁场"}
+         "角度", "磁场", "磁場"}
+OTHER_BEGINNINGS = ("magn", "магн", "grav", "graw")
+"""Beginnings of the words for a magnetic field and for computed gravity in several languages."""
+FIELD_LETTERS = {"b", "h", "m"}  #: names of a magnetic field beside an axis: ``Bx``, ``mX``
+LINEAR = ("linea", "linéa", "liniow", "линейн")
+"""Beginnings of the word for an acceleration of which gravity was removed, in several languages."""
 WITH_GRAVITY = {"including", "incl", "with"}  #: before "gravity": a browser's, phyphox's
 TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "x", "beta": "y", "gamma": "z",
          "p": "x", "q": "y", "r": "z"}
@@ -91,7 +97,8 @@ WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я
 class Words:
     """The meaning of a name; empty fields are not stated.
 
-    ``axis`` is 0, 1, 2 or None; ``stem`` is the name without its axis.
+    ``axis`` is 0, 1, 2 or None; ``stem`` is the name without its axis. ``is_other``: it states
+    another quantity than an inertial reading, as a magnetic field or computed gravity.
     """
 
     quantity: Quantity = ""
@@ -99,13 +106,15 @@ class Words:
     unit: str = ""
     stem: str = ""
     gravity_free: bool = False
+    is_other: bool = False
 
 
 def read_name(name: str) -> Words:
     """Read the name of a column.
 
     >>> read_name("Acceleration x (m/s^2)")
-    Words(quantity='acc', axis=0, unit='m_s2', stem='acceleration', gravity_free=False)
+    Words(quantity='acc', axis=0, unit='m_s2', stem='acceleration', gravity_free=False, \
+is_other=False)
     """
     if POSITION.search(name) or QUATERNION.fullmatch(name.strip()):
         return Words(stem="quaternion" if "q" in name.lower() else "")
@@ -133,7 +142,8 @@ def read_name(name: str) -> Words:
     quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
     if quantity == "time" and unit in TEMPERATURE_UNITS:  # "T (degC)"
         quantity = "temperature"
-    return Words(quantity, axis, unit, stem, _gravity_free(text, words))
+    is_other = _is_other(words) or unit == "uT" or (axis is not None and stem in FIELD_LETTERS)
+    return Words(quantity, axis, unit, stem, _gravity_free(text, words), is_other)
 
 
 def spelled_unit(text: str) -> str:
@@ -179,7 +189,8 @@ def _split_axis(words: list[str]) -> tuple[list[str], int | None]:
         if words and words[i] in AXES:
             axis = AXES.index(words[i])
             return (words[:-1] if i else words[1:]), axis
-    if words and words[-1][-1] in "xyz" and words[-1][:-1] in ACC | GYR | {"m", "mag", "t"}:
+    if words and words[-1][-1] in "xyz" and words[-1][:-1] in ACC | GYR | FIELD_LETTERS | {
+            "mag", "t"}:
         last = words[-1]
         return [*words[:-1], last[:-1]], "xyz".index(last[-1])
     inside = [i for i, word in enumerate(words) if word in AXES]
@@ -194,7 +205,7 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
         return "sd"
     if stem in ("samples", "count"):
         return "samples"
-    if known & OTHER:
+    if _is_other(words):
         return ""
     if axis is not None:
         letters = {"a", "g", "w"} - {stem}
@@ -215,7 +226,7 @@ def _quantity(words: list[str], stem: str, axis: int | None) -> Quantity:
 
 def _quantity_by_unit(words: list[str], axis: int | None, unit: str, in_brackets: bool) -> Quantity:
     """The quantity of a name by its unit alone: "x-axis (deg/s)", "X_Value (s)"."""
-    if {*words} & OTHER or not in_brackets:
+    if _is_other(words) or not in_brackets:
         return ""
     if unit in SECONDS_PER:
         return "time"
@@ -226,6 +237,12 @@ def _quantity_by_unit(words: list[str], axis: int | None, unit: str, in_brackets
     return "acc" if unit in FORCE_UNITS else "gyr" if unit in RATE_UNITS else ""
 
 
+def _is_other(words: list[str]) -> bool:
+    """Whether a word states another quantity than an inertial one."""
+    return bool(OTHER & {*words, "".join(words)}) or any(
+        word.startswith(OTHER_BEGINNINGS) for word in words)
+
+
 def _gravity_free(text: str, words: list[str]) -> bool:
     """Whether gravity is removed: "linear" in phone apps, but not in ROS."""
-    return "user" in words or ("linear" in words and "_" not in text)
+    return "user" in words or ("_" not in text and any(word.startswith(LINEAR) for word in words))
