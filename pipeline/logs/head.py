@@ -36,7 +36,6 @@ FEWEST_COUNTED = 10  #: number of first rows whose numbers show that a column co
 LONGEST_FOOTER = 100  #: largest number of lines of text and sums below the rows
 OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units of other columns
 FEWEST_NUMBERS = 3  #: least number of numbers in a row: a triad
-
 #: Comment signs that count as a name before the others; C is Fortran's.
 OF_COMMENTS = ("", "#", "//", "%", "C", "c", "!", "*")
 REMARKS = ("comment", "comments", "remark", "notes")
@@ -96,10 +95,11 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
                 continue  # a setting, or the end of a truncated line
             if header and width_of_numbers(text) == 0:
                 continue  # a line of units, or the title of the rows
-            if delimiter_of(text):  # words separated by blanks are not the header of such rows
+            if dialect.delimiter:  # words separated by blanks are not the header of such rows
                 above = [line for line in above if delimiter_of(lines[line[0]])]
             above = [(at, names) for at, names in above if len(names) != len(row) - 1
-                     or delimiter_of(lines[at].lstrip("#/% ")) == delimiter_of(text)]
+                     or delimiter_of(lines[at].lstrip("#/% ")) == dialect.delimiter]
+            above = [(at, _wide_names(lines[at], names, len(row))) for at, names in above]
             return _head(i, header, above, len(row), rate_hz)
         else:
             above.append((i, cells))
@@ -110,6 +110,12 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
 def _stripped(line: str) -> str:
     """A line without blanks around it; a leading tab ends an empty cell, as pandas writes it."""
     return line.rstrip().lstrip(" ")
+
+
+def _wide_names(line: str, names: list[str], width: int) -> list[str]:
+    """``names``, or, as many as cells in a row, those between two blanks: "t [s]  Acc. X [mg]"."""
+    wide = re.split(r"\s{2,}", line.strip())
+    return wide if delimiter_of(line) is None and len(wide) == width else names
 
 
 def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:

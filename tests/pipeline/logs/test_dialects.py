@@ -36,6 +36,8 @@ DIALECTS = {
     "semicolons and decimal commas": HEAD.replace(",", ";") + rows(";", comma=True),
     "tabs and decimal commas": HEAD.replace(",", "\t") + rows("\t", comma=True),
     "blanks and decimal commas": HEAD.replace(",", " ") + rows(" ", comma=True),
+    "blanks in the names and decimal commas": (
+        "  Time [s]  Accel. X [g]  Accel. Y [g]  Accel. Z [g]\n" + rows("    ", comma=True)),
     "bars": HEAD.replace(",", "|") + rows("|"),
     "quoted decimal commas": HEAD + "".join(
         '"' + line.replace(";", '","') + '"\n' for line in rows(";", comma=True).splitlines()),
