@@ -225,7 +225,7 @@ def _likely(
     if gyro_agrees:
         return (
             f"The gyroscope agrees with that rate, so the stamps do not count seconds: they run "
-            f"{plate / rate:.3g} times too fast. Bring time_s to seconds."
+            f"{_pace(plate / rate)}. Bring time_s to seconds."
         )
     if same:
         return (
@@ -235,9 +235,14 @@ def _likely(
         )
     return (
         f"Either the rate belongs to another run (it would have to be {rate / plate:.3g} times as "
-        f"large), or time_s does not count seconds (it would run {plate / rate:.3g} times too "
-        f"fast). Check both."
+        f"large), or time_s does not count seconds (it would run {_pace(plate / rate)}). "
+        f"Check both."
     )
+
+
+def _pace(ratio: float) -> str:
+    """What a clock does that counts ``ratio`` seconds in one."""
+    return f"{ratio:.3g} times too fast" if ratio > 1 else f"{1 / ratio:.3g} times too slowly"
 
 
 def _rpm(rate_rad_s: float) -> str:

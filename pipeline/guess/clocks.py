@@ -1,7 +1,7 @@
 """The clock of a table: a column of times and its unit, a counter, or a rate."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -43,6 +43,11 @@ class ClockGuess:
     def is_known(self) -> bool:
         """Whether the file or the user states it."""
         return self.column is not None or self.rate_hz is not None
+
+    def at(self, rate_hz: float, doubt: str) -> "ClockGuess":
+        """The clock of a file without times at a rate that its readings show."""
+        return replace(self, rate_hz=rate_hz, time_s=self.time_s * ASSUMED_HZ / rate_hz,
+                       because="its readings agree at it", doubt=doubt)
 
     def overlaps(self, other: "ClockGuess") -> bool:
         """Whether their times overlap by more than half of the shorter one."""
@@ -90,7 +95,7 @@ def guess_clock(
     rate_hz = stated_hz or file_hz
     if rate_hz is None:
         return ClockGuess(None, None, None, np.arange(rows) / ASSUMED_HZ, "",
-                          "the file holds no times and no sample rate")
+                          "the file holds no times and no sample rate; state it by --rate-hz")
     because = ("--rate-hz" if stated_hz else "the mean of the times" if note else
                f"the mean of '{intervals}'" if intervals else "the file's head")
     return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)

@@ -21,7 +21,6 @@ from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
-    RECORD_RPM,
     USUAL_COUNTS_PER_DEG_S,
     near_scales,
     record_rpm,
@@ -31,9 +30,10 @@ from pipeline.guess.pool import (
     common_mean,
     sphere_through,
 )
-from pipeline.guess.speeds import NEAR_CLIP, speeds_of
+from pipeline.guess.speeds import NEAR_CLIP, speeds_in, speeds_of
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 from pipeline.guess.units import TriadGuess, rate_unit
+from pipeline.logs.clock import ASSUMED_HZ
 
 SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0
@@ -126,7 +126,7 @@ def settle_scale(
         return [*tables], tuple(ScaleChoice(per_deg, None) for per_deg in gyroscope.choices)
     # Lengths are in rad/s at the first scale; at another they are multiplied by the ratio.
     first = math.radians(1) / gyroscope.si_per_unit
-    lengths = np.array([table.usual_rad_s for table in turning])
+    lengths = np.array([_plate_rad_s(table) for table in turning])
     usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
              else USUAL_COUNTS_PER_DEG_S)
     for factors, because in _known_factors(turning, lengths, clips):
@@ -142,8 +142,32 @@ def settle_scale(
             f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
             f"range makes a speed of record players"))
     return [*tables], tuple(
-        ScaleChoice(per_deg, min(RECORD_RPM, key=lambda rpm: abs(
-            rpm - float(np.median(rates)) / RPM))) for per_deg, rates in at_speed or rates_of)
+        ScaleChoice(per_deg, nominal_rpm(float(np.median(rates))))
+        for per_deg, rates in at_speed or rates_of)
+
+
+def clocked_by_plate(tables: Sequence[TableGuess]) -> list[TableGuess]:
+    """Tables, and those without a clock at the sample rate at which gravity goes round on the
+    plate as fast as the gyroscope says, or the record player whose speed that is."""
+    unclocked = [table for table in tables if not table.clock.is_known and not table.are_means
+                 and table.gyroscope and not table.gyroscope.choices]
+    turning = _turning(unclocked) if unclocked else []
+    shown = _rate_by_gravity(
+        turning, np.array([table.usual_rad_s for table in turning])) if turning else None
+    if shown is None:
+        return [*tables]
+    rpm = nominal_rpm(shown[1])
+    hz = float(f"{ASSUMED_HZ * rpm * RPM / shown[0]:.3g}")
+    return [replace(table, clock=table.clock.at(hz, (
+        f"the file holds no times; at {hz:g} Hz gravity goes round at the {rpm:.3g} rpm of the "
+        f"gyroscope. State another rate by --rate-hz"))) if table in unclocked else table
+        for table in tables]
+
+
+def _plate_rad_s(table: TableGuess) -> float:
+    """The fastest speed of the plate in a log of many poses, else the usual rate in a table."""
+    many = speeds_in(table, table) if table.rate_bias is None else []
+    return max((speed for speed, _ in many), default=table.usual_rad_s)
 
 
 def _known_factors(

@@ -16,6 +16,7 @@ from pipeline.guess.plate import (
     SI,
     MeasuredClip,
     ScaleChoice,
+    clocked_by_plate,
     matching_clip,
     nominal_rpm,
     settle_scale,
@@ -112,6 +113,7 @@ def guess_session(
     """
     alone, doubts = drop_alternatives(tables)
     settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
+    settled = settled if scales else clocked_by_plate(settled)
     beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
     settled, notes = without_continuations(settled, layout == "files")

@@ -215,17 +215,16 @@ def clocked_by_turns(
         listed = ", ".join(f"{hz:.3g} Hz with {gyroscope.scaled(per_deg, '').unit}"
                            for per_deg, hz in able or every)
         return gyroscope, [replace(clock, doubt=(
-            f"{clock.doubt}; by the turns of gravity it is {listed}: state it by --rate-hz"))
+            f"{clock.doubt}. By the turns of gravity it is {listed}, and at another scale "
+            f"{every[0][0] * every[0][1]:.3g} Hz over its units per °/s"))
             for clock in clocks]
     per_deg, hz = able[0]
     rate_hz = float(f"{hz:.3g}")
     if gyroscope.choices:
         gyroscope = gyroscope.scaled(per_deg, "in others the log would be too short or too long")
-    return gyroscope, [replace(clock, rate_hz=rate_hz, time_s=clock.time_s * ASSUMED_HZ / rate_hz,
-                               because=f"at {rate_hz:g} Hz the gyroscope turns gravity as far as "
-                                       f"the accelerometer sees",
-                               doubt=f"the file holds no times; {rate_hz:g} Hz follows from the "
-                                     f"turns, off by 5 % at most") for clock in clocks]
+    return gyroscope, [clock.at(rate_hz, (
+        f"the file holds no times; {rate_hz:g} Hz follows from the turns, off by 5 % at most"))
+        for clock in clocks]
 
 
 def per_sample(

@@ -58,9 +58,11 @@ def test_rpm_stated_as_rad_s_are_told() -> None:
         require_whole_turns("33rpm", logs(STATED), np.full(3, STATED / RPM), BOTH, {})
 
 
-def test_stamps_that_are_not_seconds_are_told_by_the_gyroscope() -> None:
-    with pytest.raises(Contradiction, match=r"do not count seconds: they run 1\.99 times too fast"):
-        require_whole_turns("17rpm", logs(STATED, stretch=2.0), np.full(3, STATED),
+@pytest.mark.parametrize(("stretch", "said"), [
+    (2.0, r"1\.99 times too fast"), (0.5, r"2(\.0\d)? times too slowly")])
+def test_stamps_that_are_not_seconds_are_told_by_the_gyroscope(stretch: float, said: str) -> None:
+    with pytest.raises(Contradiction, match=f"do not count seconds: they run {said}"):
+        require_whole_turns("17rpm", logs(STATED, stretch=stretch), np.full(3, STATED),
                             BOTH, {})
 
 

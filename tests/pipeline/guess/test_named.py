@@ -1,0 +1,101 @@
+"""Columns whose names say what they are, beside others that have one length in every attitude."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.guess.files import guess_files
+from pipeline.guess.session import SessionGuess, guess_session
+from pipeline.logs.header_words import read_name
+from tests.pipeline.guess.evening import Evening
+from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, GRAVITY_M_S2, HandLog, hand_log
+
+FIELD_UT = 48.9
+MG = 1000 / GRAVITY_M_S2
+
+
+def guessed(*files: Path) -> SessionGuess:
+    return guess_session(guess_files(files, None)[0])
+
+
+def computed_gravity(log: HandLog) -> np.ndarray:
+    """Gravity as a phone computes it, of one length and nearly without noise."""
+    up = (log.acc - ACC_BIAS) / ACC_SCALE
+    return GRAVITY_M_S2 * up / np.linalg.norm(up, axis=1, keepdims=True)
+
+
+def write_log(path: Path, log: HandLog, triads: dict[str, np.ndarray]) -> Path:
+    """Triads by the pattern of their names, in which ``*`` is the axis."""
+    names = [name.replace("*", axis) for name in triads for axis in "XYZ"]
+    np.savetxt(path, np.column_stack([1000 * log.time_s, *triads.values()]), "%.4f", ";",
+               header=";".join(["time (ms)", *names]), comments="", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("push_m_s2", [0.0, 3.0])
+@pytest.mark.parametrize(("force", "scale", "others"), [
+    ("gF*", 1 / GRAVITY_M_S2, ("B*",)),
+    ("a*", MG, ("m*",)),
+    ("Accel *", 1.0, ("Gravity *", "Magnetometer *")),
+    ("BESCHLEUNIGUNG * (m/s²)", 1.0, ("GRAVITATION * (m/s²)", "MAGNETFELD * (µT)")),
+    ("Accélération * (g)", 1 / GRAVITY_M_S2, ("Gravité * (g)", "Champ * (µT)")),
+    ("Przyspieszenie * [mg]", MG, ("Grawitacja * [mg]", "Pole * [uT]")),
+])
+def test_columns_that_are_called_an_accelerometer_go_before_a_field_and_computed_gravity(
+    tmp_path: Path, force: str, scale: float, others: tuple[str, ...], push_m_s2: float
+) -> None:
+    log = hand_log(rate_hz=50.0, push_m_s2=push_m_s2)
+    beside = [scale * computed_gravity(log)] * (len(others) - 1) + [FIELD_UT * log.field]
+    path = write_log(tmp_path / "log.csv", log, {
+        **dict(zip(others, beside, strict=True)), "Gyro * (rad/s)": log.gyr,
+        force: scale * log.acc})
+    guess = guessed(path)
+    assert guess.accelerometer is not None
+    assert guess.accelerometer.columns == tuple(force.replace("*", axis) for axis in "XYZ")
+    assert not guess.accelerometer.doubt
+    assert guess.gyroscope is not None
+    assert "Gyro X (rad/s)" in guess.gyroscope.columns
+
+
+@pytest.mark.parametrize("name", ["GRAVITY * (m/s²)", "Schwerkraft *", "MAGNETIC FIELD * (µT)"])
+def test_columns_that_are_called_another_quantity_are_no_accelerometer(
+    tmp_path: Path, name: str
+) -> None:
+    log = hand_log(rate_hz=50.0)
+    vector = FIELD_UT * log.field if "FIELD" in name else computed_gravity(log)
+    guess = guessed(write_log(tmp_path / "log.csv", log, {
+        name: vector, "Gyro * (rad/s)": log.gyr}))
+    assert guess.accelerometer is None
+
+
+@pytest.mark.parametrize("name", ["accelerationIncludingGravity_x", "Acceleration (with gravity) y",
+                                  "linear_acceleration.z", "field.linear_acceleration.x"])
+def test_an_acceleration_with_gravity_is_an_accelerometer(name: str) -> None:
+    words = read_name(name)
+    assert words.quantity == "acc"
+    assert not words.is_other
+
+
+def test_a_plate_shows_the_rate_of_a_log_without_times(tmp_path: Path) -> None:
+    """Gravity goes round in samples as often as the gyroscope says in seconds."""
+    evening = Evening(seconds=9.0)
+    files = []
+    for name, rpm, seed in (("rest", 0.0, 1), ("turn", 100 / 3, 2)):
+        for path in evening.write(tmp_path, name, rpm, seed):
+            table = np.loadtxt(path, delimiter=",", skiprows=1)[::3]  # 33.3 Hz
+            table[:, 5:] *= evening.range_deg_s / 32768
+            np.savetxt(path, table[:, [1, 2, 3, 5, 6, 7]], "%.4f", ",", comments="",
+                       header="acc_x,acc_y,acc_z,wx (deg/s),wy (deg/s),wz (deg/s)")
+            files.append(path)
+    guess = guessed(*files)
+    assert [table.clock.rate_hz for table in guess.tables] == pytest.approx(
+        [100 / 3] * len(files), rel=0.005)
+    assert [source.rate for source in guess.sources] == ["stopped", "33.3rpm"]
+    assert "--rate-hz" in " ".join(guess.doubts)
+
+
+def test_a_range_that_stays_open_is_asked_with_the_speeds_that_follow(tmp_path: Path) -> None:
+    evening = Evening(range_deg_s=250.0, rpm=25.0, lean_deg=0.0)
+    guess = guessed(*evening.write(tmp_path, "turn", 25.0, 1))
+    assert [choice.rpm for choice in guess.scales] == pytest.approx([25, 50, 100, 200], rel=0.02)
