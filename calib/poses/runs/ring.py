@@ -146,12 +146,22 @@ class Ring(Rows):
         """The same rings with ``count`` poses before those of the set."""
         return replace(self, place=self.place + count)
 
+    def _moved_by(self, errors: int) -> "Ring":
+        """The same rings, their axes moved by as many ``errors``, by those that are new not at all.
+        """
+        new = np.zeros((*self.axis.shape, errors - self.axis_moved.shape[2]))
+        return replace(self, axis_moved=np.concatenate([self.axis_moved, new], axis=2))
+
 
 def joined_rings(first: Ring | None, other: Ring | None) -> Ring | None:
-    """The rings of two sets one after another; ``place`` of both as they then stand."""
+    """The rings of two sets one after another; ``place`` of both as they then stand.
+
+    An axis that no accelerometer gave, as in a planned pose, is moved by no error of it.
+    """
     if first is None or other is None:
         return first or other
-    return joined([first, other])
+    errors = max(first.axis_moved.shape[2], other.axis_moved.shape[2])
+    return joined([each._moved_by(errors) for each in (first, other)])
 
 
 def rings_of(parts: Sequence[tuple[Ring | None, int]]) -> Ring | None:
