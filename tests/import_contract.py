@@ -74,7 +74,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("other_poses",),
     ],
     "calib.fit.validation": [
-        ("leave_one_out", "odd_poses", "wave_misfit"), ("prediction",),
+        ("leave_one_out", "odd_poses", "wave_misfit"), ("weak_directions",), ("prediction",),
         ("elsewhere", "untold"),
     ],
     "calib.noise": [("stillness", "allan"), ("coefficients",)],

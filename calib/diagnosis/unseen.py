@@ -20,8 +20,6 @@ from scipy.special import expit
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.hypotheses.signature import Linearisation, whole_columns
 from calib.diagnosis.verdict.decision import Code
-from calib.diagnosis.verdict.kinds_of_noise import WANDER
-from calib.effects.catalogue import STEP
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import WANDERS
@@ -96,19 +94,23 @@ def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:
     return None if size is None else size.si_for(triad)
 
 
-def absorbed(calibration: TriadCalibration, effect: Effect) -> FloatArray:
+def absorbed(
+    calibration: TriadCalibration, effect: Effect, shape: float | None = None
+) -> FloatArray:
     """Part of an effect that the parameters absorb, per unit of each of its parameters, (p, k)."""
-    return _parted(calibration, effect)[0]
+    return _parted(calibration, effect, shape)[0]
 
 
-def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, FloatArray]:
+def _parted(
+    calibration: TriadCalibration, effect: Effect, shape: float | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Part of an effect that the parameters absorb (p, k), and part left in the rows (r, k).
 
     Of one that a length shows in square, k is the number of products of its parameters.
     """
     fit = calibration.fit
     root = np.sqrt(fit.weight)[:, None]
-    seen = _columns(fit, effect)
+    seen = _columns(fit, effect, shape)
     columns = np.zeros((len(fit.rows.residual), seen.shape[1]))
     columns[: len(seen)] = seen
     basis = with_common(fit.basis, len(fit.eta))
@@ -118,7 +120,7 @@ def _parted(calibration: TriadCalibration, effect: Effect) -> tuple[FloatArray, 
     return np.asarray(held), np.asarray(columns * root - model @ solution)
 
 
-def _columns(fit: Fit, effect: Effect) -> FloatArray:
+def _columns(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
     """Whitened columns (d, k); gravity is along the axis of the plate where nobody logged it."""
     poses, solution = fit.poses, Linearisation(fit)
     if effect.in_square:
@@ -127,7 +129,7 @@ def _columns(fit: Fit, effect: Effect) -> FloatArray:
             vectors[poses.ring.place] = 0.0
         return solution.rows(vectors)
     if "force" not in effect.needs or np.isfinite(poses.force).all():
-        return whole_columns(fit, effect)
+        return whole_columns(fit, effect, shape)
     along = np.sign(poses.spin_rad_s)[:, None] * fit.rows.vector
     up = along / np.linalg.norm(fit.rows.vector, axis=1, keepdims=True)
     at = replace(solution.corrected, force=typical_force(poses) * up)
@@ -230,40 +232,34 @@ def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
 def _left_open(
     prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis
 ) -> FloatArray:
-    """Variance (m, d) by what may be missing, each class by its most probable member.
+    """Variance (m, d) by what may be missing and goes on, averaged over all credible sets.
 
     An error that follows the temperature or the time vanishes under typical conditions, and one of
-    unknown shape has no formula: a class counts at least as much as it takes off the mean square
-    error of poses left out. Noise that the samples of the poses do not show, a bias that wanders
-    among it, goes on in the next log, also where the model has it; a bad pose or an error of the
-    bench is not part of that.
+    unknown shape has no formula: each counts at least as much as the rows show of it. Noise that
+    the samples of the poses do not show goes on in the next log, also where the model has it.
     """
     total = np.full_like(prediction.variance, _drawn_anew(calibration.fit))
     if diagnosis.verdict == Code.NOTHING_MISSING:
         return total
-    ranking = {(each.name, each.kind): each for each in diagnosis.ranking}
-    noise = ranking["noise", "noise"]
-    without = noise.loo_after ** 2
-    scatter = np.fmax(without - np.median(calibration.fit.equations.magnitude_sd) ** 2, 0.0)
-    total += noise.probability * scatter
-    for each in diagnosis.inclusion:
-        effect = EFFECTS.get(each.name)
-        candidate = ranking.get((each.follows or each.name, each.kind))
-        lasts = each.kind in ("listed", "unknown") or each.name == WANDER
-        if candidate is None or not lasts:
-            continue
-        of_bench = effect is not None and effect.belongs_to == "bench"
-        by_it = scatter if each.name == WANDER else np.fmax(without - candidate.loo_after**2, 0.0)
-        variance = np.full_like(total, 0.0 if of_bench else by_it)
-        if effect and effect.name not in (STEP, WANDER) and candidate.size.size:
-            size = candidate.size
-            if effect.in_square:
-                size = np.outer(size, size)[np.triu_indices(len(size))]
-            by_formula = error_by_missing(calibration, prediction, effect,
-                                          absorbed(calibration, effect), size[:, None])
+    average, of_row = diagnosis.averaged, np.median(calibration.fit.equations.magnitude_sd) ** 2
+    total += max(average.factor - 1.0, 0.0) * of_row
+    for each in average.going_on:
+        variance = np.full_like(total, each.shown * of_row)
+        if each.effect is not None:
+            held = absorbed(calibration, each.effect, each.shape)
+            by_formula = error_by_missing(calibration, prediction, each.effect, held,
+                                          _root(each.moment), each.shape)
+            if each.effect.belongs_to == "bench":
+                variance[:] = 0.0
             variance = np.fmax(variance, np.where(np.isfinite(by_formula), by_formula, 0.0))
-        total += each.probability * variance
+        total += variance
     return total
+
+
+def _root(moment: FloatArray) -> FloatArray:
+    """A square root (k, k) of a mean of products (k, k)."""
+    size, turns = np.linalg.eigh(moment)
+    return np.asarray(turns * np.sqrt(np.maximum(size, 0.0)))
 
 
 def _drawn_anew(fit: Fit) -> float:

@@ -50,12 +50,15 @@ def table_at(
 
 def whole_unit_columns(
     fit: Fit, hypotheses: Sequence[Hypothesis], projector: Projector
-) -> dict[int, FloatArray]:
+) -> dict[int, tuple[FloatArray, FloatArray]]:
     """Whitened columns (k, r) of every hypothesis at ``fit``, of unit size, nothing projected out.
+
+    And what of each parameter (k,) that is, SI.
     """
-    return {int(j): columns for block in _blocks_of_one_width(fit, hypotheses, projector)
-            for j, columns in zip(
-                block.which, block.columns * (block.unit * block.alike)[..., None], strict=True)}
+    return {int(j): (columns * unit[:, None], unit)
+            for block in _blocks_of_one_width(fit, hypotheses, projector)
+            for j, columns, unit in zip(
+                block.which, block.columns, block.unit * block.alike, strict=True)}
 
 
 @dataclass(frozen=True, eq=False)

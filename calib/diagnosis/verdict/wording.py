@@ -239,7 +239,7 @@ def unsupported(fit: Fit, prediction: Prediction) -> str:
     """Where a calibration with nothing missing does not hold, or no pose checks it."""
     text = ""
     if not prediction.holds_everywhere:
-        worst = direction_name(prediction.worst_direction, fit.poses.triad)
+        worst = direction_name(prediction.weakest, fit.poses.triad)
         text = (
             f"But the calibration is weak with {worst}: a corrected magnitude is "
             f"{two_digits(prediction.times_a_pose)} times as uncertain there as one pose would "

@@ -131,7 +131,7 @@ it at most. Numerical."""
 
 def error_by_missing(
     calibration: TriadCalibration, prediction: Prediction, effect: Effect, absorbed: FloatArray,
-    root: FloatArray,
+    root: FloatArray, shape: float | None = None,
 ) -> FloatArray:
     """Mean square error of a corrected magnitude by an effect that the model lacks, SI.
 
@@ -148,6 +148,8 @@ def error_by_missing(
         What the parameters hold of it, per unit of each of its k parameters.
     root : array, shape (k, j)
         A square root of the mean of ``t tᵀ``, t its parameters.
+    shape : float or None
+        Value of its shape parameter; None for the usual one.
 
     Returns
     -------
@@ -158,14 +160,15 @@ def error_by_missing(
         return np.asarray((by_parameters**2).sum(axis=2))
     force = spread_directions(FORCE_DIRECTIONS if "force" in effect.needs else 1)
     return np.array([
-        ((_at_once(calibration, size * prediction.directions, force, effect) @ root
+        ((_at_once(calibration, size * prediction.directions, force, effect, shape) @ root
           + each) ** 2).sum(axis=2).mean(axis=0)
         for size, each in zip(prediction.magnitude, by_parameters, strict=True)
     ])
 
 
 def _at_once(
-    calibration: TriadCalibration, true: FloatArray, force: FloatArray, effect: Effect
+    calibration: TriadCalibration, true: FloatArray, force: FloatArray, effect: Effect,
+    shape: float | None,
 ) -> FloatArray:
     """Change of the size of true vectors (d, 3) under forces (f, 3) by an effect, (f, d, k)."""
     poses = imagined(calibration.fit.poses, true)
@@ -173,6 +176,7 @@ def _at_once(
     size = typical_force(calibration.fit.poses)
     axes = axes_of(calibration.correction.linear_form()[0])
     along = true / np.linalg.norm(true, axis=1, keepdims=True)
+    shapes = {} if shape is None else {effect.name: shape}
     errors = [sensor_columns((effect,), replace(at, force=np.tile(size * up, (len(true), 1))),
-                             {}, axes) for up in force]
+                             shapes, axes) for up in force]
     return np.asarray(np.einsum("di,fdik->fdk", along, np.array(errors)))

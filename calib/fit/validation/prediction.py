@@ -17,7 +17,12 @@ from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.triad.correction import linear_form
-from calib.fit.validation.leave_one_out import pose_blocks
+from calib.fit.validation.weak_directions import (
+    LARGEST_TO_POSE,
+    times_a_pose,
+    unchecked_poses,
+    variances_along,
+)
 from calib.poses.attitudes import natural_directions, spread_directions
 from calib.poses.imu_log import FloatArray, IntArray
 from calib.poses.pose_set import PoseSet
@@ -29,21 +34,6 @@ order in n. Numerical."""
 
 FORCES_OF_A_MODEL = 12
 """Directions of gravity, 60° apart: a variance is of second order in it. Numerical."""
-
-LARGEST_TO_POSE = 1.5
-"""Ratio of the sd in a direction to that of one pose there from which such a pose would nearly
-halve it. 18 wedge poses stay at 0.8; without those of one face and the edges beside it 2. A
-judgement."""
-
-MOST_WANTED = 8
-"""Number of directions that an advice lists; if more are missing, as many again come with the next
-run. A judgement."""
-
-LEAST_REDUNDANCY = 0.01
-"""Share of a pose's own error that its residual shows. Derived: an error is noticed (in 8 of 10
-cases at 1 in 1000) from 4.1/√share of the pose's sds on (Baarda, *A Testing Procedure for Use in
-Geodetic Networks*, 1968): at 0.01 from 41, while the rest of it enters the parameters."""
-
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -59,14 +49,14 @@ class Prediction:
         Of the corrected magnitude by the parameters.
     variance : array, shape (m, d)
         By what the poses determine.
-    noise_worst : float
-        The largest sd without the errors that the references have in common.
-    pose_sd : float
-        The typical sd of the magnitude of one pose.
+    times_a_pose : float
+        Ratio of the sd to that of one pose, in the direction where it is largest.
+    weakest : array, shape (3,)
+        This direction.
     wanted : tuple of array, shape (3,)
         Natural directions in which poses would mend that, the best first.
     unchecked : tuple of str
-        The poses that no other pose checks (:data:`LEAST_REDUNDANCY`).
+        The poses that no other pose checks (:data:`..weak_directions.LEAST_REDUNDANCY`).
     unseen : mapping of str to array, shape (m, d)
         Variance by each effect that the poses cannot see, at the size typical of the sensor.
     untold : mapping of str to array, shape (m, d)
@@ -79,8 +69,8 @@ class Prediction:
     directions: FloatArray
     gradient: FloatArray
     variance: FloatArray
-    noise_worst: float
-    pose_sd: float
+    times_a_pose: float
+    weakest: FloatArray
     wanted: tuple[FloatArray, ...] = ()
     unchecked: tuple[str, ...] = ()
     unseen: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -138,11 +128,6 @@ class Prediction:
         """Whether no direction is known much worse than one pose there would show it."""
         return self.times_a_pose <= LARGEST_TO_POSE
 
-    @property
-    def times_a_pose(self) -> float:
-        """Ratio of the sd in the worst direction to that of one pose there."""
-        return self.noise_worst / self.pose_sd
-
 
 def predict(calibration: TriadCalibration) -> Prediction | None:
     """Expected error in every direction; None if all poses were at rest.
@@ -160,18 +145,17 @@ def predict(calibration: TriadCalibration) -> Prediction | None:
     magnitude = np.array(distinct(turning))
     gradient = np.array(
         [gradient_of(fit, imagined(fit.poses, size * directions)) for size in magnitude])
-    uncommon = calibration.noise_cov
-    by_noise = np.einsum("mdp,pq,mdq->md", gradient, uncommon, gradient)
     pose_sd = float(np.median(fit.equations.magnitude_sd)) * calibration.widening
+    times, wanted = times_a_pose(gradient, calibration, pose_sd)
     return Prediction(
         magnitude=magnitude,
         directions=directions,
         gradient=gradient,
         variance=_variance(calibration, magnitude, directions, gradient),
-        noise_worst=float(np.sqrt(max(np.max(by_noise), 0.0))),
-        pose_sd=pose_sd,
-        wanted=_wanted(gradient, uncommon, pose_sd, directions),
-        unchecked=_unchecked(fit),
+        times_a_pose=float(times.max()),
+        weakest=directions[int(np.argmax(times.max(axis=0)))],
+        wanted=tuple(directions[wanted]),
+        unchecked=unchecked_poses(fit),
     )
 
 
@@ -193,43 +177,12 @@ def _variance(
     if any("force" in effect.needs for effect in fit.model.acting_on("sensor")):
         each = [np.array([gradient_of(fit, imagined(fit.poses, size * directions, up))
                           for size in magnitude]) for up in spread_directions(FORCES_OF_A_MODEL)]
-    of_each = [np.einsum("mdp,pq,mdq->md", g, fit.cov, g) for g in each]
-    return np.asarray(np.mean(of_each, axis=0))
+    return np.asarray(np.mean([variances_along(g, fit.cov) for g in each], axis=0))
 
 
 def _rms(variance: FloatArray) -> float:
     """Root mean square over all directions and magnitudes."""
     return float(np.sqrt(max(float(np.mean(variance)), 0.0)))
-
-
-def _wanted(
-    gradients: FloatArray, cov: FloatArray, pose_sd: float, directions: FloatArray
-) -> tuple[FloatArray, ...]:
-    """Natural directions for further poses until none is known worse than one pose would show.
-
-    Each is the natural direction known worst given those before it, and enters as one more pose:
-    ``cov - cov g (σ² + gᵀ cov g)⁻¹ gᵀ cov``. ``gradients`` (k, n, p) at every magnitude.
-    """
-    natural = len(natural_directions())
-    wanted: list[FloatArray] = []
-    for _ in range(MOST_WANTED):
-        variance = np.einsum("knp,pq,knq->kn", gradients, cov, gradients)
-        if variance.max() <= (LARGEST_TO_POSE * pose_sd) ** 2:
-            break
-        at, worst = np.unravel_index(np.argmax(variance[:, :natural]), (len(gradients), natural))
-        pull = cov @ gradients[at, worst]
-        cov = cov - np.outer(pull, pull) / (pose_sd**2 + gradients[at, worst] @ pull)
-        wanted.append(directions[worst])
-    return tuple(wanted)
-
-
-def _unchecked(fit: Fit) -> tuple[str, ...]:
-    """The poses whose errors would pass into the parameters unnoticed."""
-    pose, shares = fit.equations.row_pose, np.ones(len(fit.poses))
-    for rows, values, _ in pose_blocks(fit.weighted_jacobian, pose):
-        shares[pose[rows[:, 0]]] = values[:, 0]  # the worst direction
-    return tuple(label for label, share in zip(fit.poses.label, shares, strict=True)
-                 if share < LEAST_REDUNDANCY)
 
 
 def distinct(magnitudes: FloatArray) -> list[float]:

@@ -1,19 +1,23 @@
 """What is advised next is something that the session has not."""
 
+from dataclasses import replace
+
 import pytest
 
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.next_measurement.pose_blocks import menu
+from calib.diagnosis.next_measurement.pose_blocks import TILTED, hypothetical, menu
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
+from tests.fitting import tilted_pose_sets
 from tests.lots import pose_sets_of
 from tests.set_trials import design_of
 from tests.trials import drawn, poses_of
 from tests.world.bench import Design
-from tests.world.designs import paper_design, soak_design
+from tests.world.designs import paper_design, soak_design, tilted_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
+from tests.world.session import simulate
 
 
 @pytest.mark.parametrize(("design", "has_corners"), [
@@ -35,3 +39,15 @@ def test_a_bias_that_follows_the_temperature_late_asks_for_another_soak() -> Non
     assert found.advice is not None
     assert (found.advice.block, found.advice.minutes) == ("soak", 60.0)
     assert found.advice.instruction in found.text
+
+
+def test_a_steeper_lean_can_be_planned_for_a_plate_that_leans_a_little() -> None:
+    """The axes of its poses come from the accelerometer, those of the planned ones from nowhere."""
+    _, gyroscope, _ = tilted_pose_sets(
+        simulate(replace(tilted_design(3.0), sample_rate_hz=25.0), 41))
+    session = fit(gyroscope, Model.of(BASE))
+    planned = {block.code: then for block, then in hypothetical(session)}
+    assert len(planned[TILTED.code].poses) > len(gyroscope)
+    ring = planned[TILTED.code].poses.ring
+    assert ring is not None
+    assert ring.axis_moved.shape == (len(ring.place), 3, 9)

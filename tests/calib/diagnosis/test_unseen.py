@@ -1,5 +1,6 @@
 """What these poses cannot see moves the parameters by as much as the budget says."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,13 +14,21 @@ from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
+from calib.poses.attitudes import spread_directions
+from calib.poses.conditions import Conditions
+from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import gyro_poses
 from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy, rich_poses, walk
 from tests.calib.plate_poses import on_the_plate
-from tests.fitting import spec_of
+from tests.fitting import pose_sets, spec_of
+from tests.world.bench import Design
+from tests.world.designs import paper_design
+from tests.world.hidden import Hidden
 from tests.world.imu import mpu6050
+from tests.world.physics import triad_of
+from tests.world.session import simulate
 
 ONE_SPEED = noisy(made_poses("gyroscope", (SLOW,)), 4)
 """Gravity is parallel to the plate's axis: g-sensitivity is scale and misalignment."""
@@ -199,3 +208,41 @@ def test_a_bias_by_products_of_the_specific_force_follows_the_attitude() -> None
     said = diagnose(fit(poses, MODEL))
     assert (said.verdict, said.explanation.step) == ("unknown", "discover")
     assert "follows the attitude" in said.text
+
+
+def simulated(seed: int, hidden: tuple[Hidden, ...] = ()) -> tuple[
+        Design, Sequence[PoseSet], tuple[TriadSpec, TriadSpec]]:
+    """The published design with an MPU-6050, its poses and its data sheets."""
+    design = replace(paper_design(mpu6050()), sample_rate_hz=25.0, jitter_deg=3.0)
+    *sets, specs = pose_sets(simulate(design, seed, hidden))
+    return design, sets, specs
+
+
+def test_scatter_that_leaves_all_open_is_stated_as_large_as_it_is() -> None:
+    """18 poses do not tell scatter from effects, but any of these errs by as much."""
+    design, (poses, _), (spec, _) = simulated(3)
+    triad, gravity = triad_of(design, "accelerometer"), design.site.gravity_m_s2
+    ratios = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        scatter = 0.036 * rng.standard_normal((318, 3))
+        assessed = assess(replace(poses, reading=poses.reading + scatter[:18]), MODEL, spec)
+        force = gravity * spread_directions(300)
+        reading = spec.nominal(spec.signed(triad.project(force) * triad.gain + triad.offset))
+        corrected = assessed.calibration.correct(Conditions.of_vectors(reading + scatter[18:]))
+        error = np.linalg.norm(corrected, axis=1) - gravity
+        assert assessed.prediction is not None
+        ratios.append(assessed.prediction.sd_median / np.sqrt(np.mean(error**2)))
+    assert min(ratios) > 0.6
+    assert max(ratios) < 1.8
+
+
+def test_a_warm_up_is_extrapolated_by_its_own_time_constant() -> None:
+    """Ten minutes after it was switched on it is 0.45 °/s and falls to a third in four minutes."""
+    size = np.radians([5.0, -4.0, 3.0])
+    _, (_, poses), (_, spec) = simulated(
+        5, (Hidden("warm_up", "gyroscope", size, {"tau_s": 250.0}),))
+    assessed = assess(poses, MODEL, spec)
+    assert assessed.diagnosis.names == ("warm_up",)
+    assert assessed.prediction is not None
+    assert 0.05 < np.degrees(assessed.prediction.sd_median) < 0.4

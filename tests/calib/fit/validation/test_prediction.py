@@ -1,5 +1,7 @@
 """What a calibration says it will err by, held against what it errs by, by direction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,6 +22,11 @@ from tests.calib.made_poses import (
     made_poses,
     noisy,
 )
+from tests.fitting import pose_sets
+from tests.world.designs import paper_design
+from tests.world.imu import mpu6050
+from tests.world.plate import PlateMotion
+from tests.world.session import simulate
 
 
 def errors(triad: Triad, seed: int, lost: bool, directions: np.ndarray) -> tuple[np.ndarray, float]:
@@ -70,6 +77,19 @@ def test_a_common_error_counts_in_full_and_spoils_no_direction() -> None:
     assert stated is not None
     assert stated.sd_median == pytest.approx(1e-2 * SLOW, rel=0.05)
     assert stated.holds_everywhere
+
+
+def test_poses_at_rest_beside_a_rate_that_is_hardly_known_spoil_no_direction_either() -> None:
+    """They show the scale by Earth's rotation, a little; a pose more on the plate mends nothing."""
+    design = paper_design(mpu6050().with_noise(0.1), PlateMotion(2 * SLOW))
+    design = replace(design, rests_count_for_gyroscope=True, rate_sd_relative=3e-3,
+                     sample_rate_hz=25.0)
+    _, poses, specs = pose_sets(simulate(design, 1))
+    stated = predict(calibrate_triad(fit(poses, MODEL), specs[1]))
+    assert stated is not None
+    assert stated.sd_median == pytest.approx(3e-3 * 2 * SLOW, rel=0.05)
+    assert stated.holds_everywhere
+    assert stated.wanted == ()
 
 
 def test_added_effects_enlarge_it() -> None:
