@@ -111,7 +111,7 @@ def with_error(effect: str, error: FloatArray) -> TriadCalibration:
 
 
 def test_a_bias_that_drifts_counts_as_at_the_end_of_the_session() -> None:
-    """By 0.7 to 1.4 m/s² in an hour, of which the session has a tenth."""
+    """The biases drift by 0.7 to 1.4 m/s² in an hour, of which the session has a tenth."""
     time_s = calibration().fit.poses.time_s
     per_s = np.array([1.4, -1.0, 0.7]) / 3600
     drifting = with_error("bias_drift", time_s[:, None] * per_s)

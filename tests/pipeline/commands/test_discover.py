@@ -64,7 +64,7 @@ def test_a_hidden_curve_in_a_column_of_any_name_is_found_written_and_added(
 def test_a_run_whose_rate_is_another_than_stated_is_said_to_differ(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """By 1 %, where the sensitivity to gravity from some time on was stated with large odds."""
+    """The rate differs by 1 %; a sensitivity to gravity was stated for that with large odds."""
     design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
     config = write_session(tmp_path, simulate(design, 3), film=False).config
     rate = load_config(config).rate["m33rpm"].rate_rad_s

@@ -165,7 +165,7 @@ def test_the_dates_of_a_query_are_no_clock_beside_that_of_the_sample(tmp_path: P
 
 
 def test_a_line_of_any_number_of_registers_is_read() -> None:
-    """As one that a binary log makes; a search from every word to the end took an hour."""
+    """A line like those of a binary log; a search from every word to the end took an hour."""
     words = decimal_numbers(" ".join(["00A0"] * 100_000)).split()
     assert (len(words), words[-3:]) == (100_000, ["160", "160", "160"])
     row = decimal_numbers("\n".join(["17 00A0 FF00 0B07"] * 20))
