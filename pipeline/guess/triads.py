@@ -146,7 +146,7 @@ class PossibleTriad:
 
     def is_along(self, force: "PossibleTriad") -> bool:
         """Whether they are parallel to ``force`` on a turning plate."""
-        return self.is_sensor and is_along_gravity(*self._beside(force))
+        return self.is_sensor and is_along_gravity(*self._beside(force), self.pool.step_s)
 
     def is_parallel(self, other: "PossibleTriad") -> bool:
         """Whether both are one vector: a second reading of the same sensor, or its mean."""
@@ -223,9 +223,9 @@ def chosen_triads(pool: PooledTables) -> ChosenTriads:
 
 _Evidence = tuple[int, int, int, int, int]
 """Evidence for a pair, the strongest first: turns of gravity (2 about the same axes or parallel on
-a plate, 1 about other axes) or rests, in which one has gravity's length and the other reads the
-same (1); names; whether gravity's length is nearly (1) or exactly (2) that of a known unit; number
-of sensors; equal readings of the gyroscope in all rests, else adjacent columns."""
+a plate, 3 both, 1 about other axes) or rests, in which one has gravity's length and the other reads
+the same (1); names; whether gravity's length is nearly (1) or exactly (2) that of a known unit;
+number of sensors; equal readings of the gyroscope in all rests, else adjacent columns."""
 SURE_TURNS = 2  #: fact: the evidence of turns about the same axes
 NAMED = 2  #: fact: the evidence of a name that states the sensor
 EXACT = 2  #: fact: the evidence of gravity's length in a known unit
@@ -238,7 +238,7 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     name, force_name = _called_as(rate, "gyr"), _called_as(force, "acc")
     turn = rate.turns(force)
     sure = turn is not None and turn.is_sure
-    turned = 2 if rate.is_along(force) or (turn and sure and turn.axes == OWN) else int(sure)
+    turned = (2 if rate.is_along(force) else int(sure)) + bool(turn and sure and turn.axes == OWN)
     names = list(rate.pool.columns)
     away = min(map(names.index, rate.columns)) - min(map(names.index, force.columns))
     beside = {AXIS_COUNT: 2, -AXIS_COUNT: 1}.get(away, 0)  # more often after it than before

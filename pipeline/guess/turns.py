@@ -19,6 +19,7 @@ from pipeline.guess.pool import (
     AT_REST,
     FEWEST_MEANS,
     FLATTEST,
+    REST_S,
     are_still,
     block_rows,
     common_mean,
@@ -129,11 +130,13 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     return replace(shown, si_per_unit=shown.si_per_unit * size, is_exact=True)
 
 
-def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bool:
+def is_along_gravity(
+    rate: FloatArray, force: FloatArray, table: IntArray, step_s: float
+) -> bool:
     """Whether columns are parallel to gravity on a turning plate, and equal in all poses at rest.
 
-    Both triads must be steady in every table. This excludes a magnetometer, which rotates on the
-    plate, and an accelerometer, which differs between poses at rest.
+    Both triads are steady in the stops that count. This excludes a magnetometer, which rotates on
+    the plate, and an accelerometer, which differs between poses at rest.
 
     Parameters
     ----------
@@ -141,8 +144,13 @@ def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bo
         Readings of the gyroscope and the accelerometer in any unit.
     table : array, shape (t,)
         The table of each row.
+    step_s : float
+        Time from row to row, s.
     """
-    both, rows = np.column_stack([rate, force]), np.unique(table, return_inverse=True)[1]
+    at, rows = _stops(rate, table, step_s)
+    both = np.column_stack([rate, force])[at]
+    if not len(both):
+        return False
     mean, square = (np.column_stack([np.bincount(rows, axis) for axis in values.T])
                     / np.bincount(rows)[:, None] for values in (both, both**2))
     zero = common_mean(mean[:, :3]) if len(mean) >= FEWEST_MEANS else None
@@ -152,12 +160,26 @@ def is_along_gravity(rate: FloatArray, force: FloatArray, table: IntArray) -> bo
     size = np.linalg.norm(vectors, axis=2)
     turning = size[0] > AT_REST * size[0].max()
     sd = np.sqrt(np.maximum(square - mean**2, 0)).reshape(-1, 2, 3).max(axis=2).T
-    if turning.sum() < FEWEST_MEANS or (sd > AT_REST * size)[:, turning].any():
+    turning &= (sd < AT_REST * size).all(axis=0)  # a hand turns gravity too
+    if turning.sum() < FEWEST_MEANS:
         return False
     moved, up = vectors[:, turning] / size[:, turning, None]
     extent = np.linalg.svd(up, compute_uv=False)
     along = np.abs(np.einsum("ki,wij,kj->wk", moved, WAYS, up)).min(axis=1)
     return bool(along.max() > NEAREST and extent[-1] > FLATTEST * extent[0])
+
+
+def _stops(rate: FloatArray, table: IntArray, step_s: float) -> tuple[IntArray, IntArray]:
+    """The rows (k,) in which the rate (t, 3) is steady, and the stop (k,) of each: neighbours in
+    one table and at one rate."""
+    rows, tables = block_rows(table, max(1, round(REST_S / step_s)))
+    at = np.flatnonzero(are_still(rate[rows])) if len(rows) else np.zeros(0, np.int64)
+    mean = rate[rows[at]].mean(axis=1)
+    apart = np.linalg.norm(np.diff(mean, axis=0), axis=1) > AT_REST * np.linalg.norm(
+        mean.std(axis=0))
+    begins = (np.diff(at) > 1) | apart | (np.diff(tables[at]) != 0)
+    stops = np.concatenate([[0], np.cumsum(begins)])[: len(at)]
+    return rows[at].ravel(), np.repeat(stops, rows.shape[1])
 
 
 def _moves(nodes: IntArray, means: FloatArray, tables: IntArray) -> IntArray:

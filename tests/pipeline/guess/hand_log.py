@@ -31,11 +31,13 @@ class HandLog:
 
 
 def hand_log(
-    seed: int = 0, rests: int = 18, rate_hz: float = 100.0, push_m_s2: float = 0.0
+    seed: int = 0, rests: int = 18, rate_hz: float = 100.0, push_m_s2: float = 0.0,
+    rpm: float = 0.0,
 ) -> HandLog:
     """Rests in random attitudes, each turn along the shortest way at a steady rate.
 
-    While it turns, a hand pushes it to and fro by ``push_m_s2``.
+    While it turns, a hand pushes it to and fro by ``push_m_s2``. The second half of the rests are
+    on a level plate that turns at ``rpm``.
     """
     rng = np.random.default_rng(seed)
     period = REST_S + TURN_S
@@ -48,8 +50,13 @@ def hand_log(
     keys.append(rests * period)
     knots.append(attitudes[rests])
     path = Slerp(keys, Rotation.concatenate(knots))
+    on_plate = (time_s % period < REST_S) & (time_s > keys[-1] / 2)
+    step = np.where(on_plate, rpm * np.pi / 30 / rate_hz, 0.0)
+    plate = Rotation.from_rotvec(np.outer(np.cumsum(step) - step, [0, 0, 1]))
     # Body to world; the turn from one sample to the next is what the gyroscope reads.
-    now, after = path(time_s), path(np.minimum(time_s + 1 / rate_hz, keys[-1]))
+    now = plate * path(time_s)
+    after = (plate * Rotation.from_rotvec(np.outer(step, [0, 0, 1]))
+             * path(np.minimum(time_s + 1 / rate_hz, keys[-1])))
     rate = (now.inv() * after).as_rotvec() * rate_hz
     force = now.inv().apply([0.0, 0.0, GRAVITY_M_S2])
     acc = force * ACC_SCALE + ACC_BIAS + rng.normal(0, NOISE_M_S2, (len(time_s), 3))

@@ -100,6 +100,20 @@ def test_a_hand_that_pushes_while_it_turns_the_sensor_hides_no_gyroscope(
     assert "32.768" in triad.unit
 
 
+def test_on_a_plate_in_a_log_of_many_poses_the_rate_is_along_gravity_and_not_along_a_field(
+    tmp_path: Path
+) -> None:
+    """Neither the range of the accelerometer nor the strength of the field is known."""
+    log = hand_log(rate_hz=50.0, rpm=45.0)
+    triads = [1440.0 * log.field, np.degrees(log.gyr) * 64, 580.0 * log.acc]
+    path = tmp_path / "log.txt"
+    np.savetxt(path, np.rint(np.column_stack([1000 * log.time_s, *triads])), "%d", ",")
+    guess = guessed([path])
+    assert guess.accelerometer is not None
+    assert guess.accelerometer.columns == ("8", "9", "10")
+    assert guess.accelerometer.rival is None
+
+
 def test_two_accelerometers_of_the_same_times_turn_nothing(tmp_path: Path) -> None:
     log = hand_log(rate_hz=50.0)
     guess = guessed([write_alone(tmp_path / "one.csv", log, log.acc),
