@@ -234,16 +234,21 @@ def refitted_residual(fit: Fit) -> FloatArray:
     # The bend of a length is |ds|²/2|s|: half the square of the move in sds, times sd/|s|.
     relative_sd = np.max(equations.magnitude_sd / equations.whitening.stated, initial=0.0)
     bend = np.abs(step @ jacobian.T).max(axis=1, initial=0.0) ** 2 * relative_sd / 2
-    free = np.ones(len(fit.poses))
-    for block, values, _ in pose_blocks(jacobian, pose):
-        free[pose[block[:, 0]]] = values[:, 0]
-    far = np.flatnonzero((bend >= LINEAR_SD) & (free > 1 - LARGEST_LEVERAGE))
+    far = np.flatnonzero((bend >= LINEAR_SD) & (free_shares(fit) > 1 - LARGEST_LEVERAGE))
     if far.size:
         mine = pose == far[:, None]
         rows, known = _refitted(fit, problem, mine, step[far] @ fit.directions.T)
         chosen = mine & known[:, None]
         out[np.nonzero(chosen)[1]] = rows[:, : len(pose)][chosen]
     return out
+
+
+def free_shares(fit: Fit) -> FloatArray:
+    """Share of its error in its worst direction that the residual of each pose shows, (n,)."""
+    pose, shares = fit.equations.row_pose, np.ones(len(fit.poses))
+    for rows, values, _ in pose_blocks(fit.weighted_jacobian, pose):
+        shares[pose[rows[:, 0]]] = values[:, 0]
+    return shares
 
 
 def _refitted(

@@ -4,7 +4,7 @@ import numpy as np
 
 from calib.fit.least_squares.result import Fit
 from calib.fit.triad.calibration import TriadCalibration
-from calib.fit.validation.leave_one_out import pose_blocks
+from calib.fit.validation.leave_one_out import free_shares
 from calib.numbers import NO_LENGTH
 from calib.poses.attitudes import natural_directions
 from calib.poses.imu_log import FloatArray
@@ -65,8 +65,5 @@ def variances_along(gradients: FloatArray, cov: FloatArray) -> FloatArray:
 
 def unchecked_poses(fit: Fit) -> tuple[str, ...]:
     """The poses whose errors would pass into the parameters unnoticed."""
-    pose, shares = fit.equations.row_pose, np.ones(len(fit.poses))
-    for rows, values, _ in pose_blocks(fit.weighted_jacobian, pose):
-        shares[pose[rows[:, 0]]] = values[:, 0]  # the worst direction
-    return tuple(label for label, share in zip(fit.poses.label, shares, strict=True)
+    return tuple(label for label, share in zip(fit.poses.label, free_shares(fit), strict=True)
                  if share < LEAST_REDUNDANCY)

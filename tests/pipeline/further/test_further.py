@@ -110,8 +110,9 @@ def test_the_logs_of_another_sensor_are_refused(session: Path) -> None:
     table[:, [names.index(f"acc_{axis}") for axis in "xyz"]] *= 0.5
     rewrite_rows(log, table)
     before = session.read_text(encoding="utf-8")
-    code, _, _ = typed("import", log, "--into", session)
-    assert code != 0
+    code, _, err = typed("import", log, "--into", session)
+    assert code == 4
+    assert "pose_03.csv contradict those of all other poses" in err
     assert session.read_text(encoding="utf-8") == before
 
 
