@@ -197,9 +197,6 @@ def chosen_triads(pool: PooledTables) -> ChosenTriads:
     forces = sorted((force for force in every if _may_be_accelerometer(force)),
                     key=lambda force: (_called_as(force, "acc"), _is_gravity(force)),
                     reverse=True)[:MOST_LOOKED_AT]
-    named = [force for force in forces
-             if _called_as(force, "acc") == NAMED and not force.is_alike]
-    forces = named or forces  # a magnetic field and computed gravity have one length too
     pairs: list[tuple[_Evidence, PossibleTriad | None, PossibleTriad | None]] = []
     for force in forces:
         name = _called_as(force, "acc")
