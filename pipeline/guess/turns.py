@@ -174,6 +174,8 @@ def _stops(rate: FloatArray, table: IntArray, step_s: float) -> tuple[IntArray, 
     one table and at one rate."""
     rows, tables = block_rows(table, max(1, round(REST_S / step_s)))
     at = np.flatnonzero(are_still(rate[rows])) if len(rows) else np.zeros(0, np.int64)
+    if not len(at):
+        return at, at
     mean = rate[rows[at]].mean(axis=1)
     apart = np.linalg.norm(np.diff(mean, axis=0), axis=1) > AT_REST * np.linalg.norm(
         mean.std(axis=0))
