@@ -282,12 +282,12 @@ def _noise(posterior: Posterior, group: tuple[str, ...]) -> Verdict:
 
     A wander of few poses may be noise that is the same at all times.
     """
-    group = told_apart(posterior.base, group)
-    name = next(iter(group), None)
     lead = [posterior.hypotheses[j] for j in posterior.lead.members]
-    known = [h.detail for h in (*lead, *posterior.first.values()) if h.name == name]
-    return Verdict(Code.NOISE, name, group=group, details=tuple(known[:1]),
-                   beside=_open(posterior))
+    detail = {h.name: h.detail for h in (*posterior.first.values(), *reversed(lead))}
+    group = told_apart(posterior.base, group, detail.get(next(iter(group), ""), ""))
+    name = next(iter(group), None)
+    return Verdict(Code.NOISE, name, group=group, beside=_open(posterior),
+                   details=tuple(detail[each] for each in group[:1] if each in detail))
 
 
 def _best_step(posterior: Posterior) -> tuple[str, ...]:

@@ -4,7 +4,11 @@ import numpy as np
 from scipy.special import fdtrc
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.courses import WANDER_SPANS
+from calib.diagnosis.hypotheses.courses import (
+    FROM_RUN_TO_RUN,
+    WANDER_SPANS,
+    scattering_rates,
+)
 from calib.diagnosis.search.posterior import Posterior
 from calib.effects.catalogue import find_effect
 from calib.fit.least_squares.drawn_sizes import log_evidences, times_stated
@@ -17,6 +21,7 @@ SHAPELESS = ("extra_noise", "pose_scatter")
 the sds of the poses are too small by a factor, or by what differs between the poses."""
 
 WANDER = "bias_wander"  #: noise that poses near in time have in common
+RATES = "rate_scatter"  #: noise of the reference of a pose on the plate
 
 
 def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
@@ -35,7 +40,8 @@ def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     """
     apart = times_apart(fit.poses)
     in_time = (WANDER,) if apart[np.isfinite(apart)].any() else ()
-    kinds = [each for each in (*SHAPELESS, *in_time) if each not in fit.model.names]
+    of_plate = (RATES,) if fit.poses.reference.is_null.any() and scattering_rates(fit) else ()
+    kinds = [each for each in (*SHAPELESS, *in_time, *of_plate) if each not in fit.model.names]
     if not kinds or not tests_the_model(fit.poses):
         return ()
     runs = tuple(dict.fromkeys(fit.poses.run))
@@ -48,8 +54,8 @@ def kinds_of_noise(fit: Fit) -> tuple[str, ...]:
     if evidence[likeliest] > evidence[first] + CONSTANTS.told_apart:
         return (likeliest,)
     alike = [each for each in kinds if evidence[each] > evidence[first] - CONSTANTS.told_apart]
-    if first in SHAPELESS:  # between these two a small difference says nothing
-        first = next(each for each in alike if each in SHAPELESS)
+    if first in (*SHAPELESS, RATES):  # between these a small difference says nothing
+        first = next((each for each in alike if each in SHAPELESS), first)
     return tuple(dict.fromkeys((first, *alike)))
 
 
@@ -83,7 +89,11 @@ def kinds_in_a_class(posterior: Posterior) -> tuple[str, ...]:
     return ()
 
 
-def told_apart(fit: Fit, group: tuple[str, ...]) -> tuple[str, ...]:
-    """The kinds of ``group``, behind the kind of noise that is likelier than a wander in it."""
-    kinds = kinds_of_noise(fit) if WANDER in group else ()
-    return group if not kinds or kinds[0] == WANDER else tuple(dict.fromkeys((*kinds, *group)))
+def told_apart(fit: Fit, group: tuple[str, ...], detail: str) -> tuple[str, ...]:
+    """The kinds of ``group``, behind the kind of noise that is likelier than what is drawn in it.
+
+    ``detail`` is how the first of them is drawn: rates of whole runs are no noise of poses.
+    """
+    is_of_poses = detail != FROM_RUN_TO_RUN
+    kinds = kinds_of_noise(fit) if is_of_poses and {WANDER, RATES} & {*group} else ()
+    return group if not kinds or kinds[0] in group else tuple(dict.fromkeys((*kinds, *group)))

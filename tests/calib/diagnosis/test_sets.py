@@ -144,6 +144,22 @@ def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
     assert "bias wanders" in course.text or "'bias_wander'" in course.text
 
 
+@pytest.mark.parametrize(("drawn", "kind"), [("bias", "pose_scatter"), ("rate", "rate_scatter")])
+def test_a_plate_scatters_only_where_the_poses_at_rest_do_not(drawn: str, kind: str) -> None:
+    """Poses at rest are shorter, so that the same scatter of the bias shows less in them."""
+    for seed in (1, 2):
+        poses, rng = noisy(rich_poses("gyroscope"), seed), np.random.default_rng(seed)
+        turns = ~poses.reference.is_null[:, None]
+        sd = poses.sd * np.where(turns, 1.0, 1.5)
+        draw = 1.2 * np.median(sd) * rng.normal(size=sd.shape)
+        if drawn == "rate":
+            length = np.linalg.norm(poses.reading, axis=1, keepdims=True)
+            draw = 2 * draw[:, :1] * np.where(turns, poses.reading / length, 0.0)
+        reading = poses.reading + draw
+        found = diagnose(fit(replace(poses, sd=sd, reading=reading), Model.of(BASE)))
+        assert (found.verdict, found.name) == ("noise", kind), found.text
+
+
 def test_a_memory_that_hysteresis_does_not_explain_is_another_function_of_the_pose_before() -> None:
     """The nearest width leaves eleven times the noise of twenty."""
     found = said("rich", "gyroscope", ("memory",), 20.0, 71)
