@@ -10,6 +10,7 @@ from calib.poses.imu_log import FloatArray
 from pipeline.logs.clock import (
     ASSUMED_HZ,
     EPOCH_S,
+    SLOWEST_HZ,
     USUAL_STEPS,
     continued_clock,
     likely_units,
@@ -158,13 +159,14 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     if not usual > 0:
         return None, "", ""
     likely = likely_units(usual)
-    since_1970 = _epoch_units(ticks[0])
+    since_1970 = [unit for unit in _epoch_units(ticks[0])
+                  if not likely or usual * SECONDS_PER[unit] < 1 / SLOWEST_HZ]
     stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
     rate = f"{1 / usual:.4g} rows per unit of it"
     if stated is not None and (stated in likely or not likely or (
             stated == "min" and "s" in likely_units(usual * SECONDS_PER[stated]))):
         return stated, "its name states the unit", ""
-    if since_1970 and (since_1970[0] in likely or not likely):
+    if since_1970:
         return since_1970[0], "it counts from 1970", ""
     if not likely:
         return "s", rate, f"{rate} make no usual sample rate in any unit"

@@ -58,9 +58,8 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
 
 def _covariates(guess: SessionGuess) -> list[str]:
     """The lines ``covariates``, if a column that counts the rows would be taken for one."""
-    columns = {name: values for table in guess.tables[:1]
-               for name, values in table.table.columns.items() if not table.table.positions
-               if name not in table.theirs.values() and name != table.clock.column}
+    columns = {name: table.table.columns[name] for table in guess.tables[:1]
+               if not table.table.positions for name in table.further}
     counters = [name for name, values in columns.items()
                 if len(values) > 2 and values[0] != values[1] and np.ptp(np.diff(values)) == 0]
     if not counters:

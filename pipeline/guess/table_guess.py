@@ -78,9 +78,13 @@ class TableGuess:
 
     @property
     def further(self) -> list[str]:
-        """Columns of numbers that are not readings and may be covariates."""
+        """Columns of numbers that are not readings and may be covariates.
+
+        None without a name, beside others with one: the zone behind a time.
+        """
         return [name for name in self.table.columns
-                if name not in self.theirs.values() and name != self.clock.column]
+                if name not in self.theirs.values() and name != self.clock.column
+                and (self.table.positions or not name.isdecimal())]
 
     @property
     def turning_rad_s(self) -> float:

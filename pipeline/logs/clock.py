@@ -33,7 +33,7 @@ SLOW_HZ, LONGEST_SLOW_S = 5.0, 1800.0
 ASSUMED_HZ = 100.0
 """Sample rate of poses without a clock: the usual rate of a logger. It decides only whether poses
 count as too short for their sds."""
-USUAL_HZ = (5.0, 20_000.0)
+USUAL_HZ = (4.0, 20_000.0)
 """Range of sample rates by which the likely unit of an implausible clock is found."""
 
 

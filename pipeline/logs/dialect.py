@@ -17,6 +17,7 @@ MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", 
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
                          re.IGNORECASE)
 """Date in the format of MATLAB: ``21-Mar-2024 14:05:00.123``."""
+LOCAL_DATE = re.compile(r"(\d{1,4}[./-]\d{1,2}(?:[./-]\d{1,4})?)[ /](.+)")
 
 
 @dataclass(frozen=True)
@@ -124,16 +125,14 @@ def seconds_of(cell: str) -> float | None:
 
 
 def local_date_seconds(cell: str) -> tuple[str, float] | None:
-    """The date as a text and the time of the day of ``3.4.2024 12:00:00`` or ``11-27 18:09:28``;
-    else None.
+    """The date as a text and the time of the day of ``3.4.2024 12:00:00``, ``11-27 18:09:28`` or
+    ``2024/04/03/12:00:00``; else None.
 
     The position of the day differs between countries, so the date is only compared.
     """
-    date, _, clock = cell.strip().strip('"').partition(" ")
-    match = CLOCK.fullmatch(clock.strip())
-    if match is None or not re.fullmatch(r"\d{1,4}[./-]\d{1,2}(?:[./-]\d{1,4})?", date):
-        return None
-    return date, _day_seconds(match)
+    dated = LOCAL_DATE.fullmatch(cell.strip().strip('"'))
+    match = CLOCK.fullmatch(dated[2].strip()) if dated else None
+    return None if dated is None or match is None else (dated[1], _day_seconds(match))
 
 
 def _day_seconds(match: re.Match[str]) -> float:

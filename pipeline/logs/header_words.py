@@ -142,7 +142,8 @@ is_other=False)
     quantity = _quantity(words, stem, axis) or _quantity_by_unit(words, axis, unit, text != name)
     if quantity == "time" and unit in TEMPERATURE_UNITS:  # "T (degC)"
         quantity = "temperature"
-    is_other = _is_other(words) or unit == "uT" or (axis is not None and stem in FIELD_LETTERS)
+    is_other = _is_other(words) or unit == "uT" or (
+        axis is not None and not quantity and stem in FIELD_LETTERS)
     return Words(quantity, axis, unit, stem, _gravity_free(text, words), is_other)
 
 

@@ -44,7 +44,6 @@ LETTERS = re.compile(r"[^\W\d_]+")
 LIST = re.compile(r"(?<![\d.])-?[\d.]++(?:[|]-?[\d.]++){4,}")  #: samples of one channel in one cell
 COMMA = re.compile(r"(\d),(\d)")  #: a decimal comma
 NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: a decimal point, or commas between numbers
-VECTOR = re.compile(rf"[\[({{]{MARK}(?:[ ,;]+{MARK})+[\])}}]")  #: several numbers in brackets
 
 
 def rows_of_lines(lines: list[str]) -> list[str]:
@@ -181,8 +180,8 @@ def _grow(leading: Sequence[str]) -> bool:
 
 
 def _hide_numbers(lines: Sequence[str]) -> bool:
-    """Whether the lines are not a plain table: numbers have words or units in their cells, are in
-    vectors, or are fewer than a triad in most lines."""
+    """Whether the lines are not a plain table: numbers that change have words, brackets or units in
+    their cells, or are fewer than a triad in most lines."""
     if _most_are_rows(lines):
         return False
     plain = [without_colours(line) for line in lines]
@@ -194,8 +193,6 @@ def _hide_numbers(lines: Sequence[str]) -> bool:
                for line, dialect in zip(plain, dialects, strict=True)]
     with_numbers = sum(SLOT.search(line) is not None for line in plain)
     if sum(count >= FEWEST_NUMBERS for count in numbers) <= with_numbers / 2:
-        return True
-    if sum(VECTOR.search(form_of(line)) is not None for line in plain) > len(lines) / 2:
         return True
     if sum(any(spelled_unit(cell[slot.end():]) for cell in cells if (slot := SLOT.match(cell)))
            for cells in hidden) > len(lines) / 2:

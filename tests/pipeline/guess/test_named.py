@@ -70,7 +70,8 @@ def test_columns_that_are_called_another_quantity_are_no_accelerometer(
 
 
 @pytest.mark.parametrize("name", ["accelerationIncludingGravity_x", "Acceleration (with gravity) y",
-                                  "linear_acceleration.z", "field.linear_acceleration.x"])
+                                  "linear_acceleration.z", "field.linear_acceleration.x",
+                                  "Bx (m/s²)"])
 def test_an_acceleration_with_gravity_is_an_accelerometer(name: str) -> None:
     words = read_name(name)
     assert words.quantity == "acc"

@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.guess.clocks import guess_clock
 from pipeline.guess.files import guess_files
+from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.read import read_log
 from tests.pipeline.guess.hand_log import hand_log
@@ -32,6 +34,22 @@ def test_stamps_of_whole_seconds_give_the_rate_between_their_changes(
                     "%d")
     assert table.clock.rate_hz == pytest.approx(rate_hz, rel=0.5 / (rows / rate_hz - 2) / rate_hz
                                                 + 1e-3)
+
+
+@pytest.mark.parametrize(("since", "rate_hz"), [(1.7e9, 5.0), (1.7e9, 1.0), (0.0, 5.0)])
+def test_a_slow_log_counts_in_seconds(since: float, rate_hz: float) -> None:
+    """Five rows per unit of the time are no 5 kHz in ms where that is usual of seconds too."""
+    times = since + np.arange(1, 1000) / rate_hz
+    assert guess_clock({"ts": times, "ax": times, "ay": times}, None, None, False).unit == "s"
+
+
+def test_a_column_without_a_name_beside_others_with_one_is_no_cause() -> None:
+    """The zone behind a time of the day is a number too."""
+    columns = {name: np.arange(9.0) for name in ("t", "2", "ax", "fan")}
+    clock = guess_clock(columns, None, None, False)
+    table = TableGuess(RawTable(Path("log.csv"), columns), clock, None, None, {"acc_x": "ax"},
+                       False)
+    assert table.further == ["fan"]
 
 
 def test_rows_that_repeat_the_one_before_are_no_samples_and_the_clock_is_used(

@@ -76,7 +76,9 @@ def test_a_header_in_the_signs_of_windows_is_read(tmp_path: Path) -> None:
     ["11:59:59.98 PM", "11:59:59.99 PM", "12:00:00.00 AM", "12:00:00.01 AM"],
     ["31.12.2024 11:00:00.00", "31.12.2024 11:00:00.01", "31.12.2024 11:00:00.02",
      "31.12.2024 11:00:00.03"],
-], ids=["date", "ISO 8601", "time of the day", "am and pm", "local date"])
+    ["2024/12/31/11:00:00.00", "2024/12/31/11:00:00.01", "2024/12/31/11:00:00.02",
+     "2024/12/31/11:00:00.03"],
+], ids=["date", "ISO 8601", "time of the day", "am and pm", "local date", "a slash"])
 def test_dates_and_times_of_the_day_are_seconds(tmp_path: Path, times: list[str]) -> None:
     log = read_log(write(tmp_path, HEAD + rows(",", times=times)))
     np.testing.assert_allclose(log.time_s - log.time_s[0], TIME_S, atol=1e-6)

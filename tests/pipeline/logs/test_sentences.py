@@ -43,6 +43,11 @@ def test_numbers_behind_one_letter_and_a_colon_are_cells() -> None:
     assert rows_of_lines(["", *["A:-12,34,998;G:120,-30,5"] * 40])[1] == "-12,34,998,120,-30,5"
 
 
+def test_a_constant_in_brackets_in_a_cell_leaves_a_table_as_it_is() -> None:
+    table = ["t,x,y,z,covariance", *(f'{i},{i}.1,0.2,9.8,"(0.1, 0.0, 0.1)"' for i in range(50))]
+    assert rows_of_lines(table) == table
+
+
 def test_a_time_of_the_day_before_numbers_that_have_names_is_the_clock() -> None:
     rows = rows_of_lines(["", *(f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
                              for i in range(50))])
