@@ -99,10 +99,11 @@ def _effect(case: Case) -> Explanation:
         text += f"{which} is {size} {unit}. "
     if verdict.details:
         text += f"The bias steps {at_times(verdict.details)}. "
-    short = f"its model lacks {enumeration(verdict.names, 'and')}"
+    lacked = [readable(name) for name in verdict.names]
     if len(verdict.group) > 1:
-        others = enumeration([readable(name) for name in verdict.group[1:]], "or")
-        short += f" or {others}, which look the same here"
+        alike = enumeration([readable(name) for name in verdict.group], "and")
+        lacked[0] = f"one of {alike}, which look the same here{',' * (len(more) == 1)}"
+    short = f"its model lacks {enumeration(lacked, 'and')}"
     if best.size.size and "scale" not in case.fit.model.names:
         text += "That is by the gain of the data sheet, which these poses do not measure. "
     text += curves(verdict.straight) + _beside(case)

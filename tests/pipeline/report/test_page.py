@@ -244,11 +244,11 @@ def test_what_all_clips_decide_together_is_told_once() -> None:
 def test_the_headline_is_good_only_if_everything_is() -> None:
     assert rates_answer([verdict_on("slow", True)], Path("c.yaml")) is None
     assert headline([GOOD]).standing == "good"
-    act = replace(GOOD, subject="accelerometer", standing="act", short="its model lacks cubic")
+    act = replace(GOOD, subject="accelerometer", standing="act", short="its model lacks 'cubic'")
     top = headline([GOOD, act])
     assert top.standing == "act"
     assert "The calibration of the gyroscope is good." in top.text
-    assert "accelerometer is not complete: its model lacks cubic" in top.text
+    assert "accelerometer is not complete: its model lacks 'cubic'" in top.text
 
 
 # --- terms -------------------------------------------------------------------------------------
