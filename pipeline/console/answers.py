@@ -32,6 +32,9 @@ LOG = "LOG --output FILE"  #: placeholders for files of the user
 NEW_FILES = "; then bring the new logs into the session:"  #: end of a step that records poses
 NEW_CLIPS = "; name the clips in the configuration, then:"  #: end of one that films those there are
 RATES = "plate rates"  #: subject of the answer on the clips
+ALONG_A_COLUMN = ("See first whether the error rather follows a logged column or a run, and add "
+                  "the step where it follows neither")
+"""Next step where a step in time is named that may be one along a logged column."""
 WORST_FIRST: tuple[Standing, ...] = ("act", "open", "good")
 
 
@@ -146,7 +149,7 @@ def triad_answer(outcome: Outcome, result: TriadResult, folder: str) -> Answer:
         result.triad, words.standing, words.short,
         f"{_is_it_good(result)}{_by_gravity(outcome, result)}",
         f"{_nothing_wrong(result) if words.standing == 'good' else words.text}{_aside(result)}",
-        f"{words.following}{end}",
+        f"{ALONG_A_COLUMN if _is_sought_first(outcome, result) else words.following}{end}",
         words.step,
         _commands(outcome, result, folder),
     )
@@ -239,6 +242,13 @@ def _aside(result: TriadResult) -> str:
     return f" {text[0].upper()}{text[1:]}."
 
 
+def _is_sought_first(outcome: Outcome, result: TriadResult) -> bool:
+    """Whether ``discover`` comes before ``add``: a step in time may be one along a logged column.
+    """
+    return (result.diagnosis.explanation.step == "add"
+            and may_follow_a_column(result, outcome.config.covariates))
+
+
 def _commands(outcome: Outcome, result: TriadResult, folder: str) -> tuple[str, ...]:
     """The commands of the next step."""
     config, step = outcome.config.source.path, result.diagnosis.explanation.step
@@ -246,9 +256,8 @@ def _commands(outcome: Outcome, result: TriadResult, folder: str) -> tuple[str, 
         return (f"{command('apply', folder)} {LOG}", command("export", folder, "--to", "arduino"))
     offered = result.diagnosis.offered(result.diagnosis.name or "")
     add = (command("add", config, f"{result.triad}.{offered}"),)
-    if step == "add":  # a step in time may be one along a logged column, which discover compares
-        return ((command("discover", config),)
-                if may_follow_a_column(result, outcome.config.covariates) else add)
+    if step == "add":
+        return (command("discover", config), *add) if _is_sought_first(outcome, result) else add
     if result.diagnosis.verdict is Code.BAD_POSE:
         return (exclude_command(config, result.triad, result.calibration.fit.poses.label,
                                 result.diagnosis.group),)

@@ -110,8 +110,7 @@ def _effect(case: Case) -> Explanation:
     if len(verdict.group) == 1:
         return Explanation(
             "act", short, text.rstrip(), "add",
-            "Add it; everything is refitted together and the error shown before and after",
-        )
+            "Add it; everything is refitted together and the error shown before and after")
     return Explanation("act", short, text.rstrip() + _record(case), *_settle(case))
 
 

@@ -142,6 +142,18 @@ def test_of_causes_that_look_the_same_the_one_that_a_log_tells_is_offered(caused
         f"next: pipeline add {config} gyroscope.temperature_bias")
 
 
+def test_a_step_in_time_is_first_compared_with_what_was_logged(caused: Outcome) -> None:
+    (result,) = [each for each in caused.triads if each.triad == "gyroscope"]
+    words = replace(result.diagnosis.explanation, step="add", following="Add it")
+    step = replace(result, diagnosis=replace(
+        result.diagnosis, verdict=Code.EFFECT, name="bias_step", names=("bias_step",),
+        explanation=words))
+    answer = next(each for each in answers_of(replace(caused, triads=(step,)), "config.run")
+                  if each.subject == "gyroscope")
+    assert "whether the error rather follows a logged column" in answer.next
+    assert [each.split()[1] for each in answer.commands] == ["discover", "add"]
+
+
 def test_the_worst_comes_first_and_its_command_is_the_next_line(caused: Outcome) -> None:
     first, second = answers_of(caused, "out")
     assert (first.subject, second.subject) == ("gyroscope", "accelerometer")
