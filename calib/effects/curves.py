@@ -17,7 +17,7 @@ from calib.poses.imu_log import AXES, TEMPERATURE, FloatArray
 PER_ORDER_K = 10.0
 """Warmth by which each further order is divided, so that all have one unit. A definition."""
 
-CENTRE = Shape("centre_c", "°C", (REFERENCE_TEMPERATURE_C,), (1e-3, 1e3), is_fitted=False)
+CENTRE = Shape("centre_c", "°C", (REFERENCE_TEMPERATURE_C,), (-273.15, 1e3), is_fitted=False)
 """Reference temperature of a curve, the mean of the poses. A definition: there a line and a square
 overlap least."""
 
@@ -39,9 +39,9 @@ def _curve(at: Conditions, centre_c: ShapeValue) -> FloatArray:
 
 
 def _mean_temperature(at: Conditions) -> tuple[float, ...]:
-    """The mean temperature of the poses, °C; none where it was not logged or is not positive."""
+    """The mean temperature of the poses, °C; none where it was not logged."""
     mean = float(at.column(TEMPERATURE).mean())
-    return (mean,) if np.isfinite(mean) and mean > 0 else ()
+    return (mean,) if np.isfinite(mean) else ()
 
 
 @effect(

@@ -137,7 +137,7 @@ class Linearisation:
 
     def varying(self, effect: Effect) -> Effect:
         """Variation of an effect that is a bias or a gain where nothing varies."""
-        return about_mean(effect, self.fit.model.names, self.sets)
+        return about_mean(effect, self.fit.model.names, self.corrected, self.sets)
 
     def vectors(self, effect: Effect, shape: float | None = None) -> FloatArray:
         """Errors of the vectors by an effect, (..., n, 3, k), SI per unit of each parameter."""

@@ -224,10 +224,10 @@ def varying_columns(
         The ``columns`` themselves where the base of the model holds no part of them.
     """
     sets = len(rows.residual)
-    varying = about_mean(effect, equations.model.names, sets)
+    at = equations.conditions(rows.vector)
+    varying = about_mean(effect, equations.model.names, at, sets)
     if varying is effect:
         return columns
-    at = equations.conditions(rows.vector)
     if effect.acts_on == "reference":
         whitened = np.zeros_like(columns)
         errors = evaluate_for((sets,), varying, at, shapes)[:, equations.magnitude]

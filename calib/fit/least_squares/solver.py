@@ -23,6 +23,7 @@ from functools import partial
 import numpy as np
 
 from calib.effects.effect import EFFECTS, Effect
+from calib.effects.variation import about_mean
 from calib.errors import Undetermined
 from calib.fit.least_squares.drawn_sizes import fit_with_drawn
 from calib.fit.least_squares.gauss_newton import minimise
@@ -146,7 +147,8 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     ----------
     base : Fit
     effects : sequence of Effect
-        What to add, their shapes from the first of their starts on.
+        What to add, their shapes from the first of their starts on. What follows something is in
+        the fit about its mean: with a distant zero it is all but a bias or a gain.
 
     Raises
     ------
@@ -157,8 +159,9 @@ def extend(base: Fit, effects: Sequence[Effect]) -> Fit:
     FitFailed
         The effects are larger than the readings, or the gains went to nothing.
     """
-    at_reading = base.equations.at_reading
-    effects = [effect.within(at_reading) for effect in effects]
+    at_reading, poses = base.equations.at_reading, base.equations.conditions(base.rows.vector)
+    effects = [about_mean(effect.within(at_reading), base.model.names, poses)
+               for effect in effects]
     equations = base.remembering.extended(effects).take(None)
     starts = {e.name: e.shape.starts[0] for e in effects if e.shape is not None}
     more = equations.model.size - base.model.size

@@ -74,7 +74,7 @@ def axis_charts(refits: Refits) -> tuple[AxisCharts, ...]:
         # Together with the other effects that the verdict names.
         names = result.diagnosis.names if name in result.diagnosis.names else ()
         beside = list(dict.fromkeys([*refits.run.added, *names, name]))
-        joint = refits.of(beside) or refits.about_mean(beside)
+        joint = refits.of(beside)
         shown = () if joint is None else panels(joint.fit, effect, _sd_of(result, name))
         drawn = tuple(f"{p.axis} {p.against} {p.per} {p.slope:.4g}" for p in shown)
         if shown and drawn not in known:

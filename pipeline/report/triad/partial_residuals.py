@@ -124,7 +124,7 @@ def panels(fit: Fit, effect: Effect, sd: FloatArray | None = None) -> tuple[Pane
     axes = ALIGNED if effect.orthogonal else fit.rows.axes
     turn, at = axes.to_orthogonal, equations.conditions(s)
     at = replace(at, vector=axes.sensed(at.vector))
-    errors = about_mean(effect, fit.model.names).evaluate(at, value)
+    errors = about_mean(effect, fit.model.names, at).evaluate(at, value)
     after = fit.rows.residual[: equations.data_count]
     sensitivity = equations.whitened(np.tile(turn, (len(s), 1, 1)), s)
     try:

@@ -11,7 +11,6 @@ import numpy as np
 
 from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.effects.effect import Effect
-from calib.effects.variation import about_mean
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.least_squares.solver import extend, fit
@@ -80,23 +79,13 @@ class Refits:
         except UnknownEffect:
             return None
 
-    def about_mean(self, names: Sequence[str]) -> Refitted | None:
-        """The same, for charts, with the added effects about their mean.
-
-        A column far from zero compared with its changes acts like a bias, and the solver refuses
-        it; its changes can still show an effect.
-        """
-        return self._made(tuple(names), varying=True)
-
-    def _made(self, names: tuple[str, ...], varying: bool = False) -> Refitted | None:
+    def _made(self, names: tuple[str, ...]) -> Refitted | None:
         whole = self.run.fit.model
         model = Model(tuple(e for e in whole.effects if e.acts_on == "reading" or e.name in names))
         effects = [self.effect(name) for name in names if name not in whole.names]
         more = [effect for effect in effects if effect is not None]
         if len(more) < len(effects):
             return None
-        if varying:
-            more = [about_mean(effect, whole.names) for effect in more]
         try:
             if model == whole and len(more) > 1:
                 joint = extend(self.run.fit, more)

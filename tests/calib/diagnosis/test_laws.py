@@ -34,7 +34,7 @@ def finding_of(poses: PoseSet) -> Finding:
     return find(fit(poses, Model.of(BASE)))
 
 
-@pytest.mark.parametrize(("zero", "unit"), [(3.3, 0.01), (1013.0, 0.5), (1013.0, -0.5)])
+@pytest.mark.parametrize(("zero", "unit"), [(3.3, 0.01), (1013.0, -0.5), (1e4, 1.0)])
 def test_the_zero_and_the_unit_of_a_column_change_no_verdict(zero: float, unit: float) -> None:
     for seed in (401, 402, 403):
         one, other = finding_of(with_column(seed, 0.0, 0.1)), finding_of(
@@ -45,12 +45,17 @@ def test_the_zero_and_the_unit_of_a_column_change_no_verdict(zero: float, unit: 
         assert stated[1] == pytest.approx(stated[0], abs=2e-3)
 
 
-def test_a_temperature_in_kelvin_is_the_same_temperature() -> None:
-    plan = LotPlan(4, hidden="temperature_bias", own_sd=(20.0, 20.0))
+@pytest.mark.parametrize("hidden", ["temperature_bias", "temperature_scale"])
+@pytest.mark.parametrize("zero", [273.15, 2e4, -2e4])
+def test_the_zero_of_the_temperature_changes_no_verdict(hidden: str, zero: float) -> None:
+    """In kelvin, and 10,000 sds away: a gain by such a column was no fit, or a curve."""
+    plan = LotPlan(2, hidden=hidden, own_sd=(20.0, 20.0))
     for poses in pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 404)):
-        kelvin = {TEMPERATURE: poses.columns[TEMPERATURE] + 273.15}
-        one, other = finding_of(poses), finding_of(replace(poses, columns=kelvin))
+        moved = {TEMPERATURE: poses.columns[TEMPERATURE] + zero}
+        one, other = finding_of(poses), finding_of(replace(poses, columns=moved))
         assert (other.verdict.code, other.verdict.group) == (one.verdict.code, one.verdict.group)
+        stated = [each.posterior.any_of(each.verdict.group) for each in (one, other)]
+        assert stated[1] == pytest.approx(stated[0], abs=0.02)
 
 
 def test_what_the_fit_holds_absorbs_nothing() -> None:

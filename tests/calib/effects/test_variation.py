@@ -29,12 +29,12 @@ def test_how_an_effect_varies_does_not_depend_on_where_it_is_counted_from(
     name: str, triad: Triad
 ) -> None:
     effect, at = EFFECTS[name], some_conditions(triad)
-    varying = about_mean(effect, BASE)
-    here, there = (varying.evaluate(each) for each in (at, at_another_origin(at)))
+    here, there = (about_mean(effect, BASE, each).evaluate(each)
+                   for each in (at, at_another_origin(at)))
     # An hour later a warm-up has the same course, and less of it.
     factor = np.exp(3600.0 / effect.shape.starts[0]) if effect.shape is not None else 1.0
     assert factor * there == pytest.approx(here, abs=1e-9 * np.abs(here).max())
-    assert about_mean(effect, ("misalignment",)) is effect
+    assert about_mean(effect, ("misalignment",), at) is effect
 
 
 @pytest.mark.parametrize(("name", "triad"), pairs(COUNTED))
@@ -44,14 +44,14 @@ def test_of_an_effect_in_conditions_that_do_not_vary_nothing_is_left(
     at = some_conditions(triad)
     still = replace(at, time_s=np.full(len(at), 311.7),
                     columns={**at.columns, "temperature_c": np.full(len(at), 29.87)})
-    assert not about_mean(EFFECTS[name], BASE).evaluate(still).any()
+    assert not about_mean(EFFECTS[name], BASE, still).evaluate(still).any()
     assert EFFECTS[name].evaluate(still).any()
 
 
 @pytest.mark.parametrize("name", COUNTED)
 def test_the_part_that_does_not_vary_is_a_bias_or_a_gain(name: str) -> None:
     effect, at = EFFECTS[name], some_conditions("gyroscope")
-    rest = effect.evaluate(at) - about_mean(effect, BASE).evaluate(at)
+    rest = effect.evaluate(at) - about_mean(effect, BASE, at).evaluate(at)
     if effect.acts_on == "reference":
         per = np.where(at.magnitude > 0, at.magnitude, 0.0)[:, None]
     else:

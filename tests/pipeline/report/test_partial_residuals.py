@@ -12,7 +12,6 @@ from calib.effects.catalogue import find_effect
 from calib.effects.effect import Effect
 from calib.effects.expression import read_expression
 from calib.effects.user_defined import user_effect
-from calib.effects.variation import about_mean
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
@@ -48,9 +47,8 @@ def exact(base: Fit, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 def panels_of(base: Fit, effect: Effect) -> tuple[Panel, ...]:
     """The panels of an effect beside a fit without it, as the page makes them."""
-    for tried in (effect, about_mean(effect, base.model.names)):
-        with suppress(CalibrationError):
-            return panels(fit(base.poses, base.model + tried), effect)
+    with suppress(CalibrationError):
+        return panels(fit(base.poses, base.model + effect), effect)
     return ()
 
 
