@@ -161,15 +161,19 @@ def test_what_shifts_at_an_even_speed_does_not_return_without_what_is_slow() -> 
     assert image_return(turning_dots(16.0), FRAME_S) is not None
 
 
-def test_what_returns_faster_in_one_place_than_a_plate_can_turn_is_no_plate() -> None:
-    """A pattern that is wound up twice as fast as it turns: its determinant is four."""
+@pytest.mark.parametrize(("blades", "turn", "period"), [(3, 82 / 360, 60), (1, 2 / 37.3, 37.3)])
+def test_blades_in_step_with_the_frames_are_no_plate_that_turns_slowly(
+    blades: int, turn: float, period: float
+) -> None:
+    """Three at 410 rpm and 30 frames per second seem to return after 60 frames, as at 30 rpm."""
     y, x = np.mgrid[:96, :128]
-    turned = 2 * 2 * np.pi * np.arange(FRAMES)[:, None, None] / 37.3
-    u = (x - 64) * np.cos(turned) - (y - 48) * np.sin(turned)
-    frames = 90 + 40 * np.exp(-((u - 20) ** 2) / 60)
-    mask = np.hypot(x - 64, y - 48) < 45
-    with pytest.raises(NoPlate, match="moves as no plate can turn"):
-        turned_by(frames, mask, 37.3)
+    turned = 2 * np.pi * turn * np.arange(FRAMES)[:, None, None]
+    azimuth = np.arctan2(48 - y, x - 64) - turned
+    blade = np.cos(blades * azimuth) > np.cos(0.3 * blades)
+    radius = np.hypot(x - 64, y - 48)
+    mask = (radius < 45) & (np.arange(128 * 96).reshape(96, 128) % 5 < 4)
+    with pytest.raises(EqualReturns, match="times per return"):
+        turned_by(90 + 100 * blade, mask, period)
 
 
 def test_what_passes_by_in_one_direction_is_no_plate() -> None:

@@ -29,16 +29,11 @@ class EvidenceThresholds:
 THRESHOLDS = EvidenceThresholds()
 
 
-def evidence(share: float, frames: int, parameters: int = 1) -> float:
-    """The ratio F for the share of the variation that a model explains, 0 to 1, in some frames.
-
-    >>> round(evidence(0.5, 21), 1)
-    20.0
-    """
-    unexplained = max(1 - share, 1e-9)
-    return max(share, 0.0) / parameters / (unexplained / max(frames - parameters, 1))
-
-
 def believed(share: float, frames: int, parameters: int = 1) -> bool:
-    """Whether the variation that a model explains is beyond the residual noise."""
-    return evidence(share, frames, parameters) > THRESHOLDS.beyond_noise
+    """Whether the share of the variation that a model explains, 0 to 1, is beyond residual noise.
+
+    >>> believed(0.5, 21), believed(0.5, 11)
+    (True, False)
+    """
+    unexplained = max(1 - share, 1e-9) / max(frames - parameters, 1)
+    return share / parameters / unexplained > THRESHOLDS.beyond_noise

@@ -52,8 +52,10 @@ def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
 def turns_itself(
     seen: CoarseRotation, lasts_s: float, plate_rad: FloatArray | None = None
 ) -> bool:
-    """Whether a motion over some seconds turns, and differs from the angles of a plate, (f,)."""
-    if seen.coherence < THRESHOLDS.mostly or abs(seen.angle_rad[-1]) > FASTEST_USUAL * lasts_s:
+    """Whether a motion over some seconds turns one way, unlike the angles of a plate, (f,)."""
+    turned = seen.angle_rad[-1]
+    one_way = (np.diff(seen.angle_rad) * turned > 0).all()  # a hand turns back
+    if seen.coherence < THRESHOLDS.mostly or abs(turned) > FASTEST_USUAL * lasts_s or not one_way:
         return False
     if plate_rad is None:
         return True

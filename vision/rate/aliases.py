@@ -6,6 +6,7 @@ rates Ω + 2πm/(SΔt) look the same; uneven spacing separates them.
 """
 
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 
@@ -18,18 +19,7 @@ from vision.rate.cross_checks import PictureReturns
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
 REACH = 3  # least number of listed aliases on either side
-RETIMED = {  # playback rate over capture rate of clips that were retimed, and how that happens
-    29.97 / 240: "filmed at 240 frames per second and stamped as 29.97",
-    30 / 240: "filmed at 240 frames per second and stamped as 30",
-    29.97 / 120: "filmed at 120 frames per second and stamped as 29.97",
-    30 / 120: "filmed at 120 frames per second and stamped as 30",
-    29.97 / 60: "filmed at 60 frames per second and stamped as 29.97, or slowed to half",
-    2.0: "sped up to twice",
-    24 / 30: "filmed at 30 frames per second and stamped as 24",
-    25 / 30: "filmed at 30 frames per second and stamped as 25",
-    30 / 25: "filmed at 25 frames per second and stamped as 30",
-    30 / 24: "filmed at 24 frames per second and stamped as 30",
-}
+FRAME_RATES = (24, 25, 29.97, 60, 120, 240)  #: fact: of clips, per second
 
 
 @dataclass(frozen=True)
@@ -48,7 +38,7 @@ class AliasThresholds:
         keeps it.
     retimed_within : float
         Relative difference within which a ratio of frame rates is named. Derived: half the distance
-        of the nearest ratios of the list, 24/30 and 25/30 (4 % apart), less one for the drive.
+        of the nearest ratios, 24/30 and 25/30 (4 % apart), less one for the drive.
     """
 
     worse: float = 0.5
@@ -184,10 +174,11 @@ def _against_nominal(source: str, rate_rad_s: float, nominal_rpm: float) -> tupl
         f"{source}: the plate turns at {abs(rate_rad_s) / RPM:.4g} rpm by the time stamps, "
         f"nominal_rpm is {nominal_rpm:g}"
     )
-    for factor, how in RETIMED.items():
-        if abs(ratio / factor - 1) < THRESHOLDS.retimed_within:
+    for stamped, filmed in permutations(FRAME_RATES, 2):
+        if abs(ratio * filmed / stamped - 1) < THRESHOLDS.retimed_within:
             return (
-                f"{text}. The ratio {ratio:.4g} is that of a clip {how}. If so, give the capture "
-                f"rate (--fps, or timebase: {{source: constant, fps: ...}}).",
+                f"{text}. The ratio {ratio:.4g} is that of a clip filmed at {filmed} frames per "
+                f"second and stamped as {stamped}. If so, give the capture rate (--fps, or "
+                f"timebase: {{source: constant, fps: ...}}).",
             )
     return (f"{text}. Check the speed of the deck and the frame rate of the clip.",)

@@ -181,7 +181,7 @@ def _scaling(factor: float) -> FloatArray:
 
 def _method_note(source: str) -> str:
     return (
-        f"{source}: the plate is seen from the side, or in part, and its angle was measured by the "
-        f"return of the picture after every turn, without rim and spindle. This method cannot show "
-        f"changes of the rate within a turn; to see those, film the whole plate from above."
+        f"{source}: the angle was measured by the return of the picture after every turn, without "
+        f"rim and spindle, as these fit no better. This method cannot show changes of the rate "
+        f"within a turn; to see those, film the whole plate evenly, from above."
     )

@@ -5,6 +5,7 @@ read before, it is one frame late, and index over frame rate is wrong by up to 2
 uneven frame rate. There is no seeking: a clip is read once, from its first frame to its last.
 """
 
+import atexit
 import os
 import queue
 import stat
@@ -80,7 +81,7 @@ class Frame:
 
 
 class ClipReader:
-    """The frames of a file in order; use as a context manager and iterate once.
+    """The frames of a file in order; iterate once, as a context manager to end it before its end.
 
     Parameters
     ----------
@@ -149,9 +150,11 @@ class ClipReader:
 
     def __enter__(self) -> "ClipReader":
         self._thread.start()
+        atexit.register(self.__exit__)  # a thread that decodes then would crash the interpreter
         return self
 
     def __exit__(self, *_: object) -> None:
+        atexit.unregister(self.__exit__)
         self._stop.set()
         self._room.release()
         self._thread.join()
@@ -160,6 +163,8 @@ class ClipReader:
 
     def __iter__(self) -> Iterator[list[Frame]]:
         """Batches of frames, at least one frame each."""
+        if self._thread.ident is None:
+            self.__enter__()
         while (item := self._queue.get()) is not None:
             if isinstance(item, BaseException):
                 raise item

@@ -139,3 +139,10 @@ def test_a_light_that_flickers_is_no_second_thing() -> None:
     strips = turned(pattern(rng), PLATE)
     strips += np.sin(7 * TIME)[:, None, None] * pattern(rng) + noise(rng, strips.shape)
     assert not beside_a_plate(strips, PLATE)[0]
+
+
+def test_a_hand_that_turns_and_turns_back_is_no_second_thing() -> None:
+    rng = np.random.default_rng(4)
+    there_and_back = np.where(TIME < 6, 3 * TIME, 18 - 2 * (TIME - 6))
+    strips = turned(pattern(rng), PLATE) + turned(pattern(rng), there_and_back)
+    assert not beside_a_plate(strips + noise(rng, strips.shape), PLATE)[0]
