@@ -91,7 +91,8 @@ class DeviceError(PipelineError):
 TYPE_THIS = {
     "remove_effect": "`pipeline remove CONFIG TRIAD.NAME` takes an effect out of the model.",
     "data_sheet": "In the configuration they stand under sensor.{triad}.",
-    "exclude_pose": "`pipeline exclude CONFIG TRIAD.NAME...` leaves poses out.",
+    "exclude_pose": "`pipeline exclude CONFIG TRIAD.NAME...` leaves out poses of a session; "
+                    "bring further logs without them.",
     "default_solver": "In the configuration: `solver: default`.",
     "smaller_model": "In the configuration: {triad}: {{model: [{model}]}}.",
 }

@@ -91,7 +91,7 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
         raise Contradiction(
             f"{poses.triad}: the readings of {' and '.join(labels)} contradict those of all other "
             f"poses, and by no exchange of axes, range or unit. Without them the others determine "
-            f"the model. Record them again, or exclude them.", Remedy("exclude_pose")
+            f"the model. Record them again.", Remedy("exclude_pose")
         )
 
 

@@ -103,7 +103,9 @@ def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[
         return []
     if reason := choices.left_out.get("accelerometer"):
         return ["", f"# accelerometer: left out, since {_comment(reason)}"]
-    return ["", "accelerometer:", "  poses:", *_poses(source, folder, "    "),
+    poses = (["  runs:", *_run(source, folder)] if source.leans else
+             ["  poses:", *_poses(source, folder, "    ")])
+    return ["", "accelerometer:", *poses,
             f"  model: [{', '.join(choices.models.get('accelerometer', BASE))}]"]
 
 
@@ -119,12 +121,17 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
     model = choices.models.get("gyroscope", BASE if turning else ("bias",))
     lines = ["", "gyroscope:", "  runs:"]
     for source in able:
-        lines += ["    - poses:", *_poses(source, folder, "        "),
-                  f"      rate: {yaml_word(str(source.rate))}"]
+        lines += _run(source, folder)
     if not turning:
         lines.append("  # All at rest: that shows the bias. A turning plate shows scale and "
                      "misalignment.")
     return [*lines, f"  model: [{', '.join(model)}]"]
+
+
+def _run(source: PoseSource, folder: Path) -> list[str]:
+    """The lines of a source under ``runs``."""
+    return ["    - poses:", *_poses(source, folder, "        "),
+            f"      rate: {yaml_word(str(source.rate))}"]
 
 
 def open_scale_text(

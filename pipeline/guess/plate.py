@@ -21,6 +21,8 @@ from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
+    RECORD_RPM,
+    RPM_TOLERANCE,
     USUAL_COUNTS_PER_DEG_S,
     near_scales,
     record_rpm,
@@ -39,6 +41,7 @@ SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0
 """Least ratio of a reading on the plate to one at rest: a bias of 20 °/s, and 16 rpm."""
 CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
+CALLED_33 = re.compile(r"(?<!\d)33(?!\d)")  #: alone a speed too: no day, no hour and no usual angle
 LARGEST_MISFIT = 0.05
 """Largest scatter of the mean rates about a sphere, over its radius: axes of a gyroscope differ by
 3 %. A judgement."""
@@ -128,7 +131,7 @@ def settle_scale(
     first = math.radians(1) / gyroscope.si_per_unit
     lengths = np.array([_plate_rad_s(table) for table in turning])
     usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
-             else USUAL_COUNTS_PER_DEG_S)
+             else (*USUAL_COUNTS_PER_DEG_S, *gyroscope.choices))
     for factors, because in _known_factors(turning, lengths, clips):
         near = [(abs(math.log(first / factor / scale)), scale) for factor in factors
                 for scale in near_scales(first / factor, usual)]
@@ -136,11 +139,15 @@ def settle_scale(
             tables, min(near)[1] if near else float(f"{first / factors[0]:.3g}"), because)
     rates_of = [(per_deg, lengths * first / per_deg) for per_deg in gyroscope.choices]
     at_speed = [(per_deg, rates) for per_deg, rates in rates_of if all(map(record_rpm, rates))]
-    if len(at_speed) == 1:
-        per_deg, rates = at_speed[0]
+    called = [(per_deg, rates) for per_deg, rates in at_speed
+              if abs(np.median(rates) / RECORD_RPM[1] / RPM - 1) < RPM_TOLERANCE
+              and all(CALLED_33.search("/".join(table.path.parts[-2:])) for table in turning)]
+    if len(called or at_speed) == 1:
+        per_deg, rates = (called or at_speed)[0]
         return _settled(tables, per_deg, (
-            f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
-            f"range makes a speed of record players"))
+            f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, "
+            + ("as the files are called" if called else
+               "and no other range makes a speed of record players")))
     return [*tables], tuple(
         ScaleChoice(per_deg, nominal_rpm(float(np.median(rates))))
         for per_deg, rates in at_speed or rates_of)
@@ -202,7 +209,9 @@ def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
     limit = TURNING_RAD_S
     if steps.size and steps.max() > APART:
         above = order[int(np.argmax(steps)) + 1]
-        if above > TURNING_RAD_S * COUNTS_PER_DEG_S[-1] / COUNTS_PER_DEG_S[0]:
+        scales = [scale for table in tables[:1] if table.gyroscope
+                  for scale in table.gyroscope.choices] or COUNTS_PER_DEG_S
+        if above > TURNING_RAD_S * min(scales) / scales[0]:
             limit = min(limit, 0.99 * float(above))
     return [table for table, length in zip(tables, lengths, strict=True) if length > limit]
 

@@ -188,9 +188,11 @@ def sphere_through(points: FloatArray) -> Sphere | None:
 def common_mean(means: FloatArray) -> FloatArray | None:
     """Mean of the largest cluster of pose means (n, 3), in their unit: a gyroscope at rest.
 
+    Of clusters as large the nearest to zero, as poses of one attitude on the plate are one too.
     None if the cluster has too few poses.
     """
     apart = np.linalg.norm(means[:, None] - means, axis=2)
     near = apart < AT_REST * apart.max()
-    most = int(near.sum(axis=1).argmax())
-    return means[near[most]].mean(axis=0) if near[most].sum() >= FEWEST_MEANS else None
+    most = near[near.sum(axis=1) == max(FEWEST_MEANS, near.sum(axis=1).max())]
+    return min((means[row].mean(axis=0) for row in most),
+               key=lambda mean: float(np.linalg.norm(mean)), default=None)

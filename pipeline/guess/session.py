@@ -9,9 +9,10 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.imu_log import TRIADS
+from calib.poses.imu_log import AXES, TRIADS
+from calib.poses.runs.ring import LEAST_TILT_RAD
 from pipeline.config.types import STOPPED
-from pipeline.guess.magnitudes import record_rpm
+from pipeline.guess.magnitudes import record_rpm, sample_noise_sd
 from pipeline.guess.plate import (
     SI,
     MeasuredClip,
@@ -61,6 +62,15 @@ class PoseSource:
     def has_accelerometer(self) -> bool:
         """Whether any of its tables has an accelerometer."""
         return any(table.accelerometer for table in self.tables)
+
+    @property
+    def leans(self) -> bool:
+        """Whether its files show a plate that leans: gravity goes round in the accelerometer."""
+        forces = [table.si(table.accelerometer) for table in self.tables if table.accelerometer]
+        squares = [(force.var(axis=0).sum() - len(AXES) * sample_noise_sd(force) ** 2)
+                   / (force.mean(axis=0) ** 2).sum() for force in forces]
+        return (self.rate not in (None, STOPPED) and self.layout == "files" and bool(squares)
+                and float(np.median(squares)) >= LEAST_TILT_RAD**2)
 
 
 @dataclass(frozen=True, eq=False)

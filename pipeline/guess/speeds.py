@@ -57,8 +57,8 @@ def _stops(at: IntArray, rate: FloatArray, force: FloatArray) -> list[IntArray]:
 
 def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
     """Rest (0) and the speeds, rad/s, at which a log of many poses is steady, each with whether it
-    turns clockwise; empty if it only rests, or one triad is absent."""
-    log = joined_log(force, rate)
+    turns clockwise by gravity; empty if it only rests, or has no gyroscope."""
+    log = joined_log(force, rate) if force.accelerometer else rate.log()
     if log is None or len(log.time_s) < 2:
         return []
     size = max(1, round(REST_S / usual_step(log.time_s)))
@@ -66,7 +66,8 @@ def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
     at = np.flatnonzero(are_still(log.gyroscope[rows])) if len(rows) else rows[:, 0]
     if len(at) < FEWEST_MEANS:
         return []
-    mean, up = (values[rows[at]].mean(axis=1) for values in (log.gyroscope, log.accelerometer))
+    mean, up = (np.nan_to_num(values)[rows[at]].mean(axis=1)
+                for values in (log.gyroscope, log.accelerometer))
     stops = _stops(at, mean, up)
     bias = common_mean(np.array([mean[stop].mean(axis=0) for stop in stops]))
     mean = mean if bias is None else mean - bias

@@ -38,7 +38,7 @@ from pipeline.logs.header_words import read_name
 BITS, MORE_BITS = 16, 32
 """Facts: word lengths of converters in use: 16 bits for smaller ones, 32 bits for those of 24."""
 USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: usual units of a gyroscope
-WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s")  #: fact: units that are logged as whole numbers
+WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s", "deg_s")  #: fact: units that are logged as whole numbers
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,
@@ -179,20 +179,22 @@ def _open_scales(
 ) -> tuple[float, ...]:
     """Possible units per °/s of a gyroscope by its noise and its largest reading.
 
-    Whole numbers are counts of a usual range, or also a small unit if the accelerometer is in mg.
+    Whole numbers are counts of a usual range, or also whole °/s, or a small unit if the
+    accelerometer is in mg.
     """
-    if encoding:
-        known = OFFSET_COUNTS_PER_DEG_S if encoding == OFFSET_BINARY else COUNTS_PER_DEG_S
-        if math.isclose(per_g, BNO055_PER_G):
-            known = (BNO055_PER_DEG_S, *known)
-        small = tuple(UNITS_PER_DEG_S[unit] for unit in WHOLE_RATE_UNITS)
-        return (*known, *small) if in_mg else known
     noise = sample_noise_sd(rate.values)
     largest = float(np.quantile(np.abs(rate.values), NEARLY_ALL))
     sizes = sorted(RATE_UNITS[unit] for unit in USUAL_RATE_UNITS)
     able = [size for size in sizes if largest * size < FASTEST_RAD_S
             and (noise == 0 or QUIETEST_RAD_S < noise * size < NOISIEST_RAD_S)]
-    return tuple(math.radians(1) / size for size in able or sizes)
+    if not encoding:
+        return tuple(math.radians(1) / size for size in able or sizes)
+    if encoding == OFFSET_BINARY:
+        return OFFSET_COUNTS_PER_DEG_S
+    bno055 = (BNO055_PER_DEG_S,) if math.isclose(per_g, BNO055_PER_G) else ()
+    whole = [unit for unit in WHOLE_RATE_UNITS if
+             (RATE_UNITS[unit] in able if unit == "deg_s" else in_mg)]
+    return (*bno055, *COUNTS_PER_DEG_S, *(UNITS_PER_DEG_S[unit] for unit in whole))
 
 
 def clocked_by_turns(

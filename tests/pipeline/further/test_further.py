@@ -103,16 +103,23 @@ def test_a_log_that_turns_at_a_rate_of_no_setting_is_refused_and_nothing_is_writ
     assert session.read_text(encoding="utf-8") == before
 
 
-def test_the_logs_of_another_sensor_are_refused(session: Path) -> None:
+@pytest.mark.parametrize(("first", "last", "says"), [
+    (0.5, 0.5, "pose_03.csv contradict those of all other poses"),
+    (1.0, 0.9, "pose_03.csv: the sensor moved")])
+def test_the_log_of_another_sensor_or_of_one_that_moved_is_refused_as_none_of_the_session(
+    session: Path, first: float, last: float, says: str
+) -> None:
     log = session.parent / "later/pose_03.csv"
     table = np.loadtxt(log, delimiter=",", skiprows=1)
     names = log.read_text(encoding="utf-8").splitlines()[0].split(",")
-    table[:, [names.index(f"acc_{axis}") for axis in "xyz"]] *= 0.5
+    table[:, [names.index(f"acc_{axis}") for axis in "xyz"]] *= np.linspace(
+        first, last, len(table))[:, None]
     rewrite_rows(log, table)
     before = session.read_text(encoding="utf-8")
     code, _, err = typed("import", log, "--into", session)
+    assert says in err
     assert code == 4
-    assert "pose_03.csv contradict those of all other poses" in err
+    assert "bring further logs without them" in err
     assert session.read_text(encoding="utf-8") == before
 
 

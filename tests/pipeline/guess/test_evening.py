@@ -10,8 +10,13 @@ import numpy as np
 import pytest
 
 from pipeline.config.load import Config, load_config
+from pipeline.guess.config_text import Choices, config_text
+from pipeline.guess.files import guess_files
+from pipeline.guess.pool import common_mean
+from pipeline.guess.session import guess_session
 from tests.paths import DATA
 from tests.pipeline.guess.evening import BIAS_GYR, DEG, SCALE_ACC, SCALE_GYR, Evening, G
+from tests.pipeline.guess.hand_log import hand_log
 from tests.sessions import pipeline, run_without_page
 
 FULL_TURN = 100 / 3  #: rpm
@@ -84,6 +89,42 @@ def test_where_nothing_decides_the_range_is_asked_and_not_guessed(
     assert config_of(here).gyroscope is None
     assert pipeline("import", *files, "--gyroscope-range", "500", "--force") == 0
     require_true_scales(here, evening, 4e-3)
+
+
+@pytest.mark.parametrize(("range_deg_s", "folder"), [(32768.0, "turn"), (500.0, "plate_33")])
+def test_whole_degrees_and_a_speed_in_the_name_of_a_folder_are_no_question(
+    tmp_path: Path, range_deg_s: float, folder: str
+) -> None:
+    evening = Evening(range_deg_s=range_deg_s, lean_deg=0.0)
+    files = evening.write(tmp_path, "rest", 0.0, 1) + evening.write(tmp_path, folder, FULL_TURN, 2)
+    found = guess_session(guess_files(files, None)[0])
+    assert not found.scales
+    assert [source.rate for source in found.sources] == ["stopped", "33.3rpm"]
+
+
+@pytest.mark.parametrize(("lean_deg", "key"), [(9.0, "runs"), (0.6, "poses")])
+def test_poses_on_a_plate_that_leans_are_runs_of_the_accelerometer(
+    tmp_path: Path, lean_deg: float, key: str
+) -> None:
+    files = Evening(lean_deg=lean_deg).write(tmp_path, "turn", FULL_TURN, 2)
+    text = config_text(guess_session(guess_files(files, None)[0]), tmp_path, Choices())
+    assert f"accelerometer:\n  {key}:\n" in text
+
+
+def test_poses_of_one_attitude_on_the_plate_are_no_rest() -> None:
+    bias, plate = np.array([0.03, -0.04, 0.06]), np.array([0.0, 0.1, 3.5])
+    np.testing.assert_allclose(common_mean(np.array([bias + plate] * 8 + [bias] * 8)), bias)
+
+
+def test_a_gyroscope_alone_shows_rest_and_the_plate_between_the_moves_of_a_hand(
+    tmp_path: Path
+) -> None:
+    log = hand_log(rate_hz=50.0, rpm=45.0)
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.column_stack([log.time_s, log.gyr / DEG]), "%.4f", ",", comments="",
+               header="t,wx_dps,wy_dps,wz_dps")
+    found = guess_session(guess_files([path], None)[0])
+    assert {source.rate for source in found.sources} == {"stopped", "45rpm"}
 
 
 @pytest.mark.parametrize(("lean_deg", "says"), [

@@ -192,7 +192,7 @@ def test_poses_for_which_a_session_is_refused_are_excluded_wherever_their_files_
         table[len(table) // 2 :, 1] += 30
         rewrite_rows(path, table)
     code, _, errors = typed("run", config)
-    assert (code, "`pipeline exclude CONFIG TRIAD.NAME...` leaves poses out" in errors) == (4, True)
+    assert (code, "`pipeline exclude CONFIG TRIAD.NAME...` leaves out poses" in errors) == (4, True)
     code, _, errors = typed("exclude", config, "accelerometer.pose_09")
     assert code == 4  # for pose_07
     assert f"{ACC.format(9)} is a pose of the gyroscope too (rate: stopped)" in errors
