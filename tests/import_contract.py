@@ -84,7 +84,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
         ("finding", "averaged"), ("diagnose",),
-        ("unseen", "population"), ("grounds",),
+        ("absorbed", "population"), ("formula_error",), ("unseen",), ("grounds",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],
     "calib.diagnosis.search": [

@@ -9,6 +9,8 @@
 ``finding``           the verdict on one fit
 ``averaged``          bias of the parameters by all credible hypotheses, for their sds
 ``diagnose``          the way through these modules
+``absorbed``          what the parameters hold of an effect, and what the rows show of it
+``formula_error``     error of the model's formulas between the values that the poses saw
 ``unseen``            influence on the parameters of effects that no residual shows, if typical
 ``grounds``           the verdict with what it rests on: noise, blind poses, a turning plate
 ``constants``         every number that decides, with its origin

@@ -10,12 +10,15 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.diagnose import Diagnosis
+from calib.diagnosis.formula_error import formulas_of_readings
+from calib.diagnosis.hypotheses.listed import ATTITUDE
 from calib.diagnosis.next_measurement.advice import showing_blocks
 from calib.diagnosis.unseen import HARDLY_SEEN, typical_size
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import Explanation
 from calib.diagnosis.verdict.wording import (
     NOTHING_MISSING,
+    curves,
     enumeration,
     minutes_of,
     what_separates,
@@ -68,6 +71,9 @@ def on_its_grounds(
             and not poses.reference.is_null.any()):
         diagnosis = diagnosis.saying(OR_A_FIELD)
     if tests_the_model(poses):
+        if (diagnosis.verdict == Code.NOTHING_MISSING and prediction is not None
+                and prediction.by_open > prediction.by_poses and formulas_of_readings(fit)):
+            diagnosis = diagnosis.saying(f" {curves([ATTITUDE])}".rstrip())
         return _among_what_is_seen(diagnosis, fit, prediction, part, full_scale)
     if diagnosis.verdict == Code.EFFECT:  # the residual shows it whatever its noise
         return diagnosis.saying(BY_THE_REST)

@@ -17,17 +17,16 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import expit
 
+from calib.diagnosis.absorbed import absorbed, parted
 from calib.diagnosis.diagnose import Diagnosis
-from calib.diagnosis.hypotheses.signature import Linearisation, whole_columns
+from calib.diagnosis.formula_error import error_of_formulas
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import WANDERS
-from calib.fit.rows.problem import with_common
-from calib.fit.rows.sensitive_axes import sensor_columns
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
 from calib.fit.validation.elsewhere import error_by_missing
-from calib.fit.validation.prediction import Prediction, typical_force
+from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs.reference_runs import TIME_BASE
 
@@ -94,48 +93,6 @@ def typical_size(effect: Effect, part: str, triad: Triad) -> float | None:
     return None if size is None else size.si_for(triad)
 
 
-def absorbed(
-    calibration: TriadCalibration, effect: Effect, shape: float | None = None
-) -> FloatArray:
-    """Part of an effect that the parameters absorb, per unit of each of its parameters, (p, k)."""
-    return _parted(calibration, effect, shape)[0]
-
-
-def _parted(
-    calibration: TriadCalibration, effect: Effect, shape: float | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Part of an effect that the parameters absorb (p, k), and part left in the rows (r, k).
-
-    Of one that a length shows in square, k is the number of products of its parameters.
-    """
-    fit = calibration.fit
-    root = np.sqrt(fit.weight)[:, None]
-    seen = _columns(fit, effect, shape)
-    columns = np.zeros((len(fit.rows.residual), seen.shape[1]))
-    columns[: len(seen)] = seen
-    basis = with_common(fit.basis, len(fit.eta))
-    model = fit.rows.jacobian @ basis * root
-    solution = np.linalg.lstsq(model, columns * root, rcond=None)[0]
-    held = -(basis @ solution)[: fit.model.size]
-    return np.asarray(held), np.asarray(columns * root - model @ solution)
-
-
-def _columns(fit: Fit, effect: Effect, shape: float | None) -> FloatArray:
-    """Whitened columns (d, k); gravity is along the axis of the plate where nobody logged it."""
-    poses, solution = fit.poses, Linearisation(fit)
-    if effect.in_square:
-        vectors = solution.squares(effect)
-        if poses.ring is not None:  # its waves have the effect itself
-            vectors[poses.ring.place] = 0.0
-        return solution.rows(vectors)
-    if "force" not in effect.needs or np.isfinite(poses.force).all():
-        return whole_columns(fit, effect, shape)
-    along = np.sign(poses.spin_rad_s)[:, None] * fit.rows.vector
-    up = along / np.linalg.norm(fit.rows.vector, axis=1, keepdims=True)
-    at = replace(solution.corrected, force=typical_force(poses) * up)
-    return solution.rows(sensor_columns((effect,), at, {}, fit.rows.axes))
-
-
 def _typical_root(effect: Effect, size: float) -> FloatArray:
     """A square root (k, j) of the mean of t tᵀ: of normal parameters, or of their products."""
     count = len(effect.parameters)
@@ -183,7 +140,7 @@ def with_unseen(
         size = typical_size(effect, part, calibration.triad)
         if size is None:
             continue
-        held, remainder = _parted(calibration, effect)
+        held, remainder = parted(calibration, effect)
         typical = _typical_root(effect, size)
         shown, turns = np.linalg.eigh(typical.T @ remainder.T @ remainder @ typical)
         hardly = 1 / (1 + shown) > HARDLY_SEEN
@@ -238,7 +195,7 @@ def _left_open(
     unknown shape has no formula: each counts at least as much as the rows show of it. Noise that
     the samples of the poses do not show goes on in the next log, also where the model has it.
     """
-    total = np.full_like(prediction.variance, _drawn_anew(calibration.fit))
+    total = error_of_formulas(prediction, calibration) + _drawn_anew(calibration.fit)
     if diagnosis.verdict == Code.NOTHING_MISSING:
         return total
     average, of_row = diagnosis.averaged, np.median(calibration.fit.equations.magnitude_sd) ** 2

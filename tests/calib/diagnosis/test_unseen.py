@@ -1,14 +1,15 @@
 """What these poses cannot see moves the parameters by as much as the budget says."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from calib.assess import AssessedTriad, assess
+from calib.diagnosis.absorbed import absorbed
 from calib.diagnosis.diagnose import diagnose
-from calib.diagnosis.unseen import absorbed, together, typical_size, unseen_budget
+from calib.diagnosis.unseen import together, typical_size, unseen_budget
 from calib.effects.catalogue import BASE, find_effect
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.solver import fit
@@ -17,10 +18,21 @@ from calib.fit.triad.calibration import calibrate_triad
 from calib.poses.attitudes import spread_directions
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
-from calib.poses.imu_log import TRIADS
+from calib.poses.imu_log import TRIADS, FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.calib.leaning_poses import gyro_poses
-from tests.calib.made_poses import FAST, MODEL, SLOW, SPECS, made_poses, noisy, rich_poses, walk
+from tests.calib.made_poses import (
+    FAST,
+    GRAVITY,
+    MODEL,
+    SLOW,
+    SPECS,
+    made_poses,
+    noisy,
+    rich_poses,
+    walk,
+    with_noise,
+)
 from tests.calib.plate_poses import on_the_plate
 from tests.fitting import pose_sets, spec_of
 from tests.world.bench import Design
@@ -110,6 +122,24 @@ def test_what_a_slight_tilt_hardly_shows_still_counts() -> None:
     more = assess(gyro_poses(20.0, hide=False)[0], MODEL, spec)
     assert more.prediction is not None
     assert not more.prediction.unseen
+
+
+@pytest.mark.parametrize("sensed", [
+    lambda f: 14 * np.tanh(f / 14), lambda f: f - 2e-6 * f**5, lambda f: 20 * np.arctan(f / 20)],
+    ids=["tanh", "fifth", "arctan"])
+def test_a_cubic_that_18_poses_do_not_tell_from_what_it_stands_for_errs_as_stated(
+    sensed: Callable[[FloatArray], FloatArray]
+) -> None:
+    poses = made_poses("accelerometer", (0.0,), seed=4, jitter_deg=1.0)
+    poses = with_noise(replace(poses, reading=sensed(poses.reading), sd=poses.sd / 5),
+                       np.random.default_rng(4))
+    found = assess(poses, Model.of((*BASE, "cubic")), SPECS["accelerometer"])
+    elsewhere = found.calibration.correct(
+        Conditions.of_vectors(sensed(GRAVITY * spread_directions(300)), {}))
+    off = np.sqrt(np.mean((np.linalg.norm(elsewhere, axis=1) - GRAVITY) ** 2))
+    assert found.prediction is not None
+    assert 0.5 < off / np.sqrt(np.mean(found.prediction.sd**2)) < 1.5
+    assert "Another function of what an axis senses" in found.diagnosis.text
 
 
 def test_what_is_seen_but_not_settled_counts_by_how_likely_it_is() -> None:
