@@ -195,8 +195,9 @@ def _of_effects(
         of_each = [at.of_reference(at.varying(effect)).T for effect in effects]
         return np.concatenate(of_each), [len(each) for each in of_each]
     shapes = [None if h.shape is None else fit.shapes.get(h.name, h.shape) for h in hypotheses]
+    effects = [at.varying(effect) for effect in effects]
     errors = [at.squares(effect) if effect.in_square and effect.name not in fit.model.names
-              else at.vectors(at.varying(effect), shape)
+              else at.vectors(effect, shape)
               for effect, shape in zip(effects, shapes, strict=True)]
     rows = at.rows(np.concatenate(errors, axis=2))
     widths = [each.shape[2] for each in errors]

@@ -13,6 +13,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import TEMPERATURE
 from calib.poses.pose_set import PoseSet
+from tests.calib.leaning_poses import gyro_poses
 from tests.lots import pose_sets_of
 from tests.set_trials import hand_design
 from tests.world.designs import paper_design
@@ -56,6 +57,15 @@ def test_the_zero_of_the_temperature_changes_no_verdict(hidden: str, zero: float
         assert (other.verdict.code, other.verdict.group) == (one.verdict.code, one.verdict.group)
         stated = [each.posterior.any_of(each.verdict.group) for each in (one, other)]
         assert stated[1] == pytest.approx(stated[0], abs=0.02)
+
+
+@pytest.mark.parametrize("zero", [24.0, 297.0])
+def test_a_temperature_that_stays_has_no_gain_on_a_leaning_plate_either(zero: float) -> None:
+    """Waves of a gain were counted from 25 °C, those of the base not: the rest had a name."""
+    poses, _ = gyro_poses(3.0, hide=False)
+    steady = zero + 1e-3 * np.random.default_rng(1).standard_normal(len(poses))
+    said = finding_of(replace(poses, columns={TEMPERATURE: steady})).verdict
+    assert said.code == "nothing_missing"
 
 
 def test_what_the_fit_holds_absorbs_nothing() -> None:
