@@ -45,7 +45,7 @@ def command(
     RESULTS is results.json, its folder, or the configuration that was run.
     The command prints what the format cannot store.
     """
-    from pipeline.export.parts import stood_for
+    from pipeline.export.parts import of_gravity, stood_for
     from pipeline.export.write import EXPORTERS
     from pipeline.results.fitness import require_fit
     from pipeline.results.written import write_output
@@ -61,7 +61,7 @@ def command(
     stored = named_results(results, allow_python)
     echo_warnings(require_fit(stored, anyway))
     export = _kalibr_with_noise(stored, noise) if form == "kalibr" else EXPORTERS[form](stored)
-    echo_warnings((*export.loses, *stood_for(stored)), "note")
+    echo_warnings((*export.loses, *stood_for(stored), *of_gravity(stored)), "note")
     for name, content in export.files.items():
         path = (output or stored.folder) / name
         write_output(stored.folder, path, content, force=force, inputs=(stored.path,))

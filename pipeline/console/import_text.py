@@ -69,8 +69,8 @@ def guessed_table(table: TableGuess) -> list[str]:
         rows.append(["  further", ", ".join(table.further[:FURTHER]) + more, "",
                      "logged beside them"])
     lines += table_lines(rows)
-    readings = [name for name in table.theirs if name in (TIME, *ACCELEROMETER, *GYROSCOPE)
-                or name.startswith("time_") or name == TEMPERATURE]
+    readings = [name for name in table.theirs if our_name(name)[0] in (
+        TIME, *ACCELEROMETER, *GYROSCOPE, TEMPERATURE)]
     head = [[f"  {name}" if i == 0 else name for i, name in enumerate(readings)]]
     for row in range(min(ROWS_SHOWN, table.table.rows)):
         values = [_cell(table.table.columns[table.theirs[name]][row]) for name in readings]

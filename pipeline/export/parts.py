@@ -17,6 +17,7 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from calib.poses.triad_kind import TRIAD_KINDS
+from pipeline.logs.columns import MINUS
 from pipeline.results.fitness import by_untold
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
@@ -201,6 +202,13 @@ def stood_for(stored: Stored) -> tuple[str, ...]:
         for triad in stored.triads for name, effect in triad.section.effects.items()
         if (others := [one_line(other) for other in effect.stands_for])
     )
+
+
+def of_gravity(stored: Stored) -> tuple[str, ...]:
+    """A note where the session's logs hold gravity in place of the specific force."""
+    return ("The accelerometer of these logs reads -1 g along the axis that points up: change the "
+            "sign of its readings before they are corrected.",) * any(
+        name.startswith(MINUS) for row in stored.contents.columns for name in row)
 
 
 def temperatures(stored: Stored) -> list[float]:

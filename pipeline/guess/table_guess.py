@@ -22,7 +22,7 @@ from pipeline.guess.units import (
     gyroscope_in,
     per_sample,
 )
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, SKIP, TIME, our_name
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, MINUS, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
 from pipeline.logs.join import join_logs
@@ -239,7 +239,9 @@ def _table_guess(
         unit = clock.unit or "s"
         theirs[TIME if SECONDS_PER[unit] == 1 else f"time_{unit}"] = clock.column
     for names, triad in ((ACCELEROMETER, accelerometer), (GYROSCOPE, gyroscope)):
-        theirs |= dict(zip(names, triad.columns, strict=True)) if triad else {}
+        if triad is not None:
+            sign = MINUS if triad.si_per_unit < 0 else ""
+            theirs |= dict(zip([sign + name for name in names], triad.columns, strict=True))
     theirs |= dict(_further(table, accelerometer, gyroscope))
     guess = TableGuess(table, clock, accelerometer, gyroscope, theirs, False)
     if accelerometer is None:

@@ -1,6 +1,7 @@
 """The unit or counts of a triad, with the reason and the doubts."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -39,6 +40,8 @@ BITS, MORE_BITS = 16, 32
 """Facts: word lengths of converters in use: 16 bits for smaller ones, 32 bits for those of 24."""
 USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: usual units of a gyroscope
 WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s", "deg_s")  #: fact: units that are logged as whole numbers
+OF_APPLE = re.compile(r"user_?accel|accelerometeraccel", re.IGNORECASE)
+"""Names of Apple's CoreMotion beside or of an accelerometer: ``motionUserAccelerationX``."""
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,
@@ -62,7 +65,8 @@ class TriadGuess:
     because : str
         Reason for the guess.
     si_per_unit : float
-        Approximate SI units per unit of the log.
+        Approximate SI units per unit of the log; negative of an accelerometer that reads gravity
+        and not the specific force.
     doubt : str
         Doubts about the guess; empty if there are none.
     choices : tuple of float
@@ -124,14 +128,18 @@ def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> Triad
                        ("mg, or counts of which 980.665 or 1024 are 1 g",
                         "mm/s², or counts of which 10,000 are 1 g"), MISTAKEN, strict=True)
                    if any(math.isclose(unit.per_g, per_g) for per_g in able)]
+    of_apple = unit.unit == "g" and any(map(OF_APPLE.search, force.pool.columns))
+    if of_apple:
+        doubts.append("in g under names of Apple's, they read -1 along the axis that points up; "
+                      "they are taken with the opposite sign")
     because = ("their names" if called(words) == "acc" else
                "their readings are as long as gravity")
     sheet = ((("unit", unit.unit),) if unit.unit != "counts" else
              _counts("counts_per_g", unit.per_g, unit.encoding, _bits(force)))
     return TriadGuess(force.columns, sheet, _unit_text(unit),
-                      f"{because}; a reading at rest is {unit.length:.4g} long", unit.si_per_unit,
-                      "; ".join(doubts), encoding=unit.encoding,
-                      rival=rival.columns if rival else None)
+                      f"{because}; a reading at rest is {unit.length:.4g} long",
+                      unit.si_per_unit * (-1 if of_apple else 1), "; ".join(doubts),
+                      encoding=unit.encoding, rival=rival.columns if rival else None)
 
 
 def gyroscope_in(
@@ -234,7 +242,7 @@ def per_sample(
 ) -> tuple[TriadGuess, TriadGuess]:
     """Both triads as increments of velocity and angle, in m/s and rad per sample, if their scales
     are near these (navigation sensors); else unchanged."""
-    off = max(abs(math.log(triad.si_per_unit * step_s)) for triad in (force, rate))
+    off = max(abs(math.log(abs(triad.si_per_unit) * step_s)) for triad in (force, rate))
     if off > GRAVITY_TOLERANCE or "unit" in dict(rate.sheet):
         return force, rate
     per_g = STANDARD_GRAVITY_M_S2 * step_s

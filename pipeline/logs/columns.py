@@ -11,6 +11,7 @@ TIME = "time_s"
 COUNTER = "counter"  #: sample counter; with a sample rate it gives the time, including gaps
 READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
+MINUS = "minus_"  #: before the name of an axis that reads less along what points up, as Apple's do
 
 TimeUnit = Literal["s", "ms", "us", "ns", "min", "d"]
 SECONDS_PER: Mapping[TimeUnit, float] = {
@@ -21,6 +22,8 @@ DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
     "ours": {name: (name, 1.0) for name in READINGS},
     "other units of time": {f"time_{unit}": (TIME, SECONDS_PER[unit])
                             for unit in SECONDS_PER if unit != "s"},
+    "gravity in place of specific force": {
+        f"{MINUS}{name}": (name, -1.0) for name in ACCELEROMETER},
     # MT Manager's ASCII export. SampleTimeFine ticks at 10 kHz.
     "MT Manager": {
         "packetcounter": (COUNTER, 1.0),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pipeline.export.formats import FORMATS
-from pipeline.export.parts import origin
+from pipeline.export.parts import of_gravity, origin
 from pipeline.export.write import EXPORTERS
 from pipeline.results.read import Stored, load_results
 from tests.pipeline.conftest import RunSession
@@ -128,3 +128,10 @@ def test_no_export_repeats_a_data_sheet_that_the_gain_refutes(finished: RunSessi
     assert by_gain is not None
     assert float(by_gain[1]) == pytest.approx(spec.full_scale, rel=0.3)
     assert f"refutes the +-{halved.full_scale:.6g} of the configuration" in after
+
+
+@pytest.mark.parametrize(("axis", "notes"), [("acc_x", 0), ("minus_acc_x", 1)])
+def test_logs_that_hold_gravity_are_noted(finished: RunSession, axis: str, notes: int) -> None:
+    stored = load_results(finished.folder)
+    contents = stored.contents.model_copy(update={"columns": [{axis: "userAccelerationX"}]})
+    assert len(of_gravity(replace(stored, contents=contents))) == notes

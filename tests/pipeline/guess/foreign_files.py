@@ -145,7 +145,7 @@ def sensor_log_ios(folder: Path, log: HandLog) -> Foreign:
             "motionUserAccelerationZ(G),gyroRotationX(rad/s),gyroRotationY(rad/s),"
             "gyroRotationZ(rad/s),gyroTimestamp_sinceReboot(s)")
     rows = [",".join([datetime.fromtimestamp(1.7e9 + t, UTC).isoformat(timespec="milliseconds"),
-                      *(f"{v:.7g}" for v in acc / G), "0.01", "0.02", "0.01",
+                      *(f"{v:.7g}" for v in -acc / G), "0.01", "0.02", "0.01",
                       *(f"{v:.7g}" for v in gyr), f"{5000 + t:.4f}"])
             for t, acc, gyr in zip(log.time_s, log.acc, log.gyr, strict=True)]
     (folder / "phone.csv").write_text("\n".join([head, *rows]))

@@ -109,6 +109,12 @@ def test_columns_are_picked_by_the_names_in_the_file(tmp_path: Path) -> None:
     assert list(log.columns) == ["note"]
 
 
+def test_an_axis_that_reads_gravity_has_the_sign_of_the_specific_force(tmp_path: Path) -> None:
+    names = ("time_s", *(f"minus_acc_{axis}" for axis in "xyz"))
+    log = read_log(write(tmp_path, rows(",")), names)
+    np.testing.assert_array_equal(log.accelerometer, -ACC)
+
+
 @pytest.mark.parametrize(("scale", "unit"), [(1e3, "ms"), (1e6, "us"), (1e9, "ns")])
 def test_a_clock_that_makes_no_sense_names_the_likely_unit(
     tmp_path: Path, scale: float, unit: TimeUnit
