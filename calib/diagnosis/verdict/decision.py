@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import ATTITUDE, Hypothesis, held
+from calib.diagnosis.hypotheses.listed import Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import seen_far_apart
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
@@ -27,7 +27,6 @@ from calib.diagnosis.verdict.kinds_of_noise import (
 )
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare
-from calib.fit.validation.odd_poses import few_odd_poses
 from calib.poses.imu_log import FloatArray
 
 
@@ -93,12 +92,9 @@ def reach_verdict(posterior: Posterior) -> Verdict:
                   if _is_step(posterior.hypotheses[j]))
     if joint is not None:
         with_names = (share, explains) if explains else explained(base, joint, is_known)
-        if not with_names[1]:
-            unlisted = _unlisted(posterior, share, explains)
-            if 2 * with_names[0] < 1:
-                return unlisted or _noise(posterior, kinds_of_noise(posterior.base))
-            if unlisted is not None and _is_part_of(posterior, joint, named, unlisted):
-                return unlisted
+        if not with_names[1] and 2 * with_names[0] < 1:
+            return _unlisted(posterior, share, explains) or _noise(
+                posterior, kinds_of_noise(posterior.base))
         share, explains = with_names
         first = named[0]
         return Verdict(
@@ -170,17 +166,6 @@ def _signal_rows(posterior: Posterior, joint: Refit, name: str) -> FloatArray:
     """What an effect of ``joint`` explains, whitened, the model projected out, (r,)."""
     same = {held(h, j).name for j, h in enumerate(posterior.hypotheses) if h.name == name}
     return joint.signal(same, posterior.table.projector)
-
-
-def _is_part_of(
-    posterior: Posterior, joint: Refit, named: Sequence[Inclusion], unlisted: Verdict
-) -> bool:
-    """Whether all that is named is but the first term of an unknown function of the attitude."""
-    functions = [posterior.table.unit_block(j) for j in posterior.lead.members
-                 if posterior.hypotheses[j].follows == unlisted.name == ATTITUDE]
-    signals = [_signal_rows(posterior, joint, each.name) for each in named]
-    return all(any(np.sum((block.T @ signal) ** 2) >= CONSTANTS.sure * (signal @ signal)
-                   for block in functions) for signal in signals)
 
 
 def _beside(posterior: Posterior, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:
@@ -268,8 +253,6 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
-    if first.follows == ATTITUDE and (odd := few_odd_poses(posterior.base)):
-        return Verdict(Code.BAD_POSE, odd[0], group=odd, details=odd, share=1.0, explains=True)
     return Verdict(
         Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (), details=details,
         beside=_beside(posterior, [each for each in posterior.classes if each.name == first.name]),
