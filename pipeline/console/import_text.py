@@ -37,7 +37,7 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
         clip = f", as in {source.clip.path.name}" if source.clip else ""
         turning = ("turning" if guess.scales else
                    f"turning at {source.rate_rad_s / RPM:+.4g} rpm{clip}")
-        at_rest = "at rest" if source.has_gyroscope or source.layout != "log" else (
+        at_rest = "at rest" if source.has("gyroscope") or source.layout != "log" else (
             "taken as at rest, since no gyroscope shows a plate")
         rate = at_rest if source.rate == STOPPED else turning
         yield f"{count(len(source.tables), 'table')}, {rate}: {LAYOUTS[source.layout]}"

@@ -43,7 +43,8 @@ def checked_config(
     """A configuration of ``guess`` at ``path`` that runs; no file is written.
 
     A model that the poses do not determine is replaced by the largest that they do; a triad that
-    cannot be calibrated at all is left out, with the reason as a comment.
+    cannot be calibrated at all is left out, with the reason as a comment. Where nothing runs, the
+    whole model is written, with what it lacks.
     """
     fault: str | None = None
     if guess.at_rest is None and not any(source.rate for source in guess.sources):
@@ -52,13 +53,14 @@ def checked_config(
     if fault := next(disagreements(guess), None):
         return CheckedConfig(config_text(guess, path.parent, choices), None, (), fault)
     changes: list[str] = []
+    whole = choices
     for _ in range(MOST_TRIES):
         text = config_text(guess, path.parent, choices)
         try:
             outcome = run(parse_config(path, text))
             return CheckedConfig(text, outcome, tuple(changes), implausible(outcome))
         except (CalibrationError, PipelineError) as error:
-            fault = str(error)
+            fault = fault or str(error)
             smaller = _smaller(choices, error)
             if smaller is not None:
                 changes.append(f"the poses do not determine the whole model: {error}")
@@ -69,11 +71,11 @@ def checked_config(
             if triad is None or (triad == "accelerometer" and not turning):
                 break  # a gyroscope at rest shows no more than a bias
             changes.append(f"the {triad} is left out: {error}")
-            choices = replace(choices, left_out={**choices.left_out, triad: fault})
+            choices = replace(choices, left_out={**choices.left_out, triad: str(error)})
     if any(not table.clock.is_known and not table.are_means for table in guess.tables):
         fault = (f"{fault} The file states no sample rate, and {ASSUMED_HZ:g} Hz is no more than "
                  f"usual: state it by --rate-hz.")
-    return CheckedConfig(config_text(guess, path.parent, choices), None, tuple(changes), fault)
+    return CheckedConfig(config_text(guess, path.parent, whole), None, (), fault)
 
 
 def _smaller(choices: Choices, error: Exception) -> Choices | None:

@@ -112,7 +112,7 @@ def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[
 def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
     if guess.scales:
         return ["", f"# gyroscope: left out, since {_comment(open_scale_text(guess))}"]
-    able = [source for source in guess.sources if source.has_gyroscope and source.rate]
+    able = [source for source in guess.sources if source.has("gyroscope") and source.rate]
     if not able:
         return []
     if reason := choices.left_out.get("gyroscope"):

@@ -174,7 +174,7 @@ def why_no_log(table: RawTable) -> str:
         if alone and reads_alike(values, 1 / ASSUMED_HZ):
             return LIES_STILL
     shown = ", ".join(names[:SHOWN])
-    return (f"no accelerometer and no gyroscope are among its columns ({shown}): no three of them "
-            f"have one length at rest, as gravity has, and computed angles do not replace them. "
-            f"Log the raw acceleration and rate, or name their columns in a configuration, as "
-            f"`pipeline init` shows")
+    return (f"no accelerometer and no gyroscope are among its columns ({shown}): none are "
+            f"called so, and no three that are not called another quantity have one length at "
+            f"rest, as gravity has; computed angles do not replace them. Log the raw acceleration "
+            f"and rate, or name their columns in a configuration, as `pipeline init` shows")

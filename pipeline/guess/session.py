@@ -9,7 +9,7 @@ import numpy as np
 from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
-from calib.poses.imu_log import AXES, TRIADS
+from calib.poses.imu_log import AXES, TRIADS, Triad
 from calib.poses.runs.ring import LEAST_TILT_RAD
 from pipeline.config.types import STOPPED
 from pipeline.guess.magnitudes import record_rpm, sample_noise_sd
@@ -53,15 +53,9 @@ class PoseSource:
     rate_rad_s: float = 0.0
     clip: MeasuredClip | None = None
 
-    @property
-    def has_gyroscope(self) -> bool:
-        """Whether any of its tables has a gyroscope."""
-        return any(table.gyroscope for table in self.tables)
-
-    @property
-    def has_accelerometer(self) -> bool:
-        """Whether any of its tables has an accelerometer."""
-        return any(table.accelerometer for table in self.tables)
+    def has(self, triad: Triad) -> bool:
+        """Whether any of its tables has the triad."""
+        return any(getattr(table, triad) for table in self.tables)
 
     @property
     def leans(self) -> bool:
@@ -103,7 +97,7 @@ class SessionGuess:
     @property
     def at_rest(self) -> PoseSource | None:
         """The best source to calibrate the accelerometer: poses at rest, else any."""
-        able = [source for source in self.sources if source.has_accelerometer]
+        able = [source for source in self.sources if source.has("accelerometer")]
         return min(able, key=lambda source: source.rate_rad_s != 0, default=None)
 
 

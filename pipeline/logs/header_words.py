@@ -245,5 +245,6 @@ def _is_other(words: list[str]) -> bool:
 
 
 def _gravity_free(text: str, words: list[str]) -> bool:
-    """Whether gravity is removed: "linear" in phone apps, but not in ROS."""
-    return "user" in words or ("_" not in text and any(word.startswith(LINEAR) for word in words))
+    """Whether gravity is removed: "linear" in phone apps, but not in ROS; Xsens' "free"."""
+    return not {"user", "free"}.isdisjoint(words) or (
+        "_" not in text and any(word.startswith(LINEAR) for word in words))

@@ -225,6 +225,8 @@ def test_six_faces_are_no_calibration(here: Path, capsys: pytest.CaptureFixture[
     err = capsys.readouterr().err
     assert "does not run yet" in err
     assert "6 poses" in err
+    assert "at least 10 are needed" in err
+    assert "at least 7 are needed" not in err  # of a model that nobody asked for
 
 
 def _is_face(path: Path) -> bool:

@@ -78,6 +78,11 @@ def test_an_acceleration_with_gravity_is_an_accelerometer(name: str) -> None:
     assert not words.is_other
 
 
+@pytest.mark.parametrize("name", ["FreeAcc_X", "userAcceleration.x", "Linear Accelerometer X"])
+def test_an_acceleration_without_gravity_is_none_that_could_be_the_accelerometer(name: str) -> None:
+    assert read_name(name).gravity_free
+
+
 def test_a_plate_shows_the_rate_of_a_log_without_times(tmp_path: Path) -> None:
     """Gravity goes round in samples as often as the gyroscope says in seconds."""
     evening = Evening(seconds=9.0)
