@@ -173,6 +173,6 @@ LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),
-    "attitudes": (attitudes, "not called another quantity have .* computed angles do not replace them"),
+    "attitudes": (attitudes, "not called another quantity .* computed angles do not replace"),
     "bytes_of_a_bus": (bytes_of_a_bus, "the bytes of a bus, one by one"),
 }
