@@ -38,17 +38,17 @@ class TurningThresholds:
     once : float
         det A of a plate that looks the same once per turn. Derived: 1, and 1/4 for one that looks
         the same twice; half way by ratio.
-    first : float
-        Least share of the wave once per return, where others have a common divisor. Tuned on
-        rendered films: blades in step with the frames have 0.02, two marks and a label 0.05.
+    lowest : float
+        Least share of the waves once and twice per return. Tuned on rendered films: blades in step
+        with the frames have up to 0.02, four marks that pass far from their spindle 0.03, other
+        plates 0.25 and more.
     explained : float
         Least share of the change of the pixels that the motion explains: with less, its determinant
         is not known to a third. Tuned on ``tests.bench.clip_study --only
         cut,edge_on,from_the_side``.
     passes : float
-        Share of the explained change that one common shift explains, or of all change that waves
-        with a common divisor do. Derived: nine tenths; for a plate it is the rotation that
-        explains, unless its spindle is far outside the frame.
+        Share of the explained change that one common shift explains. Derived: nine tenths; for a
+        plate it is the rotation that explains, unless its spindle is far outside the frame.
     mostly : float
         Share of the change of the pixels that this shift, or a motion about no axis or by a part of
         a turn explains; with less, a plate may be in the rest. Tuned: a lamp over part of a plate
@@ -57,7 +57,7 @@ class TurningThresholds:
 
     backwards: float = 0.7
     once: float = 0.5
-    first: float = 0.04
+    lowest: float = 0.025
     explained: float = 0.1
     passes: float = 0.9
     mostly: float = 0.33
@@ -101,13 +101,6 @@ def turning(waves: NDArray[np.float32], mask: NDArray[np.bool_]) -> Turning | No
     if backwards > THRESHOLDS.backwards:
         raise NoPlate(f"it goes to and fro, or comes and goes ({backwards:.0%} of how it changes "
                       f"is the same played backwards)")
-    share = (waves[1:] ** 2).sum(axis=1).reshape(2, -1).sum(axis=0)
-    share /= max(float(share.sum()), 1e-9)
-    parts = 2 + int(np.argmax([share[n - 1 :: n].sum() for n in range(2, len(share) + 1)]))
-    common = float(share[parts - 1 :: parts].sum())
-    if share[0] < THRESHOLDS.first and common > THRESHOLDS.passes:
-        raise EqualReturns(f"{common:.0%} of how it changes are waves {parts} times per return and "
-                           f"their multiples, so it looks the same several times per turn {ALIKE}")
     y, x = np.nonzero(_with_neighbours(mask))
     if not len(x):
         return None
@@ -130,6 +123,11 @@ def turning(waves: NDArray[np.float32], mask: NDArray[np.bool_]) -> Turning | No
         if by_shift > max(THRESHOLDS.passes * explained, THRESHOLDS.mostly):
             raise OnlyShifts(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
                              f"how it changes, turning {explained - by_shift:.0%} more)")
+    by_order = (waves[1:] ** 2).sum(axis=1).reshape(2, -1).sum(axis=0)
+    lowest = float(by_order[:2].sum() / by_order.sum())
+    if lowest < THRESHOLDS.lowest:
+        raise EqualReturns(f"waves once and twice per return are {lowest:.0%} of how it changes, "
+                           f"so it looks the same several times per turn {ALIKE}")
     # The points follow x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2
     form = np.array([[-flow[1, 0], skew], [skew, flow[0, 1]]]) * np.sign(flow[0, 1])

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from vision.plate.learn import PlateModel
 
 FEWEST = 12  # least number of frames for any result
-#: Stretches of the clip with motion in which a plate is searched, in the brightness and in the
-#: colours.
-ATTEMPTS, IN_COLOURS = 1, 1
 
 
 @dataclass(frozen=True)

@@ -89,8 +89,6 @@ class ClipReader:
     colours : bool
         The frames carry chroma. It has half the luma's resolution in most clips, and frames are
         reduced to that, unless they are of ``full_size``, for display.
-    every : int
-        Of so many frames, only the first is passed on; the others cost their decoding alone.
 
     Attributes
     ----------
@@ -105,10 +103,8 @@ class ClipReader:
         Length from these two.
     """
 
-    def __init__(
-        self, path: Path | str, *, colours: bool = False, every: int = 1, full_size: bool = False
-    ) -> None:
-        self.path, self._every = Path(path), every
+    def __init__(self, path: Path | str, *, colours: bool = False, full_size: bool = False) -> None:
+        self.path = Path(path)
         _refuse_unreadable(self.path)
         # The decoder reports every oddity of a file; our own messages state what matters.
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", FFMPEG_QUIET)
@@ -174,16 +170,13 @@ class ClipReader:
     def _decode(self) -> None:
         try:
             batch: list[Frame] = []
-            sized, number = False, -1
+            sized = False
             while not self._stop.is_set() and self._decoder.grab():
-                number += 1
-                if number % self._every:
-                    continue
                 ok, image = self._decoder.retrieve()
                 if not ok:
                     break
                 if self._begins_anew(np.asarray(image)):
-                    batch, number = [], -1
+                    batch = []
                     continue
                 time_s = self._decoder.get(cv2.CAP_PROP_POS_MSEC) / 1e3
                 coding = int(self._decoder.get(cv2.CAP_PROP_FRAME_TYPE))
