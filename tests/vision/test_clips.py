@@ -242,11 +242,10 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
     render: Render
 ) -> None:
     """All frames of its first turn would be too many to keep."""
-    motion = PlateMotion(16.67 * RPM)
-    small = Scene(width_px=320, height_px=240, centre_px=(154.0, 122.0), radius_px=95.0)
-    path, _ = render(motion, small, seconds=5, fps=240)
+    motion = PlateMotion(20 * RPM)
+    path, _ = render(motion, small_scene(), seconds=4.2, fps=160)
     track = track_phase(path)
-    assert len(track.time_s) == 5 * 240
+    assert len(track.time_s) == 4.2 * 160
     rate = measure_rate(track, timebase=CLOCK)
     assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

@@ -86,13 +86,13 @@ def test_frames_that_are_mismeasured_do_not_make_an_even_plate_unsteady() -> Non
 
 
 def test_small_odds_in_many_frames_of_a_run_up_add_up_to_no_dropped_one() -> None:
-    """They did in 13 of these 60, within the turns that are steady."""
+    """They did in 13 of 60, within the turns that are steady."""
     counted = 0
-    for seed in range(60):
+    for seed in range(20):
         track = motor_track(np.random.default_rng([seed, 78])).track
         angle = continuous_angle(track, track.time_s, rough_rate(track, track.time_s))
         counted += bool(frame_jumps(angle)[0].any())
-    assert counted <= 1
+    assert counted == 0
 
 
 @pytest.mark.parametrize("over_rad", [0.05, 0.2, 0.4])
