@@ -140,6 +140,9 @@ def _moved(fit: Fit, vector: FloatArray) -> FloatArray:
 
 
 def _force_sd(fit: Fit, used: BoolArray) -> FloatArray:
-    """Sd of the specific force of a pose mean, by its vibration over a correlated second, (m,)."""
-    scatter = fit.poses.vibration[used].mean(axis=1)
+    """Sd of the specific force of a pose mean, by its vibration over a correlated second, (m,).
+
+    Where a table of means does not tell it, that is in the scatter of the placement.
+    """
+    scatter = np.nan_to_num(fit.poses.vibration[used]).mean(axis=1)
     return np.asarray(np.sqrt(scatter / EFFECTIVE_SAMPLES))
