@@ -6,7 +6,7 @@ from typing import cast
 import numpy as np
 
 from vision.plate.choice import PlateCandidate
-from vision.plate.evidence import believed, evidence
+from vision.plate.evidence import believed
 from vision.plate.template import Alignment
 
 
@@ -34,7 +34,7 @@ def test_what_noise_explains_of_itself_is_not_believed() -> None:
     for frames in (28, 100):
         noise = rng.normal(size=(frames, 400))
         of_one_mean = float((frames * noise.mean(axis=0) ** 2).sum() / (noise**2).sum())
-        assert 0.7 < evidence(of_one_mean, frames) < 1.4
+        assert 0.7 < of_one_mean * (frames - 1) / (1 - of_one_mean) < 1.4
         assert not believed(of_one_mean, frames)
         assert not candidate(of_one_mean, frames=frames).is_believed
 
