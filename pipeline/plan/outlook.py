@@ -15,6 +15,7 @@ from calib.diagnosis.next_measurement.pose_blocks import HEADROOM
 from calib.earth import EARTH_RATE_RAD_S, STANDARD_GRAVITY_M_S2, earth_rate_horizontal
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
+from calib.fit.least_squares.unknown_sd import has_sds, with_estimated_sds
 from calib.fit.model import Model
 from calib.fit.triad.leaning import with_axes
 from calib.planning.ideal_poses import PlannedRun, expected_widening, ideal_poses, one_second_sd
@@ -120,10 +121,11 @@ def _triad_plan(
     model = Model(tuple(effect for effect in every.effects if effect.name not in lacks))
     judged = tuple(effect for effect in user_defined.values() if set(effect.logged) <= logged)
     recorded = [setting.means for setting in settings if setting.means]
+    of_logs = [means for means in recorded if not means[0].stated]
     noise: NoiseSource = "unknown"
     noise_sd = np.ones(3) * spec.nominal_scale if math.isfinite(spec.full_scale) else np.ones(3)
     if recorded:
-        noise, noise_sd = "measured", one_second_sd(recorded, triad)
+        noise, noise_sd = "measured", one_second_sd(of_logs, triad) if of_logs else noise_sd
     elif config.sensor.name in TYPICAL_SD:
         noise, noise_sd = "typical", np.full(3, TYPICAL_SD[config.sensor.name][triad])
         noise_sd = noise_sd * expected_widening(sum(len(each.missing) for each in settings))
@@ -132,6 +134,8 @@ def _triad_plan(
     if recorded:
         try:
             poses = _with_axes(_recorded_poses(config, triad, settings), accelerometer)
+            if not has_sds(poses):
+                poses = with_estimated_sds(poses, model)
             at_hand = prospect_of(poses, model, spec, judged, config.covariates)
             real = at_hand.fit
         except CalibrationError as error:
@@ -176,8 +180,10 @@ def _runs(
     """The setting's poses as a plan: recorded ones, in their true directions, and missing ones."""
     recorded = [_recorded_up(triad, setting, real)] if setting.means else []
     up: FloatArray = np.concatenate([*recorded, setting.missing])
-    if setting.means:  # noise on the turning plate may differ from that at rest
-        noise_sd = one_second_sd([setting.means], triad)
+    if setting.means and not setting.means[0].stated:
+        noise_sd = one_second_sd([setting.means], triad)  # on the plate it may differ
+    elif setting.means and real is not None:  # a table states sds of means, or the fit shows them
+        noise_sd = np.median(real.poses.sd, axis=0) * math.sqrt(setting.seconds)
     gravity = gravity_of(config.site) if config.site else None
     force = gravity.value_m_s2 if gravity else STANDARD_GRAVITY_M_S2
     latitude = latitude_of(config.site)

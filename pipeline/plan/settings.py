@@ -81,8 +81,8 @@ def planned_setting(config: Config, section: RunSection) -> PlannedSetting:
             unusable.append(str(error))
     if math.isnan(rate):
         rate = USUAL_RATE_RAD_S
-    seconds = (float(np.median([mean.duration_s for mean in means])) if means
-               else pose_seconds(config.record, rate))
+    known = [mean.duration_s for mean in means if not mean.stated]
+    seconds = float(np.median(known)) if known else pose_seconds(config.record, rate)
     return PlannedSetting(name, rate, relative, sd, tuple(means), _missing(config, means), seconds,
                           tuple(unusable), _tilt(config, section, means) if rate else 0.0,
                           attitude_sd_rad(section))

@@ -16,6 +16,8 @@ from pipeline.logs.clock import unwrapped_ticks
 from pipeline.logs.columns import ACCELEROMETER, COUNTER, GYROSCOPE, SECONDS_PER, TIME
 from pipeline.logs.read import LogTable, read_tables
 
+LABEL = "label"  #: column of a table that names its rows: nothing that a sensor answers to
+
 
 def read_pose_means(section: PosesSection, folder: Path, specs: Specs) -> list[PoseMean]:
     """The rows of the tables of a section as averaged poses, in nominal SI units.
@@ -42,7 +44,7 @@ def _means(
     label = path.relative_to(folder) if path.is_relative_to(folder) else path
     return tabled_poses(
         [f"{label.as_posix()} row {row + 1}" for row in range(rows)],
-        {name: column for name, column in values.items() if name != COUNTER},
+        {name: column for name, column in values.items() if name not in (COUNTER, LABEL)},
         specs)
 
 

@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.planning.prospect import Prospect
 from pipeline.cli import main
 from pipeline.config.load import load_config
+from pipeline.plan.outlook import plan_of
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import Outcome, run_stages
 from tests.pipeline.guess.hand_log import hand_log
@@ -53,6 +55,25 @@ def test_stated_sds_are_the_sds_of_the_poses(tmp_path: Path) -> None:
     np.testing.assert_allclose(outcome.triad("accelerometer").calibration.parameters.scale_counts_per_unit,
                                SCALE, atol=0.002)
     assert outcome.triad("accelerometer").diagnosis.verdict == "nothing_missing"
+
+
+@pytest.mark.parametrize("has_sds", [True, False])
+def test_the_plan_of_tabled_means_has_their_noise_and_their_labels_are_no_cause(
+    has_sds: bool, tmp_path: Path
+) -> None:
+    rows = np.hstack([np.arange(28.0)[:, None], means(2)])
+    if has_sds:
+        rows = np.hstack([rows, np.full((28, 3), SD)])
+    outcome = run(tmp_path, f"label,{WITH_SD if has_sds else HEAD}", rows)
+    poses = outcome.triad("accelerometer").calibration.fit.poses
+    assert not poses.columns
+    (plan,) = plan_of(load_config(tmp_path / "config.yaml"))
+    assert isinstance(plan.at_hand, Prospect)
+    assert isinstance(plan.complete, Prospect)
+    for outlook in (plan.at_hand, plan.complete):
+        np.testing.assert_allclose(np.median(outlook.fit.poses.sd, axis=0),
+                                   np.median(poses.sd, axis=0), rtol=1e-3)
+    assert np.isfinite(plan.next_pose.shrinks)
 
 
 @pytest.mark.parametrize("times", [1.0, 10.0])
