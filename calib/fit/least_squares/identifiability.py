@@ -19,7 +19,7 @@ from calib.fit.rows.sensitive_axes import Shapes, evaluate_for, sensor_columns
 from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.attitudes import list_directions, natural_directions, uncovered
 from calib.poses.conditions import Conditions
-from calib.poses.imu_log import FloatArray, IntArray
+from calib.poses.imu_log import TRIADS, FloatArray, IntArray
 
 Refusals = dict[int, CalibrationError]
 """Errors of the refused sets of a stack, by index."""
@@ -191,6 +191,9 @@ def _advice(equations: Equations) -> str:
         near = [each for each in wanted if not (missing == each).all(axis=1).any()]
         faces = [each for each in missing if np.count_nonzero(each) == 1]
         first = f", first {list_directions(faces, len(faces), poses.triad)}" if faces else ""
+        if not faces and poses.up is None and poses.triad in TRIADS:
+            first = ("; or, if its case stood squarely on every face, state how squarely by "
+                     "`attitude_sd_deg`, and six faces are enough")
         return (f"Of the {len(wanted)} faces and edges, poses lie within 25° of "
                 f"{list_directions(near, len(near), poses.triad) or 'none'} alone. "
                 f"Add the others{first}.")

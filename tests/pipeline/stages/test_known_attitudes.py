@@ -39,7 +39,9 @@ def test_without_the_key_six_are_refused(
     bare = config.with_name("bare.yaml")
     bare.write_text(text.replace("  attitude_sd_deg: 0.2\n", ""), encoding="utf-8")
     assert pipeline("check", bare) == 4
-    assert "6 equations for 9 parameters" in capsys.readouterr().err
+    refused = capsys.readouterr().err
+    assert "6 equations for 9 parameters" in refused
+    assert "state how squarely by `attitude_sd_deg`, and six faces are enough" in refused
 
 
 @pytest.mark.parametrize(("old", "new", "says"), [
