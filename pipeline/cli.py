@@ -21,6 +21,9 @@ def program() -> NoReturn:
     Python ends threads that still compute by unwinding them, and C++ code (OpenCV, SciPy) aborts
     the process then, up to Python 3.13. An interrupted process with such a thread ends at once.
     """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed by the caller: no file may take its number
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_RDWR), mode))
     code = main()
     if threads := sys.modules.get("threading"):
         from pipeline.errors import INTERRUPTED
@@ -59,20 +62,23 @@ def _shown(typed: list[str]) -> int:
     with shown_streams() as output, terminated_as_interrupted():
         code = _run(typed)
         output.flush()
-        if output.fault is not None:
-            print(f"standard output cannot be written ({output.fault.strerror}); files were "
-                  f"written all the same.", file=sys.stderr)
-            return code or 2
-    return code
+        return code if output.fault is None else code or _unwritten(output.fault)
 
 
 def _print_front_page() -> int:
     """Print the help; a reader that goes away (``| head``) has read enough."""
     try:
         print(front_page(), flush=True)
-    except BrokenPipeError:
+    except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0 if isinstance(error, BrokenPipeError) else _unwritten(error)
     return 0
+
+
+def _unwritten(error: OSError) -> int:
+    print(f"standard output cannot be written ({error.strerror}); files were written all the "
+          f"same. Free the space, or send the output elsewhere.", file=sys.stderr)
+    return 2
 
 
 def _run(typed: list[str]) -> int:

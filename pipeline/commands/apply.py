@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.commands import examples
-from pipeline.commands.interaction.arguments import Finite, PathArgument
+from pipeline.commands.interaction.arguments import RATE_HZ, PathArgument
 from pipeline.commands.interaction.output import (
     echo_warnings,
     echo_whole,
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.columns import ColumnNames, TimeUnit
     from pipeline.results.read import Stored
-
-SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 
 
 @click.command(epilog=examples(
@@ -37,7 +35,7 @@ SLOWEST_HZ, FASTEST_HZ = 1e-3, 1e6  #: sample rates of inertial sensors
 @click.option("--columns",
               help="Names of the columns of a log without a header, separated by commas; or "
                    "ours=theirs for the names in its header. Default: those of the session.")
-@click.option("--rate-hz", type=Finite(min=SLOWEST_HZ, max=FASTEST_HZ),
+@click.option("--rate-hz", type=RATE_HZ,
               help="Sample rate of a log without a time column.")
 @click.option("--time-unit", type=click.Choice(tuple(SECONDS_PER)),
               help="Unit of the time column, if its name does not state it.")

@@ -11,7 +11,7 @@ from pipeline.commands.interaction.output import echo_json, json_option, quiet_o
 
 @click.command(epilog=examples(
     "pipeline history config.yaml",
-    "pipeline history config.yaml --json | jq '.[-1].triads.gyroscope.verdict'",
+    "pipeline history config.yaml --json | jq '.[-1].gyroscope.verdict'",
 ))
 @click.argument("config", type=ConfigArgument())
 @click.option("--output", type=PathArgument(file_okay=False),
@@ -20,8 +20,6 @@ from pipeline.commands.interaction.output import echo_json, json_option, quiet_o
 @quiet_option("the latest run of each triad")
 def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> None:
     """List all runs of CONFIG with model, errors and verdict. Equal runs are listed once."""
-    from dataclasses import asdict
-
     from pipeline.config.load import load_config
     from pipeline.results.history import read_history, run_history_lines
     from pipeline.text.names import command as proposed
@@ -29,7 +27,7 @@ def command(config: Path, output: Path | None, as_json: bool, quiet: bool) -> No
     folder = output or load_config(config).output_folder
     runs = read_history(folder)
     if as_json:
-        echo_json([asdict(run) for run in runs])
+        echo_json([run.as_json() for run in runs])
         return
     for line in run_history_lines(runs[-1:] if quiet else runs) or (
         f"{folder} contains no run yet. Type: {proposed('run', config)}",

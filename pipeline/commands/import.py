@@ -12,7 +12,7 @@ from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import (
     HEIGHT_M,
     LATITUDE_DEG,
-    POSITIVE,
+    RATE_HZ,
     ConfigArgument,
     PathArgument,
     ask_latitude,
@@ -46,7 +46,7 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 @click.option("--triad", "triads", type=click.Choice(["accelerometer", "gyroscope"]), multiple=True,
               help="Triad that the logs are for; with --into, by default every one they show.")
 @click.option("--force", is_flag=True, help="Replace a configuration that exists.")
-@click.option("--rate-hz", type=POSITIVE,
+@click.option("--rate-hz", type=RATE_HZ,
               help="Sample rate of logs without a column of times.")
 @gyroscope_options
 @click.option("--latitude", type=LATITUDE_DEG, help="Latitude of the site in degrees.")

@@ -7,7 +7,7 @@ import click
 
 from pipeline.commands import examples
 from pipeline.commands.interaction.arguments import (
-    POSITIVE,
+    RATE_HZ,
     PathArgument,
     gyroscope_options,
     log_in_si,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option("--config", type=PathArgument(dir_okay=False),
               help="Configuration whose `sensor` states the units; default: guess them as "
                    "`pipeline import` does.")
-@click.option("--rate-hz", type=POSITIVE,
+@click.option("--rate-hz", type=RATE_HZ,
               help="Sample rate of a log without a column of times.")
 @gyroscope_options
 @click.option("--output", type=PathArgument(file_okay=False),

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from pipeline.config.types import Count, Positive, Section, Three, one_of, refusal
+from pipeline.config.types import Count, Positive, SampleRate, Section, Three, one_of, refusal
 from pipeline.devices.line_pattern import LinePattern
 from pipeline.devices.table import DEVICES
 
@@ -26,7 +26,7 @@ class RecordSection(Section):
     device: Annotated[str, one_of("device", DEVICES)]
     port: str | None = None  #: the only USB serial port by default
     baud: Count | None = None  #: the usual speeds of the device are tried by default
-    sample_rate_hz: Positive | None = None  #: an Xsens is set to it; others have their own
+    sample_rate_hz: SampleRate | None = None  #: an Xsens is set to it; others have their own
     poses: Annotated[Count, Field(ge=6, le=26)] = 18  #: faces, edges, corners, in this order
     seconds_per_pose: Annotated[Positive, Field(ge=2)] = SECONDS_PER_POSE
     order: Literal["natural", "random"] = "natural"  #: random separates time from attitude

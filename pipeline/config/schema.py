@@ -33,6 +33,7 @@ from pipeline.config.types import (
     PoseNames,
     Positive,
     RateName,
+    SampleRate,
     Section,
     TriadName,
     VisionTerms,
@@ -149,7 +150,7 @@ class LogsSection(Section):
     FILE_KEYS: ClassVar[tuple[str, ...]] = ()
 
     columns: Columns | None = None
-    sample_rate_hz: Positive | None = None
+    sample_rate_hz: SampleRate | None = None
     time_unit: TimeUnit | None = None  #: unit of the column of times; by default its name states it
     find: Literal["still"] | None = None
     still: StillSection = StillSection()

@@ -123,6 +123,7 @@ Number = Annotated[
 Positive = Annotated[
     float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST), AfterValidator(_not_vanishing)
 ]
+SampleRate = Annotated[Positive, Field(ge=1e-3, le=1e6)]  #: Hz, of inertial sensors
 Count = Annotated[int, Field(strict=True, ge=1)]
 Three = tuple[Number, Number, Number]
 

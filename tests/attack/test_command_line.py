@@ -56,6 +56,8 @@ CASES = (
           ("rate LOG", "nominal-rpm", ("nan", "inf", "-5")),
           ("rate --camera 0", "seconds", ("nan", "1e300")),
           ("apply RUN LOG", "rate-hz", ("nan", "0", "1e300")),
+          ("import LOG", "rate-hz", ("1e300",)),
+          ("noise LOG", "rate-hz", ("1e300",)),
           ("record CONFIG", "camera", ("-1", "x")),
           ("record CONFIG", "baud", ("0", "1e9", "99999999999")),
       ) for value in values),

@@ -101,6 +101,8 @@ CONFIGURATIONS = (
           ("sd_rad_s: 8.73e-05", ("0", "-1", "1e300", "1e-300")),
           ("gravity_m_s2: 9.80267", ("0", "9.0", "-9.8", "1e9", ".inf")),
           ("latitude_deg: 40.85", ("91", "-91", ".nan", "north")),
+          ("poses: accelerometer/pose_*.csv",
+           ("{files: accelerometer/*.csv, sample_rate_hz: 1e11}",)),
       ) for value in values),
     Case("a model without effects", "check CONFIG", 2, "model",
          edit(MODEL, "model: []\n\ngyroscope")),

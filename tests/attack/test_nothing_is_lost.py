@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import shutil
 import signal
 import subprocess
@@ -158,6 +159,20 @@ def test_a_full_disk_behind_the_output_is_said_and_the_results_are_written(alone
     assert done.returncode == 2
     assert "standard output cannot be written (No space left on device)" in done.stderr
     assert is_consistent(alone)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+@pytest.mark.parametrize("words", ["--help", "effects scale"])
+@pytest.mark.parametrize(("closed", "code"), [
+    (">&-", 0), ("2>&-", 0), ("<&- >&- 2>&-", 0), (">/dev/full", 2)])
+def test_streams_that_are_closed_or_full_are_no_error_of_the_program(
+    words: str, closed: str, code: int
+) -> None:
+    typed = shlex.join([sys.executable, "-m", "pipeline", *words.split()])
+    done = subprocess.run(f"{typed} {closed}", shell=True, cwd=ROOT, check=False,
+                          capture_output=True, text=True)
+    assert done.returncode == code
+    assert done.stderr.count("\n") == (code == 2)
 
 
 def test_a_symbolic_link_stays_a_link(alone: Path, tmp_path: Path) -> None:

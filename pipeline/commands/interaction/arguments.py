@@ -53,6 +53,7 @@ class Finite(click.FloatRange):
 
 
 POSITIVE = Finite(min=0, min_open=True)  #: range by definition
+RATE_HZ = Finite(min=1e-3, max=1e6)  #: sample rates of inertial sensors
 LATITUDE_DEG = Finite(min=-90, max=90)  #: range by definition
 HEIGHT_M = Finite(min=-500, max=9000)  #: range of places on land
 

@@ -151,6 +151,18 @@ def test_few_rows_that_are_no_samples_are_left_out_and_told(
         read_log(write(tmp_path, "\n".join([HEAD.strip(), *many])))
 
 
+@pytest.mark.parametrize(("first", "last", "lost"), [
+    (-1e9, 3.9, 1), (0, 1e11, 1), (-5, 1e300, 2), (-3, 7, 0)])
+def test_a_row_at_an_end_whose_time_is_far_off_is_left_out_and_told(
+    tmp_path: Path, first: float, last: float, lost: int
+) -> None:
+    times = [first, *np.arange(0.1, 3.85, 0.1), last]
+    rows = [f"{time},{i % 7},2,3" for i, time in enumerate(times)]
+    read = read_log(write(tmp_path, HEAD + "\n".join(rows)))
+    assert len(read.time_s) == 40 - lost
+    assert [note.rpartition(": ")[2] for note in read.notes] == [f"{lost} of 40"] * (lost > 0)
+
+
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UnreadableInput, match=r"absent.csv: cannot be read"):
         read_log(tmp_path / "absent.csv")

@@ -63,6 +63,10 @@ def test_the_command_shows_both_triads(
     lines = capsys.readouterr().out.splitlines()
     assert [line for line in lines if not line.startswith(" ")] == ["accelerometer", "gyroscope"]
     assert "nothing_missing" in lines[2]
+    assert pipeline("history", finished.config, "--json") == 0
+    runs = json.loads(capsys.readouterr().out)
+    assert "".join(json.dumps(run, ensure_ascii=False) + "\n" for run in runs) == (
+        finished.folder / "history.jsonl").read_text(encoding="utf-8")
 
 
 def test_without_a_run_the_command_says_what_to_type(
