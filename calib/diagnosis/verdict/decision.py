@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import Hypothesis, held
+from calib.diagnosis.hypotheses.listed import ATTITUDE, Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import seen_far_apart
 from calib.diagnosis.search.posterior import Inclusion, Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
@@ -27,6 +27,7 @@ from calib.diagnosis.verdict.kinds_of_noise import (
 )
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.validation.leave_one_out import compare
+from calib.fit.validation.odd_poses import few_odd_poses
 from calib.poses.imu_log import FloatArray
 
 
@@ -253,6 +254,8 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if first.kind == "bad_pose":
         return Verdict(Code.BAD_POSE, details[0], group=details, details=details, share=share,
                        explains=explains)
+    if first.follows == ATTITUDE and (odd := few_odd_poses(posterior.base)):
+        return Verdict(Code.BAD_POSE, odd[0], group=odd, details=odd, share=1.0, explains=True)
     return Verdict(
         Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (), details=details,
         beside=_beside(posterior, [each for each in posterior.classes if each.name == first.name]),

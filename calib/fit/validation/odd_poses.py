@@ -13,6 +13,9 @@ from itertools import combinations
 
 import numpy as np
 
+from calib.errors import CalibrationError
+from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
+from calib.fit.least_squares.solver import fit
 from calib.fit.linear import orthonormal_bases, times
 from calib.poses.checks.frozen import FALSE_ALARM
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -71,3 +74,20 @@ def odd_poses(poses: PoseSet) -> BoolArray | None:
     odd = np.zeros(len(poses), dtype=bool)
     odd[~poses.reference.is_null] = ~kept[1 + best]
     return odd
+
+
+def few_odd_poses(fitted: Fit) -> tuple[str, ...]:
+    """Labels of the few poses without which the model explains all others; none else.
+
+    A function of the attitude would show in the others too.
+    """
+    odd = odd_poses(fitted.poses)
+    if odd is None:
+        return ()
+    try:
+        rest = fit(fitted.poses.take(~odd), fitted.model)
+    except CalibrationError:
+        return ()
+    labels = zip(fitted.poses.label, odd, strict=True)
+    explained = rest.p_value > MISFIT_P_VALUE
+    return tuple(label for label, is_odd in labels if is_odd and explained)
