@@ -20,6 +20,7 @@ from calib.fit.rows.whitened_rows import WhitenedRows
 from calib.poses.attitudes import list_directions, natural_directions, uncovered
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import TRIADS, FloatArray, IntArray
+from calib.poses.reference import is_free
 
 Refusals = dict[int, CalibrationError]
 """Errors of the refused sets of a stack, by index."""
@@ -78,17 +79,19 @@ def too_few(equations: Equations, parameters: IntArray) -> Refusals:
     at_rest = never_turning(equations)
     if at_rest is not None:
         return dict.fromkeys(range(len(parameters)), at_rest)
-    short = np.flatnonzero(equations.data_count - parameters < FEWEST_SPARE_ROWS)
-    return {int(k): _too_few(equations.take(int(k)), int(parameters[k])) for k in short}
+    free = sum(map(is_free, equations.poses.reference.common_names))
+    short = np.flatnonzero(equations.data_count - parameters - free < FEWEST_SPARE_ROWS)
+    return {int(k): _too_few(equations.take(int(k)), int(parameters[k]), free) for k in short}
 
 
-def _too_few(equations: Equations, parameters: int) -> Undetermined:
+def _too_few(equations: Equations, parameters: int, free: int) -> Undetermined:
     triad, model, poses = equations.poses.triad, equations.model, equations.poses
+    beside = f" and {free} that the poses have in common" if free else ""
     return Undetermined(
         f"{triad}: {len(poses)} poses give {equations.data_count} equations for {parameters} "
-        f"parameters ({', '.join(model.names)}), which leaves nothing to check the fit with; "
-        f"at least {parameters + FEWEST_SPARE_ROWS} are needed and 18 are recommended. "
-        f"{_advice(equations)}"
+        f"parameters ({', '.join(model.names)}){beside}, which leaves nothing to check the fit "
+        f"with; at least {parameters + free + FEWEST_SPARE_ROWS} are needed and 18 are "
+        f"recommended. {_advice(equations)}"
     )
 
 

@@ -210,6 +210,14 @@ def test_eight_poses_are_refused() -> None:
         fit(few, MODEL)
 
 
+def test_an_unknown_that_all_poses_have_in_common_takes_an_equation_too() -> None:
+    """Of ten poses on a leaning plate no degree of freedom is left, and chi-square was over 0."""
+    few = chosen(noisy(made_poses("accelerometer", (0.0,)), 1), list(range(10)))
+    leaning = replace(few.reference, common=np.full((10, 1), 1e-3), common_names=("tilt of 33rpm",))
+    with pytest.raises(Undetermined, match=r"1 that the poses have in common.*at least 11 are"):
+        fit(replace(few, reference=leaning), MODEL)
+
+
 def test_nine_poses_leave_nothing_to_check_with_and_are_refused() -> None:
     few = chosen(noisy(made_poses("accelerometer", (0.0,)), 1), list(range(9)))
     with pytest.raises(Undetermined, match="nothing to check the fit with; at least 10"):
