@@ -46,12 +46,14 @@ def _unused_accelerometer(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:
-    """An accelerometer alone in a log that reads the same in every rest."""
+    """An accelerometer alone that reads the same in every rest of all its logs."""
     source = next(source for source in guess.sources if table in source.tables)
     if (table.accelerometer is None or guess.gyroscope is not None or source.layout != "log"
             or _too_short(guess, table)):
         return ""
-    alike = reads_alike(table.si(table.accelerometer), usual_step(table.clock.time_s))
+    force = np.concatenate([each.si(each.accelerometer) for each in source.tables
+                            if each.accelerometer])
+    alike = reads_alike(force, usual_step(table.clock.time_s))
     return f"{table.path}: {LIES_STILL}." if alike else ""
 
 

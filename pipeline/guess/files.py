@@ -1,6 +1,7 @@
 """From the files on the command line to the guess of their tables and clips."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -49,7 +50,7 @@ def guess_files(
         A file cannot be read, or no table of any file holds a triad.
     """
     tables, without = _tables_of_files(files)
-    every = guess_tables(tables, rate_hz)
+    every = _alike(tables, guess_tables(tables, rate_hz))
     guesses = [guess for guess in every if guess is not None]
     used = {guess.path.parent for guess in guesses}
     passed_over = _not_used([
@@ -60,6 +61,19 @@ def guess_files(
         raise UnreadableInput(passed_over[0] if passed_over else NO_ROWS.format(files[0]))
     return guesses, (*([f"{_listed(without)}: left out, because no line is a row of readings."]
                        if without else ()), *passed_over)
+
+
+def _alike(
+    tables: Sequence[RawTable], guesses: Sequence[TableGuess | None]
+) -> list[TableGuess | None]:
+    """``guesses`` without those that no name states and most tables of the same columns deny: a
+    rate of the plate may be as long as gravity in counts, and the rest then is not."""
+    layouts = [tuple(table.columns) for table in tables]
+    some, none = (Counter(layout for layout, guess in zip(layouts, guesses, strict=True)
+                          if (guess is None) == is_none) for is_none in (False, True))
+    return [guess if none[layout] <= some[layout] or called_accelerometers(table)
+            or triples_by_name(list(layout), "gyr") else None
+            for table, layout, guess in zip(tables, layouts, guesses, strict=True)]
 
 
 def _tables_of_files(files: Sequence[Path]) -> tuple[list[RawTable], list[Path]]:
