@@ -35,6 +35,7 @@ one logger differ by a quarter and more or not at all, and lost lines make a few
 SENTENCE = re.compile(r"\s*+[$%#](\w++,.*)\*[0-9A-Fa-f]{2,8}\s*+")
 """A sentence of NMEA 0183, or a message of NovAtel."""
 SENSOR = re.compile("acc|gyr", re.IGNORECASE)
+NAMED = re.compile(r"^[A-Za-z]\w*+ ?+[:=] ?+|[\])}]$")  #: what is no number in ``GyrX : -0.022}``
 KIND = re.compile(r"[A-Za-z][A-Za-z0-9_]*")  #: a first cell that names the kind of a row
 
 
@@ -63,7 +64,7 @@ def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
         return _kinds_by_words(lines, shown) or {"": lines}
     widths: dict[str, Counter[int]] = {}
     for row in rows:
-        if sum(map(dialect.holds_number, row)) >= FEWEST_NUMBERS:
+        if len(_numbers(row, dialect)) >= FEWEST_NUMBERS:
             widths.setdefault(row[at], Counter())[len(row)] += 1
     kinds = {kind: width.most_common(1)[0][0] for kind, width in widths.items()}
     tables = {kind: _of_kind(lines, dialect, at, kind, width, [*kinds])
@@ -99,7 +100,7 @@ def _of_kind(
         bare = line.lstrip("#/%; ") if line.startswith((*COMMENT_SIGNS, ";")) else line
         cells = dialect.cells(bare)
         is_row = len(cells) == width and cells[at] == kind and (
-            sum(map(dialect.holds_number, cells)) >= FEWEST_NUMBERS)
+            len(_numbers(cells, dialect)) >= FEWEST_NUMBERS)
         words = not any(map(dialect.holds_number, cells[-width:]))
         if is_row or (words and cells[:1] == [kind]):
             kept.append(bare)
@@ -138,10 +139,16 @@ def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | N
     turning = [i for i, column in enumerate(columns) if _take_turns(column)]
     if not turning:
         return None
-    numbers = {i: [float(dialect.decimal_points(cell)) for cell in column]
-               for i, column in enumerate(columns) if dialect.hold_numbers(column)}
+    numbers = {i: values for i, column in enumerate(columns)
+               if len(values := _numbers(column, dialect)) == len(column)}
     return next((i for i in turning if _jump_between(
         np.array([cells for j, cells in numbers.items() if j != i]).T, columns[i])), None)
+
+
+def _numbers(cells: Sequence[str], dialect: Dialect) -> list[float]:
+    """The numbers of the cells that hold one, alone or behind its name."""
+    bare = (NAMED.sub("", cell.strip()) for cell in cells)
+    return [float(dialect.decimal_points(cell)) for cell in bare if dialect.holds_number(cell)]
 
 
 def _take_turns(words: Sequence[str]) -> bool:

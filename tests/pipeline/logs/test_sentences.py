@@ -33,6 +33,14 @@ def test_rows_of_the_kinds_of_sensors_are_read_under_the_names_of_their_message(
     assert tables["IMU"][1:6] == ["FMT,TimeUS,I,GyrX,GyrY,GyrZ", "", lines[3], lines[4], ""]
 
 
+def test_two_sensors_that_take_turns_are_apart_though_every_number_has_its_name() -> None:
+    lines = [f"09:00:{i // 2:02d}: IMU {{TimeUS : {i // 2}, I : {i % 2}, GyrX : {i % 2}.{i:02d}, "
+             f"AccX : {0.1 * i:.1f}, AccZ : {9.8 - 3 * (i % 2):.2f}}}" for i in range(60)]
+    tables = lines_by_kind(lines)
+    assert {kind: sum(map(bool, table)) for kind, table in tables.items()} == {
+        "I : 0": 30, "I : 1": 30}
+
+
 def test_numbers_of_a_fixed_width_in_brackets_are_cells() -> None:
     rows = rows_of_lines(["", *(f"{t:.2f} [{v: .3f} {-v: .3f} {v: .3f}]"
                              for t, v in enumerate([0.5, -0.25] * 20))])
