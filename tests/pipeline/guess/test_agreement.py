@@ -294,17 +294,3 @@ def test_noise_is_no_counter_that_begins_again() -> None:
     assert (np.diff(unwrapped_ticks(noise)) < 0).any()
     counter = np.arange(2000.0) % 256
     np.testing.assert_array_equal(unwrapped_ticks(counter), np.arange(2000.0))
-
-
-@pytest.mark.parametrize("is_one_attitude", [True, False])
-def test_files_of_one_attitude_each_do_not_lie_in_one(
-    tmp_path: Path, is_one_attitude: bool
-) -> None:
-    rng = np.random.default_rng(3)
-    files = [tmp_path / f"p{k}.csv" for k in range(5)]
-    for k, path in enumerate(files):
-        up = np.roll([9.8, 0.3, 0.8], 0 if is_one_attitude else k)
-        path.write_text(columns_text(
-            NAMES[:4], 0.01 * np.arange(800), up + rng.normal(0, 0.03, (800, 3))), encoding="utf-8")
-    faults = [*disagreements(guess_session(guess_files(files, None)[0]))]
-    assert any("lay in one attitude" in fault for fault in faults) == is_one_attitude

@@ -9,9 +9,11 @@ from scipy.ndimage import uniform_filter1d
 
 from pipeline.console.import_text import guess_lines
 from pipeline.errors import UnreadableInput
+from pipeline.guess.agreement import disagreements
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
 from tests.pipeline.guess.hand_log import GRAVITY_M_S2, hand_log
+from tests.pipeline.guess.text_rows import write_lines
 from tests.sessions import pipeline, typed
 
 HEADER = "seconds_elapsed,z,y,x"
@@ -103,3 +105,32 @@ def test_a_log_without_a_gyroscope_is_only_taken_as_at_rest(tmp_path: Path) -> N
                header="time_s,acc_x,acc_y,acc_z", comments="")
     lines = guess_lines(guess_session(guess_files([tmp_path / "log.csv"], None)[0]))
     assert any("taken as at rest, since no gyroscope shows a plate" in line for line in lines)
+
+
+def test_a_rate_as_long_as_gravity_in_counts_is_none_where_most_files_deny_it(
+    tmp_path: Path
+) -> None:
+    """A gyroscope alone without names at 45 rpm, 269 °/s: 256 counts are 1 g."""
+    rng, files = np.random.default_rng(4), []
+    for k, up in enumerate([*np.vstack([np.eye(3), -np.eye(3)]).repeat(2, axis=0)] * 2):
+        rate = 269.0 * up * (k < 12) + rng.normal([1.2, -0.4, 0.7], 0.05, (300, 3))
+        lines = [",".join([f"{20 * i}", *(f"{value:.2f}" for value in row)])
+                 for i, row in enumerate(rate)]
+        files.append(write_lines(tmp_path / f"g{k}.txt", lines))
+    files += [write_lines(tmp_path / f"r{k}.txt", lines) for k in range(4)]
+    with pytest.raises(UnreadableInput, match="name their columns"):
+        guess_files(files, None)
+
+
+@pytest.mark.parametrize("is_one_attitude", [True, False])
+def test_files_of_one_attitude_each_do_not_lie_in_one(
+    tmp_path: Path, is_one_attitude: bool
+) -> None:
+    rng = np.random.default_rng(3)
+    files = [tmp_path / f"p{k}.csv" for k in range(5)]
+    for k, path in enumerate(files):
+        up = np.roll([9.8, 0.3, 0.8], 0 if is_one_attitude else k)
+        rows = np.column_stack([0.01 * np.arange(800), up + rng.normal(0, 0.03, (800, 3))])
+        np.savetxt(path, rows, "%.4f", ",", header="t,ax,ay,az", comments="")
+    faults = [*disagreements(guess_session(guess_files(files, None)[0]))]
+    assert any("lay in one attitude" in fault for fault in faults) == is_one_attitude

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.errors import UnreadableInput
 from pipeline.guess.checked import CheckedConfig, checked_config
 from pipeline.guess.clocks import guess_clock
 from pipeline.guess.config_text import Choices
@@ -21,7 +20,6 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from tests.pipeline.guess.evening import Evening
 from tests.pipeline.guess.hand_log import HandLog, hand_log
-from tests.pipeline.guess.text_rows import write_lines
 
 ACCELEROMETER, TURN_RPM = ("2", "3", "4"), 100 / 3
 
@@ -291,18 +289,3 @@ def test_a_second_reading_of_gravity_is_no_rival(tmp_path: Path) -> None:
     guess = guessed([tmp_path / "two.csv"])
     assert guess.accelerometer is not None
     assert guess.accelerometer.rival is None
-
-
-def test_a_rate_as_long_as_gravity_in_counts_is_none_where_most_files_deny_it(
-    tmp_path: Path
-) -> None:
-    """A gyroscope alone without names at 45 rpm, 269 °/s: 256 counts are 1 g."""
-    rng, files = np.random.default_rng(4), []
-    for k, up in enumerate([*np.vstack([np.eye(3), -np.eye(3)]).repeat(2, axis=0)] * 2):
-        rate = 269.0 * up * (k < 12) + rng.normal([1.2, -0.4, 0.7], 0.05, (300, 3))
-        lines = [",".join([f"{20 * i}", *(f"{value:.2f}" for value in row)])
-                 for i, row in enumerate(rate)]
-        files.append(write_lines(tmp_path / f"g{k}.txt", lines))
-    files += [write_lines(tmp_path / f"r{k}.txt", lines) for k in range(4)]
-    with pytest.raises(UnreadableInput, match="name their columns"):
-        guess_files(files, None)
