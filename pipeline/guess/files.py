@@ -66,13 +66,12 @@ def guess_files(
 def _alike(
     tables: Sequence[RawTable], guesses: Sequence[TableGuess | None]
 ) -> list[TableGuess | None]:
-    """``guesses`` without those that no name states and most tables of the same columns deny: a
-    rate of the plate may be as long as gravity in counts, and the rest then is not."""
+    """``guesses`` without those of columns without names that most tables of as many deny: a rate
+    of the plate may be as long as gravity in counts, and the rest then is not."""
     layouts = [tuple(table.columns) for table in tables]
     some, none = (Counter(layout for layout, guess in zip(layouts, guesses, strict=True)
                           if (guess is None) == is_none) for is_none in (False, True))
-    return [guess if none[layout] <= some[layout] or called_accelerometers(table)
-            or triples_by_name(list(layout), "gyr") else None
+    return [None if table.positions and none[layout] > some[layout] else guess
             for table, layout, guess in zip(tables, layouts, guesses, strict=True)]
 
 
