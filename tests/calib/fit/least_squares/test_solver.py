@@ -211,7 +211,7 @@ def test_eight_poses_are_refused() -> None:
 
 
 def test_an_unknown_that_all_poses_have_in_common_takes_an_equation_too() -> None:
-    """Of ten poses on a leaning plate no degree of freedom is left, and chi-square was over 0."""
+    """Ten poses on a leaning plate leave no degree of freedom: chi-square was divided by 0."""
     few = chosen(noisy(made_poses("accelerometer", (0.0,)), 1), list(range(10)))
     leaning = replace(few.reference, common=np.full((10, 1), 1e-3), common_names=("tilt of 33rpm",))
     with pytest.raises(Undetermined, match=r"1 that the poses have in common.*at least 11 are"):
