@@ -18,16 +18,7 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.poses.imu_log import Triad
-from tests.calib.made_poses import (
-    FAST,
-    SLOW,
-    base_theta,
-    made_poses,
-    noisy,
-    read_through,
-    rich_poses,
-    with_noise,
-)
+from tests.calib.made_poses import base_theta, noisy, read_through, rich_poses, with_noise
 from tests.hidden_formulas import SEEN, UNSEEN, hide
 from tests.hidden_formulas import poses_of as outside_poses
 from tests.set_trials import design_of, disturbed, scored
@@ -151,32 +142,6 @@ def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
     course = found(98)
     assert "bias_wander" in course.group
     assert "bias wanders" in course.text or "'bias_wander'" in course.text
-
-
-@pytest.mark.parametrize(("drawn", "kind"), [("bias", "pose_scatter"), ("rate", "rate_scatter")])
-def test_a_plate_scatters_only_where_the_poses_at_rest_do_not(drawn: str, kind: str) -> None:
-    """Poses at rest are shorter, so that the same scatter of the bias shows less in them."""
-    for seed in (1, 2):
-        poses, rng = noisy(rich_poses("gyroscope"), seed), np.random.default_rng(seed)
-        turns = ~poses.reference.is_null[:, None]
-        sd = poses.sd * np.where(turns, 1.0, 1.5)
-        draw = 1.2 * np.median(sd) * rng.normal(size=sd.shape)
-        if drawn == "rate":
-            length = np.linalg.norm(poses.reading, axis=1, keepdims=True)
-            draw = 2 * draw[:, :1] * np.where(turns, poses.reading / length, 0.0)
-        reading = poses.reading + draw
-        found = diagnose(fit(replace(poses, sd=sd, reading=reading), Model.of(BASE)))
-        assert (found.verdict, found.name) == ("noise", kind), found.text
-
-
-def test_a_wrong_rate_of_a_run_is_no_noise_of_its_poses() -> None:
-    poses = made_poses("gyroscope", (SLOW, -SLOW, FAST, -FAST, 0.0), seed=3, shared_sd=1e-3)
-    wrong = np.isin(poses.run, ["run 2"])[:, None]
-    noise = 1.4 * poses.sd * np.random.default_rng(3).standard_normal(poses.sd.shape)
-    found = diagnose(fit(replace(
-        poses, reading=poses.reading * np.where(wrong, 1.02, 1.0) + noise), Model.of(BASE)))
-    assert (found.verdict, found.name) == ("noise", "rate_scatter"), found.text
-    assert "from run to run" in found.text
 
 
 def test_a_memory_that_hysteresis_does_not_explain_is_another_function_of_the_pose_before() -> None:
