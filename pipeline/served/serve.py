@@ -5,7 +5,7 @@ import json
 import secrets
 import socket
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib import resources
@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route
 
 from calib.errors import CalibrationError
@@ -73,6 +73,28 @@ def answering(path: str, answer: Callable[[Json], Json]) -> Route:
         return JSONResponse(await beside(lambda: answer(question)))
 
     return Route(path, answered, methods=["POST"])
+
+
+def events(news: Callable[[], str], look_s: float, settles: bool = False) -> Route:
+    """Route ``/events`` of a stream: an event whenever ``news`` gives another text.
+
+    ``look_s`` is the time between two looks; with ``settles`` a text counts that two looks give.
+    """
+
+    async def stream(request: Request) -> AsyncIterator[str]:
+        told = before = ""
+        while not await request.is_disconnected():
+            now = news()
+            if now != told and (now == before or not settles):
+                told = now
+                yield f"{now}\n\n"
+            before = now
+            await asyncio.sleep(look_s)
+
+    async def streamed(request: Request) -> Response:
+        return StreamingResponse(stream(request), media_type="text/event-stream")
+
+    return Route("/events", streamed)
 
 
 async def beside(work: Callable[[], T]) -> T:

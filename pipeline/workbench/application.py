@@ -1,9 +1,8 @@
 """Answers of the workbench: page, scripts, refits, columns, changes of the files, writing."""
 
-import asyncio
 import json
 import re
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -11,13 +10,7 @@ from pathlib import Path
 from threading import Lock
 
 from starlette.requests import Request
-from starlette.responses import (
-    HTMLResponse,
-    JSONResponse,
-    PlainTextResponse,
-    Response,
-    StreamingResponse,
-)
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from calib.poses.imu_log import Triad
@@ -29,7 +22,7 @@ from pipeline.report.page import outputs_of
 from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
-from pipeline.served.serve import answering, beside, script, scripts, template
+from pipeline.served.serve import answering, beside, events, script, scripts, template
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
@@ -41,10 +34,12 @@ from pipeline.workbench.own_effect import tried_expression, with_own_effect
 from pipeline.workbench.session_files import SessionFiles, Stamp, session_clips
 from pipeline.workbench.state import changed_lines, read_state
 
-LOOK_S = 0.25  #: between two checks of the files: a run shows within a second. Chosen
+LOOK_S = 0.25
+"""Time between two checks of the files, which a run changes one after the other: it shows within a
+second. Chosen."""
 
 TEMPLATES = "workbench/templates"
-SCRIPTS = ("drawing", "player", "further", "workbench")
+SCRIPTS = ("drawing", "dropped", "player", "further", "steps", "bench_charts", "bench", "workbench")
 """The scripts of the page, in the order in which they build on each other."""
 
 RunConfig = Callable[[Config, Path], Outcome]
@@ -142,11 +137,6 @@ class Workbench:
         text = session.text(read_state(question.get("state")))
         return self.further.looked_at(session, text, _names(question.get("left_out")))
 
-    def forget(self, _: Json) -> Json:
-        """Remove the dropped logs."""
-        self.further.forget()
-        return {}
-
     def write(self, question: Json) -> Json:
         """Write the state of the screen into the configuration and run it, as one step; dropped
         logs are kept with it.
@@ -205,12 +195,8 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         workbench.held_out = await beside(lambda: HeldOut.of_bytes(dropped))
         return JSONResponse({"name": workbench.held_out.name})
 
-    async def bring(request: Request) -> Response:
-        await workbench.further.save(request.path_params["name"], request.stream())
-        return JSONResponse({"files": len(workbench.further.files)})
-
-    async def events(request: Request) -> Response:
-        return StreamingResponse(_news(workbench, request), media_type="text/event-stream")
+    def news() -> str:
+        return f"event: files\ndata: {json.dumps(workbench.files.stamp())}"
 
     player = ClipPlayer(lambda: session_clips(workbench.session(), workbench.folder))
     return [
@@ -218,12 +204,11 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         *scripts(TEMPLATES, *SCRIPTS), *player.routes,
         Route("/report.js", script(page_templates().get_template("report.js").render())),
         Route("/held-out/{triad}", held_out), Route("/held-out", hold_out, methods=["POST"]),
-        Route("/columns/{triad}", columns), Route("/events", events),
+        Route("/columns/{triad}", columns), events(news, LOOK_S, settles=True),
         answering("/refit", partial(_refit, workbench)), answering("/write", workbench.write),
         answering("/expression", partial(_tried, workbench)),
         answering("/run", workbench.run_again),
-        Route("/bring/{name:path}", bring, methods=["POST"]),
-        answering("/further", workbench.bring), answering("/forget", workbench.forget),
+        answering("/further", workbench.bring), *workbench.further.routes,
     ]
 
 
@@ -255,16 +240,3 @@ def _tried(workbench: Workbench, question: Json) -> Json:
     return tried_expression(
         workbench.session(), read_state(question.get("state")), _triad(question.get("triad")),
         str(question.get("expression")), str(question.get("per")))
-
-
-async def _news(workbench: Workbench, request: Request) -> AsyncIterator[str]:
-    """The stamps of the files, and again after every change once it is over: a run writes several.
-    """
-    told: Stamp = {}
-    now = workbench.files.stamp()
-    while not await request.is_disconnected():
-        before, now = now, workbench.files.stamp()
-        if told != now == before:
-            told = now
-            yield f"event: files\ndata: {json.dumps(told)}\n\n"
-        await asyncio.sleep(LOOK_S)

@@ -5,9 +5,14 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import BaseRoute, Route
+
 from pipeline.errors import ConfigError, UnwritableOutput
 from pipeline.guess.files import is_clip
-from pipeline.served.serve import REFUSED
+from pipeline.results.json_values import Json
+from pipeline.served.serve import REFUSED, answering
 
 DEEPEST = 4  #: parts of a file's path in a dropped folder; chosen
 LONGEST_NAME = 120  #: characters of a file's name; chosen
@@ -33,6 +38,21 @@ class Dropped:
         self._bytes = 0
         if self._place is not None:
             self._place.cleanup()
+
+    @property
+    def routes(self) -> list[BaseRoute]:
+        """Routes by which a page brings files and forgets them."""
+
+        async def bring(request: Request) -> Response:
+            await self.save(request.path_params["name"], request.stream())
+            return JSONResponse({"files": len(self.files)})
+
+        def forgotten(_: Json) -> Json:
+            self.forget()
+            return {}
+
+        return [Route("/bring/{name:path}", bring, methods=["POST"]),
+                answering("/forget", forgotten)]
 
     @property
     def files(self) -> list[Path]:

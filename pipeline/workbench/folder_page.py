@@ -7,8 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.responses import HTMLResponse, JSONResponse
 from starlette.routing import BaseRoute, Mount, Route, Router
 
 from calib.poses.triad_kind import TRIAD_KINDS
@@ -51,14 +50,12 @@ class FolderPage:
         self.routes: list[BaseRoute] = [
             Route("/", lambda _: HTMLResponse(page_templates().from_string(
                 template("workbench/templates/start.html")).render(title=self.folder.name))),
-            *scripts("workbench/templates", "drawing", "player", "start"),
-            *ClipPlayer(self.brought.clips).routes,
+            *scripts("workbench/templates", "drawing", "dropped", "player", "start"),
+            *ClipPlayer(self.brought.clips).routes, *self.brought.routes,
             Route("/sessions", lambda _: JSONResponse({"sessions": self.sessions()})),
             Mount("/session", app=self._benches),
-            Route("/bring/{name:path}", self._bring, methods=["POST"]),
-            *(answering(f"/{name}", answer) for name, answer in (
-                ("open", self.open), ("guess", self._guess), ("use", self._use),
-                ("forget", self._forget))),
+            answering("/open", self.open), answering("/guess", self._guess),
+            answering("/use", self._use),
         ]
 
     def sessions(self) -> list[Json]:
@@ -108,10 +105,6 @@ class FolderPage:
             self._mounted.add(number)
         return {"address": f"/session/{number}/"}
 
-    async def _bring(self, request: Request) -> Response:
-        await self.brought.save(request.path_params["name"], request.stream())
-        return JSONResponse({"files": len(self.brought.files)})
-
     def _guess(self, question: Json) -> Json:
         return self.brought.guessed(_number(question.get("scale")))
 
@@ -121,10 +114,6 @@ class FolderPage:
                                    _number(question.get("scale")))
         self.sessions()
         return written | {"number": self._paths.index(Path(written["path"]))}
-
-    def _forget(self, _: Json) -> Json:
-        self.brought.forget()
-        return {}
 
 
 @lru_cache(MOST_LISTED)

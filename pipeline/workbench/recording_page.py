@@ -4,15 +4,14 @@ The recording runs in the program's own thread and does not depend on the page; 
 another one and sends the latest state.
 """
 
-import asyncio
 import json
 import threading
 from collections import deque
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, Response, StreamingResponse
+from starlette.responses import HTMLResponse, Response
 from starlette.routing import BaseRoute, Route
 
 from calib.numbers import RPM
@@ -22,7 +21,7 @@ from pipeline.plan.so_far import Outlook, SoFar
 from pipeline.record.session import RecordingDisplay, RecordingView
 from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
-from pipeline.served.serve import scripts, template
+from pipeline.served.serve import events, scripts, template
 from pipeline.text.formatting import DISPLAY
 from vision.live_plate import LivePlate
 
@@ -94,25 +93,14 @@ class RecordingPage:
         return [
             Route("/", lambda _: HTMLResponse(page)),
             *scripts("workbench/templates", "drawing", "recording"),
-            Route("/events", self._events), Route("/picture", self._picture),
+            events(lambda: f"data: {json.dumps(self.state())}", LOOK_S),
+            Route("/picture", self._picture),
         ]
-
-    async def _events(self, request: Request) -> Response:
-        return StreamingResponse(self._news(request), media_type="text/event-stream")
 
     def _picture(self, _: Request) -> Response:
         picture = self._plate.picture()
         return (Response(status_code=404) if picture is None
                 else Response(picture, media_type="image/jpeg"))
-
-    async def _news(self, request: Request) -> AsyncIterator[str]:
-        before = ""
-        while not await request.is_disconnected():
-            now = json.dumps(self.state())
-            if now != before:
-                before = now
-                yield f"data: {now}\n\n"
-            await asyncio.sleep(LOOK_S)
 
 
 def view_json(view: RecordingView) -> Json:

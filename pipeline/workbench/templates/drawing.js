@@ -1,4 +1,4 @@
-// Axes for dots and lines, and files that are dropped: what all pages of the workbench share.
+// Axes for dots and lines, and questions to the server: what all pages of the workbench share.
 const drawing = (() => {
 "use strict";
 const SVG = "http://www.w3.org/2000/svg", WIDTH = 400, HEIGHT = 260, LEFT = 52, FOOT = 34, TOP = 20;
@@ -50,6 +50,10 @@ function plot([left, right], [low, high], across, upward, words, marks = null) {
   return { svg, x, y };
 }
 
+// The course of a line through points, in the places that a plot has for them.
+const course = ({ x, y }, xs, ys) => (xs.length
+  ? `M${xs.map((value, i) => `${x(value).toFixed(1)} ${y(ys[i]).toFixed(1)}`).join("L")}` : "");
+
 // The answer of the server in JSON; what it refuses is an error with its words.
 async function answered(request) {
   const response = await request.catch(() => { throw new Error("The server has ended: type `pipeline open` again."); });
@@ -66,19 +70,6 @@ const asked = (where, question = {}) => answered(fetch(where, { method: "POST",
 // A file to the server, as it is.
 const sent = (where, file) => answered(fetch(where, { method: "POST", body: file }));
 
-// Files that are dropped on ``area`` or chosen in ``input`` go to ``take``.
-function droppable(area, input, take) {
-  input.addEventListener("change", () => { if (input.files.length) take(...input.files); });
-  for (const [name, is] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
-    area.addEventListener(name, (event) => {
-      event.preventDefault();
-      area.classList.toggle("dropping", is);
-      if (name === "drop" && event.dataTransfer.files.length) take(...event.dataTransfer.files);
-    });
-  }
-}
-
 const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
-const drawing = { node, span, plot, logTicks, answered, asked, sent, droppable, short, WIDTH, HEIGHT, FOOT };
-return drawing;
+return { node, span, plot, course, logTicks, answered, asked, sent, short, HEIGHT, FOOT };
 })();

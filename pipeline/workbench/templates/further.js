@@ -2,34 +2,15 @@
 // the workbench writes them.
 const further = (() => {
 "use strict";
-const { asked, sent, droppable } = drawing;
+const { asked } = drawing;
 const part = (name) => document.querySelector(`[data-further${name ? `-${name}` : ""}]`);
-let batch = 0, names = new Set(), leftOut = new Set(), isFit = false, state = null, changed = null, asking = null;
+let leftOut = new Set(), isFit = false, state = null, changed = null, asking = null;
 
 const say = (text) => { part("words").textContent = text; };
 
-// A name that is there already goes into a folder of its drop; what is refused is said.
-async function take(...files) {
-  batch += 1;
-  const paths = files.map((file) => file.webkitRelativePath || file.name), refused = [];
-  const clash = paths.some((path) => names.has(path));
-  for (const [i, file] of files.entries()) {
-    say(`${i + 1} of ${files.length}: ${paths[i]}`);
-    const path = clash ? `drop${batch}/${paths[i]}` : paths[i];
-    try {
-      await sent(`bring/${path.split("/").map(encodeURIComponent).join("/")}`, file);
-      names.add(path);
-    } catch (error) {
-      refused.push(error.message);
-    }
-  }
-  if (names.size) await update(refused.slice(0, 3));
-  else say(refused.join(" "));
-}
-
 // The newest question alone is answered on the page.
 async function update(refused = []) {
-  if (!names.size) return;
+  if (!dropped.count) return;
   const mine = asking = {};
   part("forget").hidden = false;
   isFit = false;
@@ -83,12 +64,11 @@ return {
   begin(screen, onChange) {
     state = screen;
     changed = onChange;
-    droppable(part("drop"), part("files"), take);
-    part("folder").addEventListener("change", () => take(...part("folder").files));
+    dropped.begin(part("drop"), part("files"), part("folder"), say, (refused) =>
+      (dropped.count ? update(refused) : say(refused.join(" "))));
     part("forget").addEventListener("click", async () => {
       asking = null;
-      await asked("forget");
-      names = new Set();
+      await dropped.forget();
       leftOut = new Set();
       isFit = false;
       part("shown").hidden = part("forget").hidden = true;

@@ -67,16 +67,14 @@ class ClipPlayer {
     const lines = [turns, soFar, ...(gyroscope ? [gyroscope] : [])];
     const range = (name) => drawing.span(lines.flatMap((line) => line[name]));
     const [low, high] = range("rpm"), times = [...lines.flatMap((line) => line.time_s), 0, pictures.at(-1)];
-    const { svg, x, y } = drawing.plot([Math.min(...times), Math.max(...times)], [low, high], "time [s]", "rate of the plate [rpm]",
+    const chart = this.plot = drawing.plot([Math.min(...times), Math.max(...times)], [low, high], "time [s]", "rate of the plate [rpm]",
       "Rate of the plate against time: by the clip from turn to turn, by the clip so far, and by the gyroscope.");
-    const path = (name, { time_s: time, rpm }) => drawing.node("path", { class: name,
-      d: time.length ? `M${time.map((t, i) => `${x(t).toFixed(1)} ${y(rpm[i]).toFixed(1)}`).join("L")}` : "" });
+    const { svg, x } = chart;
+    const path = (name, { time_s: time, rpm }) => drawing.node("path", { class: name, d: drawing.course(chart, time, rpm) });
     if (gyroscope) svg.append(path("of-gyroscope", gyroscope));
     svg.append(path("of-turns", turns), path("to-come", soFar));
     this.past = svg.appendChild(path("so-far", soFar));
     this.cursor = svg.appendChild(drawing.node("path", { class: "cursor" }));
-    this.x = x;
-    this.y = y;
     svg.addEventListener("click", (event) => {
       const place = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
       this.play(false);
@@ -87,14 +85,13 @@ class ClipPlayer {
   }
 
   show(k) {
-    const { pictures, so_far: soFar, gyroscope, rpm, sd } = this.course, now = pictures[k], { x, y } = this;
+    const { pictures, so_far: soFar, gyroscope, rpm, sd } = this.course, now = pictures[k];
     this.part("picture").src = `clip/${this.clip.number}/${k}`;
     this.part("at").value = k;
     this.part("at").setAttribute("aria-valuetext", `${now.toFixed(2)} s`);
-    this.cursor.setAttribute("d", `M${x(now).toFixed(1)} 16V${drawing.HEIGHT - drawing.FOOT}`);
+    this.cursor.setAttribute("d", `M${this.plot.x(now).toFixed(1)} 16V${drawing.HEIGHT - drawing.FOOT}`);
     const past = soFar.time_s.filter((time) => time <= now).length;
-    this.past.setAttribute("d", past ? `M${soFar.time_s.slice(0, past).map((t, i) =>
-      `${x(t).toFixed(1)} ${y(soFar.rpm[i]).toFixed(1)}`).join("L")}` : "");
+    this.past.setAttribute("d", drawing.course(this.plot, soFar.time_s.slice(0, past), soFar.rpm));
     const words = [`${now.toFixed(2)} s:`, past ? `${soFar.rpm[past - 1].toFixed(4)} rpm so far` : "no whole turn yet",
       `(${rpm.toFixed(4)} ± ${sd.toPrecision(2)} over the whole clip).`];
     if (gyroscope) {

@@ -12,11 +12,11 @@ const say = (name, text) => { if (part(name).textContent !== text) part(name).te
 function sds({ triad, poses, sds: all }) {
   return all.map(({ name, unit, values }) => {
     const logs = values.map(Math.log10), range = drawing.span(logs);
-    const { svg, x, y } = drawing.plot(drawing.span(poses), range, `poses of the ${triad}`, `sd of its ${name} [${unit}]`,
+    const chart = drawing.plot(drawing.span(poses), range, `poses of the ${triad}`, `sd of its ${name} [${unit}]`,
       `Sd of the ${name} of the ${triad} by ${poses.at(-1)} poses: ${drawing.short(values.at(-1))} ${unit}.`, drawing.logTicks(...range));
-    svg.append(drawing.node("path", { d: `M${poses.map((n, i) => `${x(n).toFixed(1)} ${y(logs[i]).toFixed(1)}`).join("L")}` }),
-      ...poses.map((n, i) => drawing.node("circle", { cx: x(n), cy: y(logs[i]), r: 3 })));
-    return svg;
+    chart.svg.append(drawing.node("path", { d: drawing.course(chart, poses, logs) }),
+      ...poses.map((n, i) => drawing.node("circle", { cx: chart.x(n), cy: chart.y(logs[i]), r: 3 })));
+    return chart.svg;
   });
 }
 
@@ -73,11 +73,11 @@ function draw({ view, traces, lines, camera, outlook }) {
   }
   part("traces").replaceChildren(...TRIADS.map(([triad, unit, factor, first]) => {
     const values = traces.slice(first, first + 3).map((axis) => axis.map((value) => value * factor));
-    const { svg, x, y } = drawing.plot([0, Math.max(values[0].length, 2)], drawing.span(values.flat()), "the last readings",
+    const chart = drawing.plot([0, Math.max(values[0].length, 2)], drawing.span(values.flat()), "the last readings",
       `${triad} [${unit}]`, `The last readings of the ${triad}.`);
-    values.forEach((axis, a) => svg.append(drawing.node("path", { class: "xyz"[a],
-      d: `M${axis.map((value, i) => `${x(i).toFixed(1)} ${y(value).toFixed(1)}`).join("L")}` })));
-    return svg;
+    chart.svg.append(...values.map((axis, a) => drawing.node("path", {
+      class: "xyz"[a], d: drawing.course(chart, [...axis.keys()], axis) })));
+    return chart.svg;
   }));
 }
 

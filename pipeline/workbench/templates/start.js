@@ -3,8 +3,8 @@
 "use strict";
 const { asked } = drawing;
 const part = (name) => document.querySelector(`[data-${name}]`);
-const form = part("use"), brought = part("brought"), AXES = ["x", "y", "z"];
-let batch = 0, names = new Set(), listed = "";
+const form = part("use"), brought = part("brought");
+let listed = "";
 
 const cell = (row, text) => { row.insertCell().textContent = text; };
 
@@ -37,30 +37,10 @@ async function show(number, words) {
   }
 }
 
-// Files of one drop keep their names; a name that is there already goes into a folder of its drop.
-// What is refused is said, and the others are taken: every folder has a stray file.
-async function take(...files) {
-  batch += 1;
-  const paths = files.map((file) => file.webkitRelativePath || file.name);
-  const clash = paths.some((path) => names.has(path)), refused = [];
-  for (const [i, file] of files.entries()) {
-    brought.textContent = `${i + 1} of ${files.length}: ${paths[i]}`;
-    const path = clash ? `drop${batch}/${paths[i]}` : paths[i];
-    try {
-      await drawing.sent(`bring/${path.split("/").map(encodeURIComponent).join("/")}`, file);
-      names.add(path);
-    } catch (error) {
-      refused.push(error.message);
-    }
-  }
-  const words = [...refused.slice(0, 3), ...(refused.length > 3 ? [`So are ${refused.length - 3} more.`] : [])];
-  await guess(words).catch((error) => { brought.textContent = [...words, error.message].join(" "); });
-}
-
 async function guess(refused = []) {
   brought.textContent = "The files are read …";
   const answer = await asked("guess", { scale: Number(form.scale.value) || null });
-  brought.textContent = [`${names.size} file${names.size === 1 ? "" : "s"}.`, ...refused, ...answer.passed_over].join(" ");
+  brought.textContent = [`${dropped.count} file${dropped.count === 1 ? "" : "s"}.`, ...refused, ...answer.passed_over].join(" ");
   part("lines").textContent = answer.lines.join("\n");
   part("plots").replaceChildren(...answer.plots.map(drawn));
   part("scale").hidden = answer.scales.length === 0;
@@ -79,11 +59,10 @@ async function guess(refused = []) {
 }
 
 function drawn({ name, triad, unit, time_s: time, values }) {
-  const { svg, x, y } = drawing.plot(drawing.span(time), drawing.span(values.flat()), `${name}: time [s]`,
+  const chart = drawing.plot(drawing.span(time), drawing.span(values.flat()), `${name}: time [s]`,
     `${triad} [${unit}]`, `${triad} of ${name}, axis by axis against time.`);
-  values.forEach((axis, a) => svg.append(drawing.node("path", { class: AXES[a],
-    d: `M${axis.map((value, i) => `${x(time[i]).toFixed(1)} ${y(value).toFixed(1)}`).join("L")}` })));
-  return svg;
+  chart.svg.append(...values.map((axis, a) => drawing.node("path", { class: "xyz"[a], d: drawing.course(chart, time, axis) })));
+  return chart.svg;
 }
 
 form.addEventListener("submit", async (event) => {
@@ -96,7 +75,7 @@ form.addEventListener("submit", async (event) => {
     part("text").textContent = answer.text;
     part("text").hidden = false;
     words.textContent = [`${answer.path} was written.`, ...answer.changes, answer.fault ?? ""].join(" ");
-    names = new Set();
+    dropped.clear();
     await list();
     if (!answer.fault) await show(answer.number, words);
   } catch (error) {
@@ -105,13 +84,12 @@ form.addEventListener("submit", async (event) => {
 });
 form.scale.addEventListener("change", () => guess());
 part("forget").addEventListener("click", async () => {
-  await asked("forget");
-  names = new Set();
+  await dropped.forget();
   form.hidden = true;
   brought.textContent = "Forgotten: nothing is kept here.";
 });
-drawing.droppable(part("drop"), part("files"), take);
-part("folder").addEventListener("change", () => take(...part("folder").files));  // a drop is taken once
+dropped.begin(part("drop"), part("files"), part("folder"), (text) => { brought.textContent = text; }, (refused) =>
+  guess(refused).catch((error) => { brought.textContent = [...refused, error.message].join(" "); }));
 const again = () => list().finally(() => setTimeout(again, 1000)).catch(() => {});
 again();
 })();
