@@ -87,7 +87,7 @@ def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
         if isinstance(table, TextTable):
             read.append(_table_of_lines(place, table.lines, several, beside))
         elif table.columns and not fault_of_columns(table):
-            read.append(RawTable(place if several or not si else file, table.columns, si=si,
+            read.append(RawTable(place if several else file, table.columns, si=si,
                                  header=tuple(table.columns)))
     return [table for table in read if table is not None]
 

@@ -242,7 +242,8 @@ def _evidence(force: PossibleTriad, rate: PossibleTriad) -> _Evidence | None:
     gravity, alike = _is_gravity(force), turn is None and rate.is_alike
     rests = alike and gravity > 0 and not force.is_alike and beside > 0 and not (
         _is_other(rate) or _is_other(force))
-    if called(rate.words) == "acc" and turned < SURE_TURNS and not rests:
+    swapped = rests and called(force.words) == "gyr"
+    if called(rate.words) == "acc" and turned < SURE_TURNS and not swapped:
         return None
     plain = force_name > 0 or (force_name == 0 and gravity > 0)
     believed = name > 0 or (name == 0 and turn is None and (alike or beside > 0))

@@ -12,6 +12,7 @@ On the turning plate the mean is taken over whole turns, and the waves once and 
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,15 +52,18 @@ of its amplitude."""
 WHOLE_TURN = 1e-9  #: turns by which the last one may be incomplete: rounding of the stamps
 
 
-def require_even_samples(log: ImuLog, rate_rad_s: float) -> None:
-    """Refuse a log of the turning plate with too few samples in a turn, or a long pause.
+def without_pause(log: ImuLog, rate_rad_s: float) -> ImuLog:
+    """The longest stretch of a log of the turning plate in which no long part of a turn is missing.
+
+    What comes back with every turn averages out over whole turns without a pause only.
 
     Raises
     ------
-    Contradiction, Undetermined
-        Its stamps are no seconds; samples are missing.
+    Contradiction
+        A turn has too few samples: its stamps are no seconds, or the rate is wrong.
     """
-    step_s = (log.time_s[-1] - log.time_s[0]) / (len(log.time_s) - 1)
+    steps = np.diff(log.time_s)
+    step_s = float(np.median(steps))
     turn_s = 2 * math.pi / rate_rad_s
     if turn_s < LEAST_PER_TURN * step_s:
         raise Contradiction(
@@ -68,18 +72,12 @@ def require_even_samples(log: ImuLog, rate_rad_s: float) -> None:
             f"more are expected. Are the stamps milliseconds, microseconds or a counter? Bring "
             f"them to seconds, or check the rate of this run."
         )
-    pause = float(np.diff(log.time_s).max())
-    if pause > LONGEST_PAUSE * turn_s:
-        at = int(np.argmax(np.diff(log.time_s))) + 1
-        raise Undetermined(
-            f"{log.label}: {pause:.3g} s of samples are missing after sample {at}, more than "
-            f"{100 * LONGEST_PAUSE:g} % of a turn of the plate: what comes back with every turn no "
-            f"longer averages out. Record the pose again, or cut the log to one side of the gap."
-        )
+    ends = [0, *(np.flatnonzero(steps > LONGEST_PAUSE * turn_s) + 1), len(log.time_s)]
+    begin, end = max(pairwise(ends), key=lambda part: part[1] - part[0])
+    return log if end - begin == len(log.time_s) else log.take(slice(begin, end))
 
 
 def _whole_turns(log: ImuLog, rate_rad_s: float) -> int:
-    require_even_samples(log, rate_rad_s)
     step_s = (log.time_s[-1] - log.time_s[0]) / (len(log.time_s) - 1)
     turn_s = 2 * math.pi / rate_rad_s
     turns = math.floor(len(log.time_s) * step_s / turn_s + WHOLE_TURN)
@@ -153,6 +151,8 @@ def average_pose(
     Contradiction
         A turn of the plate has fewer than five samples: the clock or the rate is wrong.
     """
+    if rate_rad_s:
+        log = without_pause(log, abs(rate_rad_s))
     if rate_rad_s and "accelerometer" in specs and log.has("accelerometer"):
         readings = specs["accelerometer"].nominal(log.accelerometer)
         rate_rad_s = rate_in_step(readings, log.time_s, abs(rate_rad_s))

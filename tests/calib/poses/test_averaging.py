@@ -84,6 +84,19 @@ def test_a_turning_pose_is_averaged_over_whole_turns() -> None:
     assert abs(ripple.mean(axis=0)[0]) > 10 * 0.02 / np.sqrt(1800)
 
 
+def test_a_turning_pose_is_averaged_on_one_side_of_a_pause() -> None:
+    """The mean over both sides holds a part of the wave: 0.03 m/s² here, and is refused by none."""
+    time_s = np.arange(2000) / RATE_HZ
+    ripple = 0.5 * np.sin(OMEGA * time_s)[:, None] * [1.0, 0.3, 0.0]
+    turning = np.tile([0.0, 0.0, OMEGA], (2000, 1))
+    whole = log(np.random.default_rng(4), 20.0, ripple, turning)
+    for first, last in ((500, 590), (800, 1200)):
+        with_pause = whole.where((time_s < time_s[first]) | (time_s >= time_s[last]))
+        mean = average_pose(with_pause, SPECS, OMEGA)
+        assert mean.accelerometer.mean == pytest.approx(0, abs=4 * 0.02 / np.sqrt(700))
+        assert mean.duration_s < 20.0 - time_s[last] + 2e-2
+
+
 def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
     time_s = np.arange(2000) / RATE_HZ
     ripple = (0.3 * np.cos(OMEGA * time_s) + 0.2 * np.sin(2 * OMEGA * time_s))[:, None]

@@ -65,12 +65,12 @@ def witmotion_chinese(folder: Path, log: HandLog) -> Foreign:
 
 
 def browser(folder: Path, log: HandLog) -> Foreign:
-    """Events of a web page: the acceleration without gravity first, axes called by angles."""
+    """Events of a web page: the acceleration without gravity first; alpha is about z (W3C)."""
     path = folder / "motion.json"
     path.write_text(json.dumps([
         {"timeStamp": round(t * 1000 + 5123.4, 1), "acceleration": {"x": 0.0, "y": 0.01, "z": 0.0},
          "accelerationIncludingGravity": dict(zip("xyz", map(str, a), strict=True)),
-         "rotationRate": dict(zip(("alpha", "beta", "gamma"), w / DEG, strict=True))}
+         "rotationRate": dict(zip(("beta", "gamma", "alpha"), w / DEG, strict=True))}
         for t, a, w in zip(log.time_s, log.acc, log.gyr, strict=True)]))
     return Foreign([path], 1.0, 1 / DEG)
 

@@ -1,5 +1,6 @@
 """Columns whose names say what they are, beside others that have one length in every attitude."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,26 @@ def test_an_acceleration_with_gravity_is_an_accelerometer(name: str) -> None:
 @pytest.mark.parametrize("name", ["FreeAcc_X", "userAcceleration.x", "Linear Accelerometer X"])
 def test_an_acceleration_without_gravity_is_none_that_could_be_the_accelerometer(name: str) -> None:
     assert read_name(name).gravity_free
+
+
+def test_poses_in_files_of_json_are_those_of_one_logger(tmp_path: Path) -> None:
+    """Acceleration without gravity reads alike in every rest, as a gyroscope does; its name says
+    what it is. The angles of a browser are about z, x and y."""
+    log = hand_log(rate_hz=50.0, rpm=33.33)
+    quiet = np.random.default_rng(0).normal(0, 0.02, log.acc.shape)
+    names = ("acceleration", "accelerationIncludingGravity", "rotationRate")
+    axes = ("xyz", "xyz", ("beta", "gamma", "alpha"))
+    for i in range(18):
+        (folder := tmp_path / f"{i // 9}").mkdir(exist_ok=True)
+        (folder / f"motion-{i % 9}.jsonl").write_text("\n".join(json.dumps({
+            "timeStamp": 1000 * log.time_s[row], **{
+                name: dict(zip(axis, values[row].round(4).tolist(), strict=True)) for
+                name, axis, values in zip(names, axes, (quiet, log.acc, np.degrees(log.gyr)),
+                                          strict=True)}})
+            for row in np.flatnonzero(log.rest == i)), encoding="utf-8")
+    gyroscope = guessed(*sorted(tmp_path.glob("*/*.jsonl"))).gyroscope
+    assert gyroscope is not None
+    assert gyroscope.columns == ("rotationRate.beta", "rotationRate.gamma", "rotationRate.alpha")
 
 
 def test_a_plate_shows_the_rate_of_a_log_without_times(tmp_path: Path) -> None:
