@@ -72,6 +72,7 @@ def command(
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.fitness import require_fit
+    from pipeline.results.inputs import files_of_session
     from pipeline.results.written import write_output
 
     stored = named_results(results, allow_python)
@@ -98,8 +99,8 @@ def command(
     if output is None:
         echo_whole(applied_csv(applied))
         return
-    inputs = (log, stored.path)
-    write_output(stored.folder, output, applied_csv(applied), force=force, inputs=inputs)
+    write_output(stored.folder, output, applied_csv(applied), force=force,
+                 inputs=(log, results, *files_of_session(stored)))
     click.echo(output)
 
 

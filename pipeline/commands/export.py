@@ -48,6 +48,7 @@ def command(
     from pipeline.export.parts import of_gravity, stood_for
     from pipeline.export.write import EXPORTERS
     from pipeline.results.fitness import require_fit
+    from pipeline.results.inputs import files_of_session
     from pipeline.results.written import write_output
     from pipeline.text.names import nearest_name
 
@@ -64,7 +65,8 @@ def command(
     echo_warnings((*export.loses, *stood_for(stored), *of_gravity(stored)), "note")
     for name, content in export.files.items():
         path = (output or stored.folder) / name
-        write_output(stored.folder, path, content, force=force, inputs=(stored.path,))
+        write_output(stored.folder, path, content, force=force,
+                     inputs=(results, *files_of_session(stored)))
         click.echo(path)
 
 

@@ -168,8 +168,9 @@ def _say(path: Path, checked: "CheckedConfig") -> None:
     echo_warnings((*checked.changes, *(checked.outcome.warnings if checked.outcome else ())))
     if checked.outcome is None:
         raise UnfinishedGuess(
-            f"{path} was written, but it does not run yet: {checked.fault} After that, type: "
-            f"{proposed('run', path)}")
+            f"{path} was written, but is no calibration yet: {checked.fault} "
+            + (f"Then import all logs again, with --force to replace {path.name}."
+               if checked.needs_import else f"After that, type: {proposed('run', path)}"))
     if checked.fault is not None:
         raise UnfinishedGuess(
             f"{path} was written and runs, but it cannot be right: {checked.fault} Correct the "

@@ -26,7 +26,7 @@ from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.cameras import cameras_file, known_cameras
 from pipeline.config.file_patterns import NoSuchFile, find_files
 from pipeline.files import LONGEST_NAME
-from pipeline.logs.columns import Renamed
+from pipeline.logs.columns import SAMPLE_RATES_HZ, Renamed
 from pipeline.text.names import nearest_name
 from vision.rate.terms import CONSTANT_RATE, TERMS
 
@@ -123,7 +123,7 @@ Number = Annotated[
 Positive = Annotated[
     float, Field(strict=True, allow_inf_nan=False, gt=0, le=LARGEST), AfterValidator(_not_vanishing)
 ]
-SampleRate = Annotated[Positive, Field(ge=1e-3, le=1e6)]  #: Hz, of inertial sensors
+SampleRate = Annotated[Positive, Field(ge=SAMPLE_RATES_HZ[0], le=SAMPLE_RATES_HZ[1])]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Three = tuple[Number, Number, Number]
 

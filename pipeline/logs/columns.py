@@ -13,6 +13,8 @@ READINGS = (TIME, COUNTER, *ACCELEROMETER, *GYROSCOPE)
 SKIP = "skip"  #: a column that is not read
 MINUS = "minus_"  #: before the name of an axis that reads less along what points up, as Apple's do
 
+SAMPLE_RATES_HZ = (1e-3, 1e6)  #: lowest and highest sample rate that may be stated; a judgement
+
 TimeUnit = Literal["s", "ms", "us", "ns", "min", "d"]
 SECONDS_PER: Mapping[TimeUnit, float] = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86_400.0}

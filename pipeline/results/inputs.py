@@ -3,11 +3,13 @@
 import hashlib
 import json
 import os
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
-from pipeline.config.load import Config
+from pipeline.config.load import Config, load_config
 from pipeline.config.session import files_in, named_files
-from pipeline.errors import ConfigError
+from pipeline.errors import ConfigError, PipelineError
 from pipeline.results.names import RESULTS_NAME
 from pipeline.results.read import Stored
 from pipeline.text.names import command
@@ -36,6 +38,17 @@ def inputs_sha256(config: Config) -> str:
         with path.open("rb") as file:
             digest.update(hashlib.file_digest(file, "sha256").digest())
     return digest.hexdigest()
+
+
+def files_of_session(stored: Stored) -> Iterator[Path]:
+    """results.json, the configuration that stands beside its folder, and all files that it names:
+    no output replaces them."""
+    yield stored.path
+    beside = stored.folder.absolute().parent / (stored.contents.config or RESULTS_NAME)
+    if beside.is_file():
+        yield beside
+        with suppress(PipelineError):
+            yield from named_files(load_config(beside, files_may_be_missing=True))
 
 
 def require_results_of(stored: Stored, config: Config) -> None:

@@ -46,8 +46,8 @@ def write_output(
     data = encoded_text(content)
     if path.exists() and any(one.exists() and path.samefile(one) for one in inputs):
         raise UnwritableOutput(
-            f"{path}: is what this command reads and would be replaced. Choose another name "
-            f"with --output."
+            f"{path}: is what this command reads, or a file of the session, and would be "
+            f"replaced. Choose another name with --output."
         )
     require_no_link(path)
     if not force and not _is_written(folder, path, _hash(data)):

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pipeline.logs.columns import SAMPLE_RATES_HZ
+
 if TYPE_CHECKING:
     from calib.poses.imu_log import ImuLog
 
@@ -53,7 +55,7 @@ class Finite(click.FloatRange):
 
 
 POSITIVE = Finite(min=0, min_open=True)  #: range by definition
-RATE_HZ = Finite(min=1e-3, max=1e6)  #: sample rates of inertial sensors
+RATE_HZ = Finite(*SAMPLE_RATES_HZ)
 LATITUDE_DEG = Finite(min=-90, max=90)  #: range by definition
 HEIGHT_M = Finite(min=-500, max=9000)  #: range of places on land
 

@@ -103,7 +103,7 @@ def two_attitudes(log: HandLog) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("readings", "says"), [
-    (shaken, "was written, but it does not run yet.*never rests"),
+    (shaken, "is no calibration yet.*never rests.*import all logs again"),
     (two_attitudes, "2 poses give 2 equations"),
 ])
 def test_a_log_that_makes_no_calibration_says_why(

@@ -8,6 +8,7 @@ from zipfile import ZipFile
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pipeline.config.load import Config, load_config
 from pipeline.guess.config_text import Choices, config_text
@@ -223,10 +224,30 @@ def test_six_faces_are_no_calibration(here: Path, capsys: pytest.CaptureFixture[
     assert len(faces) == 6
     assert pipeline("import", *(str(path.relative_to(here)) for path in faces)) == 4
     err = capsys.readouterr().err
-    assert "does not run yet" in err
+    assert "is no calibration yet" in err
     assert "6 poses" in err
     assert "at least 10 are needed" in err
     assert "at least 7 are needed" not in err  # of a model that nobody asked for
+
+
+def test_one_attitude_is_no_calibration_of_either_triad(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A scale that is fitted without the misalignment would be off by many of its sds."""
+    files = [Evening(poses=1).write(here, f"{name}{i}", rpm, i)[0]
+             for name, rpm in (("rest", 0.0), ("33rpm_", 100 / 3), ("17rpm_", 50 / 3))
+             for i in range(6)]
+    for i, path in enumerate(files):  # nobody lays a sensor twice within a degree
+        table = np.loadtxt(path, delimiter=",", skiprows=1)
+        tilt = Rotation.from_rotvec(np.random.default_rng(i).normal(0, 0.02, 3))
+        for axes in (slice(1, 4), slice(5, 8)):
+            table[:, axes] = np.rint(tilt.apply(table[:, axes]))
+        np.savetxt(path, table, "%d", ",", header=Evening.header, comments="")
+    assert pipeline("import", *(str(path.relative_to(here)) for path in files)) == 4
+    err = capsys.readouterr().err
+    assert "poses lie within 25° of" in err
+    assert "import all logs again" in err
+    assert "warning" not in err
 
 
 def _is_face(path: Path) -> bool:
