@@ -19,6 +19,7 @@ from calib.diagnosis.population.evidence import Trial, evidence_of
 from calib.diagnosis.population.lot import LotEvidence
 from calib.diagnosis.population.pool import Pool, pool
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
+from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit_sets
@@ -63,6 +64,8 @@ class CalibratedBlock:
         Number of poses of each.
     refusals : dict of str to CalibrationError
         Why the others are not, by their names.
+    sizes : dict of str to (array, array), both shape (S,)
+        Largest parameter of each further effect of the model and its sd, in its SI unit.
     """
 
     sensors: tuple[str, ...]
@@ -73,6 +76,7 @@ class CalibratedBlock:
     p_value: FloatArray
     poses: IntArray
     refusals: dict[str, CalibrationError]
+    sizes: dict[str, tuple[FloatArray, FloatArray]]
 
     def columns(self, names: Sequence[str]) -> dict[str, FloatArray]:
         """The parameters of every sensor and their sds by ``NAME_AXIS`` and ``NAME_AXIS_sd``, (S,).
@@ -145,15 +149,20 @@ def _calibrated(
         nothing = np.zeros((0, 3))
         parameters = TriadParameters(nothing, nothing, nothing, np.zeros((0, 9, 9)))
         return CalibratedBlock(*names, parameters, np.zeros(0), np.zeros(0, dtype=int),
-                               np.zeros(0), poses, refusals)
+                               np.zeros(0), poses, refusals, {})
     known = np.array([tests_the_model(one) for one in fitted.equations.surroundings.sets])
     noise = Noise(fitted.dof, fitted.noise_dof, known)
     widened = noise.expected_variance(fitted.chi2)[:, None, None]
     common = fitted.common_shift @ fitted.common_shift.swapaxes(1, 2)
     cov = common + widened * (fitted.cov - common)
     parameters = triad_parameters(model, fitted.theta, cov, spec)
-    return CalibratedBlock(*names, parameters, fitted.chi2, fitted.dof,
-                           fitted.p_value, poses, refusals)
+    sizes, each, sd = {}, np.arange(len(poses)), np.sqrt(np.diagonal(cov, axis1=1, axis2=2))
+    for name, where in model.slices().items():
+        largest = where.start + np.abs(fitted.theta[:, where]).argmax(axis=1)
+        sizes[name] = fitted.theta[each, largest], sd[each, largest]
+    return CalibratedBlock(
+        *names, parameters, fitted.chi2, fitted.dof, fitted.p_value, poses, refusals,
+        {name: size for name, size in sizes.items() if name not in BASE})
 
 
 def pool_of_lot(passes: Passes, model: Model) -> Pool:

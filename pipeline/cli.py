@@ -76,8 +76,8 @@ def _print_front_page() -> int:
 
 
 def _unwritten(error: OSError) -> int:
-    print(f"standard output cannot be written ({error.strerror}); files were written all the "
-          f"same. Free the space, or send the output elsewhere.", file=sys.stderr)
+    print(f"standard output cannot be written ({error.strerror}); any files were written all "
+          f"the same. Free the space, or send the output elsewhere.", file=sys.stderr)
     return 2
 
 

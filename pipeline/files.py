@@ -199,11 +199,11 @@ def _unwritable(path: Path, error: OSError) -> UnwritableOutput:
     if isinstance(error, FileExistsError | NotADirectoryError):
         return UnwritableOutput(
             f"{path}: cannot be written: a folder on the way there is a file. Nothing was changed; "
-            f"choose another with --output."
+            f"move that file away, or write to another folder."
         )
     return UnwritableOutput(
         f"{path}: cannot be written ({error.strerror}); what was there before is unchanged. "
-        f"Free the space, allow writing to the folder, or choose another with --output."
+        f"Free the space, allow writing to the folder, or write to another one."
     )
 
 

@@ -71,8 +71,8 @@ def direction_against_clip(poses: PoseSet, filmed: Sequence[str | None]) -> Iter
         if np.mean(opposite) > 0.5:  # most poses of the run
             yield (
                 f"run {run}: by gyro and accelerometer together the plate turns the other way than "
-                f"in the clip or as stated. Is the clip mirrored, taken from below, or of another "
-                f"run? The direction felt by the sensor was used."
+                f"its rate says. The direction felt by the sensor was used. Change the sign of a "
+                f"stated rate; was a clip mirrored, taken from below, or of another run?"
             )
 
 

@@ -157,7 +157,7 @@ def _expressions(value: ValueOf, per: Per) -> tuple[str, ...]:
 class UsersCode:
     """A stretch in which a user's own code runs: whatever it raises is named, like bad input.
 
-    An interrupt passes, and so does a want of memory.
+    An interrupt passes, and so do a want of memory and an error that has words of its own.
 
     Parameters
     ----------
@@ -173,7 +173,8 @@ class UsersCode:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  _trace: TracebackType | None) -> None:
-        if kind is not None and not issubclass(kind, (KeyboardInterrupt, MemoryError)):
+        passing = KeyboardInterrupt, MemoryError, CalibrationError
+        if kind is not None and not issubclass(kind, passing):
             raise self._said(f"{kind.__name__}: {error}") from error
 
 

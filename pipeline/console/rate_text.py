@@ -34,7 +34,7 @@ def rate_line(rate: SettingRate) -> str:
         if len(rate.clips) > 1:
             parts.append(count(len(rate.clips), "clip"))
     else:
-        parts.append("stated in the configuration")
+        parts += [*filter(None, (rate.plate.direction,)), "stated in the configuration"]
     return f"{f'rate {rate.name}':<{NAME_WIDTH}} {', '.join(parts)}"
 
 

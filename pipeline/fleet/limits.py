@@ -5,19 +5,21 @@ more, and is undecided in between (ISO/IEC 17025, 7.8.6: the rule is stated with
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
+from calib.diagnosis.verdict.decision import Code
+from calib.effects.catalogue import UnknownEffect, find_effect
 from calib.poses.imu_log import AXES
 from calib.poses.triad_kind import TRIAD_KINDS
 from calib.rounding import with_sd
 from pipeline.config.yaml_text import YamlSource, read_source
 from pipeline.errors import DONE, ConfigError
-from pipeline.fleet.table import SIZE, SIZE_SD, column
+from pipeline.fleet.table import MISFIT, SIZE, SIZE_SD, column
 from pipeline.text.names import nearest_name
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ USUAL_WRONG = 0.05
 """Share of sensors exactly at a limit that pass, or fail, wrongly. Chosen: as decision rules do."""
 BOUNDS = ("min", "max")
 PASS, FAIL, OPEN = "pass", "fail", "undecided"
+UNNAMED = (MISFIT, Code.UNKNOWN, Code.REFUSED)  #: verdicts that leave open what is missing
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,9 @@ def with_limits(table: "DataFrame", limits: Limits) -> "DataFrame":
         A limit is of a column that the table does not have.
     """
     stated = []
+    group = table["group"].fillna("") if "group" in table else [""] * len(table)
+    open_to = [(verdict, names.split()) for verdict, names in
+               zip(table["verdict"], group, strict=True)]
     for limit in limits.limits:
         for name in _columns(table, limit):
             value, sd = column(table, name), column(table, f"{name}_sd")
@@ -106,7 +112,7 @@ def with_limits(table: "DataFrame", limits: Limits) -> "DataFrame":
             stated.append((limit, name, value, sd))
     judged = []
     for i, (code, triad) in enumerate(zip(table["exit_code"], table["triad"], strict=True)):
-        told = [_judged(limit, name, value[i], sd[i], limits.guard_sds)
+        told = [_judged(limit, name, value[i], sd[i], limits.guard_sds, *open_to[i])
                 for limit, name, value, sd in stated if limit.triad == triad]
         worst = next((standing for standing in (FAIL, OPEN)
                       if any(one == standing for one, _ in told)), PASS)
@@ -119,7 +125,14 @@ def with_limits(table: "DataFrame", limits: Limits) -> "DataFrame":
 def _columns(table: "DataFrame", limit: ColumnLimit) -> list[str]:
     """The column of a limit, or the three of its axes; one of an effect may be in no session."""
     axes = [f"{limit.column}_{axis}" for axis in AXES]
-    if limit.column in table or limit.column.startswith(f"{SIZE}_"):
+    if limit.column in table:
+        return [limit.column]
+    if limit.column.startswith(f"{SIZE}_"):
+        try:
+            find_effect(limit.column.removeprefix(f"{SIZE}_"))
+        except UnknownEffect as error:
+            raise ConfigError(f"limits: {limit.triad}.{limit.column}: {error}, and no row of the "
+                              "table has a size of it. Correct the name.") from error
         return [limit.column]
     if axes[0] in table:
         return axes
@@ -129,11 +142,19 @@ def _columns(table: "DataFrame", limit: ColumnLimit) -> list[str]:
 
 
 def _judged(
-    limit: ColumnLimit, name: str, value: float, sd: float, guard: float
+    limit: ColumnLimit, name: str, value: float, sd: float, guard: float,
+    verdict: str, group: Sequence[str],
 ) -> tuple[str, str]:
-    """Whether one value passes, and a message if it does not."""
+    """Whether one value passes, and a message if it does not.
+
+    An effect without a size passes, unless the verdict leaves open that it is what is missing.
+    """
     if not isfinite(value):
-        return (PASS, "") if name.startswith(f"{SIZE}_") else (OPEN, f"{name} is not known")
+        if not name.startswith(f"{SIZE}_"):
+            return OPEN, f"{name} is not known"
+        if verdict in UNNAMED or name.removeprefix(f"{SIZE}_") in group:
+            return OPEN, f"{name} is not known, and the verdict does not exclude it"
+        return PASS, ""
     band = guard * sd if isfinite(sd) else 0.0
     over = max((value - limit.high) if isfinite(limit.high) else -float("inf"),
                (limit.low - value) if isfinite(limit.low) else -float("inf"))

@@ -17,7 +17,7 @@ from pipeline.errors import DONE, FIT_FAILED, UNDETERMINED
 from pipeline.fleet.finish import FleetSummary, write_lot
 from pipeline.fleet.limits import Limits
 from pipeline.fleet.lot_sets import LotSets
-from pipeline.fleet.table import column, fleet_table
+from pipeline.fleet.table import FITS, MISFIT, SIZE, SIZE_SD, column, fleet_table
 from pipeline.results.json_values import Json
 from pipeline.results.names import PARAMETERS
 from pipeline.text.formatting import count
@@ -26,7 +26,6 @@ from pipeline.text.plain import one_line
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-FITS, MISFIT = "noise explains it", f"misfit (p below {MISFIT_P_VALUE:g})"
 Stations = tuple[dict[str, tuple[float, float]], RandomEffects]
 
 
@@ -70,7 +69,7 @@ def _parts(sets: LotSets, triad: Triad) -> "Iterator[DataFrame]":
     refused: dict[str, tuple[int, str]] = {}
     for block in calibrate_blocks(lambda: sets.blocks(triad), sets.model(triad), sets.spec(triad)):
         if block.sensors:
-            yield _rows(triad, block)
+            yield _rows(triad, block, sets.model(triad).names)
         for name, error in block.refusals.items():
             refused[name] = FIT_FAILED if isinstance(error, FitFailed) else UNDETERMINED, str(error)
     refused |= {name: (UNDETERMINED, reason) for name, reason in sets.refusals.items()}
@@ -78,11 +77,13 @@ def _parts(sets: LotSets, triad: Triad) -> "Iterator[DataFrame]":
         yield _frame(triad, [name], exit_code=code, reason=one_line(reason))
 
 
-def _rows(triad: Triad, block: CalibratedBlock) -> "DataFrame":
+def _rows(triad: Triad, block: CalibratedBlock, model: Sequence[str]) -> "DataFrame":
+    sizes = {f"{prefix}_{name}": value for name, sized in block.sizes.items()
+             for prefix, value in zip((SIZE, SIZE_SD), sized, strict=True)}
     return _frame(triad, block.sensors, station=block.stations, exit_code=DONE, reason="",
                   verdict=np.where(block.p_value < MISFIT_P_VALUE, MISFIT, FITS), missing="",
-                  n_poses=block.poses, chi2=block.chi2, dof=block.dof, p_value=block.p_value,
-                  **block.columns(PARAMETERS))
+                  model=" + ".join(model), n_poses=block.poses, chi2=block.chi2, dof=block.dof,
+                  p_value=block.p_value, **block.columns(PARAMETERS), **sizes)
 
 
 def _frame(triad: Triad, sensors: Sequence[str], **columns: Any) -> "DataFrame":

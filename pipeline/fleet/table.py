@@ -7,6 +7,7 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from calib.fit.least_squares.result import MISFIT_P_VALUE
 from calib.poses.imu_log import AXES, FloatArray
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.file_patterns import natural_key
@@ -28,6 +29,9 @@ Row = dict[str, Any]
 
 SIZE, SIZE_SD = "size", "size_sd"
 """Prefixes of the name of an effect: columns with its largest parameter, SI, and the sd of that."""
+
+FITS, MISFIT = "noise explains it", f"misfit (p below {MISFIT_P_VALUE:g})"
+"""Verdicts on a sensor of one table, which is fitted and not diagnosed."""
 
 
 def rows_of_results(session: FleetSession, results: ResultsFile) -> tuple[Row, ...]:

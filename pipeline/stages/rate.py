@@ -62,8 +62,9 @@ class SettingRate:
     timebase: "Timebase | None" = None
 
     def __repr__(self) -> str:
+        turns = self.plate.direction
         return (f"{self.rate_rad_s:.7g} rad/s ± {self.sd_rad_s:.2g} "
-                f"({self.rate_rad_s / RPM:.6g} rpm)")
+                f"({self.rate_rad_s / RPM:.6g} rpm{f', {turns}' if turns else ''})")
 
     @property
     def rate_rad_s(self) -> float:

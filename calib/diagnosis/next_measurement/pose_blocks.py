@@ -102,7 +102,9 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
     ]
     if in_a_chamber(poses):
         return [replace(soaks[0], instruction=THROUGH_TEMPERATURES)]
-    corners = Block("corners", "the 8 corner poses", one / 2, ((1.0, 0.0, 0.0),), corners=True)
+    where = " on the turning plate" if poses.spin_rad_s.any() else ""
+    corners = Block(
+        "corners", f"the 8 corner poses{where}", one / 2, ((1.0, 0.0, 0.0),), corners=True)
     repeat = Block("repeat", "the same poses once more, in random order", one, ((1.0, 0.0, 0.0),))
     attitudes = [repeat] if _has_corners(fit) else [corners, repeat]
     if poses.triad == "accelerometer":

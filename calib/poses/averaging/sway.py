@@ -11,11 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import Undetermined
 from calib.numbers import NO_LENGTH
 from calib.poses.averaging.pose_mean import PoseMean
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.imu_log import FloatArray
+from calib.poses.reference import PLAUSIBLE_RATIO
 
 
 def sway_square(rates: FloatArray, duration_s: float) -> float:
@@ -43,9 +45,11 @@ def check_calm(label: str, scatter: FloatArray, sway: float, gravity: float, lim
     sway : float
         Of :func:`sway_square`, rad²; NaN where the gyroscope was not logged.
     gravity : float
-        Length of the accelerometer's mean, m/s².
+        Length of the accelerometer's mean, m/s². Readings that are no gravity say nothing: their
+        unit is wrong.
     """
-    if not gravity > 0:
+    ratio = gravity / STANDARD_GRAVITY_M_S2
+    if not 1 / PLAUSIBLE_RATIO < ratio < PLAUSIBLE_RATIO:
         return
     short = float(np.min([scatter.sum() / (2 * gravity), gravity * sway / 2]))
     if short > limit:  # not where either triad was not logged

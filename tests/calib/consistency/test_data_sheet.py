@@ -58,6 +58,7 @@ def test_a_run_that_turns_against_its_clip_is_named_and_one_odd_pose_is_not() ->
     assert not [*direction_against_clip(replace(poses, spin_rad_s=spin), filmed)]
     (said,) = direction_against_clip(poses, ["ccw"] * len(poses))
     assert "run run 1" in said
+    assert "Change the sign of a stated rate" in said
 
 
 def test_poses_at_rest_and_runs_without_a_clip_say_nothing_of_the_direction() -> None:

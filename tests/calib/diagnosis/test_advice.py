@@ -30,6 +30,13 @@ def test_corners_that_the_session_has_are_not_advised(design: Design, has_corner
     assert "repeat" in blocks
 
 
+def test_corners_of_a_gyroscope_are_asked_for_on_the_turning_plate() -> None:
+    """Its session may have them at rest."""
+    plate = poses_of(design_of("rich", 11), 11, "gyroscope", [])
+    told = {block.code: block.instruction for block in menu(fit(plate, Model.of(BASE)))}
+    assert told["corners"] == "the 8 corner poses on the turning plate"
+
+
 def test_a_bias_that_follows_the_temperature_late_asks_for_another_soak() -> None:
     design = design_of("rich", 11)
     hidden = drawn("temperature_lag", "gyroscope", 20.0, design, 11)

@@ -7,6 +7,7 @@ from calib.errors import Undetermined
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.mean_noise import pose_mean_sd
 from calib.poses.averaging.pose_mean import PoseMean
+from calib.poses.averaging.sway import check_calm
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, ImuLog
 from calib.poses.pose_set import pose_set
@@ -49,6 +50,13 @@ def test_the_sd_of_a_rocking_pose_covers_what_its_mean_lacks(degrees: float, gyr
 def test_a_pose_that_rocks_by_five_degrees_is_refused() -> None:
     with pytest.raises(Undetermined, match=r"pose 1: the sensor was shaken: .* rocks by 5\.[67]°"):
         averaged(rocking(8.0))
+
+
+def test_readings_that_are_no_gravity_are_left_to_the_check_of_their_unit() -> None:
+    """Counts that are called g and °/s: 16384 g, of which the noise would be a rocking of 1°."""
+    check_calm("pose 1", np.full(3, 320.0**2), 0.02**2, 16384 * G, 0.02)
+    with pytest.raises(Undetermined, match="shaken"):
+        check_calm("pose 1", np.full(3, 0.6**2), 0.08**2, G, 0.02)
 
 
 def test_vibration_along_a_line_keeps_its_weight_where_the_gyroscope_rests_and_is_said() -> None:

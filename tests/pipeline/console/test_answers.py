@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from calib.diagnosis.next_measurement.advice import DIRECTIONS, Advice
@@ -13,12 +14,14 @@ from calib.diagnosis.search.posterior import Inclusion
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import Effect
 from calib.poses.attitudes import natural_directions
+from calib.poses.reference import PlateRate
 from pipeline.config.load import load_config
 from pipeline.console.answers import RATES, answers_of, headline
 from pipeline.console.next_step import next_line
-from pipeline.console.rate_text import rate_verdict
+from pipeline.console.rate_text import rate_line, rate_verdict
 from pipeline.console.run_text import leading_covariate
 from pipeline.stages.context import RunContext
+from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome, run_stages
 from pipeline.stages.triads import TriadResult
 from tests.paths import DATA
@@ -28,6 +31,15 @@ from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.sizes import draw_effect
 from tests.world.write import write_session
+
+
+@pytest.mark.parametrize("turns", ["cw", None])
+def test_a_stated_rate_is_printed_with_its_direction(turns: str | None) -> None:
+    plate = PlateRate("back", np.full(1, 3.49), np.full(1, 1e-4), direction=turns)
+    back = SettingRate("back", plate, (), ())
+    shown = f"ppm, {f'{turns}, ' if turns else ''}stated in the configuration"
+    assert rate_line(back).endswith(shown)
+    assert repr(back).endswith(f" rpm{f', {turns}' if turns else ''})")
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import pytest
 from pipeline.errors import ConfigError
 from pipeline.fleet.board import MISSING, MODELLED, board_of
 from pipeline.fleet.limits import limit_lines, read_limits, with_limits
+from pipeline.fleet.table import FITS, MISFIT
 
 TRUE_BIAS, SD = 300.0, 4.0
 
@@ -53,7 +54,23 @@ def test_what_is_beyond_a_limit_is_told_with_its_value_and_its_sd(tmp_path: Path
     assert next(limit_lines(judged)) == "limits: 1 pass, 1 undecided, 3 fail"
 
 
+@pytest.mark.parametrize(("verdict", "group", "standing"), [
+    ("nothing_missing", "", "pass"), ("noise", "extra_noise", "pass"),
+    ("effect", "cubic quadratic", "pass"), ("effect", "quadratic asymmetry", "undecided"),
+    ("ambiguous", "cubic asymmetry", "undecided"), ("unknown", "a shape", "undecided"),
+    (MISFIT, None, "undecided"), (FITS, None, "pass"),
+])
+def test_an_effect_of_unknown_size_passes_where_the_verdict_excludes_it(
+    tmp_path: Path, verdict: str, group: str | None, standing: str
+) -> None:
+    path = limits_in(tmp_path, "gyroscope:\n  size_asymmetry: {max: 2e-4}\n")
+    rows = table(np.zeros(1)).assign(verdict=verdict)
+    judged = with_limits(rows if group is None else rows.assign(group=group), read_limits(path))
+    assert judged["limits"][0].startswith(standing)
+
+
 @pytest.mark.parametrize(("text", "says"), [
+    ("gyroscope:\n  size_cubik: {max: 3}\n", r"gyroscope.size_cubik: .*'cubic'"),
     ("gyroscop:\n  bias_counts: {max: 3}\n", r"limits.yaml:1: gyroscop: .*'gyroscope'"),
     ("gyroscope:\n  bias_count: {max: 3}\n", r"gyroscope.bias_count: .*'bias_counts"),
     ("gyroscope:\n  bias_counts: {most: 3}\n", r"limits.yaml:2: .*\{min: \.\.\., max"),

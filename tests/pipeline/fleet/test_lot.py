@@ -57,6 +57,21 @@ def test_parameters_of_all_sensors_and_what_the_lot_is_missing(tmp_path: Path) -
             assert row[f"bias_counts_{axis}"] == pytest.approx(single.bias_counts[i], abs=1e-6)
 
 
+def test_a_further_effect_of_the_design_has_its_largest_size(tmp_path: Path) -> None:
+    lot = accelerometers(4, hidden="cubic", common_sd=20)
+    write_lot(tmp_path / "lot.csv", lot_columns(lot))
+    write_design(tmp_path / "design.yaml", lot)
+    design = (tmp_path / "design.yaml").read_text(encoding="utf-8")
+    (tmp_path / "design.yaml").write_text(design.replace("ment]", "ment, cubic]"), encoding="utf-8")
+    assert main(["fleet", str(tmp_path / "lot.csv"), "--design", str(tmp_path / "design.yaml"),
+                 "--output", str(tmp_path / "out")]) == 0
+    rows = pyarrow.parquet.read_table(tmp_path / "out/fleet.parquet").to_pylist()
+    for row, poses in zip(rows, pose_sets_of(lot), strict=True):
+        theta = fit(poses, Model.of((*BASE, "cubic"))).theta[-3:]
+        assert row["size_cubic"] == pytest.approx(max(theta, key=abs), rel=1e-9)
+        assert 0 < row["size_sd_cubic"] < abs(row["size_cubic"])
+
+
 def test_the_stated_sds_are_those_of_the_errors(tmp_path: Path) -> None:
     """Truth: the parameters of the same sensors without noise, which nine numbers fit exactly."""
     lot = accelerometers(150)

@@ -72,7 +72,7 @@ def test_a_folder_that_cannot_be_written_is_refused(
 ) -> None:
     (tmp_path / "taken").write_text("a file")
     assert pipeline("run", session, "--output", tmp_path / "taken" / "inside") == 2
-    assert "choose another with --output" in capsys.readouterr().err
+    assert "move that file away, or write to another folder" in capsys.readouterr().err
 
 
 def _one_long_log(session: Path, tilted: int) -> None:
