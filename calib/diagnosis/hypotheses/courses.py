@@ -135,6 +135,7 @@ def _by_run(poses: PoseSet, turning: BoolArray) -> Course:
     """A rate of its own for each run on the turning plate.
 
     Where each has one stated rate, that is wrong beyond its sd; else the length of the vectors is.
+    A factor that all rates have in common is a gain of the sensor, and no scatter.
     """
     reference = poses.reference
     runs = dict.fromkeys(run for run, is_turning in zip(poses.run, turning, strict=True)
@@ -142,5 +143,9 @@ def _by_run(poses: PoseSet, turning: BoolArray) -> Course:
     stated = [j for j, name in enumerate(reference.common_names)
               if name in reference.of_setting and reference.common[:, j].any()]
     if len(stated) == len(runs):
-        return Course.of_common(np.eye(len(reference.common_names))[:, stated])
+        sd = np.abs(reference.common[:, stated])
+        in_sd = np.divide(reference.magnitude[:, None], sd, out=np.zeros_like(sd),
+                          where=sd > 0).max(axis=0)
+        apart = np.eye(len(stated)) - np.outer(in_sd, in_sd) / (in_sd @ in_sd)
+        return Course.of_common(np.eye(len(reference.common_names))[:, stated] @ apart)
     return Course.of_size(np.array([[float(run == name) for name in runs] for run in poses.run]))

@@ -65,7 +65,7 @@ def explained(base: Fit, joint: Refit | None, noise_is_known: bool) -> tuple[flo
         return 1 - joint.fit.chi2 / base.chi2, joint.explains
     rest, whole = (float(each.weight @ each.rows.residual**2) - each.dof
                    for each in (joint.fit, base))  # weighted as a robust loss has them
-    return (max(1 - max(rest, 0.0) / whole, 0.0), joint.explains) if whole > 0 else (0.0, False)
+    return max(1 - max(rest, 0.0) / whole, 0.0) if whole > 0 else 0.0, joint.explains
 
 
 def linear_loo_rms(fit: Fit) -> float:

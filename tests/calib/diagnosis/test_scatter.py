@@ -1,4 +1,4 @@
-"""Scatter of the plate's rate against scatter of the poses."""
+"""Scatter of the plate's rate against scatter of the poses, and effects that are less than noise."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.hypotheses.courses import scattering_rates
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -36,3 +37,26 @@ def test_a_wrong_rate_of_a_run_is_no_noise_of_its_poses() -> None:
         poses, reading=poses.reading * np.where(wrong, 1.02, 1.0) + noise), Model.of(BASE)))
     assert (found.verdict, found.name) == ("noise", "rate_scatter"), found.text
     assert "from run to run" in found.text
+
+
+def test_a_factor_that_all_rates_have_in_common_is_no_scatter_of_rates() -> None:
+    """Beside other effects it would be all that a gain of the sensor hides, whatever its size."""
+    poses = made_poses("gyroscope", (SLOW, FAST, -FAST, 0.0), seed=3, shared_sd=1e-3)
+    scatter = next(h for h in scattering_rates(fit(poses, Model.of(BASE))) if h.detail)
+    assert scatter.course is not None
+    in_sd = np.array([1 / sd if sd else 0.0 for sd in np.abs(
+        poses.reference.common / np.maximum(poses.reference.magnitude, 1e-9)[:, None]).max(axis=0)])
+    columns = scatter.course.values[:, :, 0]
+    assert np.abs(columns).max() > 0.1
+    assert columns @ in_sd == pytest.approx(0.0, abs=1e-9 * in_sd.max())
+
+
+def test_an_effect_that_shows_by_its_shape_is_named_where_the_noise_is_less_than_stated() -> None:
+    true = rich_poses("gyroscope")
+    size = 4 * np.median(true.sd) / np.ptp(true.time_s) * np.array([1.0, -0.7, 0.5])
+    poses = noisy(true, 1)
+    reading = poses.reading + size * (poses.time_s - poses.time_s.mean())[:, None]
+    base = fit(replace(poses, reading=reading, sd=1.6 * poses.sd), Model.of(BASE))
+    found = diagnose(base)
+    assert base.chi2 < base.dof
+    assert (found.verdict, found.name) == ("effect", "bias_drift"), found.text
