@@ -78,33 +78,33 @@ class Likelihood:
     def log_density(self, sizes: Sequence[float], shapes: Sequence[float]) -> float:
         """Restricted log likelihood, up to a constant; -inf where no such covariance exists."""
         d = len(self.variance)
-        matrix = np.diag(self.variance)
-        for part, size, shape in zip(self.parts, sizes, shapes, strict=True):
-            of_part = size**2 * part(shape)
-            matrix += of_part if of_part.ndim == 2 else np.diag(of_part)
-        try:
-            factor = np.linalg.cholesky(matrix)
-        except np.linalg.LinAlgError:
-            return -np.inf
+        of_parts = [size**2 * part(shape)
+                    for part, size, shape in zip(self.parts, sizes, shapes, strict=True)]
+        diagonal = self.variance + sum(each for each in of_parts if each.ndim == 1)
         both = np.column_stack([self.jacobian, self.residual])
-        both[:d] = solve_triangular(factor, both[:d], lower=True)
+        if alike := [each for each in of_parts if each.ndim == 2]:
+            try:
+                factor = np.linalg.cholesky(np.diag(diagonal) + sum(alike))
+            except np.linalg.LinAlgError:
+                return -np.inf
+            both[:d] = solve_triangular(factor, both[:d], lower=True, check_finite=False)
+            root = np.diag(factor)
+        else:
+            root = np.sqrt(diagonal)
+            both[:d] /= root[:, None]
         q, r = np.linalg.qr(both[:, :-1])
         rest = both[:, -1] - q @ (q.T @ both[:, -1])
-        diagonal = np.abs(np.diag(r))
-        seen = diagonal > np.finfo(float).eps * diagonal.max(initial=1.0)
-        return float(-np.log(np.diag(factor)).sum() - np.log(diagonal[seen]).sum()
-                     - 0.5 * rest @ rest)
+        length = np.abs(np.diag(r))
+        seen = length > np.finfo(float).eps * length.max(initial=1.0)
+        return float(-np.log(root).sum() - np.log(length[seen]).sum() - 0.5 * rest @ rest)
 
     def units(self, shapes: Sequence[float]) -> FloatArray:
         """The size of each part, SI, that makes one sd in a typical row of those it shows in, (m,).
         """
-        shown = [_diagonal(part(shape)) for part, shape in zip(self.parts, shapes, strict=True)]
+        parts = [part(shape) for part, shape in zip(self.parts, shapes, strict=True)]
+        shown = [part if part.ndim == 1 else np.diag(part) for part in parts]
         return np.array([1 / np.sqrt(np.median(each[each > 0])) if each.any() else 1.0
                          for each in shown])
-
-
-def _diagonal(covariance: FloatArray) -> FloatArray:
-    return covariance if covariance.ndim == 1 else np.diag(covariance)
 
 
 def _part(fit: Fit, effect: Effect) -> Callable[[float], FloatArray]:
@@ -113,9 +113,8 @@ def _part(fit: Fit, effect: Effect) -> Callable[[float], FloatArray]:
     errors = effect.evaluate(equations.at_reading)[pose, :, 0]
     shown = equations.directions(fit.rows.vector) * errors
     if effect.drawn == "in_time":
-        apart = times_apart(fit.poses)[np.ix_(pose, pose)]
-        alike = shown @ shown.T
-        return lambda tau_s: np.asarray(alike * np.exp(-apart / tau_s))
+        apart, alike = times_apart(fit.poses), shown @ shown.T
+        return lambda tau_s: np.asarray(alike * np.exp(-apart / tau_s)[np.ix_(pose, pose)])
     if effect.drawn == "as_noise":
         shown = shown * fit.poses.as_stated.sd[pose]
     squares = (shown**2).sum(axis=1)
@@ -123,18 +122,23 @@ def _part(fit: Fit, effect: Effect) -> Callable[[float], FloatArray]:
 
 
 def likeliest(
-    likelihood: Likelihood, effects: Sequence[Effect], starts: Sequence[float]
-) -> tuple[dict[str, Drawn], float]:
-    """The likeliest sizes and shapes with their sds, and the log density there."""
+    likelihood: Likelihood, effects: Sequence[Effect], starts: Sequence[Drawn]
+) -> dict[str, Drawn]:
+    """The likeliest sizes and shapes with their sds.
+
+    The search begins at the sizes and shapes ``starts``, and where a size is 0 at shares of the
+    misfit.
+    """
     from scipy.optimize import minimize  # few models have drawn sizes
 
-    units = likelihood.units(starts)
+    at = [each.shape for each in starts]
+    units = likelihood.units(at)
     bounds = [(np.log(LEAST), LARGEST_LOG)] * len(effects)
     shaped = [i for i, effect in enumerate(effects) if effect.shape is not None]
     bounds += [tuple(np.log(effects[i].shape.bounds)) for i in shaped]  # type: ignore[union-attr]
 
     def unpacked(x: FloatArray) -> tuple[Sequence[float], list[float]]:
-        shapes = [*starts]
+        shapes = [*at]
         for i, value in zip(shaped, np.exp(x[len(effects):]), strict=True):
             shapes[i] = float(value)
         return [*map(float, units * np.exp(x[: len(effects)]))], shapes
@@ -146,8 +150,10 @@ def likeliest(
         len(likelihood.residual) - likelihood.jacobian.shape[1], 1)
     begin = 0.5 * np.log(np.clip((misfit - 1) / len(effects), LEAST, np.exp(LARGEST_LOG)))
     tries = []
-    for share in START_SHARES:
-        x = np.array([begin + np.log(share)] * len(effects) + [np.log(starts[i]) for i in shaped])
+    for share in START_SHARES[: 1 if any(each.size for each in starts) else None]:
+        x = np.array([np.log(each.size / unit) if each.size else begin + np.log(share)
+                      for each, unit in zip(starts, units, strict=True)]
+                     + [np.log(at[i]) for i in shaped])
         x = np.clip(x, *np.array(bounds).T)
         tries.append(minimize(cost, x, method="L-BFGS-B", bounds=bounds))
     best = min(tries, key=lambda each: each.fun)
@@ -160,7 +166,7 @@ def likeliest(
         sd = (size * spread[i] if i in spread
               else _largest_of_one_sd(cost, best.x, i, best.fun) * float(units[i]))
         drawn[effect.name] = Drawn(size, sd, shapes[i], effect)
-    return drawn, -float(best.fun)
+    return drawn
 
 
 def _spread(
@@ -179,12 +185,15 @@ def _largest_of_one_sd(
     cost: Callable[[FloatArray], float], x: FloatArray, i: int, least: float
 ) -> float:
     """The size, in its own unit, at which the likelihood has fallen as at one sd."""
-    for exponent in np.arange(np.log(LEAST), LARGEST_LOG, DIFFERENCE):
+    from scipy.optimize import bisect
+
+    def beyond(exponent: float) -> float:
         trial = x.copy()
-        trial[i] = max(exponent, x[i])
-        if cost(trial) > least + 0.5:
-            return float(np.exp(trial[i]))
-    return float(np.exp(LARGEST_LOG))
+        trial[i] = exponent
+        return cost(trial) - least - 0.5
+
+    return float(np.exp(LARGEST_LOG if beyond(LARGEST_LOG) <= 0 else
+                        bisect(beyond, x[i], LARGEST_LOG, xtol=DIFFERENCE)))
 
 
 def log_evidences(
@@ -241,18 +250,14 @@ def fit_with_drawn(
             runs = ", ".join(f"'{run}'" for run in dict.fromkeys(poses.run))
             raise Undetermined(f"{poses.triad}: '{effect.name}' acts on none of these poses, which "
                                f"are of {runs}. Name one of these runs, or remove it.")
-    now: dict[str, Drawn] = {}
+    now = {e.name: Drawn(0.0, 0.0, _first_shape(e, poses), e) for e in effects}
     fitted = fit_means(poses, model)
-    for _ in range(ROUNDS):
-        starts = [now[e.name].shape if e.name in now else _first_shape(e, poses)
-                  for e in effects]
-        likelihood = Likelihood.about(fitted, effects)
-        latest, _ = likeliest(likelihood, effects, starts)
-        change = max(abs(np.log(max(latest[name].size, latest[name].sd) / max(each.size, each.sd)))
-                     for name, each in now.items()) if now else np.inf
-        now = latest
+    for k in range(ROUNDS):
+        before = now
+        now = likeliest(Likelihood.about(fitted, effects), effects, [*now.values()])
         fitted = fit_means(widened(poses, tuple(now.values())), model)
-        if change < STEADY:
+        if k and max(abs(np.log(max(now[name].size, now[name].sd) / max(each.size, each.sd)))
+                     for name, each in before.items()) < STEADY:
             break
     return _with_sizes(fitted, now)
 

@@ -1,4 +1,4 @@
-"""Scatter of the plate's rate against scatter of the poses, and effects that are less than noise."""
+"""Scatter of the rate against scatter of the poses, and effects that are less than noise."""
 
 from dataclasses import replace
 
