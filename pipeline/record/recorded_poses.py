@@ -101,12 +101,3 @@ def up_direction(mean: PoseMean, rest: FloatArray | None) -> FloatArray:
     if not np.isfinite(vector).all():
         vector = less_rest(mean.gyroscope.mean, rest)
     return np.asarray(vector / max(float(np.linalg.norm(vector)), NO_LENGTH))
-
-
-def rest_reading(means: tuple[PoseMean, ...]) -> FloatArray | None:
-    """The gyroscope's reading at rest, (3,), nominal rad/s; None where no pose at rest logged
-    it."""
-    gyro = np.array([mean.gyroscope.mean for mean in means])
-    if len(gyro) == 0 or not np.isfinite(gyro).all():
-        return None
-    return np.asarray(np.median(gyro, axis=0))

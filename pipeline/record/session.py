@@ -32,13 +32,12 @@ from pipeline.record.recorded_poses import (
     loss_of,
     pose_rate,
     read_recorded_poses,
-    rest_reading,
 )
 from pipeline.record.serial_port import PortLost
 from pipeline.record.store import Store
 from pipeline.record.stream import Stream, TimedSample
 from pipeline.stages.live_clip import PoseCamera
-from pipeline.stages.pose_means import first_directions
+from pipeline.stages.pose_means import first_directions, rest_reading
 
 RETRY_S, GIVE_UP_S = 0.5, 120.0  #: after the device has vanished
 

@@ -9,30 +9,8 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple
 
-from pipeline.devices.xsens import (
-    DATA_LENGTH_AT,
-    ERROR,
-    GO_TO_CONFIG,
-    GO_TO_MEASUREMENT,
-    PACKET_COUNTER,
-    RAW_ALL,
-    RAW_COUNTED,
-    REQUEST_CONFIGURATION,
-    RESET,
-    SAMPLE_TIME_FINE,
-    SET_OUTPUT_CONFIGURATION,
-    SET_OUTPUT_MODE,
-    SET_OUTPUT_SETTINGS,
-    SET_PERIOD,
-    SET_SKIP_FACTOR,
-    TICKS_PER_S,
-    WAKE_UP,
-    WAKE_UP_ACK,
-    WRONG_PERIOD,
-    Message,
-    XbusReader,
-    frame,
-)
+from pipeline.devices import xsens
+from pipeline.devices.xsens import Message, XbusReader, frame
 from pipeline.errors import DeviceError
 from pipeline.record.serial_port import Port
 
@@ -43,7 +21,7 @@ EVERY_SAMPLE = 0xFFFF  #: fact: the rate that means "with every packet"
 ANSWER_S = 0.6  #: at 115200 baud an answer takes milliseconds, a reset half a second
 TRIES = 3  #: a device that streams may overlook a request; chosen
 ERRORS = {
-    WRONG_PERIOD: "the sampling period is not one it can do",
+    xsens.WRONG_PERIOD: "the sampling period is not one it can do",
     0x04: "it does not know this message; is it the other kind of MTi (record.device)?",
     0x1E: "its timer overflowed; lower the sample rate",
     0x20: "it does not do this baud rate",
@@ -118,9 +96,9 @@ class Conversation:
             self._keep(data, heard_s)
             self.last = data
             for message in self._reader.feed(data):
-                if message.mid == WAKE_UP:
-                    self._port.write(frame(WAKE_UP_ACK))
-                if message.mid == ERROR and message.data:
+                if message.mid == xsens.WAKE_UP:
+                    self._port.write(frame(xsens.WAKE_UP_ACK))
+                if message.mid == xsens.ERROR and message.data:
                     raise XsensError(request, message.data[0])
                 if message.mid == mid:
                     return message
@@ -129,34 +107,34 @@ class Conversation:
     def go_to_config(self) -> None:
         """Stop the stream; by a reset where the device overlooks the request."""
         try:
-            self.ask(GO_TO_CONFIG)
+            self.ask(xsens.GO_TO_CONFIG)
         except XsensError:
             raise
         except DeviceError:
-            self._port.write(frame(RESET))
-            self._wait_for(WAKE_UP, RESET)
-            self.ask(GO_TO_CONFIG)
+            self._port.write(frame(xsens.RESET))
+            self._wait_for(xsens.WAKE_UP, xsens.RESET)
+            self.ask(xsens.GO_TO_CONFIG)
 
 
 def start_mtdata(port: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
     """Start raw output with the sample counter on a legacy MTi."""
     talk = Conversation(port, keep)
     talk.go_to_config()
-    period = min(max(round(TICKS_PER_S / rate_hz), SHORTEST_PERIOD), LONGEST_PERIOD)
-    skip = max(round(TICKS_PER_S / period / rate_hz) - 1, 0)
-    talk.ask(SET_OUTPUT_MODE, RAW_MODE.to_bytes(2, "big"))
-    talk.ask(SET_OUTPUT_SETTINGS, SAMPLE_COUNTER_ON.to_bytes(4, "big"))
-    talk.ask(SET_PERIOD, period.to_bytes(2, "big"))
-    talk.ask(SET_SKIP_FACTOR, skip.to_bytes(2, "big"))
-    stated = talk.ask(REQUEST_CONFIGURATION)[DATA_LENGTH_AT : DATA_LENGTH_AT + 2]
-    if int.from_bytes(stated, "big") != RAW_COUNTED.size:
+    period = min(max(round(xsens.TICKS_PER_S / rate_hz), SHORTEST_PERIOD), LONGEST_PERIOD)
+    skip = max(round(xsens.TICKS_PER_S / period / rate_hz) - 1, 0)
+    talk.ask(xsens.SET_OUTPUT_MODE, RAW_MODE.to_bytes(2, "big"))
+    talk.ask(xsens.SET_OUTPUT_SETTINGS, SAMPLE_COUNTER_ON.to_bytes(4, "big"))
+    talk.ask(xsens.SET_PERIOD, period.to_bytes(2, "big"))
+    talk.ask(xsens.SET_SKIP_FACTOR, skip.to_bytes(2, "big"))
+    stated = talk.ask(xsens.REQUEST_CONFIGURATION)[xsens.DATA_LENGTH_AT : xsens.DATA_LENGTH_AT + 2]
+    size = int.from_bytes(stated, "big")
+    if size != xsens.RAW_COUNTED.size:
         raise DeviceError(
-            f"the MTi took the raw output mode, but says that it will send "
-            f"{int.from_bytes(stated, 'big')} bytes a sample; {RAW_COUNTED.size} are expected. "
-            f"Switch it off and on, and try again."
+            f"the MTi took the raw output mode, but says that it will send {size} bytes a sample; "
+            f"{xsens.RAW_COUNTED.size} are expected. Switch it off and on, and try again."
         )
-    talk.ask(GO_TO_MEASUREMENT)
-    return XsensStream(TICKS_PER_S / period / (skip + 1), talk.last)
+    talk.ask(xsens.GO_TO_MEASUREMENT)
+    return XsensStream(xsens.TICKS_PER_S / period / (skip + 1), talk.last)
 
 
 def start_mtdata2(port: Port, rate_hz: float, keep: Callable[[bytes, float], None]) -> XsensStream:
@@ -167,16 +145,16 @@ def start_mtdata2(port: Port, rate_hz: float, keep: Callable[[bytes, float], Non
     """
     talk = Conversation(port, keep)
     talk.go_to_config()
-    raw = (RAW_ALL, round(rate_hz))
+    raw = (xsens.RAW_ALL, round(rate_hz))
     try:
-        stated = talk.ask(SET_OUTPUT_CONFIGURATION, _outputs(
-            (PACKET_COUNTER, EVERY_SAMPLE), (SAMPLE_TIME_FINE, EVERY_SAMPLE), raw))
+        stated = talk.ask(xsens.SET_OUTPUT_CONFIGURATION, _outputs(
+            (xsens.PACKET_COUNTER, EVERY_SAMPLE), (xsens.SAMPLE_TIME_FINE, EVERY_SAMPLE), raw))
     except XsensError:
-        stated = talk.ask(SET_OUTPUT_CONFIGURATION, _outputs(raw))
-    talk.ask(GO_TO_MEASUREMENT)
+        stated = talk.ask(xsens.SET_OUTPUT_CONFIGURATION, _outputs(raw))
+    talk.ask(xsens.GO_TO_MEASUREMENT)
     words = [int.from_bytes(stated[i : i + 2], "big") for i in range(0, len(stated), 2)]
     rates = dict(zip(words[::2], words[1::2], strict=False))
-    return XsensStream(float(rates.get(RAW_ALL) or round(rate_hz)), talk.last)
+    return XsensStream(float(rates.get(xsens.RAW_ALL) or round(rate_hz)), talk.last)
 
 
 def _outputs(*wanted: tuple[int, int]) -> bytes:

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from calib.consistency.repeats import require_no_copies
 from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
@@ -14,6 +12,7 @@ from calib.poses.rests.static_intervals import find_still
 from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
 from pipeline.config.sensor import sensor_specs
+from pipeline.stages.pose_means import rest_reading
 from pipeline.stages.poses import Recordings, still_search
 from pipeline.stages.references import Gravity
 from pipeline.stages.session_logs import read_logs
@@ -68,11 +67,8 @@ def measure_mounting(
 
 def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None:
     """Mean gyroscope reading in the accelerometer's poses, SI, (3,); None where not logged."""
-    if config.accelerometer is None or not config.accelerometer.at_rest:
-        return None
-    means = recordings.of(config.accelerometer.at_rest[0]).means
-    rate = np.array([mean.gyroscope.mean for mean in means])
-    return np.asarray(np.median(rate, axis=0)) if np.isfinite(rate).all() else None
+    poses = config.accelerometer.at_rest if config.accelerometer else ()
+    return rest_reading(recordings.of(poses[0]).means) if poses else None
 
 
 def _still_logs(

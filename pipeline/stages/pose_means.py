@@ -1,6 +1,7 @@
 """A table of pose means, and properties of a pose before calibration."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,13 @@ def pose_seconds(record: RecordSection | None, rate_rad_s: float | None) -> floa
     """
     seconds = SECONDS_PER_POSE if record is None else record.seconds_per_pose
     return max(seconds, FEWEST_TURNS * 2 * math.pi / rate_rad_s) if rate_rad_s else seconds
+
+
+def rest_reading(means: Sequence[PoseMean]) -> FloatArray | None:
+    """The gyroscope's reading at rest, (3,), nominal rad/s; None where no pose at rest logged
+    it."""
+    rate = np.array([mean.gyroscope.mean for mean in means])
+    return np.asarray(np.median(rate, axis=0)) if rate.size and np.isfinite(rate).all() else None
 
 
 def less_rest(reading: FloatArray, rest: FloatArray | None) -> FloatArray:

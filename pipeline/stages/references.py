@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -57,11 +58,5 @@ def certificate_of(config: Config, triad: Triad) -> FactoryCertificate | None:
     )
     if stated is None:
         return None
-    return FactoryCertificate(
-        bias_counts=np.array(stated.bias_counts),
-        scale_counts_per_unit=np.array(stated.scale_counts_per_unit),
-        alignment=None if stated.alignment is None else np.array(stated.alignment),
-        misalignment_rad=(
-            None if stated.misalignment_rad is None else np.array(stated.misalignment_rad)
-        ),
-    )
+    parts: dict[str, Any] = {name: part and np.array(part) for name, part in stated}
+    return FactoryCertificate(**parts)
