@@ -5,11 +5,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from calib.poses.imu_log import Triad
-from pipeline.config.edit import set_list
-from pipeline.config.load import Config, parse_config
+from pipeline.config.edit import set_excluded
+from pipeline.config.load import Config, config_from
 from pipeline.config.schema import RunSection
 from pipeline.config.yaml_syntax import yaml_word
-from pipeline.config.yaml_text import YamlSource, parse_source
+from pipeline.config.yaml_text import YamlSource
 from pipeline.errors import ConfigError
 from pipeline.stages.excluded_poses import PoseName, choose, chosen, short_names
 from pipeline.stages.poses import Recordings
@@ -37,21 +37,23 @@ def labels_in(
     return [labels[i] for i in choice.kept], [labels[i] for i in choice.excluded]
 
 
-def pose_sections(
+def placed_poses(
     config: Config, recordings: Recordings, triad: Triad
-) -> tuple[PlacedPose, ...]:
-    """Name and section of every pose of a triad's fit, in its order.
-
-    Raises
-    ------
-    ConfigError
-        ``exclude`` names no pose.
+) -> tuple[dict[str, PlacedPose], dict[str, PlacedPose]]:
+    """Every pose of a triad's fit by its label, in the fit's order; and every excluded one, under
+    its name in the configuration.
     """
-    places: list[PlacedPose] = []
+    used: dict[str, PlacedPose] = {}
+    out: dict[str, PlacedPose] = {}
     for number, section in enumerate(config.runs_of(triad)):
-        used, out = labels_in(config, section, recordings)
-        places += [(name, number) for name in shortest_names([*used, *out])[: len(used)]]
-    return tuple(places)
+        recording = recordings.of(section)
+        labels = [mean.label for mean in recording.means]
+        excluded = [pose.label for pose in recording.excluded]
+        names = shortest_names([*labels, *excluded])[: len(labels)]
+        used |= {label: (name, number) for label, name in zip(labels, names, strict=True)}
+        out |= {pose.label: (name, number) for pose in recording.excluded
+                for name in section.exclude if name in (pose.place + 1, *short_names(pose.label))}
+    return used, out
 
 
 def shortest_names(labels: Sequence[str]) -> list[str]:
@@ -105,7 +107,7 @@ def excluding(
                       f"{config.runs_of(triad)[number].rate}), and is excluded there as well."
                       for _, label in named if label in used and (triad, label) not in named]
         source = with_exclusions(config, source, triad, {i: out for i, out in names.items() if out})
-    return parse_config(source.path, source.text), notes
+    return config_from(source), notes
 
 
 def _label_of(
@@ -131,12 +133,9 @@ def with_exclusions(
     config: Config, source: YamlSource, triad: Triad, out: NamesBySection,
     back: NamesBySection | None = None,
 ) -> YamlSource:
-    """The text with further poses of a triad's sections excluded, and some taken ``back``.
+    """The file with further poses of a triad's sections excluded, and some taken ``back``.
 
-    Raises
-    ------
-    ConfigError
-        The text is no YAML.
+    A ConfigError says where that would be no YAML.
     """
     back = back or {}
     places = [path for path, _ in config.placed_runs() if path[0] == triad]
@@ -144,5 +143,5 @@ def with_exclusions(
         now = (*config.triads[triad].sections[number].exclude, *out.get(number, ()))
         words = [str(name) if isinstance(name, int) else yaml_word(name)
                  for name in now if name not in back.get(number, ())]
-        source = parse_source(source.path, set_list(source, places[number], "exclude", words))
+        source = set_excluded(source, places[number], words)
     return source

@@ -17,7 +17,7 @@ from calib.effects.effect import OF_COLUMN
 from calib.errors import CalibrationError, Undetermined
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.edit import add_item, remove_item
-from pipeline.config.load import Config, parse_config
+from pipeline.config.load import Config, config_from
 from pipeline.config.yaml_text import PathTo
 from pipeline.errors import ConfigError
 from pipeline.stages.run import Outcome
@@ -119,16 +119,13 @@ def edited_config(config: Config, target: Target, remove: bool, remark: str = ""
         raise ConfigError(f"{target}: is all that the model has; a model needs one effect.")
     if not remove and target.name in model:
         raise ConfigError(f"{target}: is in the model already.")
+    source, whole = config.source, EFFECTS.get(target.name)
     if remove:
-        text = remove_item(config.source, target.section, target.name)
-        return parse_config(config.source.path, text)
-    whole = EFFECTS.get(target.name)
+        return config_from(remove_item(source, target.section, target.name))
     for name in model:
         if whole is not None and name in whole.contains:
-            config = parse_config(
-                config.source.path, remove_item(config.source, target.section, name))
-    text = add_item(config.source, target.section, target.name, target.default, remark)
-    return parse_config(config.source.path, text)
+            source = remove_item(source, target.section, name)
+    return config_from(add_item(source, target.section, target.name, target.default, remark))
 
 
 def _model(config: Config, target: Target) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from calib.effects.catalogue import STEP
 from calib.errors import CalibrationError
 from calib.fit.validation.elsewhere import mean_square_apart, mean_square_error
 from pipeline.config.edit import add_entry
-from pipeline.config.load import parse_config
+from pipeline.config.load import config_from
 from pipeline.config.schema import EffectSection
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.model_change import ModelChange, RunConfig, Target, change_model, result_of
@@ -147,8 +147,8 @@ def change_for_unknown(
         if name is None or Target((result.triad,), name) in refused:
             continue
         if best is not None and best.listed is None and name not in config.effects:
-            text = add_entry(config.source, "effects", name, definition(result.triad, best))
-            config = parse_config(config.source.path, text)
+            config = config_from(add_entry(
+                config.source, "effects", name, definition(result.triad, best)))
         try:
             return change_model(
                 config, Target((result.triad,), name), run, before=outcome, anyway=True)

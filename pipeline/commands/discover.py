@@ -32,7 +32,7 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
     from calib.discovery.together import discover_each
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.config.edit import add_entry
-    from pipeline.config.load import parse_config
+    from pipeline.config.load import config_from
     from pipeline.console.discovery_text import answer_lines
     from pipeline.console.next_step import next_line
     from pipeline.next_change import definition, effect_key, without_formula
@@ -66,8 +66,8 @@ def command(config: Path, write: bool, allow_python: bool) -> None:
                 continue
             name = effect_key(result.triad, formula, changed.effects)
             if write and name not in changed.effects:
-                text = add_entry(changed.source, "effects", name, definition(result.triad, formula))
-                changed = parse_config(config, text)
+                changed = config_from(add_entry(
+                    changed.source, "effects", name, definition(result.triad, formula)))
             following.append(f"{result.triad}.{name}")
         if changed is not session:
             write_session(folder, outputs_of(outcome, folder), session, changed.source.text)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from calib.poses.imu_log import Triad
-from pipeline.config.edit import add_entry, extend_list, set_list
+from pipeline.config.edit import add_entry, extend_list, set_excluded
 from pipeline.config.file_patterns import names_of, relative_name
 from pipeline.config.load import Config
 from pipeline.config.schema import PosesSection, RunSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_syntax import yaml_word
-from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
+from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.errors import ConfigError
 from pipeline.further.logs import AS_READ, FurtherLog
 from pipeline.guess.plate import nominal_rpm
@@ -50,11 +50,11 @@ def _takes(poses: PosesSection, log: FurtherLog) -> bool:
     return bool(poses.log) if log.is_long else bool(poses.files)
 
 
-def text_with_further(
+def with_further(
     config: Config, logs: Sequence[FurtherLog], places: Sequence[Place],
     moved: Mapping[Path, Path] | None = None,
-) -> str:
-    """The text of the configuration with ``logs`` in the runs ``places``; all else is kept.
+) -> YamlSource:
+    """The file of the configuration with ``logs`` in the runs ``places``; all else is kept.
 
     ``moved`` says where files lie that were not there when they were read.
 
@@ -73,18 +73,18 @@ def text_with_further(
                 f"into files of one pose each, choose a run, or add one to {source.path}.")
     for rate, clip in {log.rate: log.clip for log in logs if log.clip}.items():
         video = relative_name(now.get(clip.path, clip.path), source.path.parent)
-        source = parse_source(source.path, add_entry(source, "rate", rate, (
-            f"{{video: {yaml_word(video)}, nominal_rpm: {nominal_rpm(clip.rate_rad_s):.6g}}}")))
+        source = add_entry(source, "rate", rate, (
+            f"{{video: {yaml_word(video)}, nominal_rpm: {nominal_rpm(clip.rate_rad_s):.6g}}}"))
     for place in places:
-        source = parse_source(source.path, _with_place(config, source, place, [
-            log for log in logs if log.rate == place.rate], now))
-    return source.text
+        source = _with_place(
+            config, source, place, [log for log in logs if log.rate == place.rate], now)
+    return source
 
 
 def _with_place(
     config: Config, source: YamlSource, place: Place, logs: Sequence[FurtherLog],
     moved: Mapping[Path, Path],
-) -> str:
+) -> YamlSource:
     folder = source.path.parent
     paths = [moved.get(log.path, log.path) for log in logs]
     words = [yaml_word(name) for name in names_of(paths, folder)]
@@ -130,11 +130,11 @@ def _flow(value: Any) -> str:
 def _with_whole_names(
     config: Config, source: YamlSource, place: Place, run: RunSection, paths: Sequence[Path]
 ) -> YamlSource:
-    """The text with the whole names of excluded poses where a new file has the short one too."""
+    """The file with the whole names of excluded poses where a new file has the short one too."""
     labels = pose_labels(run.poses, config)
     new = {name for path in paths for name in short_names(path.name)}
     if not labels or new.isdisjoint(run.exclude):
         return source
     whole = [str(name) if isinstance(name, int) else
              yaml_word(labels[int(choose(labels, [name]).excluded[0])]) for name in run.exclude]
-    return parse_source(source.path, set_list(source, place.section, "exclude", whole))
+    return set_excluded(source, place.section, whole)

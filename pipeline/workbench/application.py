@@ -15,8 +15,7 @@ from starlette.routing import BaseRoute, Route
 
 from calib.poses.imu_log import Triad
 from calib.poses.triad_kind import TRIAD_KINDS
-from pipeline.config.load import Config, parse_config
-from pipeline.config.yaml_text import parse_source
+from pipeline.config.load import Config, config_from
 from pipeline.errors import ConfigError
 from pipeline.report.page import outputs_of
 from pipeline.report.page_templates import page_templates
@@ -134,8 +133,8 @@ class Workbench:
             A log or the session with it is refused.
         """
         session = self.session()
-        text = session.text(read_state(question.get("state")))
-        return self.further.looked_at(session, text, _names(question.get("left_out")))
+        shown = config_from(session.source(read_state(question.get("state"))))
+        return self.further.looked_at(session, shown, _names(question.get("left_out")))
 
     def write(self, question: Json) -> Json:
         """Write the state of the screen into the configuration and run it, as one step; dropped
@@ -147,21 +146,19 @@ class Workbench:
             The run refuses it, or the file was changed meanwhile; nothing is written.
         """
         session = self.session()
-        text = session.text(read_state(question.get("state")))
+        source = session.source(read_state(question.get("state")))
         if effect := question.get("own"):
-            text = with_own_effect(
-                parse_source(self.path, text), effect, _triad(effect.get("triad")))
+            source = with_own_effect(source, effect, _triad(effect.get("triad")))
         with working_on(self.path, self.output) as (config, folder):
             if config.source.text != session.config.source.text:
                 raise ConfigError(f"{self.path}: was changed meanwhile. Load the page again.")
-            shown = parse_config(self.path, text)
             further = question.get("further")
-            with (nullcontext(text) if further is None else
-                  self.further.kept_in(session, shown, _names(further))) as text:
-                if text != config.source.text:
-                    outcome = self.run(parse_config(self.path, text), folder)
-                    write_session(folder, outputs_of(outcome, folder), config, text)
-        return {"lines": changed_lines(config.source.text, text), "path": str(self.path),
+            with (nullcontext(source) if further is None else
+                  self.further.kept_in(session, config_from(source), _names(further))) as source:
+                if source.text != config.source.text:
+                    outcome = self.run(config_from(source), folder)
+                    write_session(folder, outputs_of(outcome, folder), config, source.text)
+        return {"lines": changed_lines(config.source.text, source.text), "path": str(self.path),
                 "data": self.files.stamp()["data"]}
 
 
@@ -221,7 +218,7 @@ def _triad(name: object) -> Triad:
 
 def _names(value: object) -> list[str]:
     if not isinstance(value, list):
-        raise ConfigError("runs are named by texts; load the page again.")
+        raise ConfigError("runs and effects are named by texts; load the page again.")
     return [*map(str, value)]
 
 
@@ -230,10 +227,7 @@ def _refit(workbench: Workbench, question: Json) -> Json:
     state = read_state(question.get("state"))
     if triad not in state.triads:
         raise ConfigError(f"the page said nothing of the {triad}.")
-    guesses = question.get("guesses", [])
-    if not isinstance(guesses, list):
-        raise ConfigError("effects are named by texts; load the page again.")
-    return workbench.session().answer(state, triad, [*map(str, guesses)])
+    return workbench.session().answer(state, triad, _names(question.get("guesses", [])))
 
 
 def _tried(workbench: Workbench, question: Json) -> Json:

@@ -6,13 +6,14 @@ from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
-from pipeline.config.load import Config, parse_config
+from pipeline.config.load import Config, config_from
+from pipeline.config.yaml_text import YamlSource
 from pipeline.console.further_text import HEAD, further_rows, place_text
 from pipeline.console.next_step import next_line
 from pipeline.console.run_text import pose_change_lines
 from pipeline.errors import ConfigError
 from pipeline.further.logs import FurtherLog, Known, further_logs, unused_clips
-from pipeline.further.text import Place, places_for, text_with_further
+from pipeline.further.text import Place, places_for, with_further
 from pipeline.guess.agreement import implausible
 from pipeline.guess.files import is_clip, measured_clips, rates_of_clips
 from pipeline.guess.plate import MeasuredClip
@@ -48,14 +49,16 @@ class FurtherFiles(Dropped):
             self._seen = files, logs, clips
         return self._seen[1:]
 
-    def looked_at(self, session: OpenSession, text: str, left_out: Collection[str]) -> Json:
+    def looked_at(
+        self, session: OpenSession, config: Config, left_out: Collection[str]
+    ) -> Json:
         """The poses, the runs that they may join, and what the fit makes of them.
 
         Parameters
         ----------
         session : OpenSession
-        text : str
-            The configuration as the screen shows it.
+        config : Config
+            As the screen shows it.
         left_out : collection of str
             Keys of the runs that they are not to join.
 
@@ -66,7 +69,6 @@ class FurtherFiles(Dropped):
         """
         with self.by_their_names():
             logs, clips = self._logs(session)
-            config = parse_config(session.config.source.path, text)
             places = places_for(config, logs)
             shown = {
                 "head": HEAD, "rows": [*further_rows(logs, self.root)],
@@ -79,8 +81,7 @@ class FurtherFiles(Dropped):
         self, session: OpenSession, config: Config, logs: Sequence[FurtherLog],
         left_out: Collection[str],
     ) -> Json:
-        path = config.source.path
-        with_them = parse_config(path, text_with_further(config, logs, _on(config, logs, left_out)))
+        with_them = config_from(with_further(config, logs, _on(config, logs, left_out)))
         averaged = Outcome(session.config, session.rates, session.recordings, (), None)
         before = run_stages(config, session.context, before=averaged)
         after = run_stages(with_them, session.context)
@@ -92,8 +93,8 @@ class FurtherFiles(Dropped):
     @contextmanager
     def kept_in(
         self, session: OpenSession, config: Config, left_out: Collection[str]
-    ) -> Iterator[str]:
-        """The text of ``config`` with the logs, in a folder of their own beside it, while a block
+    ) -> Iterator[YamlSource]:
+        """The file of ``config`` with the logs, in a folder of their own beside it, while a block
         runs it, and for good after that.
 
         Raises
@@ -108,7 +109,7 @@ class FurtherFiles(Dropped):
             moved: Mapping[Path, Path] = {
                 file: target / file.relative_to(self.root) for file in self.files}
             with self.kept_as(target):
-                yield text_with_further(config, logs, _on(config, logs, left_out), moved)
+                yield with_further(config, logs, _on(config, logs, left_out), moved)
 
 
 def _key(place: Place) -> str:

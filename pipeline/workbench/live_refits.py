@@ -16,13 +16,13 @@ from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import ImuLog, Triad
 from pipeline.config.load import load_config
 from pipeline.config.types import STOPPED
+from pipeline.config.yaml_text import YamlSource
 from pipeline.errors import ConfigError
-from pipeline.exclusion import PlacedPose, pose_sections
+from pipeline.exclusion import placed_poses
 from pipeline.report.triad.refit_table import changes_json
 from pipeline.report.triad.refitted import Refitted, refitted_json
 from pipeline.results.json_values import Json
 from pipeline.stages.context import RunContext
-from pipeline.stages.excluded_poses import short_names
 from pipeline.stages.fittable import require_fittable
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.poses import average_recordings
@@ -32,7 +32,7 @@ from pipeline.stages.session_logs import settings_of
 from pipeline.stages.triads import TriadInput, triad_input
 from pipeline.text.formatting import DISPLAY
 from pipeline.workbench.held_out import HeldOut
-from pipeline.workbench.state import Screen, TriadScreen, config_of, recordings_without, text_of
+from pipeline.workbench.state import Screen, TriadScreen, config_of, recordings_without, source_of
 
 MOST_KEPT = 200_000  #: poses in the fits that are kept; about 300 bytes each. Chosen
 T = TypeVar("T")
@@ -59,29 +59,18 @@ class OpenSession:
             (triad, setting.rate): logs[setting].logs for triad in self.config.triads
             for setting in settings_of(self.config, triad) if setting.rate != STOPPED}
         self.recordings = average_recordings(self.config, logs, self.rates)
-        self.sections = {triad: self._sections_of(triad) for triad in self.config.triads}
-
-    def _sections_of(self, triad: Triad) -> dict[str, PlacedPose]:
-        """Name and section of every pose of a triad's fit by its label, in its order."""
-        labels = [mean.label for section in self.config.runs_of(triad)
-                  for mean in self.recordings.of(section).means]
-        return dict(zip(labels, pose_sections(self.config, self.recordings, triad), strict=True))
-
-    def _excluded(self, triad: Triad) -> dict[str, PlacedPose]:
-        """Every pose that the configuration excludes by its label, under its name there."""
-        return {pose.label: (name, number)
-                for number, section in enumerate(self.config.runs_of(triad))
-                for pose in self.recordings.of(section).excluded for name in section.exclude
-                if name in (pose.place + 1, *short_names(pose.label))}
+        placed = {triad: placed_poses(self.config, self.recordings, triad)
+                  for triad in self.config.triads}
+        self.sections = {triad: used for triad, (used, _) in placed.items()}
+        self._excluded = {triad: out for triad, (_, out) in placed.items()}
 
     def turning_logs(self, triad: Triad, rate: str) -> Sequence[ImuLog]:
         """The logs of a triad's poses at a setting of the plate."""
         return self._turning_logs.get((triad, rate), ())
 
-    def text(self, state: Screen) -> str:
+    def source(self, state: Screen) -> YamlSource:
         """The configuration that the screen would write."""
-        return text_of(self.config, state, self.sections,
-                       {triad: self._excluded(triad) for triad in self.sections})
+        return source_of(self.config, state, self.sections, self._excluded)
 
     def added(self, triad: Triad) -> tuple[str, ...]:
         """The added effects of the file's model."""

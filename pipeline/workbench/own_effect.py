@@ -10,7 +10,7 @@ from calib.fit.validation.leave_one_out import compare
 from calib.poses.imu_log import Triad
 from pipeline.config.edit import add_entry, add_item
 from pipeline.config.yaml_syntax import yaml_word
-from pipeline.config.yaml_text import YamlSource, parse_source
+from pipeline.config.yaml_text import YamlSource
 from pipeline.errors import ConfigError
 from pipeline.report.triad.refit_table import judged_effect
 from pipeline.report.triad.refitted import Refitted, refitted_json
@@ -73,8 +73,8 @@ def tried_expression(
     }
 
 
-def with_own_effect(source: YamlSource, effect: Json, triad: Triad) -> str:
-    """The configuration's text with a tried effect, in ``effects`` and in the model.
+def with_own_effect(source: YamlSource, effect: Json, triad: Triad) -> YamlSource:
+    """The configuration's file with a tried effect, in ``effects`` and in the model.
 
     Raises
     ------
@@ -88,8 +88,7 @@ def with_own_effect(source: YamlSource, effect: Json, triad: Triad) -> str:
         defined = _definition(text, str(effect.get("per")), triad)
     except BadExpression as error:
         raise ConfigError(f"{error}.") from error
-    there = parse_source(source.path, add_entry(source, "effects", name, defined))
-    return add_item(there, (triad,), name, BASE)
+    return add_item(add_entry(source, "effects", name, defined), (triad,), name, BASE)
 
 
 def _definition(text: str, per: str, triad: Triad) -> str:

@@ -17,7 +17,7 @@ from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.config.edit import add_item, remove_item
 from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
-from pipeline.config.yaml_text import PathTo, YamlSource, parse_source
+from pipeline.config.yaml_text import PathTo, YamlSource
 from pipeline.errors import ConfigError
 from pipeline.exclusion import PlacedPose, with_exclusions
 from pipeline.model_change import CONSTANT_RATE
@@ -72,11 +72,11 @@ def _texts(value: Sequence[Any]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(value))
 
 
-def text_of(
+def source_of(
     config: Config, state: Screen, poses: Mapping[Triad, PosesByLabel],
     excluded: Mapping[Triad, PosesByLabel],
-) -> str:
-    """The text of the configuration with what the screen shows; comments and order are kept.
+) -> YamlSource:
+    """The file of the configuration with what the screen shows; comments and order are kept.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def text_of(
             raise ConfigError(f"{source.path} has no clip of '{setting}'.")
         model = model_of(now, terms, CONSTANT_RATE)
         source = _with_model(source, ("rate", setting), now, model, CONSTANT_RATE)
-    return source.text
+    return source
 
 
 def model_of(
@@ -126,10 +126,10 @@ def _with_model(
 ) -> YamlSource:
     for name in now:
         if name not in then:
-            source = parse_source(source.path, remove_item(source, section, name))
+            source = remove_item(source, section, name)
     for name in then:
         if name not in now:
-            source = parse_source(source.path, add_item(source, section, name, default))
+            source = add_item(source, section, name, default)
     return source
 
 
@@ -155,12 +155,12 @@ def _by_section(
 def config_of(
     config: Config, state: Screen, poses: Mapping[Triad, PosesByLabel]
 ) -> Config:
-    """The configuration of :func:`text_of`, computed without its text and the plate's terms.
+    """The configuration of :func:`source_of`, computed without its text and the plate's terms.
 
     Raises
     ------
     ConfigError
-        As :func:`text_of`; and effects that no triad has.
+        As :func:`source_of`; and effects that no triad has.
     """
     changed: dict[str, Any] = {}
     for triad, of_triad in state.triads.items():

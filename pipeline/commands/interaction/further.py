@@ -1,25 +1,27 @@
 """Further logs at the terminal: shown, fitted with all others, then written."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-import click
-
-from calib.errors import CalibrationError
-from pipeline.commands.interaction.model_change import Manner, say_change, write_change
+from pipeline.commands.interaction.model_change import (
+    Manner,
+    as_it_stands,
+    say_change,
+    write_change,
+)
 from pipeline.commands.interaction.output import echo_warnings
 from pipeline.commands.interaction.run_with_progress import say_waiting
-from pipeline.config.load import Config, parse_config
+from pipeline.config.load import config_from
 from pipeline.console.further_text import further_lines
 from pipeline.console.run_text import pose_change_lines
-from pipeline.errors import ConfigError, message_of
+from pipeline.errors import ConfigError
 from pipeline.further.logs import Known, further_logs, unused_clips
-from pipeline.further.text import places_for, text_with_further
+from pipeline.further.text import places_for, with_further
 from pipeline.guess.agreement import implausible
 from pipeline.guess.files import is_clip, measured_clips, rates_of_clips
 from pipeline.session_folder import working_on
 from pipeline.stages.context import CACHE_NAME, RunContext
-from pipeline.stages.run import Outcome, average_session
+from pipeline.stages.run import average_session
 
 
 def bring_and_show(
@@ -32,7 +34,7 @@ def bring_and_show(
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
-        before = _as_it_stands(config, run)
+        before = as_it_stands(config, run)
         context = RunContext(folder / CACHE_NAME, allow_python=manner.allow_python)
         rates, recordings = (average_session(config, context) if before is None else
                              (before.rates, before.recordings))
@@ -44,22 +46,13 @@ def bring_and_show(
             [file for file in files if not is_clip(file)], clips)
         places = [place for place in places_for(config, logs)
                   if not triads or place.triad in triads]
-        text = text_with_further(config, logs, places)
+        changed = config_from(with_further(config, logs, places))
         manner.show(further_lines(logs, places, path.absolute().parent))
         echo_warnings(unused_clips(clips, logs))
-        after = run(parse_config(path, text))
+        after = run(changed)
         if fault := implausible(after):
             raise ConfigError(f"{path} was not changed, because with these logs {fault}")
         if before is not None:
             manner.show(pose_change_lines(before, after))
         write_change(config, before, after, folder)
     say_change(after, folder, manner.quiet or before is None)
-
-
-def _as_it_stands(config: Config, run: Callable[[Config], Outcome]) -> Outcome | None:
-    """The session without the new logs; None where its poses do not determine it yet."""
-    try:
-        return run(config)
-    except CalibrationError as error:
-        click.echo(f"As it stands: {message_of(error)}", err=True)
-        return None

@@ -29,7 +29,6 @@ from pipeline.results.history import HISTORY_NAME
 from pipeline.results.inputs import require_own_results
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import CACHE_NAME, RunContext
-from pipeline.stages.poses import Recordings
 from pipeline.stages.run import Outcome, average_session
 from pipeline.text.names import command
 
@@ -103,16 +102,11 @@ def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
-        before: Outcome | None = None
-        try:
-            before = run(config)
-            recordings: Recordings | None = before.recordings
-        except (CalibrationError, UnreadableInput) as error:
-            click.echo(f"As it stands: {message_of(error)}", err=True)
-            recordings = None
-            if not all(section.poses.files for _, section in config.placed_runs()):
-                context = RunContext(folder / CACHE_NAME, allow_python=manner.allow_python)
-                recordings = average_session(config, context)[1]
+        before = as_it_stands(config, run)
+        recordings = None if before is None else before.recordings
+        if before is None and not all(one.poses.files for _, one in config.placed_runs()):
+            context = RunContext(folder / CACHE_NAME, allow_python=manner.allow_python)
+            recordings = average_session(config, context)[1]
         changed, notes = excluding(config, recordings, poses)
         echo_warnings(notes, "note")
         try:
@@ -126,6 +120,15 @@ def exclude_and_show(path: Path, poses: Sequence[str], manner: Manner) -> None:
             manner.show(pose_change_lines(before, after))
         write_change(config, before, after, folder)
     say_change(after, folder, manner.quiet or before is None)
+
+
+def as_it_stands(config: Config, run: Callable[[Config], Outcome]) -> Outcome | None:
+    """A session before it is changed; None where it is refused, which is reported."""
+    try:
+        return run(config)
+    except (CalibrationError, UnreadableInput) as error:
+        click.echo(f"As it stands: {message_of(error)}", err=True)
+        return None
 
 
 def add_until_settled(path: Path, manner: Manner) -> None:

@@ -109,7 +109,6 @@ def test_an_effect_is_written_wherever_the_section_stands(text: str, tmp_path: P
     path = tmp_path / "config.yaml"
     path.write_text(text, encoding="utf-8")
     changed = add_entry(read_source(path), "effects", "new", "{expression: y, unit: '{u}'}")
-    path.write_text(changed, encoding="utf-8")
-    effects = read_source(path).value(("effects",))
+    effects = changed.value(("effects",))
     assert effects["new"] == {"expression": "y", "unit": "{u}"}
     assert ("mine" in effects) == ("mine" in text)

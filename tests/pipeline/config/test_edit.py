@@ -42,8 +42,8 @@ LAYOUTS = {"flow": FLOW, "block": BLOCK, "none": NONE, "flow section": FLOW_SECT
 def edited(text: str, name: str, remove: bool = False) -> str:
     source = parse_source(Path("config.yaml"), text)
     if remove:
-        return remove_item(source, GYRO, name)
-    return add_item(source, GYRO, name, BASE)
+        return remove_item(source, GYRO, name).text
+    return add_item(source, GYRO, name, BASE).text
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -105,5 +105,6 @@ def test_an_empty_list_is_filled_from_the_default() -> None:
 ])
 def test_a_list_of_files_grows_in_its_own_layout(text: str) -> None:
     after = extend_list(parse_source(Path("c.yaml"), text), ("a", "poses"), ["new/y.csv", '"é z"'])
-    assert yaml.safe_load(after) == {"a": {"poses": ["x_*.csv", "new/y.csv", "é z"]}}
-    assert "# kept" in after
+    assert after.values == {"a": {"poses": ["x_*.csv", "new/y.csv", "é z"]}}
+    assert yaml.safe_load(after.text) == after.values
+    assert "# kept" in after.text

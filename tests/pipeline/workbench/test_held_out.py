@@ -40,7 +40,7 @@ def test_the_held_out_error_is_that_of_compare_before_and_after_the_tick(
     for model in ((), ("g_sensitivity",)):
         state = Screen({"accelerometer": TriadScreen(()), "gyroscope": TriadScreen(model)}, {})
         shown.append(session.answer(state, "gyroscope", ())["held_out"])
-        monday.write_text(session.text(state), encoding="utf-8")
+        monday.write_text(session.source(state).text, encoding="utf-8")
         assert pipeline("run", monday) == 0
         capsys.readouterr()
         assert pipeline("compare", monday, tuesday, "--json") == 0

@@ -258,7 +258,7 @@ def test_the_figures_on_the_screen_are_those_of_a_run_with_the_same_effects(
     state = Screen({"accelerometer": TriadScreen(("temperature_bias",)),
                    "gyroscope": TriadScreen(("g_sensitivity", "scale_drift"), out)}, {})
     shown = session.answer(state, "gyroscope", ())
-    text = session.text(state)
+    text = session.source(state).text
     changed = [change["after"].strip() for change in changed_lines(
         load_config(config).source.text, text)]
     assert changed[0] == "model: [bias, scale, misalignment, temperature_bias]"
