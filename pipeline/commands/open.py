@@ -46,9 +46,7 @@ def command(
     if config.is_dir():
         if output is not None:
             raise click.UsageError("--output is for one session; name its configuration.")
-        page = FolderPage(config, lambda path: _workbench(
-            _run(path, allow_python), None, allow_python, beside))
-        serve(page.routes, say_address)
+        serve(FolderPage(config, lambda path: _run(path, allow_python, beside)).routes, say_address)
         return
     if _is_run(config, output, allow_python):
         click.echo(f"{config}: was run, and no file has changed since.")
@@ -82,15 +80,9 @@ def _is_run(path: Path, output: Path | None, allow_python: bool) -> bool:
         return may_run and SessionFiles(path, folder).is_run()
 
 
-def _run(path: Path, allow_python: bool) -> Path:
-    """The configuration, which is run if its results are not those of the present files."""
-    from pipeline.commands.interaction.run_with_progress import run_shown
-    from pipeline.report.page import outputs_of
-    from pipeline.session_folder import require_own_files, working_on, write_session
-
+def _run(path: Path, allow_python: bool, held_out: "HeldOut | None") -> "Workbench":
+    """A session of a folder, which is run if its results are not those of the present files."""
+    workbench = _workbench(path, None, allow_python, held_out)
     if not _is_run(path, None, allow_python):
-        with working_on(path) as (config, folder):
-            require_own_files(folder)
-            write_session(folder, outputs_of(
-                run_shown(config, folder, allow_python, bars=False), folder))
-    return path
+        workbench.run_again()
+    return workbench

@@ -27,7 +27,6 @@ from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from calib.poses.past import past_columns
 from calib.poses.triad_kind import PerKind
 from pipeline.logs.write import LARGEST, csv_rows
-from pipeline.results.fitness import by_untold
 from pipeline.results.read import Stored
 from pipeline.text.plain import cell
 from pipeline.text.untold import untold_notes
@@ -98,7 +97,7 @@ def apply_results(stored: Stored, log: ImuLog, session_clock: bool = False) -> A
         ]
         left_out += _unknown_pasts(log.label, triad.name, triad.correction.model.effects)
         left_out += untold_notes(triad.name, triad.correction.model.effects,
-                                 by_untold(triad.section), session_clock)
+                                 triad.section.error_parts.untold, session_clock)
         correction = triad.correction.sensor_part()
         nominal = correction.spec.nominal(log.readings(triad.name))
         pasts = [past for effect in correction.model.effects for past in effect.pasts]

@@ -18,7 +18,6 @@ from calib.poses.conditions import Conditions
 from calib.poses.imu_log import SI_UNIT, TEMPERATURE, FloatArray
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.logs.columns import MINUS
-from pipeline.results.fitness import by_untold
 from pipeline.results.read import Stored, StoredTriad
 from pipeline.text.plain import one_line
 from pipeline.text.untold import untold_notes
@@ -148,7 +147,7 @@ def lost_effects(
     lost = [one for one in triad.correction.model.effects
             if one.name in names and one.told_by != "bench" and one.acts_on != "noise"]
     notes = untold_notes(triad.name, [one for one in lost if one.told_by == "nothing"],
-                         by_untold(triad.section))
+                         triad.section.error_parts.untold)
     told = [one.name for one in lost if one.told_by != "nothing"]
     if not told:
         return tuple(notes)

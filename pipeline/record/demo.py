@@ -113,9 +113,8 @@ class ObeyedDisplay:
 
     def show(self, view: RecordingView) -> None:
         """Show the view, and take the requested pose."""
-        missing = [i for i in range(len(view.wanted)) if i not in view.covered]
-        if missing:
-            self._sensor.lay(view.wanted[missing[0]], view.block.rate_rad_s or 0.0)
+        if (wanted := view.next_wanted) is not None:
+            self._sensor.lay(wanted, view.block.rate_rad_s or 0.0)
         self._display.show(view)
 
 

@@ -53,6 +53,12 @@ class RecordingView:
     rate_hz: float
     bad: int
 
+    @property
+    def next_wanted(self) -> FloatArray | None:
+        """The first unit vector (3,) of those that are still to be recorded; None without one."""
+        return next((direction for i, direction in enumerate(self.wanted)
+                     if i not in self.covered), None)
+
 
 class RecordingDisplay(Protocol):
     """Output of a recording."""

@@ -86,13 +86,6 @@ def _notes(triad: StoredTriad) -> Iterator[str]:
                f"(1 sd) by that alone.")
 
 
-def by_untold(section: TriadSection) -> dict[str, float | None]:
-    """Expected error by each effect of the model that another log does not tell, rms, SI; empty in
-    results of earlier versions."""
-    parts = None if section.prediction is None else section.prediction.parts
-    return {} if parts is None else parts.untold
-
-
 def parts_of_error(section: TriadSection) -> tuple[float, dict[str, float]]:
     """Parts of the error of a corrected magnitude, root mean squares, SI.
 
@@ -104,8 +97,6 @@ def parts_of_error(section: TriadSection) -> tuple[float, dict[str, float]]:
         By each effect that the poses cannot see, the largest first; empty in results of earlier
         versions.
     """
-    parts = None if section.prediction is None else section.prediction.parts
-    if parts is None:
-        return 0.0, {}
+    parts = section.error_parts
     known = {name: rms for name, rms in parts.unseen.items() if rms is not None}
     return parts.poses or 0.0, dict(sorted(known.items(), key=lambda one: -one[1]))

@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.results.json_values import Json, number, numbers
-from pipeline.results.schema.rate import (
-    CandidateResult,
-    ClipRate,
-    ClockResult,
-    CountedRate,
-    DiagnosisResult,
-    FittedPart,
-    RateResult,
-    RateSds,
-)
+from pipeline.results.schema import rate as schema
 from pipeline.stages.rate import SettingRate
 
 if TYPE_CHECKING:
@@ -27,20 +18,20 @@ if TYPE_CHECKING:
     from vision.rate.measure import RateMeasurement
 
 
-def rate_section(rate: SettingRate) -> RateResult:
+def rate_section(rate: SettingRate) -> schema.RateResult:
     """One plate setting; null for quantities of a clip if the rate is stated."""
     filmed = bool(rate.clips)
     # One clip per pose: the setting's diagnosis is that of the clip its model fits worst.
     worst = max(rate.clips, key=lambda clip: clip.fit.rms_rad, default=None)
     square = [clip.fit.rms_rad**2 for clip in rate.clips]
-    return RateResult.of(
+    return schema.RateResult.of(
         rate,
         direction=rate.plate.direction,
         revolutions=sum(clip.revolutions for clip in rate.clips) if filmed else None,
         frames=sum(clip.frames.used for clip in rate.clips) if filmed else None,
         phase_rms_rad=math.sqrt(sum(square) / len(square)) if filmed else None,
         frame_count=_mean_count([clip.cross_checks.frame_count for clip in rate.clips]),
-        sd_parts=RateSds.of(
+        sd_parts=schema.RateSds.of(
             image_rad_s=rate.image_sd_rad_s if filmed else None,
             timebase_rad_s=rate.timebase_sd_rad_s if filmed else None,
         ),
@@ -80,32 +71,32 @@ def refusal_json(refused: "RateRefused") -> Json:
     }
 
 
-def _clock(rate: SettingRate) -> ClockResult | None:
+def _clock(rate: SettingRate) -> schema.ClockResult | None:
     """The measured clock of the camera, where the clips were filmed with one."""
     base = rate.timebase
     if base is None or not base.camera:
         return None
-    return ClockResult(camera=base.camera, fast_ppm=base.fast_ppm, sd_ppm=base.ppm)
+    return schema.ClockResult(camera=base.camera, fast_ppm=base.fast_ppm, sd_ppm=base.ppm)
 
 
-def _mean_count(counts: "Sequence[FrameCount | None]") -> CountedRate | None:
+def _mean_count(counts: "Sequence[FrameCount | None]") -> schema.CountedRate | None:
     counted = [(count.rate_rad_s, count.sd_rad_s) for count in counts if count is not None]
     if not counted:
         return None
     rate, sd = np.array(counted).T
-    return CountedRate.of(rate_rad_s=rate.mean(), sd_rad_s=np.linalg.norm(sd) / len(sd))
+    return schema.CountedRate.of(rate_rad_s=rate.mean(), sd_rad_s=np.linalg.norm(sd) / len(sd))
 
 
-def _clip(source: str, clip: "RateMeasurement") -> ClipRate:
-    return ClipRate.of(
+def _clip(source: str, clip: "RateMeasurement") -> schema.ClipRate:
+    return schema.ClipRate.of(
         clip,
         clip=source,
         frames=clip.frames.used,
         phase_rms_rad=clip.fit.rms_rad,
         frame_count=_mean_count([clip.cross_checks.frame_count]),
-        sd_parts=RateSds.of(clip.uncertainty),
+        sd_parts=schema.RateSds.of(clip.uncertainty),
         model=clip.fit.model,
-        terms={term.name: FittedPart.of(term, values=term.value) for term in clip.fit.terms},
+        terms={term.name: schema.FittedPart.of(term, values=term.value) for term in clip.fit.terms},
         aliases_rad_s=clip.aliases.rates_rad_s,
         alias_choice=clip.aliases.reason,
         lost_frames=clip.frames.dropped,
@@ -114,12 +105,12 @@ def _clip(source: str, clip: "RateMeasurement") -> ClipRate:
     )
 
 
-def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> DiagnosisResult:
+def _phase_diagnosis(diagnosis: "PhaseDiagnosis") -> schema.DiagnosisResult:
     ranking = [  # leaving a revolution out tests nothing: its neighbours determine it
-        CandidateResult.of(one, rms_after=one.rms_after_rad, loo_after=None)
+        schema.CandidateResult.of(one, rms_after=one.rms_after_rad, loo_after=None)
         for one in diagnosis.ranking]
     whole = " ".join(filter(None, (diagnosis.explanation, diagnosis.together)))
-    return DiagnosisResult.of(diagnosis, says=whole, ranking=ranking)
+    return schema.DiagnosisResult.of(diagnosis, says=whole, ranking=ranking)
 
 
 ANGLES_HEAD = "frame,time_s,angle_rad,residual_rad,used"

@@ -22,7 +22,7 @@ from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
 from pipeline.served.serve import answering, beside, events, script, scripts, template
-from pipeline.session_folder import working_on, write_session
+from pipeline.session_folder import require_own_files, working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
 from pipeline.workbench.clip_player import ClipPlayer
@@ -112,7 +112,7 @@ class Workbench:
         return _SCRIPT.sub(lambda _: f"{tools}\n{elements}", text).replace(
             "<html ", f'<html class="served" {stamps} ', 1)
 
-    def run_again(self, _: Json) -> Json:
+    def run_again(self) -> Json:
         """Run the configuration as it is in its file, for a page whose files were changed.
 
         Raises
@@ -121,6 +121,7 @@ class Workbench:
             The run refuses it; nothing is written.
         """
         with working_on(self.path, self.output) as (config, folder):
+            require_own_files(folder)
             write_session(folder, outputs_of(self.run(config, folder), folder))
         return {}
 
@@ -204,7 +205,7 @@ def routes_of(workbench: Workbench) -> list[BaseRoute]:
         Route("/columns/{triad}", columns), events(news, LOOK_S, settles=True),
         answering("/refit", partial(_refit, workbench)), answering("/write", workbench.write),
         answering("/expression", partial(_tried, workbench)),
-        answering("/run", workbench.run_again),
+        answering("/run", lambda _: workbench.run_again()),
         answering("/further", workbench.bring), *workbench.further.routes,
     ]
 

@@ -105,8 +105,7 @@ class RecordingPage:
 
 def view_json(view: RecordingView) -> Json:
     """One moment of a recording; ``next`` is the next attitude with its drawing."""
-    status = view.status
-    missing = [i for i in range(len(view.wanted)) if i not in view.covered]
+    status, wanted = view.status, view.next_wanted
     return {
         "plate": view.block.rate, "phase": status.phase, "message": status.message,
         "up": status.direction, "progress": status.progress,
@@ -114,9 +113,8 @@ def view_json(view: RecordingView) -> Json:
         "rate_hz": view.rate_hz, "damaged": view.bad,
         "directions": [{"name": direction_name(each), "recorded": i in view.covered}
                        for i, each in enumerate(view.wanted)],
-        "next": None if not missing else {
-            "name": direction_name(view.wanted[missing[0]]),
-            "drawing": pose_svg(view.wanted[missing[0]])},
+        "next": None if wanted is None else {
+            "name": direction_name(wanted), "drawing": pose_svg(wanted)},
     }
 
 

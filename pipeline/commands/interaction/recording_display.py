@@ -114,8 +114,7 @@ def panel(view: "RecordingView", traces: "FloatArray") -> "Table":
     from calib.poses.attitudes import direction_name
     from pipeline.drawings.sheet import box_text
 
-    status, reading = view.status, view.status.reading
-    missing = [i for i in range(len(view.wanted)) if i not in view.covered]
+    status, reading, wanted = view.status, view.status.reading, view.next_wanted
     table = Table.grid(padding=(0, 2))
     colour = MARK[status.phase]
     bar = "█" * round(status.progress * BAR)
@@ -136,10 +135,10 @@ def panel(view: "RecordingView", traces: "FloatArray") -> "Table":
         names.add_row(*poses[first : first + NAMES])
     table.add_row(f"{len(view.covered)}/{len(view.wanted)}", names)
     table.add_row("line", f"{view.rate_hz:.1f} samples/s, {view.bad} damaged")
-    if not missing:
+    if wanted is None:
         return table
-    box = Text("\n".join(box_text(view.wanted[missing[0]])), style="bold")
-    box.append(f"\nlay: {direction_name(view.wanted[missing[0]])}", style="cyan")
+    box = Text("\n".join(box_text(wanted)), style="bold")
+    box.append(f"\nlay: {direction_name(wanted)}", style="cyan")
     beside = Table.grid(padding=(0, 2))
     beside.add_row(box, table)
     return beside

@@ -218,6 +218,12 @@ class TriadSection(Part):
     diagnosis: TriadDiagnosis = means("what the model misses")
     correction: CorrectionResult = means("what `apply` and `export` need")
 
+    @property
+    def error_parts(self) -> PredictionParts:
+        """What the expected error is made of; nothing is known in results of earlier versions."""
+        parts = None if self.prediction is None else self.prediction.parts
+        return parts or PredictionParts(poses=None, unseen={}, open=None)
+
     @model_validator(mode="after")
     def _is_possible(self) -> "TriadSection":
         if min(map(abs, self.parameters.scale_counts_per_unit)) < SMALLEST_SCALE:
