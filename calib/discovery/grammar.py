@@ -1,6 +1,6 @@
 """The grammar of formulas: a factor that errs, times a function of logged columns.
 
-    error_k = c · F_k · φ(x),    F in 1, s, s_j, |s|, s², s³, s_i s_j, f_j, Ω, p, vibration
+    error_k = c · F_k · φ(x),    F in 1, s, s_j, |s|, s², s³, s_i s_j, f_j, s f, Ω, p, vibration
 
 with φ of :mod:`calib.discovery.functions`; and the response of an axis itself, φ(s_k), with a
 number in it. Each is an expression of :mod:`calib.effects.expression` whose unit follows by
@@ -25,8 +25,8 @@ from calib.poses.conditions import RUN_COLUMN
 from calib.poses.imu_log import SI_UNIT, Triad
 from calib.poses.pose_set import PoseSet
 
-Factor = Literal["bias", "gain", "cross", "size", "square", "cube", "others", "force", "rate",
-                 "memory", "vibration"]
+Factor = Literal["bias", "gain", "cross", "size", "square", "cube", "others", "force",
+                 "gain_by_force", "rate", "memory", "vibration"]
 
 FACTORS: dict[Factor, tuple[str, str, int]] = {
     "bias": ("", "the bias", 0),
@@ -37,6 +37,8 @@ FACTORS: dict[Factor, tuple[str, str, int]] = {
     "cube": ("s**3", "an error in proportion to the cube of the reading", 2),
     "others": ("others", "an error in proportion to the product of the other two axes", 2),
     "force": ("f", "the sensitivity to gravity", 2),
+    "gain_by_force": ("s * f", "an error in proportion to the reading times the force",
+                      2),
     "rate": ("spin_rad_s", "an error in proportion to the rate of the plate", 2),
     "memory": ("p", "the memory of the pose before", 2),
     "vibration": ("vibration", "an error in proportion to the vibration", 2),
@@ -191,7 +193,7 @@ def known_factors(poses: PoseSet) -> Iterator[tuple[Factor, Per]]:
     """Factors and their parameters' axes, as far as these poses contain the quantities needed."""
     at = poses.conditions(poses.reading)
     for factor, (text, _, _) in FACTORS.items():
-        if factor == "force" and poses.triad == "accelerometer":
+        if "force" in factor and poses.triad == "accelerometer":
             continue  # gravity is its own measurand
         if factor == "rate" and not np.ptp(poses.spin_rad_s) > 0:
             continue

@@ -74,7 +74,8 @@ def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]
             continue
         last = [[*equal][-1] for _, equal in groupby(steps_of, key=itemgetter(1))]
         unit, factor = DISPLAY[triad]
-        tables[triad] = [("when", "model", f"RMS [{unit}]", "leave-one-out", "chi²/dof", "verdict")]
+        tables[triad] = [("when", "model", f"RMS [{unit}]", "leave-one-out", "chi²/dof", "dof",
+                          "verdict")]
         tables[triad] += [
             (
                 step.when[:16].replace("T", " "),
@@ -82,6 +83,7 @@ def history_rows(steps: Sequence[HistoryLine]) -> dict[str, list[tuple[str, ...]
                 f"{result.residual_rms * factor:.4g}",
                 f"{result.loo_rms * factor:.4g}",
                 f"{result.chi2 / result.dof:.2f}",
+                str(result.dof),
                 result.verdict,
             )
             for step, result in last

@@ -18,7 +18,7 @@ every question, so that memory does not grow with the number of sessions.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import fdtrc
@@ -76,8 +76,8 @@ class PooledEffect:
     evidence: PooledTrial
     alternatives: tuple[str, ...]
     sizes: tuple[RandomEffects | None, ...]
-    size: FloatArray
-    sd: FloatArray
+    size: FloatArray = field(repr=False)
+    sd: FloatArray = field(repr=False)
 
     @property
     def name(self) -> str:
@@ -92,9 +92,9 @@ class Pool:
     ``candidates`` are all of them, as the lot shows them before anything is named.
     """
 
-    sensors: tuple[str, ...]
+    sensors: tuple[str, ...] = field(repr=False)
     effects: tuple[PooledEffect, ...]
-    candidates: tuple[PooledTrial, ...]
+    candidates: tuple[PooledTrial, ...] = field(repr=False)
 
 
 def pool(blocks: Blocks) -> Pool:

@@ -259,7 +259,7 @@ def _noise(case: Case) -> Explanation:
 def _instead_of_noise(case: Case) -> str:
     """Alternatives to the noise that is named, with odds."""
     lead = case.verdict.name or "noise"
-    itself = (lead, "noise") if lead in SHAPELESS else (lead,)
+    itself = {lead, *case.verdict.group, *(["noise"] if lead in SHAPELESS else [])}
     words = [_with_odds(case, each) for each in case.verdict.beside if each.name not in itself]
     return f"It may be {enumeration(words, 'or')} instead, or beside it. " if words else ""
 

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnose import diagnose
+from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.courses import scattering_rates
+from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.explain import explain
+from calib.diagnosis.verdict.ranking import rank
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -60,3 +65,14 @@ def test_an_effect_that_shows_by_its_shape_is_named_where_the_noise_is_less_than
     found = diagnose(base)
     assert base.chi2 < base.dof
     assert (found.verdict, found.name) == ("effect", "bias_drift"), found.text
+
+
+def test_a_noise_that_looks_the_same_is_not_told_once_more_with_odds() -> None:
+    base = fit(noisy(rich_poses("gyroscope"), 1), Model.of(BASE))
+    plate = Inclusion("rate_scatter", ("rate_scatter",), 0.995, "drawn")
+    several = Inclusion("quadratic", ("quadratic", "asymmetry"), 0.6, "listed")
+    verdict = Verdict(Code.NOISE, "extra_noise", group=("extra_noise", "rate_scatter"),
+                      beside=(plate, several))
+    said = explain(base, verdict, rank(find(base).posterior), 1e-9, None)
+    assert "'rate_scatter' looks the same" in said.text
+    assert "It may be one of 'quadratic' and 'asymmetry' (6 in 10) instead" in said.text

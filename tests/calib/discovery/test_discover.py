@@ -144,6 +144,15 @@ def test_a_formula_says_what_errs_and_what_it_follows() -> None:
     assert found.left_out_after < 1.2 < 5 < found.left_out_before
 
 
+def test_a_gain_that_follows_the_force_along_its_axis_is_no_function_of_the_clock() -> None:
+    true = rich_poses("gyroscope", 8)
+    hidden = 5e-5 * true.reading * true.force * np.array([1.0, -0.8, 0.7])
+    found = discover(fit(noisy(replace(true, reading=true.reading + hidden), 8), Model.of(BASE)))
+    assert found is not None
+    assert found.formula.expression == "s * f"
+    assert found.left_out_after < 1.3 < 2 < found.left_out_before
+
+
 def test_every_formula_is_an_effect_of_its_own() -> None:
     poses, _ = poses_of("hand", 5, more=with_bench_columns)
     every = formulas(poses, tuple(poses.columns))

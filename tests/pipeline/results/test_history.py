@@ -49,6 +49,8 @@ def test_the_table_is_a_staircase_and_shows_equal_runs_once(
     assert len(read_history(tmp_path)) == 3
     titles, *rows = history_rows(read_history(tmp_path))["accelerometer"]
     assert titles[:3] == ("when", "model", "RMS [mm/s²]")
+    assert titles[-2] == "dof"  # tells runs of one model by their poses
+    assert [row[-2] for row in rows] == ["9", "9"]
     assert [row[:3] for row in rows] == [
         ("2026-05-01 12:00", "base", "9"),
         ("2026-05-01 12:00", "base + quadratic", "0.5"),
