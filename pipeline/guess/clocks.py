@@ -58,7 +58,7 @@ class ClockGuess:
 
 
 def guess_clock(
-    columns: Mapping[str, FloatArray], stated_hz: float | None, file_hz: float | None, si: bool
+    columns: Mapping[str, FloatArray], stated_hz: float | None, file_hz: float | None
 ) -> ClockGuess:
     """The clock of ``columns``; the user states ``stated_hz``, the file's head ``file_hz``."""
     rows = len(next(iter(columns.values())))
@@ -76,8 +76,7 @@ def guess_clock(
             step = np.diff(ticks)
             unit, because, doubt = _unit(name, ticks)
             if unit is not None and (step > 0).all():
-                seconds = SECONDS_PER["s" if si else unit]
-                return ClockGuess(name, "s" if si else unit, None, ticks * seconds, because,
+                return ClockGuess(name, unit, None, ticks * SECONDS_PER[unit], because,
                                   "; ".join(filter(None, [doubt, *continued])))
             if unit is not None and read_name(name).quantity == "time" and (step > 0).any():
                 ticking = int((step > 0).sum())

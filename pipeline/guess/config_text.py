@@ -28,12 +28,11 @@ WIDTH = 96  #: largest width of a list of names on one line
 class Choices:
     """Input beside the files: the site stated by the user, and the results of the check.
 
-    ``site`` is the text of the section, None if the site is unknown. ``models`` are smaller models
-    that the poses determine; ``left_out`` gives the reason why a triad is not calibrated.
+    ``site`` is the text of the section, None if the site is unknown; ``left_out`` gives the reason
+    why a triad is not calibrated.
     """
 
     site: str | None = None
-    models: Mapping[str, Sequence[str]] = field(default_factory=dict)
     left_out: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -106,7 +105,7 @@ def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[
     poses = (["  runs:", *_run(source, folder)] if source.leans else
              ["  poses:", *_poses(source, folder, "    ")])
     return ["", "accelerometer:", *poses,
-            f"  model: [{', '.join(choices.models.get('accelerometer', BASE))}]"]
+            f"  model: [{', '.join(BASE)}]"]
 
 
 def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
@@ -118,7 +117,7 @@ def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]
     if reason := choices.left_out.get("gyroscope"):
         return ["", f"# gyroscope: left out, since {_comment(reason)}"]
     turning = any(source.rate != STOPPED for source in able)
-    model = choices.models.get("gyroscope", BASE if turning else ("bias",))
+    model = BASE if turning else ("bias",)
     lines = ["", "gyroscope:", "  runs:"]
     for source in able:
         lines += _run(source, folder)

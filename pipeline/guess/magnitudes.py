@@ -34,8 +34,10 @@ COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (250.0, 500.0, 1000.0, 200
 """Facts: 16 bits over ±250, 500, 1000 and 2000 °/s."""
 OFFSET_COUNTS_PER_DEG_S = tuple(CODES / 2 / full for full in (150.0, 300.0, 1200.0))
 """Facts: MTi with 16 bits over ±150, 300 and 1200 °/s."""
-USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, 114.286, 57.143, 28.571, 14.286)
-"""Facts: those, and for ST's parts 8.75, 17.5, 35 and 70 m°/s per count."""
+ST_SHARE = 1000 / 8.75 / COUNTS_PER_DEG_S[0]
+"""Fact: share of these counts in parts of ST's, whose ±250 °/s are 8.75 m°/s per count."""
+USUAL_COUNTS_PER_DEG_S = (*COUNTS_PER_DEG_S, *(ST_SHARE * size for size in COUNTS_PER_DEG_S))
+"""Facts: those, and those of ST's parts."""
 RATE_UNITS = {unit: UNITS[unit][1] for unit in get_args(RateUnit)}  #: fact: rad/s per unit
 UNITS_PER_DEG_S = {unit: math.radians(1) / size for unit, size in RATE_UNITS.items()}  #: facts
 NEAR_RANGE = math.log(1.1)

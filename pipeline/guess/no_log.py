@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
 
+import numpy as np
+
 from calib.poses.imu_log import AXES
 from pipeline.logs.dialect import delimiter_of, split_cells
 from pipeline.logs.formats.file_table import FileTable
@@ -48,8 +50,9 @@ NOT_LINES_OF_NUMBERS = (
 FACTOR = re.compile(r"\s*(\d+\.?\d*[eE][+-]\d+)\s*\*\s*")
 """A factor above a matrix, as MATLAB shows one: ``1.0e+03 *``."""
 LONGEST_SHOWN = 60  #: letters of a line in a message; of text
-BYTE = re.compile(r"(.*?)[ _.]?(h|l|hi|lo|high|low|msb|lsb)", re.IGNORECASE)
-"""Name of a column with one byte of a number: ``AXH``, ``acc_x_lsb``."""
+FEWEST_CARRIES = 3
+"""Least number of rows in which one of two columns of 0 to 255 overflows and the other counts that:
+two bytes of one number. A judgement: a sensor of eight bits does so by chance once in 256."""
 
 
 def fault_of_lines(lines: Sequence[str]) -> str:
@@ -121,14 +124,23 @@ def fault_of_rows(text: LogText) -> str:
                 f"Transpose it to a row for each sample, for example in Python: `pandas.read_csv("
                 f"{text.path.name!r}, header=None, index_col=0).T.to_csv('samples.csv', "
                 f"index=False)`")
-    parts = [BYTE.fullmatch(name) for name in text.names]
-    pairs = [one[1] for one, other in pairwise(parts)
-             if one and other and one[1] == other[1] and one[2][0].lower() != other[2][0].lower()]
-    if len(pairs) >= len(AXES):
-        return (f"{', '.join(pairs)} stand in two columns each, a high and a low byte. Write them "
-                f"as one number, 256 times the high byte plus the low one, and 65536 less from "
-                f"32768 on")
-    return ""
+    columns = zip(*(row for row in rows if len(row) == len(text.names)), strict=True)
+    pair = next((names for names, cells in zip(pairwise(text.names), pairwise(columns), strict=True)
+                 if _are_bytes(*cells)), None)
+    return "" if pair is None else (
+        f"{pair[0]} and {pair[1]} are the high and the low byte of one number, and others may be "
+        f"too. Write each pair as one number, 256 times the high byte plus the low one, and 65536 "
+        f"less from 32768 on")
+
+
+def _are_bytes(one: Sequence[str], other: Sequence[str]) -> bool:
+    """Whether two columns are the bytes of one number, in either order."""
+    values = [pair for pair in zip(one, other, strict=True) if all(map(str.isdigit, pair))]
+    steps = np.diff(np.array([*values, (0, 0)], float), axis=0)[:-1].T
+    carries = [(np.abs(low) > 128, (high + np.sign(low)) % 256 == 0)
+               for high, low in (steps, steps[::-1]) if np.abs(steps).max(initial=0) < 256]
+    return any((over & counted).sum() > max(FEWEST_CARRIES - 1, over.sum() / 2)
+               for over, counted in carries)
 
 
 def _one_value_a_row(lines: Sequence[str]) -> str:

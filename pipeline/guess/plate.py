@@ -22,7 +22,7 @@ from pipeline.guess.magnitudes import (
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
     RECORD_RPM,
-    RPM_TOLERANCE,
+    ST_SHARE,
     USUAL_COUNTS_PER_DEG_S,
     near_scales,
     record_rpm,
@@ -96,12 +96,13 @@ def settle_scale(
     tables : sequence of TableGuess
     clips : sequence of MeasuredClip
     stated_per_deg : float or None
-        Units per °/s, stated by the user.
+        Units per °/s, stated by the user; those of a range are 13 % fewer in ST's parts.
     """
     if stated_per_deg is not None:
-        every = [replace(table, gyroscope=replace(table.gyroscope, choices=(stated_per_deg,)))
-                 if table.gyroscope else table for table in tables]
-        return _settled(every, stated_per_deg, "as it is stated")
+        stated = (stated_per_deg, *(ST_SHARE * per_deg for per_deg in (stated_per_deg,)
+                                    if not rate_unit(per_deg)))
+        tables = [replace(table, gyroscope=replace(table.gyroscope, choices=stated))
+                  if table.gyroscope else table for table in tables]
     undecided = [table for table in tables if table.gyroscope and table.gyroscope.choices]
     if not undecided:
         return [*tables], ()
@@ -125,32 +126,31 @@ def settle_scale(
                 f"between the rests gravity then turns as far as in the accelerometer "
                 f"(correlation {turn.agreement:.2f})"))
     turning = _turning(undecided)
-    if not turning:
-        return [*tables], tuple(ScaleChoice(per_deg, None) for per_deg in gyroscope.choices)
     # Lengths are in rad/s at the first scale; at another they are multiplied by the ratio.
     first = math.radians(1) / gyroscope.si_per_unit
     lengths = np.array([_plate_rad_s(table) for table in turning])
-    usual = (gyroscope.choices if gyroscope.encoding in ("", OFFSET_BINARY)
-             else (*USUAL_COUNTS_PER_DEG_S, *gyroscope.choices))
-    for factors, because in _known_factors(turning, lengths, clips):
+    usual = gyroscope.choices if stated_per_deg or gyroscope.encoding in ("", OFFSET_BINARY) else (
+        *gyroscope.choices, *USUAL_COUNTS_PER_DEG_S[len(COUNTS_PER_DEG_S):])
+    for factors, because, may_be_unusual in (
+            _known_factors(turning, lengths, clips) if turning else ()):
         near = [(abs(math.log(first / factor / scale)), scale) for factor in factors
                 for scale in near_scales(first / factor, usual)]
-        return _settled(
-            tables, min(near)[1] if near else float(f"{first / factors[0]:.3g}"), because)
-    rates_of = [(per_deg, lengths * first / per_deg) for per_deg in gyroscope.choices]
-    at_speed = [(per_deg, rates) for per_deg, rates in rates_of if all(map(record_rpm, rates))]
-    called = [(per_deg, rates) for per_deg, rates in at_speed
-              if abs(np.median(rates) / RECORD_RPM[1] / RPM - 1) < RPM_TOLERANCE
-              and all(CALLED_33.search("/".join(table.path.parts[-2:])) for table in turning)]
-    if len(called or at_speed) == 1:
-        per_deg, rates = (called or at_speed)[0]
+        if near or (may_be_unusual and not stated_per_deg):
+            return _settled(
+                tables, min(near)[1] if near else float(f"{first / factors[0]:.3g}"), because)
+    rates_of = [(per_deg, lengths * first / per_deg) for per_deg in usual]
+    at_speed = [(per_deg, rates) for per_deg, rates in rates_of
+                if turning and all(map(record_rpm, rates))]
+    if len(at_speed) == 1:
+        (per_deg, rates), = at_speed
         return _settled(tables, per_deg, (
-            f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, "
-            + ("as the files are called" if called else
-               "and no other range makes a speed of record players")))
+            f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
+            f"range makes a speed of record players"))
+    if stated_per_deg is not None:
+        return _settled(tables, stated_per_deg, "as it is stated")
     return [*tables], tuple(
-        ScaleChoice(per_deg, nominal_rpm(float(np.median(rates))))
-        for per_deg, rates in at_speed or rates_of)
+        ScaleChoice(per_deg, nominal_rpm(float(np.median(rates))) if turning else None)
+        for per_deg, rates in at_speed or rates_of[: len(gyroscope.choices)])
 
 
 def clocked_by_plate(tables: Sequence[TableGuess]) -> list[TableGuess]:
@@ -179,8 +179,9 @@ def _plate_rad_s(table: TableGuess) -> float:
 
 def _known_factors(
     tables: Sequence[TableGuess], lengths: FloatArray, clips: Sequence[MeasuredClip]
-) -> Iterator[tuple[FloatArray, str]]:
-    """Ratios of the true rates to the gyroscope's, with their origin, the best evidence first."""
+) -> Iterator[tuple[FloatArray, str, bool]]:
+    """Ratios of the true rates to the gyroscope's, with their origin, the best evidence first, and
+    whether it shows an unusual range too."""
     speeds = np.array(sorted({*speeds_of(list(lengths))}))
     rates = np.array([abs(clip.rate_rad_s) for clip in clips])
     every = (rates[:, None] / speeds).ravel()
@@ -188,17 +189,19 @@ def _known_factors(
         np.abs(np.log(rate / (speeds * factor))).min() < NEAR_CLIP for rate in rates)]
     if shown:
         rpm = ", ".join(f"{rate / RPM:.4g}" for rate in rates)
-        yield np.array(shown), f"the plate turns at {rpm} rpm in the clip"
+        yield np.array(shown), f"the plate turns at {rpm} rpm in the clip", True
     if (shown_by := _rate_by_gravity(tables, lengths)) is not None:
         rate, measured = shown_by
         yield np.array([rate / measured]), (
-            f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer")
+            f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer"), True
     named = [match and nominal_rpm(float(match.group(1).replace(",", ".")) * RPM) * RPM
               for table in tables for match in [CALLED_RPM.search(str(table.path))]]
     if all(named):
         factors = np.array(named, float) / lengths
         if float(np.ptp(np.log(factors))) < NEAR_CLIP:
-            yield np.array([np.median(factors)]), "as the speed by which the files are called"
+            yield np.array([np.median(factors)]), "as the speed by which the files are called", True
+    if all(CALLED_33.search("/".join(table.path.parts[-2:])) for table in tables):
+        yield np.array([RECORD_RPM[1] * RPM / np.median(lengths)]), "as the files are called", False
 
 
 def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:

@@ -10,7 +10,7 @@ import numpy as np
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.guess.no_log import fault_of_columns, fault_of_lines, fault_of_rows, why_no_table
-from pipeline.logs.columns import SECONDS_PER, TimeUnit, bare
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, bare, our_name
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import kind_of, split_member
 from pipeline.logs.head import find_head
@@ -25,6 +25,8 @@ STATED_RATE = re.compile(
     r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)|\bat ([0-9.]+) ?hz\b", re.IGNORECASE)
 
 
+IN_SI = {**dict.fromkeys(ACCELEROMETER, " (m/s^2)"), **dict.fromkeys(GYROSCOPE, " (rad/s)")}
+"""Units behind our names of columns, of formats that state them."""
 STATED_PERIOD = re.compile(
     r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
 
@@ -41,8 +43,6 @@ class RawTable:
         Numeric columns by their names in the file; by position from 1 if it has no header.
     positions : tuple of str
         The names of all columns, empty for columns of text; only for files without a header.
-    si : bool
-        The format states its units; the names are ours.
     rate_hz : float or None
         A sample rate that the file states.
     header : tuple of str
@@ -54,7 +54,6 @@ class RawTable:
     path: Path
     columns: Mapping[str, FloatArray]
     positions: tuple[str, ...] = ()
-    si: bool = False
     rate_hz: float | None = None
     header: tuple[str, ...] = ()
     lost: int = 0
@@ -75,7 +74,7 @@ def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
     """
     file, _ = split_member(path)
     kind = kind_of(file)
-    si = kind is not None and kind.si
+    units = IN_SI if kind and kind.si else {}
     tables = tables_in(path)
     faults = [fault_of_columns(table) for table in tables if isinstance(table, FileTable)]
     if faults and all(faults):
@@ -87,8 +86,8 @@ def raw_tables(path: Path, beside: Sequence[Path] = ()) -> list[RawTable]:
         if isinstance(table, TextTable):
             read.append(_table_of_lines(place, table.lines, several, beside))
         elif table.columns and not fault_of_columns(table):
-            read.append(RawTable(place if several else file, table.columns, si=si,
-                                 header=tuple(table.columns)))
+            columns = {name + units.get(name, ""): values for name, values in table.columns.items()}
+            read.append(RawTable(place if several else file, columns, header=tuple(columns)))
     return [table for table in read if table is not None]
 
 
@@ -96,15 +95,15 @@ def _table_of_lines(
     path: Path, lines: list[str], one_of_many: bool, beside: Sequence[Path]
 ) -> RawTable | None:
     """The table of a text; None if it is one of many and has no rows."""
-    fault = fault_of_lines(lines)
-    text = None if fault else raw_text(path, lines)
-    if text is None and not fault and one_of_many:
-        return None
-    if not fault and text is None:
-        raise NoReadings(f"{path}: {why_no_table(lines, beside)}.")
-    if text is None or (fault := fault or fault_of_rows(text)):
-        raise UnreadableInput(f"{path}: {fault}.")
-    return _text_table(text)
+    if not (fault := fault_of_lines(lines)):
+        text = raw_text(path, lines)
+        if text is None and one_of_many:
+            return None
+        if text is None:
+            raise NoReadings(f"{path}: {why_no_table(lines, beside)}.")
+        if not (fault := fault_of_rows(text)):
+            return _text_table(text)
+    raise UnreadableInput(f"{path}: {fault}.")
 
 
 def _continued(values: FloatArray) -> FloatArray:
@@ -130,15 +129,13 @@ def _text_table(text: LogText) -> RawTable:
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1) or stated.group(2)) if stated else None)
     if rate_hz is None and (period := STATED_PERIOD.search(above)):
-        unit: TimeUnit = "us" if period[2] == "us" else "ms" if period[2] == "ms" else "s"
-        rate_hz = 1 / (float(period[1]) * SECONDS_PER[unit])
+        rate_hz = 1 / (float(period[1]) * our_name(f"time_{period[2]}")[1])
     lost, columns = columns_of_text(text)
-    if columns:
-        rows = _rows_of_sensors(columns)
-        columns = {name: _continued(values)[rows] for name, values in columns.items()}
-    else:
+    if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row. A row of "
                               f"readings is expected there: delete what is none.")
+    rows = _rows_of_sensors(columns)
+    columns = {name: _continued(values)[rows] for name, values in columns.items()}
     without_header = all(name.isdecimal() for name in columns)
     positions = tuple(name if name in columns else "" for name in text.names)
     names = find_head(text.lines).names or ()

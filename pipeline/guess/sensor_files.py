@@ -64,7 +64,7 @@ def sensors_of_files(tables: Sequence[RawTable], clocks: Sequence[ClockGuess]) -
     hints = [hint_of(table.path) or (
         hint_of(table.path.parent) if len(table.columns) <= ALONE else "") for table in tables]
     able = [i for i, hint in enumerate(hints)
-            if hint in ("", "acc") and not tables[i].si and clocks[i].is_known]
+            if hint in ("", "acc") and clocks[i].is_known]
     together = {i: [j for j in able if clocks[i].overlaps(clocks[j])] for i in able}
     for i, j in permutations(able, 2):
         if (j in together[i] and len(together[i]) <= MOST_SENSORS and not hints[i]

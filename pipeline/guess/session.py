@@ -12,6 +12,7 @@ from calib.poses.averaging.average_pose import average_pose
 from calib.poses.imu_log import AXES, TRIADS, Triad
 from calib.poses.runs.ring import LEAST_TILT_RAD
 from pipeline.config.types import STOPPED
+from pipeline.guess.files import NUMBER
 from pipeline.guess.magnitudes import record_rpm, sample_noise_sd
 from pipeline.guess.plate import (
     SI,
@@ -174,14 +175,14 @@ def _source(
 def _doubts_of_tables(
     tables: Sequence[TableGuess], beside: Mapping[TableGuess, TableGuess]
 ) -> list[str]:
-    """The doubts about the tables, each reported once with its number of files; a gyroscope in a
-    table ``beside`` is not missed."""
-    names: dict[str, list[str]] = {}
+    """The doubts about the tables, each reported once with its number of files, whatever its
+    numbers; a gyroscope in a table ``beside`` is not missed."""
+    alike: dict[str, list[str]] = {}
     for table in tables:
         for doubt in (*table.doubts, *(() if table in beside else table.misses)):
-            names.setdefault(doubt, []).append(table.path.name)
-    return [f"{files[0]}{f' and {len(files) - 1} more' if files[1:] else ''}: {doubt}"
-            for doubt, files in names.items()]
+            alike.setdefault(NUMBER.sub("", doubt), [table.path.name, doubt]).append("")
+    return [f"{file}{f' and {len(more) - 1} more' if more[1:] else ''}: {doubt}"
+            for file, doubt, *more in alike.values()]
 
 
 def _layout(tables: Sequence[TableGuess]) -> Layout:

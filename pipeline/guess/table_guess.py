@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
-from pipeline.config.units import UNIT_WORDS
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock, without_repeats
 from pipeline.guess.pool import are_apart, pooled, usual_step
@@ -188,7 +187,7 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
         The sample rate, stated by the user.
     """
     tables = [replace(table, columns=without_repeats(table.columns)) for table in tables]
-    clocks = [guess_clock(table.columns, rate_hz, table.rate_hz, table.si) for table in tables]
+    clocks = [guess_clock(table.columns, rate_hz, table.rate_hz) for table in tables]
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}
     for i, (table, hint, name) in enumerate(
@@ -206,23 +205,20 @@ def _guess_group(
     tables: Sequence[RawTable], clocks: list[ClockGuess], hint: str
 ) -> list[TableGuess | None]:
     """Guesses of tables with the same columns; ``hint`` is the sensor by the files' names."""
-    if hint == "else" and not tables[0].si:
+    if hint == "else":
         return [None] * len(tables)
-    if tables[0].si:
-        accelerometer, gyroscope = _stated(tables[0])
-    else:
-        pool = pooled(tables, clocks, hint)
-        chosen = chosen_triads(pool)
-        force, rate = chosen.force, chosen.rate
-        if force is None and rate is None and len(tables) > 1:  # same names, but other units
-            return [_guess_group([table], [clock], hint)[0]
-                    for table, clock in zip(tables, clocks, strict=True)]
-        accelerometer = accelerometer_in(force, chosen.rival) if force else None
-        gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
-        if accelerometer and gyroscope and pool.has_clock:
-            accelerometer, gyroscope = per_sample(accelerometer, gyroscope, pool.step_s)
-        if force and rate and gyroscope and not pool.has_clock:
-            gyroscope, clocks = clocked_by_turns(clocks, rate, force, gyroscope)
+    pool = pooled(tables, clocks, hint)
+    chosen = chosen_triads(pool)
+    force, rate = chosen.force, chosen.rate
+    if force is None and rate is None and len(tables) > 1:  # same names, but other units
+        return [_guess_group([table], [clock], hint)[0]
+                for table, clock in zip(tables, clocks, strict=True)]
+    accelerometer = accelerometer_in(force, chosen) if force else None
+    gyroscope = gyroscope_in(rate, force, accelerometer) if rate else None
+    if accelerometer and gyroscope and pool.has_clock:
+        accelerometer, gyroscope = per_sample(accelerometer, gyroscope, pool.step_s)
+    if force and rate and gyroscope and not pool.has_clock:
+        gyroscope, clocks = clocked_by_turns(clocks, rate, force, gyroscope)
     if accelerometer is None and gyroscope is None:
         return [None] * len(tables)
     return [_table_guess(table, clock, accelerometer, gyroscope)
@@ -248,16 +244,6 @@ def _table_guess(
         return guess
     values = guess.si(accelerometer)
     return replace(guess, are_means=len(values) <= MOST_MEANS and are_apart(values))
-
-
-def _stated(table: RawTable) -> tuple[TriadGuess | None, TriadGuess | None]:
-    """The triads of a format that states its units."""
-    triads = []
-    for names, unit in ((ACCELEROMETER, "m_s2"), (GYROSCOPE, "rad_s")):
-        there = set(names) <= table.columns.keys()
-        triads.append(TriadGuess(names, (("unit", unit),), UNIT_WORDS[unit],
-                                 "the format states it", 1.0) if there else None)
-    return triads[0], triads[1]
 
 
 def _further(

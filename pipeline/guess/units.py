@@ -31,7 +31,7 @@ from pipeline.guess.magnitudes import (
     sample_noise_sd,
     signed,
 )
-from pipeline.guess.triads import PossibleTriad, Triple, called, triples_by_name
+from pipeline.guess.triads import ChosenTriads, PossibleTriad, Triple, called, triples_by_name
 from pipeline.guess.turns import OWN
 from pipeline.logs.clock import ASSUMED_HZ, USUAL_HZ
 from pipeline.logs.header_words import read_name
@@ -100,8 +100,8 @@ class TriadGuess:
         return signed(values, self.encoding) * self.si_per_unit
 
 
-def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> TriadGuess:
-    """The guess of an accelerometer, in the unit in which it reads gravity."""
+def accelerometer_in(force: PossibleTriad, chosen: ChosenTriads) -> TriadGuess:
+    """The guess of an accelerometer beside others, in the unit in which it reads gravity."""
     unit, words = force.gravity, force.words
     assert unit is not None
     named = triples_by_name(list(force.pool.columns), "acc")
@@ -109,7 +109,8 @@ def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> Triad
     doubts = ["their names are those of a gyroscope, but they have gravity's length at rest"] * (
         called(words) == "gyr" and words.stem != "g")
     doubts += [f"{', '.join(other)} may be an accelerometer's too" for other in named
-              if other != force.columns and force.columns in named
+              if force.columns in named and other not in (
+                  force.columns, chosen.rate.columns if chosen.rate else None)
               and not read_name(other[0]).gravity_free][:1]
     if words.unit in FORCE_UNITS and words.unit != unit.unit:
         doubts.append(f"their names say {words.unit}, in which the median reading would be "
@@ -129,9 +130,8 @@ def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> Triad
                         "mm/s², or counts of which 10,000 are 1 g"), MISTAKEN, strict=True)
                    if any(math.isclose(unit.per_g, per_g) for per_g in able)]
     of_apple = unit.unit == "g" and any(map(OF_APPLE.search, force.pool.columns))
-    if of_apple:
-        doubts.append("in g under names of Apple's, they read -1 along the axis that points up; "
-                      "they are taken with the opposite sign")
+    doubts += ["in g under names of Apple's, they read -1 along the axis that points up; they are "
+               "taken with the opposite sign"] * of_apple
     because = ("their names" if called(words) == "acc" else
                "their readings are as long as gravity")
     sheet = ((("unit", unit.unit),) if unit.unit != "counts" else
@@ -139,7 +139,7 @@ def accelerometer_in(force: PossibleTriad, rival: PossibleTriad | None) -> Triad
     return TriadGuess(force.columns, sheet, _unit_text(unit),
                       f"{because}; a reading at rest is {unit.length:.4g} long",
                       unit.si_per_unit * (-1 if of_apple else 1), "; ".join(doubts),
-                      encoding=unit.encoding, rival=rival.columns if rival else None)
+                      encoding=unit.encoding, rival=chosen.rival.columns if chosen.rival else None)
 
 
 def gyroscope_in(

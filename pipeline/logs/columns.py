@@ -19,36 +19,12 @@ TimeUnit = Literal["s", "ms", "us", "ns", "min", "d"]
 SECONDS_PER: Mapping[TimeUnit, float] = {
     "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86_400.0}
 
-#: For each program: names in its header (in lower case) -> our name and the factor to our unit.
-DIALECTS: Mapping[str, Mapping[str, tuple[str, float]]] = {
-    "ours": {name: (name, 1.0) for name in READINGS},
-    "other units of time": {f"time_{unit}": (TIME, SECONDS_PER[unit])
-                            for unit in SECONDS_PER if unit != "s"},
-    "gravity in place of specific force": {
-        f"{MINUS}{name}": (name, -1.0) for name in ACCELEROMETER},
-    # MT Manager's ASCII export. SampleTimeFine ticks at 10 kHz.
-    "MT Manager": {
-        "packetcounter": (COUNTER, 1.0),
-        "sampletimefine": (TIME, 1e-4),
-    },
-    # Sketches for the MPU-6050 that print ax,ay,az,gx,gy,gz or AcX,AcY,...
-    "Arduino": {
-        f"{theirs}{axis}": (f"{ours}_{axis}", 1.0)
-        for theirs, ours in (("a", "acc"), ("ac", "acc"), ("g", "gyr"), ("gy", "gyr"))
-        for axis in "xyz"
-    },
-}
-
-_OURS = {name: ours for dialect in DIALECTS.values() for name, ours in dialect.items()}
-
-#: Usual columns of a log without a header, by their number: suggested, never assumed.
-#: imu_tk writes seven as here; a phone's uncalibrated gyroscope log has seven others.
-USUAL: Mapping[int, tuple[str, ...]] = {
-    3: ACCELEROMETER,
-    4: (TIME, *ACCELEROMETER),
-    6: (*ACCELEROMETER, *GYROSCOPE),
-    7: (TIME, *ACCELEROMETER, *GYROSCOPE),
-}
+_OURS: Mapping[str, tuple[str, float]] = {
+    **{name: (name, 1.0) for name in READINGS},
+    **{f"time_{unit}": (TIME, size) for unit, size in SECONDS_PER.items() if unit != "s"},
+    **{f"{MINUS}{name}": (name, -1.0) for name in ACCELEROMETER},
+    "packetcounter": (COUNTER, 1.0), "sampletimefine": (TIME, 1e-4)}  # MT Manager; ticks at 10 kHz
+"""Names in a header, in lower case, with our name and the factor to our unit."""
 
 
 @dataclass(frozen=True)

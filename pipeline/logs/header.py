@@ -11,7 +11,6 @@ from pipeline.logs.columns import (
     SECONDS_PER,
     SKIP,
     TIME,
-    USUAL,
     ColumnNames,
     Renamed,
     bare,
@@ -141,7 +140,7 @@ def _renamed(name: str, theirs: str, columns: Renamed) -> tuple[str, float]:
 
 def _headerless(where: str, n: int) -> UnreadableInput:
     """The error for rows without a header, whose names the user must state."""
-    usual = ", ".join(USUAL.get(n, USUAL[7]))
+    usual = ", ".join([*[TIME] * (n % 3 == 1), *ACCELEROMETER, *GYROSCOPE * (n > 5)])
     return UnreadableInput(
         f"{where}: {n} column{'' if n == 1 else 's'} of numbers without a header. Name them "
         f"beside the file in the configuration, for example `columns: [{usual}]`; '{SKIP}' names "

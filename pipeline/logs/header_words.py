@@ -30,10 +30,10 @@ UNITS = {
     "uT": ("ut", "µt", "μt", "nt", "mt", "gauss", "mgauss", "mga"),
     "V": ("v", "volt", "volts"),
     "mV": ("mv", "millivolt", "millivolts"),
-    "s": ("s", "sec", "second", "seconds", "с", "秒"),
+    "s": ("s", "sec", "secs", "second", "seconds", "с", "秒"),
     "ms": ("ms", "msec", "millis", "milliseconds", "мс", "毫秒"),
     "us": ("us", "µs", "μs", "usec", "micros", "microseconds"),
-    "ns": ("ns", "nsec", "nanoseconds"),
+    "ns": ("ns", "nsec", "nsecs", "nanosec", "nanoseconds"),
     "min": ("min", "minutes"),
     "d": ("days", "day"),
     "counts": ("counts", "count", "lsb", "raw"),
@@ -51,8 +51,8 @@ TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus",
         "secs", "second", "msec", "usec", "minutes", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
         "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp", "tijd", "czas", "время",
         "时间", "時間", "時刻", "tow"}
-CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "second", "ms", "msec", "us", "usec", "ns",
-               "minutes"}
+CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "secs", "second", "ms", "msec", "us", "usec",
+               "ns", "minutes"}
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
            "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",

@@ -19,7 +19,14 @@ from pipeline.logs.dialect import (
     seconds_of,
     split_cells,
 )
-from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS, LONGEST_HEAD, MOST_NAMES, is_time
+from pipeline.logs.head import (
+    COMMENT_SIGNS,
+    FEWEST_NUMBERS,
+    LONGEST_HEAD,
+    MOST_NAMES,
+    find_head,
+    is_time,
+)
 from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import MOST_KINDS
 
@@ -30,6 +37,10 @@ RUN = re.compile(r"\b(?:run|set|trial|latest)\b[ #]*\d*\s*:?", re.IGNORECASE)
 CLOCKS_APART = 0.01
 """Largest log ratio of the rates of two clocks in one row that agree. A judgement: clocks of one
 device differ by 1e-4, and one in whole seconds misses less than one second in a minute."""
+STAMP = re.compile(
+    r"(?<![A-Za-z])(?:tv_)?(n|nano|u|micro|m|milli)?s(?:ecs?|econds?)?$", re.IGNORECASE)
+"""The end of the name of whole seconds, or of their parts: ``stamp.sec`` and ``stamp.nanosec``."""
+DIGITS = {"n": 9, "nano": 9, "u": 6, "micro": 6, "m": 3, "milli": 3}  #: facts: of the parts
 LEAST_WHOLE = 0.9  #: least share of the times of one value at which all others are there
 
 
@@ -141,6 +152,27 @@ def with_names_in_header(lines: list[str]) -> list[str]:
         rows[min(i for i, _ in samples)] = sign.join([when, *(value for _, value in samples)])
     begin = next(i for i, row in enumerate(rows) if row)
     rows[begin - 1] = sign.join(["time", *kinds])
+    return rows
+
+
+def with_whole_stamps(lines: list[str]) -> list[str]:
+    """``lines`` with the seconds of each time stamp and their parts in one number, where its header
+    names a column for each: parts alone do not show a pause of seconds."""
+    head = find_head(lines)
+    ends = [(i, match, match.string[: match.start()]) for i, name in enumerate(head.names or ())
+            if (match := STAMP.search(name))]
+    pair = next(((i, j, DIGITS[part[1].lower()]) for (i, whole, one), (j, part, other)
+                 in pairwise(ends) if not whole[1] and part[1] and one == other), None)
+    if pair is None or head.first is None:
+        return lines
+    (whole, part, digits), sign = pair, delimiter_of(lines[head.first])
+    rows = [*lines]
+    for at, line in enumerate(lines[head.first :], head.first):
+        cells = split_cells(line, sign)
+        if len(cells) > max(whole, part) and len(cells[part]) <= digits and (
+                cells[whole] + cells[part]).isdigit():
+            cells[whole] += f".{cells[part]:0>{digits}}"
+            rows[at] = _joined(cells, sign or " ")
     return rows
 
 

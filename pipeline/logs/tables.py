@@ -6,7 +6,7 @@ from pathlib import Path
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable, TextFile
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
-from pipeline.logs.reshaped import tables_beside, with_names_in_header
+from pipeline.logs.reshaped import tables_beside, with_names_in_header, with_whole_stamps
 from pipeline.logs.row_kinds import lines_by_kind
 from pipeline.logs.sentences import rows_of_lines
 from pipeline.logs.source import read_bytes, text_lines
@@ -53,5 +53,6 @@ def _tables_of_text(file: Path, text: TextFile) -> list[TextTable]:
     """The tables of a text: one, or one for each kind of rows."""
     lines = with_names_in_header(text_lines(file / text.name, text.data))
     tables = tables_beside(lines) or lines_by_kind(lines)
-    return [TextTable("/".join(filter(None, (text.name, kind))), rows_of_lines(those))
+    return [TextTable("/".join(filter(None, (text.name, kind))),
+                      with_whole_stamps(rows_of_lines(those)))
             for kind, those in tables.items()]

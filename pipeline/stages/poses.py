@@ -16,7 +16,7 @@ from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs
-from calib.poses.imu_log import FloatArray, ImuLog, IntArray
+from calib.poses.imu_log import ImuLog, IntArray
 from calib.poses.rests.rest_candidates import OF_ANOTHER_RUN, PLATE_STOOD
 from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.rests.still_search import StillSearch
@@ -142,7 +142,13 @@ def _averaged(
     plate = np.zeros(1) if rate is None else rate.plate.rate_rad_s
     of_all = np.broadcast_to(plate, len(setting.poses.files))
     turning = of_all[choice.kept]
-    used, notes = (used, ()) if rate is None else _without_pauses(setting.rate, used, turning)
+    cut = [] if rate is None else [
+        without_pause(log, abs(float(at))) for log, at in zip(used, turning, strict=True)]
+    pausing = [log.label for log, part in zip(used, cut, strict=False) if part is not log]
+    notes = tuple(f"{setting.rate}: {len(pausing)} of {len(used)} poses lack samples for a quarter "
+                  f"of a turn of the plate or longer ({label} first); the longest stretch between "
+                  f"is used." for label in pausing[:1])
+    used = tuple(cut) or used
     wave = None
     if rate is not None and "accelerometer" in specs:
         others = {name: one.rate_rad_s for name, one in rates.items() if name != setting.rate}
@@ -160,17 +166,6 @@ def _averaged(
         notes += (ratio.warning(f"rate.{setting.rate}"),)
     return Recording(tuple(means), tuple(float(log.time_s[0]) for log in used), choice.kept, notes,
                      sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)
-
-
-def _without_pauses(
-    name: str, logs: Sequence[ImuLog], turning: FloatArray
-) -> tuple[tuple[ImuLog, ...], tuple[str, ...]]:
-    """Logs of a plate that turns, rad/s (k,), each without its pauses, and a note on them."""
-    used = tuple(without_pause(log, abs(float(at))) for log, at in zip(logs, turning, strict=True))
-    cut = [log.label for log, part in zip(logs, used, strict=True) if part is not log]
-    return used, (f"{name}: {len(cut)} of {len(logs)} poses lack samples for a quarter of a turn "
-                  f"of the plate or longer ({cut[0]} first); the longest stretch between is used.",
-                  ) if cut else ()
 
 
 def _pooled(recordings: Sequence[Recording]) -> Recording:

@@ -18,7 +18,7 @@ SENTENCES = {
     "clipped": r"is saturated: |the axis is clipped there",
     "moved": r": the sensor moved: |: the sensor was moved on|: the sensor was shaken",
     "unsteady": r"the plate (sped up|slowed down) during",
-    "missing samples": r"lack samples for a quarter of a turn",
+    "missing samples": r"lack samples for a quarter of a turn of the plate",
     "time stamps": r"time does not increase|clock makes no sense|do not count seconds|"
                    r": its time stamps are .* samples in a turn|s by its time stamps, less than "
                    r"one turn|count time in different units",

@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
+from pipeline.guess.units import per_deg_of
 from pipeline.logs.header_words import read_name
 from tests.pipeline.guess.evening import Evening
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, GRAVITY_M_S2, HandLog, hand_log
@@ -126,3 +127,20 @@ def test_a_range_that_stays_open_is_asked_with_the_speeds_that_follow(tmp_path: 
     evening = Evening(range_deg_s=250.0, rpm=25.0, lean_deg=0.0)
     guess = guessed(*evening.write(tmp_path, "turn", 25.0, 1))
     assert [choice.rpm for choice in guess.scales] == pytest.approx([25, 50, 100, 200], rel=0.02)
+
+
+@pytest.mark.parametrize(("rpm", "stated", "unit"), [
+    (100 / 3, None, "114.286 per"), (100 / 3, 250.0, "114.286 per"), (100 / 3, 2000.0, "16.384"),
+    (45.0, None, "of a range that is open")])  # ±500 °/s of InvenSense would be 39 and 78 rpm
+def test_a_range_of_st_s_parts_is_known_by_the_speed_of_the_plate(
+    tmp_path: Path, rpm: float, stated: float | None, unit: str
+) -> None:
+    """A stated ±250 °/s is 114.3 counts per °/s in them, and 131.1 in others."""
+    evening = Evening(range_deg_s=286.72, lean_deg=0.0)
+    files = [path for name, speed in (("rest", 0.0), ("turn", rpm))
+             for path in evening.write(tmp_path, name, speed, 1)]
+    guess = guess_session(guess_files(files, None)[0], (), per_deg_of(stated))
+    assert guess.gyroscope is not None
+    assert unit in guess.gyroscope.unit
+    if stated is None and guess.scales:
+        assert [choice.rpm for choice in guess.scales] == pytest.approx([78.26, 45])

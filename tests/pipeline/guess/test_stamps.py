@@ -8,6 +8,7 @@ import pytest
 from pipeline.guess.clocks import guess_clock
 from pipeline.guess.files import guess_files
 from pipeline.guess.raw_tables import RawTable
+from pipeline.guess.session import guess_session
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.read import read_log
 from tests.pipeline.guess.hand_log import hand_log
@@ -40,13 +41,13 @@ def test_stamps_of_whole_seconds_give_the_rate_between_their_changes(
 def test_a_slow_log_counts_in_seconds(since: float, rate_hz: float) -> None:
     """Five rows per unit of the time are no 5 kHz in ms where that is usual of seconds too."""
     times = since + np.arange(1, 1000) / rate_hz
-    assert guess_clock({"ts": times, "ax": times, "ay": times}, None, None, False).unit == "s"
+    assert guess_clock({"ts": times, "ax": times, "ay": times}, None, None).unit == "s"
 
 
 def test_a_column_without_a_name_beside_others_with_one_is_no_cause() -> None:
     """The zone behind a time of the day is a number too."""
     columns = {name: np.arange(9.0) for name in ("t", "2", "ax", "fan")}
-    clock = guess_clock(columns, None, None, False)
+    clock = guess_clock(columns, None, None)
     table = TableGuess(RawTable(Path("log.csv"), columns), clock, None, None, {"acc_x": "ax"},
                        False)
     assert table.further == ["fan"]
@@ -68,3 +69,31 @@ def test_rows_that_repeat_the_one_before_are_no_samples_and_the_clock_is_used(
     np.testing.assert_allclose(read.time_s, log.time_s, atol=1e-9)
     assert read.notes == (f"rows that repeat the row before and are left out: "
                           f"{times.sum() - len(times)} of {times.sum()}",)
+
+
+@pytest.mark.parametrize("names", ["header.stamp.secs,header.stamp.nsecs", "sec,nanosec"])
+def test_seconds_beside_their_parts_show_a_pause_of_seconds(tmp_path: Path, names: str) -> None:
+    """By the parts alone the pause would last 0.02 s."""
+    ticks = 20_000_000 * np.arange(200)
+    ticks[100:] += 3_000_000_000
+    rows = [f"{1_772_355_001 + tick // 10**9},{tick % 10**9},{','.join(map(str, acc))}"
+            for tick, acc in zip(ticks.tolist(), hand_log().acc, strict=False)]
+    path = tmp_path / "stamps.csv"
+    path.write_text("\n".join([f"{names},ax,ay,az", *rows]), encoding="utf-8")
+    (table,), _ = guess_files([path], None)
+    assert np.ptp(table.clock.time_s) == pytest.approx(199 * 0.02 + 3.0)
+    log = table.log()
+    assert log is not None
+    assert np.ptp(log.time_s) == pytest.approx(199 * 0.02 + 3.0)
+
+
+def test_a_doubt_is_told_once_whatever_its_numbers(tmp_path: Path) -> None:
+    """Each file of a card ends within a line, each at another one."""
+    log = hand_log(rests=8, rate_hz=25.0)
+    table = np.column_stack([log.time_s, log.acc, log.gyr])
+    for i in range(8):
+        np.savetxt(tmp_path / f"p{i}.csv", table[log.rest == i][i:], "%.5f", ",", comments="",
+                   header=",".join(("t", *NAMES)), footer="0.1,0.2")
+    doubts = guess_session(guess_files(sorted(tmp_path.glob("*.csv")), None)[0]).doubts
+    assert [doubt.partition(":")[0] for doubt in doubts if "no samples" in doubt] == [
+        "p0.csv and 7 more"]

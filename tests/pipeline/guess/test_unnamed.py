@@ -136,7 +136,7 @@ def test_gravity_goes_round_at_each_of_two_speeds(tmp_path: Path) -> None:
 def test_a_clock_that_begins_again_cuts_no_log() -> None:
     """The nanoseconds of ``sec`` and ``nanosec``; a unit of a gyroscope was found wrong by that."""
     columns = {"t_ns": np.arange(500) * 2e7 % 1e9, "ax": np.arange(500.0)}
-    clock = guess_clock(columns, None, None, False)
+    clock = guess_clock(columns, None, None)
     assert clock.column == "t_ns"
     assert not pooled([RawTable(Path("echo.csv"), columns)], [clock], "").table.any()
 

@@ -145,13 +145,12 @@ def named_directions(folder: Path, log: HandLog) -> Foreign:
 
 
 def two_bytes(folder: Path, log: HandLog) -> Foreign:
-    """High and low byte of each register, decimal."""
+    """High and low byte of each number under the names of the registers, decimal."""
     rows = []
     for t, counts in zip(log.time_s, counts_of(log), strict=True):
         raw = b"".join(struct.pack(">h", max(-32768, min(32767, int(v)))) for v in counts)
         rows.append(",".join([str(round(t * 1000)), *map(str, raw)]))
-    head = "ms," + ",".join(f"{name}{part}" for name in ("AX", "AY", "AZ", "GX", "GY", "GZ")
-                            for part in ("H", "L"))
+    head = "ms," + ",".join(f"REG{0x3B + i:02X}" for i in range(12))
     return Foreign([write_lines(folder / "i2c.csv", [head, *rows])], 16384 / G, 131.072 / DEG)
 
 
@@ -188,6 +187,6 @@ UNSEEN: dict[str, Callable[[Path, HandLog], Foreign]] = {
 }
 UNSEEN_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "transposed": (transposed, "each row is a channel .*Transpose"),
-    "two_bytes": (two_bytes, "AX, AY, AZ.* a high and a low byte"),
+    "two_bytes": (two_bytes, "are the high and the low byte"),
     "volts": (volts, "volts .*Subtract these and divide by 0.33"),
 }
