@@ -185,6 +185,7 @@ def hysteresis(at: Conditions, width: ShapeValue) -> FloatArray:
     *AXES,
     unit="{u}/(m/s²)²",
     needs=("vibration",),
+    constant_is="bias",
     largest=LARGEST_RECTIFICATION,
     only_for=TRIADS,
     page=Page(

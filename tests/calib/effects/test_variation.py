@@ -19,9 +19,15 @@ the mean temperature or the time of a step."""
 
 
 def at_another_origin(at: Conditions) -> Conditions:
-    """The same conditions 11 °C warmer, and an hour later."""
+    """The same conditions 11 °C warmer, an hour later, of a sensor with more noise."""
     warmer = {**at.columns, "temperature_c": at.columns["temperature_c"] + 11.0}
-    return replace(at, columns=warmer, time_s=at.time_s + 3600.0)
+    return replace(at, columns=warmer, time_s=at.time_s + 3600.0, vibration=at.vibration + 0.3)
+
+
+def without_a_course(at: Conditions) -> Conditions:
+    """The same attitudes at one time, in one temperature and with one vibration."""
+    return replace(at, time_s=np.full(len(at), 311.7), vibration=np.full((len(at), 3), 0.02),
+                   columns={**at.columns, "temperature_c": np.full(len(at), 29.87)})
 
 
 @pytest.mark.parametrize(("name", "triad"), pairs(COUNTED))
@@ -41,11 +47,21 @@ def test_how_an_effect_varies_does_not_depend_on_where_it_is_counted_from(
 def test_of_an_effect_in_conditions_that_do_not_vary_nothing_is_left(
     name: str, triad: Triad
 ) -> None:
-    at = some_conditions(triad)
-    still = replace(at, time_s=np.full(len(at), 311.7),
-                    columns={**at.columns, "temperature_c": np.full(len(at), 29.87)})
+    still = without_a_course(some_conditions(triad))
     assert not about_mean(EFFECTS[name], BASE, still).evaluate(still).any()
     assert EFFECTS[name].evaluate(still).any()
+
+
+def test_what_is_a_bias_where_nothing_varies_is_counted_as_one() -> None:
+    """Else the sampling noise of a variance would show it, with a bias a hundred times as large."""
+    still = without_a_course(some_conditions("gyroscope"))
+    for name, effect in EFFECTS.items():
+        if name not in BASE and effect.acts_on == "sensor" and not (
+                effect.drawn or effect.shape):
+            with np.errstate(invalid="ignore"):  # a row may have no direction
+                columns = effect.evaluate(still)
+            is_bias = columns.any() and bool((columns == columns[0]).all())
+            assert not is_bias or effect.constant_is == "bias", name
 
 
 @pytest.mark.parametrize("name", COUNTED)
