@@ -104,11 +104,11 @@ def guess_clock(
 def _row_step(step: FloatArray) -> float:
     """Mean step (t - 1,) of a clock that ticks every few rows: from its first tick to the last.
 
-    A board that was reset begins again.
+    A board that was reset begins again, and a misplaced row goes back and far on.
     """
     ticks = np.flatnonzero(step > 0)
     between = step[ticks[0] + 1 : ticks[-1] + 1]
-    forward = between[between >= 0]
+    forward = between[(between >= 0) & (between <= USUAL_STEPS * np.median(step[step > 0]))]
     return float(forward.mean()) if forward.any() else float(step[step >= 0].mean())
 
 

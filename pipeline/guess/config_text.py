@@ -172,9 +172,9 @@ def _names(source: PoseSource, folder: Path) -> list[str]:
 
 
 def _clock(source: PoseSource) -> list[str]:
-    """The line with the sample rate of tables without times."""
+    """The line with the sample rate of tables of which none has times; at rest none is needed."""
     without = [table.clock for table in source.tables if table.clock.column is None]
-    if not without:
+    if len(without) < len(source.tables):
         return []
     rate_hz = without[0].rate_hz
     if rate_hz is None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.guess.clocks import guess_clock
+from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import guess_files
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.session import guess_session
@@ -85,6 +86,21 @@ def test_seconds_beside_their_parts_show_a_pause_of_seconds(tmp_path: Path, name
     log = table.log()
     assert log is not None
     assert np.ptp(log.time_s) == pytest.approx(199 * 0.02 + 3.0)
+
+
+def test_stamps_out_of_place_make_no_other_rate_and_leave_the_others_their_times(
+    tmp_path: Path,
+) -> None:
+    log = hand_log(rests=8, rate_hz=100.0)
+    table = np.column_stack([log.time_s, log.acc, log.gyr])
+    for i in range(8):
+        rows = table[log.rest == i]
+        rows[[90, 110, 130] if i == 3 else [], 0] = rows[0, 0] + 0.1
+        np.savetxt(tmp_path / f"p{i}.csv", rows, "%.5f", ",", comments="",
+                   header=",".join(("t", *NAMES)))
+    guess = guess_session(guess_files(sorted(tmp_path.glob("*.csv")), None)[0])
+    assert guess.tables[3].clock.rate_hz == pytest.approx(100.0, rel=0.03)
+    assert "sample_rate_hz" not in config_text(guess, tmp_path, Choices())
 
 
 def test_a_doubt_is_told_once_whatever_its_numbers(tmp_path: Path) -> None:
