@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -118,6 +119,8 @@ def command(
         if asks and latitude is None:
             latitude = ask_latitude()
         site = None if latitude is None else site_text(latitude, height)
+        with suppress(OSError):  # the names of logs lead up through it; the write says why it fails
+            path.absolute().parent.mkdir(parents=True, exist_ok=True)
         checked = checked_config(guess, path.absolute(), Choices(site),
                                  lambda config: run_stages(config, context))
     if as_json:

@@ -189,10 +189,11 @@ def common_mean(means: FloatArray) -> FloatArray | None:
     """Mean of the largest cluster of pose means (n, 3), in their unit: a gyroscope at rest.
 
     Of clusters as large the nearest to zero, as poses of one attitude on the plate are one too.
-    None if the cluster has too few poses.
+    None if the cluster has too few poses. Where all are at rest they differ by noise alone, which
+    is little beside a bias that could be taken for the rate of a plate.
     """
     apart = np.linalg.norm(means[:, None] - means, axis=2)
-    near = apart < AT_REST * apart.max()
+    near = apart < AT_REST * max(apart.max(), np.linalg.norm(means, axis=1).max())
     most = near[near.sum(axis=1) == max(FEWEST_MEANS, near.sum(axis=1).max())]
     return min((means[row].mean(axis=0) for row in most),
                key=lambda mean: float(np.linalg.norm(mean)), default=None)

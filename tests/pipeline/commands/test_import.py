@@ -9,6 +9,7 @@ import pytest
 
 from pipeline.cli import main
 from pipeline.config.load import load_config
+from tests.paths import DATA
 from tests.pipeline.guess.foreign_files import milli_g, no_header_no_time, one_file_per_pose
 from tests.pipeline.guess.hand_log import HandLog, hand_log
 
@@ -39,6 +40,15 @@ def test_a_log_becomes_a_configuration_that_runs(
     assert config.sensor.accelerometer.unit == "mg"
     assert path.read_bytes() == before
     assert main(["run", "log.yaml", "--quiet"]) == 0
+
+
+def test_logs_at_rest_make_a_session_in_a_folder_that_is_new(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The gyroscope's bias of 44 °/s is that of every pose, and no plate turns."""
+    logs = sorted((DATA / "example/accelerometer").glob("*.csv*"))
+    assert main(["import", *map(str, logs), "--output", "new/config.yaml"]) == 0
+    assert f"{len(logs)} poses averaged" in capsys.readouterr().out
 
 
 def test_it_runs_is_said_only_of_a_model_that_explains_the_poses(
