@@ -146,8 +146,8 @@ def test_a_person_drops_logs_and_uses_them_by_the_keyboard(
         tab.evaluate("document.querySelector('form[data-use] [name=latitude]').focus()")
         tab.send("Input.insertText", text="40.85")
         tab.key("Enter")
-        tab.wait("location.pathname.startsWith('/session/') && document.querySelector('.bench-bar')"
-                 " && true")
+        tab.wait("location.pathname.startsWith('/session/') && "
+                 "!!document.querySelector('[data-bench-folder]:not([hidden])')")
         tab.click("[data-bench-folder]")  # and back
         tab.wait("location.pathname === '/' && !!document.querySelector('.sessions tr')")
         assert tab.errors == []
