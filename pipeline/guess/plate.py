@@ -99,8 +99,8 @@ def settle_scale(
         Units per °/s, stated by the user; those of a range are 13 % fewer in ST's parts.
     """
     if stated_per_deg is not None:
-        stated = (stated_per_deg, *(ST_SHARE * per_deg for per_deg in (stated_per_deg,)
-                                    if not rate_unit(per_deg)))
+        stated = (stated_per_deg,) if rate_unit(stated_per_deg) else (
+            stated_per_deg, ST_SHARE * stated_per_deg)
         tables = [replace(table, gyroscope=replace(table.gyroscope, choices=stated))
                   if table.gyroscope else table for table in tables]
     undecided = [table for table in tables if table.gyroscope and table.gyroscope.choices]
