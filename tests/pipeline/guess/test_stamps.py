@@ -74,7 +74,7 @@ def test_rows_that_repeat_the_one_before_are_no_samples_and_the_clock_is_used(
 
 @pytest.mark.parametrize("names", ["header.stamp.secs,header.stamp.nsecs", "sec,nanosec"])
 def test_seconds_beside_their_parts_show_a_pause_of_seconds(tmp_path: Path, names: str) -> None:
-    """By the parts alone the pause would last 0.02 s."""
+    """A pause of seconds, which the parts alone would make 0.02 s long."""
     ticks = 20_000_000 * np.arange(200)
     ticks[100:] += 3_000_000_000
     rows = [f"{1_772_355_001 + tick // 10**9},{tick % 10**9},{','.join(map(str, acc))}"
