@@ -4,6 +4,7 @@ For a misfit of no listed shape it is a formula, or the effect that adds its siz
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -155,3 +156,38 @@ def change_for_unknown(
         except CalibrationError:
             continue
     return None
+
+
+def is_noise(change: ModelChange) -> bool:
+    """Whether the added effect corrects nothing, and adds to the sds alone."""
+    result = result_of(change.after, change.target)
+    return result is not None and any(
+        each.drawn and each.name == change.target.name
+        for each in result.calibration.fit.model.effects)
+
+
+def without_noise(
+    outcome: Outcome, noise: Target, run: RunConfig, refused: Collection[Target] = ()
+) -> Outcome | None:
+    """``outcome`` without a noise that was added before its effects; None where it has to stay.
+
+    A noise stands for all that is not named yet, and hides the shape of what remains once some of
+    it is named. It goes where nothing is missing without it, or where an effect would be next.
+
+    Raises
+    ------
+    ConfigError
+        The configuration cannot be read without it.
+    """
+    try:
+        after = change_model(outcome.config, noise, run, before=outcome, remove=True).after
+    except CalibrationError:
+        return None
+    result = result_of(after, noise)
+    if result is None:
+        return None
+    if result.diagnosis.verdict is Code.NOTHING_MISSING:
+        return after
+    alone = replace(after, triads=(result,))
+    change = next_change(alone, run, refused) or change_for_unknown(alone, run, refused)
+    return after if change is not None and not is_noise(change) else None

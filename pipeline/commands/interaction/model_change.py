@@ -23,7 +23,14 @@ from pipeline.model_change import (
     overruled,
     read_target,
 )
-from pipeline.next_change import MOST_CHANGES, change_for_unknown, error_falls, next_change
+from pipeline.next_change import (
+    MOST_CHANGES,
+    change_for_unknown,
+    error_falls,
+    is_noise,
+    next_change,
+    without_noise,
+)
 from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
 from pipeline.results.inputs import require_own_results
@@ -134,13 +141,15 @@ def as_it_stands(config: Config, run: Callable[[Config], Outcome]) -> Outcome | 
 def add_until_settled(path: Path, manner: Manner) -> None:
     """Add effects that the diagnosis names, or else that discovery finds, again and again.
 
-    An effect that does not lower the expected error in new attitudes is not kept.
+    An effect that does not lower the expected error in new attitudes is not kept, and a noise goes
+    again once effects that are added after it explain what it stood for.
     """
     with working_on(path, on_wait=say_waiting) as (config, folder):
         run = manner.runner(folder)
         outcome = run(config)
         write_session(folder, outputs_of(outcome, folder))
         refused: list[Target] = []
+        noises: list[Target] = []
         for _ in range(MOST_CHANGES):
             change = (next_change(outcome, run, refused)
                       or change_for_unknown(outcome, run, refused))
@@ -155,6 +164,16 @@ def add_until_settled(path: Path, manner: Manner) -> None:
                 continue
             write_change(change.before.config, change.before, change.after, folder)
             outcome = change.after
+            if is_noise(change):
+                noises.append(target)
+                continue
+            for noise in tuple(noises):
+                after = without_noise(outcome, noise, run, refused)
+                if after is not None:
+                    click.echo(f"{noise} is taken out again: it stood for what is named now.")
+                    write_change(outcome.config, outcome, after, folder)
+                    noises.remove(noise)
+                    outcome = after
     for result in outcome.triads:
         echo_verdict(result)
     if outcome.config.source.text == config.source.text:
