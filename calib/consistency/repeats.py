@@ -1,10 +1,10 @@
 """Samples that occur twice: files under two names, copied blocks; and rows of a table of means.
 
-Noise does not repeat itself. If a row has H bits of collision entropy given the rows before it
-(``2^-H`` is the chance that two such rows agree), a stretch of L rows agrees with another of N by
-chance with the probability ``N² 2^(-H L) / 2``; the length at which this falls below
-``FALSE_ALARM`` is the shortest copy that can be detected. The log of most entropy decides that
-length; logs whose rows would need more are left alone.
+Noise does not repeat itself. If a row has h bits of collision entropy given the rows before it
+(``2^-h`` is the chance that two such rows agree), a stretch whose rows have H bits together agrees
+with another of N by chance with the probability ``N² 2^-H / 2``; where this is below
+``FALSE_ALARM`` two equal stretches are a copy. The entropy is that of the rows near by: in a rest
+few levels take turns, however much the log moves elsewhere.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from calib.errors import Contradiction
 from calib.poses.checks.frozen import FALSE_ALARM
-from calib.poses.imu_log import ImuLog, Triad
+from calib.poses.imu_log import FloatArray, ImuLog, Triad
 from calib.poses.pose_set import PoseSet
 
 Keys = NDArray[np.uint64]
@@ -26,9 +26,9 @@ SHORTEST_COPY = 32
 WHOLE = 0.9
 """Share of a log from which a copy is called a copy of the whole log. It chooses words only."""
 
-STRETCH = 3
-"""Doublings of a row: stretches of eight rows are tested for a repetition within eight. Derived:
-two alternating levels, A B A B, always repeat, and noise of one bit a row does in one of 32."""
+NEAR_BY = 256
+"""Rows, about, over which the entropy of one is estimated. Derived: among so many, half a bit a row
+still makes stretches of eight equal hundreds of times, and a rest of three seconds fills them."""
 
 FACTORS = 2 * np.random.default_rng(17).integers(2**63, size=9, dtype=np.uint64) + 1
 """Odd multipliers: the key of a row is its cells' bits, multiplied and added modulo 2^64.
@@ -60,20 +60,26 @@ def row_keys(log: ImuLog, triad: Triad) -> Keys:
     return key
 
 
-def _entropy(keys: Keys) -> float:
-    """Collision entropy of one row given those before it, bits; no larger than rows can show.
+def _entropy(keys: Keys) -> FloatArray:
+    """Collision entropy of each row (t,) given those before it, bits, by the rows near by.
 
-    Alternating rows carry no information, however many levels a single row has: what counts is the
-    share of rows that do not begin a stretch which repeats at once.
+    That of the shortest stretches of which no two are equal, a row's share; where stretches of
+    eight are equal too, what they have more than those of four.
     """
-    length = 2**STRETCH
-    if len(keys) < 2 * length:
-        return _collision_bits(keys)
-    stretches = _window_keys(keys, STRETCH)
-    again = np.zeros(len(stretches) - length, dtype=bool)
-    for shift in range(1, length + 1):
-        again |= stretches[:-length] == stretches[shift:len(stretches) - length + shift]
-    return _collision_bits(keys) * float(1 - again.mean())
+    parts = np.array_split(keys, max(1, len(keys) // NEAR_BY))
+    return np.concatenate([np.full(len(part), _bits_a_row(part)) for part in parts])
+
+
+def _bits_a_row(keys: Keys) -> float:
+    """Collision entropy of one row given those before it, bits; 0 for fewer than the shortest
+    copy."""
+    shorter = bits = 0.0
+    for doublings in range(4 if len(keys) >= SHORTEST_COPY else 0):
+        stretches, shorter = _window_keys(keys, doublings), bits
+        bits = _collision_bits(stretches)
+        if np.unique(stretches).size == stretches.size:
+            return float(bits / 2.0**doublings)
+    return max(bits - shorter, 0.0) / 4
 
 
 def _collision_bits(keys: Keys) -> float:
@@ -103,35 +109,42 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
             np.zeros(0, int) for keys in every]
     rows = [keys[index] for keys, index in zip(every, kept, strict=True)]
     bits = 2 * np.log2(sum(map(len, rows)) + 1) - np.log2(FALSE_ALARM)
-    entropy = [_entropy(keys) for keys in rows]
-    needed = bits / max(entropy, default=0.0) if any(entropy) else np.inf
-    if needed > max(map(len, rows), default=0):
-        return None
-    doublings = int(np.ceil(np.log2(max(needed, SHORTEST_COPY))))
-    usable = [i for i, h in enumerate(entropy)
-              if len(rows[i]) >= 2**doublings and h * 2**doublings >= bits]
-    if not usable:
-        return None
-    windows = [_window_keys(rows[i], doublings) for i in usable]
-    log_of = np.repeat(usable, [len(keys) for keys in windows])
-    start = np.concatenate([np.arange(len(keys)) for keys in windows])
-    keys = np.concatenate(windows)
-    order = np.lexsort((start, log_of, keys))
-    same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-    one, other = order[same], order[same + 1]
-    shift = np.abs(start[one] - start[other])
-    apart = (log_of[one] != log_of[other]) | (shift >= 2**doublings)
-    if not apart.any():
-        return None
-    pairs = np.column_stack([one, other])[apart]
-    a, b = min(pairs.tolist(), key=lambda pair: (log_of[pair[0]], start[pair[0]]))
-    i, j = int(log_of[a]), int(log_of[b])
-    first, second = rows[i][start[a]:], rows[j][start[b]:]
-    length = min(len(first), len(second))
-    differ = np.flatnonzero(first[:length] != second[:length])
-    count = int(differ[0]) if differ.size else length
-    return Copy(i, j, int(kept[i][start[a]]), int(kept[j][start[b]]),
-                int(kept[i][start[a] + count - 1] - kept[i][start[a]] + 1))
+    told = [np.r_[0.0, np.cumsum(_entropy(keys))] for keys in rows]
+    longest = max(map(len, rows), default=0)
+    for doublings in range(SHORTEST_COPY.bit_length() - 1, longest.bit_length()):
+        half, length = 2**doublings // 2, 2**doublings
+        # Stretches that are long enough, and whose first half was not: those were compared before.
+        able = [np.flatnonzero((part[length:] - part[:-length] >= bits) & (
+            (length == SHORTEST_COPY) | (part[half:-half] - part[:-length] < bits)))
+            for part in told]
+        log_of = np.repeat(np.arange(len(rows)), [len(starts) for starts in able])
+        if not len(log_of):
+            continue
+        start = np.concatenate(able)
+        keys = np.concatenate([_window_keys(row, doublings)[starts]
+                               for row, starts in zip(rows, able, strict=True) if len(starts)])
+        order = np.lexsort((start, log_of, keys))
+        same = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+        one, other = order[same], order[same + 1]
+        apart = (log_of[one] != log_of[other]) | (np.abs(start[one] - start[other]) >= length)
+        pairs = np.column_stack([one, other])[apart].tolist()
+        if pairs:
+            a, b = min(pairs, key=lambda pair: (log_of[pair[0]], start[pair[0]]))
+            i, j = int(log_of[a]), int(log_of[b])
+            before = _alike(rows[i][start[a] - 1 :: -1], rows[j][start[b] - 1 :: -1]
+                            ) if start[a] and start[b] else 0
+            first, second = int(start[a]) - before, int(start[b]) - before
+            last = first + _alike(rows[i][first:], rows[j][second:]) - 1
+            return Copy(i, j, int(kept[i][first]), int(kept[j][second]),
+                        int(kept[i][last] - kept[i][first] + 1))
+    return None
+
+
+def _alike(one: Keys, other: Keys) -> int:
+    """Number of rows from the first on that are equal."""
+    length = min(len(one), len(other))
+    differ = np.flatnonzero(one[:length] != other[:length])
+    return int(differ[0]) if differ.size else length
 
 
 def require_no_copies(logs: Sequence[ImuLog], triad: Triad) -> None:

@@ -239,7 +239,9 @@ def variance_by_steps(means: Sequence[TriadMean]) -> FloatArray:
     variance = np.array([mean.variance for mean in means])
     step, least = known_step(means), min(len(mean.envelope) for mean in means) or BATCHES
     rounding = np.maximum(PRINTED_TOLERANCE * step**2, NO_LENGTH)  # a constant shows no step
-    samples = (scatter.mean(axis=0) + rounding) / (variance.mean(axis=0) + rounding / least)
+    ratio = (scatter + rounding) / (variance + rounding / least)
+    samples = np.array([np.median(axis[shows]) if shows.any() else least
+                        for axis, shows in zip(ratio.T, (scatter > rounding).T, strict=True)])
     logged = [mean.envelope[0, 0] if len(mean.envelope) else mean.mean for mean in means]
     above = np.array([mean.mean for mean in means]) - logged
     return step_variance_seen(step, scatter, above, samples)

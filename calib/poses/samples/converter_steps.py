@@ -20,6 +20,9 @@ LEAST_NOISE, MOST_NOISE, NOISES = 0.001, 0.9, 100
 effect. Numerical."""
 BY_CHANCE = 0.1
 """Samples of a pose that are a step off in any noise: one in ten poses has one. A judgement."""
+MOVED = 9.2
+"""Largest misfit of a pose that scatters more than its noise would: one in a hundred may have
+moved, -2 ln 0.01. A judgement: those that lay still then outweigh as many that did not."""
 PLACES = 100  #: within half a step; the scatter is tabulated there; numerical
 
 SAME_PLACE = 0.25
@@ -107,7 +110,8 @@ def step_variance_seen(
 
     The scatter of a pose's samples depends on the position of its mean between two steps: in the
     middle they show nothing of a noise below a third of a step, near a step all of it. The samples
-    of all poses of the run give one likelihood of the noise.
+    of all poses of the run give one likelihood of the noise; a pose that moved scatters more, and
+    none less.
 
     Parameters
     ----------
@@ -125,12 +129,16 @@ def step_variance_seen(
     array, shape (3,)
         In the square of their unit.
     """
+    from scipy.special import xlogy  # measuring a clip loads this module and needs no SciPy
+
     unit = np.where(step > 0, step, 1.0)
     noises, table = _scatters()
     off = np.abs(above / unit - np.rint(above / unit))
     expected = table[:, np.rint(2 * PLACES * off).astype(int)]  # (noises, n, 3)
     expected = expected + BY_CHANCE / samples
-    misfit = 2 * samples * (expected - scatter / unit**2 * np.log(expected)).sum(axis=1)
+    excess = np.minimum(scatter / unit**2, expected[-1]) / expected
+    misfit = 2 * samples * expected * (1 - excess + xlogy(excess, excess))
+    misfit = np.where(excess > 1, np.minimum(misfit, MOVED), misfit).sum(axis=1)
     likelihood = np.exp((misfit.min(axis=0) - misfit) / 2)
     stated = step_variance(np.ones(3), np.tile(noises[:, None] ** 2, 3))
     return np.asarray(step**2 * (likelihood * stated).sum(axis=0) / likelihood.sum(axis=0))

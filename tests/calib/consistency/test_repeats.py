@@ -36,6 +36,29 @@ def coarse_and_slow(seed: int) -> FloatArray:
     return np.round(slow / 2)
 
 
+def whole_degrees_in_a_hand(seed: int, noise: float = 0.1) -> FloatArray:
+    """Rests in which one axis is between two levels, and moves through hundreds of them."""
+    rng = np.random.default_rng(seed)
+    moves = np.repeat(np.arange(ROWS // 250) % 2, 250)[:, None] * rng.integers(-90, 90, (ROWS, 3))
+    return moves + np.round([0.3, 0.5, 0.1] + noise * rng.standard_normal((ROWS, 3)))
+
+
+def test_the_rests_of_a_coarse_gyroscope_are_no_copies() -> None:
+    """Its moves, in which no row returns, say nothing of its rests, in which few levels do."""
+    for seed in range(10):
+        logs = [log(whole_degrees_in_a_hand(seed)), log(whole_degrees_in_a_hand(seed + 50))]
+        assert find_copy(logs, "gyroscope") is None
+
+
+def test_a_long_copy_in_a_coarse_log_is_found() -> None:
+    one, other = whole_degrees_in_a_hand(1, 0.3), whole_degrees_in_a_hand(2, 0.3)
+    other[1000:1240] = one[500:740]
+    copy = find_copy([log(one), log(other)], "gyroscope")
+    assert copy is not None
+    assert copy.first_start == pytest.approx(500, abs=9)
+    assert copy.second_start - copy.first_start == pytest.approx(500, abs=9)
+
+
 def test_two_levels_that_take_turns_are_no_copy() -> None:
     """Without the rows that repeat the one before, A B A B has one bit a row by its levels."""
     for seed in range(10):
@@ -80,3 +103,7 @@ def test_a_block_too_short_to_count_is_no_copy() -> None:
     first, second = noisy(1), noisy(2)
     second[100:120] = first[:20]
     assert find_copy([log(first), log(second)], "gyroscope") is None
+
+
+def test_no_logs_hold_no_copy() -> None:
+    assert find_copy([], "gyroscope") is None

@@ -58,6 +58,16 @@ def test_a_run_shows_the_noise_on_which_its_steps_depend(noise: float) -> None:
     assert np.quantile(ratio, 0.95) < 2
 
 
+def test_poses_that_moved_do_not_show_noise_that_hides_the_steps() -> None:
+    """Of eighteen at one place between two steps six moved over a step and more."""
+    rng = np.random.default_rng(8)
+    moved = np.linspace(0, 3, 500) * (np.arange(18) % 3 == 0)[:, None]
+    values = np.rint(-0.42 + moved[..., None] + 0.09 * rng.standard_normal((18, 500, 3)))
+    means, scatter = values.mean(axis=1), values.var(axis=1, ddof=1)
+    stated = step_variance_seen(np.ones(3), scatter, means - values[:, 0], np.full(3, 200.0))
+    assert (np.sqrt(stated) > 0.2).all()
+
+
 def test_the_step_is_found_where_the_log_is_coarser_than_the_data_sheet() -> None:
     rng = np.random.default_rng(2)
     analogue = 5 + rng.standard_normal((500, 3))
