@@ -131,7 +131,7 @@ def _learn(
     if plate is not None and fine is not None and fine.template.turning.any():
         lasts = np.maximum(np.diff(learning.time_s[learning.chosen]), 1e-6)
         rate = float(median(np.diff(plate.coarse.angle_rad) / lasts))
-        alike = plate.parts if plate.parts > 1 else symmetry(fine.template)
+        alike = plate.parts if plate.parts > 1 else symmetry(fine.template, plate.coarse)
         notes = _others_turning(
             name, rate, fine.template.grid.view, outlines, learning,
             None if alike > 1 else plate.coarse)

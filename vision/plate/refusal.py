@@ -67,7 +67,7 @@ def _advice(seen: Luma) -> str:
 
 def why_it_jumps(seen: Alignment, time_s: FloatArray) -> str:
     """The message for a common rotation whose angle, at times (f,), does not advance evenly."""
-    if symmetry(seen.template) > 1:
+    if symmetry(seen.template, seen) > 1:
         return (
             "what turns in the frame repeats itself around its axis (blades, strobe dots, ribs of "
             "a mat), and the frames cannot show how many of its parts pass from frame to frame. "

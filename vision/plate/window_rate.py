@@ -40,9 +40,6 @@ class WindowThresholds:
 
     Attributes
     ----------
-    calm : float
-        Mean square change, luma steps squared, due to rounding of the transforms. Derived: single
-        precision of 8 bits.
     least_shown : float
         Least share of the energy that shows a direction, however slow the plate.
     favour_slow : float
@@ -50,7 +47,6 @@ class WindowThresholds:
         slowest of its aliases.
     """
 
-    calm: float = 1e-06
     least_shown: float = 0.5
     favour_slow: float = 0.1
 
@@ -105,12 +101,10 @@ class WindowRate:
             step = float(self._trial_rad_s[1] - self._trial_rad_s[0])
             rate += 0.5 * float((low - high) / (low - 2 * at + high)) * step
         energy = (np.abs(varying) ** 2).sum(axis=(1, 2))
-        frames = len(self._time_s)
-        calm = THRESHOLDS.calm * frames * float(weight.sum()) / 2
         turning = float(energy @ _share_of_rotation(rate, self._time_s))
         total = float(energy.sum())
-        if_all_turned = max(turning, THRESHOLDS.least_shown * total, calm)
-        return rate, float(power[best]) / frames / if_all_turned, total
+        if_all_turned = max(turning, THRESHOLDS.least_shown * total, 1e-9)
+        return rate, float(power[best]) / len(self._time_s) / if_all_turned, total
 
     def _one_way_power(self, varying: Orders) -> FloatArray:
         """P(ω) - P(-ω) at the trial rates."""

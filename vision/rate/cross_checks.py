@@ -18,7 +18,6 @@ from vision.rate.unwrap import frame_time
 
 END_SD = 1 / np.sqrt(6.0)  # frames: sd of the difference of two ends rounded to whole frames
 EVEN = 0.05  # of the frame time: stamps nearer to a grid are evenly spaced
-GAP = 1.5  # frame times; derived: between one and two, a longer gap hides an alignment
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,14 +137,10 @@ def count_frames(angle: PlateAngle) -> FrameCount | None:
     progress = np.maximum.accumulate(turns if turns[-1] >= turns[0] else -turns)
     whole = np.arange(np.ceil(progress[0]), np.floor(progress[-1]) + 1)
     after = np.searchsorted(progress, whole).clip(1, len(progress) - 1)
-    # An alignment among missing frames is not visible.
-    frame_s = frame_time(angle.time_s)
-    seen = np.diff(angle.time_s)[after - 1] < GAP * frame_s
-    whole, after = whole[seen], after[seen]
     if len(whole) < 2:
         return None
     nearer = np.abs(progress[after - 1] - whole) < np.abs(progress[after] - whole)
     aligned = np.where(nearer, after - 1, after)
     time = float(angle.time_s[aligned[-1]] - angle.time_s[aligned[0]])
     rate = float(2 * np.pi * (whole[-1] - whole[0])) / time
-    return FrameCount(rate, rate * END_SD * frame_s / time)
+    return FrameCount(rate, rate * END_SD * frame_time(angle.time_s) / time)

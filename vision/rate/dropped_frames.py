@@ -33,7 +33,6 @@ from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.unwrap import LOCAL_STEPS, running_median
 
 FEWEST_FRAMES = 6  #: frames one turn after another, to determine a share; a judgement
-LOCAL_S = 1.0  # least time over which the usual rate is determined
 LEVELS = 8  #: steps of the level in a frame time; numerical
 MOST_AT_ONCE = 6  #: largest number of frames dropped, or mismeasured, in one place; a judgement
 MOST_DROPPED = 100  #: largest growth of the level in a stretch, frame times; a limit of memory
@@ -152,9 +151,7 @@ def dropped_frames(angle: PlateAngle) -> DroppedFrames:
 def frame_jumps(angle: PlateAngle) -> tuple[NDArray[np.int64], BoolArray]:
     """Jump of the angle before each frame, whole frame times, and stray frames, (u,) both."""
     step, step_s = np.diff(angle.angle_rad), np.diff(angle.time_s)
-    # A fast camera needs more steps: each has all the noise and less of the motion.
-    over = max(LOCAL_STEPS, 2 * round(LOCAL_S / angle.frame_s / 2) + 1)
-    rate = running_median(step / step_s, over)
+    rate = running_median(step / step_s, LOCAL_STEPS)
     blind = np.diff(angle.index) > THRESHOLDS.blind
     per_frame = rate * angle.frame_s
     beyond = np.zeros_like(step)

@@ -38,19 +38,15 @@ SLOPES, ZOOMS = 51, 6  #: numerical
 
 @dataclass(frozen=True)
 class SlowCameraThresholds:
-    """Limits for frames taken evenly and stamped late.
+    """Limit for frames taken evenly and stamped late.
 
     Attributes
     ----------
-    jitter : float
-        Largest deviation of the stamps from an even grid, frame times of the clip. Derived: the
-        band is one frame time wide, and is known to a tenth.
     evener : float
         Largest scatter of the angle by the camera's time over that by the stamps. Derived: correct
         stamps scatter less, stamps late by up to a frame several times more.
     """
 
-    jitter: float = 0.1
     evener: float = 0.5
 
 
@@ -137,8 +133,6 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
         return stamped
     clip_s = frame_time(stamp_s)
     jitter_s = float(np.ptp(stamp_s - clip_s * np.arange(len(stamp_s))))
-    if jitter_s > THRESHOLDS.jitter * clip_s:
-        return stamped
     # The first frame may have been taken long before the clip begins.
     slope = _slope_within(stamp_s[fresh[1:]], clip_s + jitter_s)
     repetitions = np.diff(fresh, append=len(stamp_s)) - 1

@@ -17,7 +17,6 @@ A longer exposure blurs the plate along the rings. A blur whose variance is larg
 into T + s/2 ∂²T/∂φ², and s is fitted together with the contrast at that angle.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
@@ -46,8 +45,6 @@ class TrackerThresholds:
         Share of the usual correlation below which the whole turn is searched.
     hidden_match : float
         Share of the usual correlation below which something is in the way; the expectation is kept.
-    near_rad : float
-        Distance from the expected angle, rad, beyond which an angle does not change the rate.
     shown : float
         Share of the largest information on the angle, Σ w (∂T/∂φ)² over the visible part, below
         which a frame shows no angle. Derived: from a quarter on its sd is at most twice the least.
@@ -59,7 +56,6 @@ class TrackerThresholds:
 
     good_match: float = 0.75
     hidden_match: float = 0.5
-    near_rad: float = math.pi / 6
     shown: float = 0.25
     memory: float = 0.05
     longest_step: float = 8.0
@@ -203,7 +199,7 @@ class PlateTracker:
             return
         elapsed = time_s - self._time
         surprise = angle - self._angle - self._rate * elapsed
-        if elapsed > 0 and abs(surprise) < THRESHOLDS.near_rad:
+        if elapsed > 0:
             self._rate += 2 * THRESHOLDS.memory * surprise / elapsed
         self._time, self._angle = time_s, angle
         self._usual += THRESHOLDS.memory * (match - self._usual)
