@@ -16,6 +16,7 @@ from vision.numbers import RPM, median
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.cross_checks import CrossChecks
 from vision.rate.dropped_frames import DroppedFrames
+from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.steady_part import noise_of_turns, steady_advice
 
 FEWEST_STRETCHES = 3  # least number of averages in a clip
@@ -29,15 +30,13 @@ class CheckThresholds:
     ----------
     turns : float
         Least number of turns. Fact: fewer show no point of the plate twice.
-    unsteady : float
-        Relative change of the rate within a clip that is refused. Fact: the scale of a sensor
-        calibrated against a mean rate errs by up to as much.
-    uneven : float
-        Relative change that justifies a warning. Fact: ten times a poor clock (100 ppm).
     stopped : float
         Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
         Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
         not the refusal.
+    leaps : float
+        Share of the rate in all that is not that from frame to frame. Derived: between two equal
+        marks that are taken for one (0.5) and noise (0.2).
     hidden_drop : float
         Scatter that hides a dropped frame, over the angle from frame to frame.
     wandering : float
@@ -52,9 +51,8 @@ class CheckThresholds:
     """
 
     turns: float = 1.0
-    unsteady: float = 0.01
-    uneven: float = 0.001
     stopped: float = 0.5
+    leaps: float = 0.35
     hidden_drop: float = 0.5
     wandering: float = 5.0
     mostly: float = 0.5
@@ -101,7 +99,7 @@ class Seen:
         # The mean over n windows of a turn, half a turn apart, retains the noise of two frames at
         # either end, over n half turns.
         spread = noise_of_turns(self.history)
-        wanted = int(np.ceil(spread / THRESHOLDS.unsteady))
+        wanted = int(np.ceil(spread / STEADY.other))
         span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
         rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
         return rate * (np.sign(median(rate)) or 1.0), spread / span
@@ -114,12 +112,18 @@ class Seen:
     @cached_property
     def unsteady(self) -> float:
         """The change over the largest one of a constant rate, or of the noise of frames."""
-        return self.change / max(THRESHOLDS.unsteady, self.even_history[1])
+        return self.change / max(STEADY.other, self.even_history[1])
 
     @cached_property
     def step_rad(self) -> float:
         """Usual angle from frame to frame."""
         return float(median(np.abs(np.diff(self.history.angle.angle_rad))))
+
+    @cached_property
+    def usual_rad_s(self) -> float:
+        """Usual rate from frame to frame, signed."""
+        angle = self.history.angle
+        return float(median(np.diff(angle.angle_rad) / np.diff(angle.index))) / angle.frame_s
 
     @property
     def is_plate(self) -> bool:
@@ -186,7 +190,7 @@ def _says_unsteady(seen: Seen) -> str:
         f"{seen.subject} {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it "
         f"goes from {listed[0]:.2f} to {listed[-1]:.2f} rpm (slowest {listed.min():.2f}, fastest "
         f"{listed.max():.2f}) in {turns:.2f} turns. A constant rate may change by at most "
-        f"{THRESHOLDS.unsteady:.0%}. "
+        f"{STEADY.other:.0%}. "
         f"{seen.advice(steady_advice(history))}"
     )
 
@@ -213,15 +217,16 @@ def _says_wandering(seen: Seen) -> str:
         f"the angle wanders by {np.degrees(seen.scatter_rad):.2f}° about an even rotation in "
         f"{seen.history.revolutions:.1f} turns, while the noise of a frame is "
         f"{np.degrees(seen.history.phase_noise_rad):.2f}° and what was taken for the plate turns "
-        f"by {np.degrees(seen.step_rad):.2f}° from frame to frame: its rate changes, or this clip "
-        f"cannot determine whether frames were dropped. Let the motor turn it for a minute, with a "
-        f"bold mark near the rim; where there is one, film with fewer frames per second."
+        f"by {np.degrees(seen.step_rad):.2f}° from frame to frame, at {seen.usual_rad_s / RPM:.3g} "
+        f"rpm, and at {seen.rate_rad_s / RPM:.3g} rpm in all: its rate changes, it is lost, or one "
+        f"mark is taken for another, or this clip cannot determine whether frames were dropped. "
+        f"Let it turn for a minute with one bold mark, or film with fewer frames per second."
     )
 
 
 def _says_jumps(seen: Seen) -> str:
     dropped = seen.dropped
-    if dropped.sd_of_rate > THRESHOLDS.uneven:
+    if dropped.sd_of_rate > STEADY.trend:
         return (
             f"{_jumps(seen)}. This clip cannot determine whether frames were dropped or the angle "
             f"is mismeasured there (the odds of dropped frames are {dropped.probability:.0%}); "
@@ -247,22 +252,16 @@ def _says_uneven(seen: Seen) -> str:
             f"sensor logged at another time may have seen another rate.")
 
 
-def _says_hidden_drop(seen: Seen) -> str:
-    return (
-        f"the plate turns by {np.degrees(seen.step_rad):.2f}° from frame to frame and the angle "
-        f"scatters by {np.degrees(seen.scatter_rad):.2f}°: a dropped frame would not be noticed, "
-        f"and one in a hundred makes the rate 1 % too high. Put a bold mark near the rim; where "
-        f"there is one, film with fewer frames per second."
-    )
-
-
 def _says_scattered(seen: Seen) -> str:
     late_ms = 1e3 * seen.scatter_rad / abs(seen.rate_rad_s)
+    hides = (f" At {np.degrees(seen.step_rad):.2f}° from frame to frame a dropped frame would not "
+             f"be noticed, and one in a hundred makes the rate 1 % too high.")
     return (
         f"the angle scatters by {np.degrees(seen.scatter_rad):.1f}° about an even rotation; a "
         f"plate filmed from a stand gives some hundredths. The cause is noise in the frames, time "
         f"stamps that are late by {late_ms:.0f} ms, a camera that moves, or an object that is no "
         f"plate. The sd includes it; --overlay shows what was tracked."
+        f"{hides if _hides_drops(seen) >= 1 else ''}"
     )
 
 
@@ -279,19 +278,23 @@ def _says_two_rates(seen: Seen) -> str:
     )
 
 
+def _hides_drops(seen: Seen) -> float:
+    return seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad) * (seen.dropped.count == 0)
+
+
 REFUSALS: tuple[Check, ...] = (
     (lambda seen: seen.unsteady, _says_unsteady),
     (lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
-    (lambda seen: seen.scatter_rad / max(
+    (lambda seen: max(seen.scatter_rad / max(
         THRESHOLDS.hidden_drop * seen.step_rad,
-        THRESHOLDS.wandering * seen.history.phase_noise_rad), _says_wandering),
+        THRESHOLDS.wandering * seen.history.phase_noise_rad),
+        (seen.rate_rad_s - seen.usual_rad_s) / seen.rate_rad_s / THRESHOLDS.leaps),
+     _says_wandering),
 )
 WARNINGS: tuple[Check, ...] = (  # in the order in which they are printed
     (lambda seen: seen.dropped.jumps, _says_jumps),
-    (lambda seen: seen.change / max(THRESHOLDS.uneven, seen.even_history[1]), _says_uneven),
-    (lambda seen: seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad)
-          * (seen.dropped.count == 0), _says_hidden_drop),
-    (lambda seen: seen.scatter_rad / THRESHOLDS.scattered_rad, _says_scattered),
-    (lambda seen: seen.others is not None and seen.others.second is not None,
-     _says_two_rates),
+    (lambda seen: seen.change / max(STEADY.trend, seen.even_history[1]), _says_uneven),
+    (lambda seen: max(seen.scatter_rad / THRESHOLDS.scattered_rad, _hides_drops(seen)),
+     _says_scattered),
+    (lambda seen: seen.others is not None and seen.others.second is not None, _says_two_rates),
 )

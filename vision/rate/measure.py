@@ -209,9 +209,9 @@ def _measured(
     fit, base, always = fit_rate(
         track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
     )
-    seen = replace(seen, scatter_rad=fit.noise)
-    refuse(seen)
     rate, sd = float(fit.beta[1]), float(fit.sd[1])
+    seen = replace(seen, scatter_rad=fit.noise, rate_rad_s=rate)
+    refuse(seen)
     if any(ends):
         x = design(always, base, base.time_s)
         rate, sd = rate_beside_transients(fit, x, angle.angle_rad, base.time_s, ends)

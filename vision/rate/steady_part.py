@@ -40,11 +40,11 @@ class SteadyPartThresholds:
         Least number of turns. Derived: errors that repeat with every turn are separated from a
         trend over three.
     trend : float
-        Largest relative change of the rate from its beginning to its end, beyond four sds of it.
-        Fact: ten times a poor clock (100 ppm).
+        Largest relative change of the rate from its beginning to its end, beyond four sds of it,
+        and in a clip without a warning. Fact: ten times a poor clock (100 ppm).
     other : float
-        Relative difference from which another steady part has another speed. Fact: the change that
-        is not a constant rate.
+        Relative difference from which another steady part has another speed, and change in a clip
+        that is refused. Fact: the scale of a sensor calibrated against a mean rate errs by as much.
     peak_to_peak : float
         Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
         independent values (Tippett), and a margin for the heavy tails of late stamps.

@@ -244,6 +244,14 @@ def test_a_wander_that_dropped_frames_could_have_made_is_refused() -> None:
         measure_rate(phase_track(time, angle + wander, noise_rad=NOISE), timebase=CLOCK)
 
 
+def test_a_mark_that_is_taken_for_the_other_one_does_not_double_the_rate() -> None:
+    """Where two equal marks pass the visible half of a plate, each for half a turn."""
+    time, angle = steady(10.0, seconds=14, fps=30)
+    track = phase_track(time, 1.04 * np.mod(angle, np.pi), noise_rad=NOISE)
+    with pytest.raises(RateRefused, match=r"at 10\.4 rpm, and at 20 rpm in all: .* for another"):
+        measure_rate(track, timebase=CLOCK)
+
+
 def test_a_scatter_that_would_hide_dropped_frames_is_said() -> None:
     time, angle = steady(16.67, seconds=20, fps=240)
     rate = measure_rate(phase_track(time, angle, noise_rad=5e-3), timebase=CLOCK)
