@@ -66,10 +66,11 @@ def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
 
     From D radii away, at a tilt α, the spindle appears off the centre of the rim's ellipse by
     sin α / D radii of the plate, on the minor axis. A label may turn about the centre, a rim seen
-    steeply does not. If the coherence is already certain, nothing is searched.
+    steeply does not. If the coherence is already certain, or noise, nothing is searched.
     """
     best, rotation = view, frames.rotation(view)
-    if rotation.coherence > CERTAIN or view.tilt_rad < STEEP_RAD:
+    certain = rotation.coherence > CERTAIN
+    if certain or view.tilt_rad < STEEP_RAD or not turns_together(rotation):
         return best, rotation
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):

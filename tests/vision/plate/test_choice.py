@@ -4,9 +4,13 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
+import pytest
 
-from vision.plate.choice import PlateCandidate
+from vision.geometry import view_of_ellipse
+from vision.plate.choice import PlateCandidate, seek_spindle
 from vision.plate.evidence import believed
+from vision.plate.learning_frames import LearningFrames
+from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Alignment
 
 
@@ -43,3 +47,14 @@ def test_a_plate_is_believed_though_most_of_what_varies_is_noise() -> None:
     """Frames of a dark film."""
     assert candidate(0.25).is_believed
     assert not candidate(0.25).is_certain
+
+
+@pytest.mark.parametrize(("shown", "searched"), [(0.05, False), (0.4, True), (0.9, False)])
+def test_a_spindle_is_searched_where_something_turns_and_not_in_noise(
+    shown: float, searched: bool
+) -> None:
+    coherence = iter([shown, *[shown + 0.01] * 20])
+    frames = SimpleNamespace(rotation=lambda view: CoarseRotation(
+        np.zeros(60), next(coherence), 1.0, slice(0, 48)))
+    rim = view_of_ellipse((50.0, 50.0), (40.0, 20.0), 0.0)
+    assert (seek_spindle(rim, cast(LearningFrames, frames))[0] is not rim) == searched
