@@ -106,7 +106,8 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
         near = float(np.abs(double - after[row + 1, column] - after[row + 3, column]).sum())
         far = float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
         combed.append(near / max(far, 1.0))
-    if median(combed) <= THRESHOLDS.combed and abs(median(follows)) <= THRESHOLDS.follows:
+    beside = abs(abs(median(follows)) - 1)  # of a codec that holds frames, far above 1
+    if median(combed) <= THRESHOLDS.combed and beside >= 1 - THRESHOLDS.follows:
         return None
     # The later field is farther from the previous frame.
     odd_later, even_later = (

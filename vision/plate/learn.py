@@ -8,20 +8,9 @@ import numpy as np
 from vision.errors import NothingMoves, OnlyLight, RateRefused, more_telling
 from vision.geometry import PlateView
 from vision.numbers import RPM, median, quantile
-from vision.plate.background import (
-    OFTEN,
-    change_over_noise,
-    halved,
-    median_image,
-    spread_choice,
-)
+from vision.plate.background import OFTEN, change_over_noise, halved, median_image, spread_choice
 from vision.plate.channel import Brightness, Channel
-from vision.plate.choice import (
-    Outline,
-    chosen_plate,
-    or_of_parts,
-    seek_spindle,
-)
+from vision.plate.choice import Outline, chosen_plate, or_of_parts, seek_spindle
 from vision.plate.detect import proposals
 from vision.plate.lamp import changing_light, in_even_light
 from vision.plate.learning_frames import LearningFrames

@@ -64,6 +64,9 @@ def test_a_clip_of_whole_frames_is_left_alone(fields: Path) -> None:
     assert interlacing(frames) is None
     noise = np.random.default_rng(1).integers(0, 255, (16, 120, 160)).astype(np.uint8)
     assert interlacing([Frame(i / 25, image, NO_CHROMA) for i, image in enumerate(noise)]) is None
+    held = np.repeat(noise[:1] // 2, 16, axis=0)  # an encoder holds thin print, and renews it
+    held[:, 20:100:4, 50:110] = 150 + 6 * np.arange(16)[:, None, None]
+    assert interlacing([Frame(i / 60, image, NO_CHROMA) for i, image in enumerate(held)]) is None
 
 
 @pytest.mark.parametrize("first", [0, 1])
