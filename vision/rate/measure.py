@@ -29,6 +29,7 @@ from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
 from vision.rate.slow_camera import FrameTimes, frame_times
 from vision.rate.steady_part import (
+    FEWEST_FRAMES,
     WHOLE,
     ClipPart,
     MovingEnds,
@@ -46,8 +47,6 @@ from vision.rate.terms import (
 )
 from vision.rate.timebase import Timebase
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
-
-FEWEST_USABLE = 12  # frames
 
 
 @dataclass(frozen=True)
@@ -258,10 +257,10 @@ def _measured(
 
 def _require_usable(track: PhaseTrack) -> None:
     count = int(usable(track).sum())
-    if count < FEWEST_USABLE:
+    if count < FEWEST_FRAMES:
         raise RateRefused(
             f"{track.source}: what was taken for the plate is seen clearly in {count} frame(s), at "
-            f"least {FEWEST_USABLE} are needed. Film it with nothing in the way."
+            f"least {FEWEST_FRAMES} are needed. Film it with nothing in the way."
         )
 
 

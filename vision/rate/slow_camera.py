@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import median
 from vision.phase_track import PhaseTrack
-from vision.rate.steady_part import ClipPart
+from vision.rate.steady_part import FEWEST_FRAMES, ClipPart
 from vision.rate.unwrap import (
     continuous_angle,
     frame_time,
@@ -31,7 +31,6 @@ from vision.rate.unwrap import (
     usable,
 )
 
-FEWEST_FRAMES = 12  #: frames that the camera took; two per parameter of the phase's model
 CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that starts, stops or is turned
 SLOPES, ZOOMS = 51, 6  #: numerical
 
