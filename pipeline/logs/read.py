@@ -173,7 +173,7 @@ def _named(path: Path, table: TextTable | FileTable, columns: ColumnNames | None
         theirs = list(table.columns)
         return LogTable(str(path), named_columns(str(path), theirs, len(theirs), columns),
                         lambda: [*table.columns.values()], None,
-                        lambda row: f"{path}, row {row + 1}")
+                        lambda row: f"{path}{table.place(row)}")
     text = log_text(path, table.lines, columns)
     return LogTable(str(path), list(zip(text.names, text.factors, strict=True)),
                     cache(lambda: [*numbers_of(text).T]), text.rate_hz, text.place)

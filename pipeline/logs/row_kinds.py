@@ -136,7 +136,7 @@ def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | N
             len({one[i] for one in usual}) > 1 for i in (0, 1)):
         return 0
     columns = [[row[i] for row in rows] for i in range(width)]
-    turning = [i for i, column in enumerate(columns) if _take_turns(column)]
+    turning = [i for i, column in enumerate(columns) if take_turns(column)]
     if not turning:
         return None
     numbers = {i: values for i, column in enumerate(columns)
@@ -151,7 +151,7 @@ def _numbers(cells: Sequence[str], dialect: Dialect) -> list[float]:
     return [float(dialect.decimal_points(cell)) for cell in bare if dialect.holds_number(cell)]
 
 
-def _take_turns(words: Sequence[str]) -> bool:
+def take_turns(words: Sequence[str] | Sequence[float]) -> bool:
     """Whether a few words follow each other in turn."""
     kinds = {*words}
     if not 1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) or "" in kinds:

@@ -6,6 +6,7 @@ from pathlib import Path
 from pipeline.errors import UnreadableInput
 from pipeline.logs.formats.file_table import FileTable, TextFile
 from pipeline.logs.formats.kinds import kind_of, split_member, tables_of
+from pipeline.logs.plain import plain_table
 from pipeline.logs.reshaped import tables_beside, with_names_in_header, with_whole_stamps
 from pipeline.logs.row_kinds import lines_by_kind
 from pipeline.logs.sentences import rows_of_lines
@@ -38,7 +39,8 @@ def tables_in(path: Path) -> list[TextTable | FileTable]:
         if isinstance(part, FileTable):
             tables.append(part)
         elif not member or f"{member}/".startswith(f"{part.name}/".lstrip("/")):
-            tables += _tables_of_text(file, part)
+            plain = plain_table(part)
+            tables += [plain] if plain else _tables_of_text(file, part)
     named = [table for table in tables if member in ("", table.name)]
     if not named:
         names = [table.name for table in (tables or parts) if table.name]

@@ -20,10 +20,17 @@ class FileTable:
         Name by which a configuration selects it, as in ``flight.ulg/sensor_accel_0``.
     columns : mapping of str to array, shape (t,)
         In the order of the file, with its names, or with ours if the format states its units.
+    first_line : int
+        Number of the line of the first row of a text; 0 if the rows are no lines.
     """
 
     name: str
     columns: Mapping[str, FloatArray]
+    first_line: int = 0
+
+    def place(self, row: int) -> str:
+        """Where a row is in the file, for messages."""
+        return f":{self.first_line + row}" if self.first_line else f", row {row + 1}"
 
 
 @dataclass(frozen=True, eq=False)
