@@ -247,7 +247,7 @@ def test_a_wander_that_dropped_frames_could_have_made_is_refused() -> None:
 def test_a_mark_that_is_taken_for_the_other_one_does_not_double_the_rate() -> None:
     """Where two equal marks pass the visible half of a plate, each for half a turn."""
     time, angle = steady(10.0, seconds=14, fps=30)
-    track = phase_track(time, 1.04 * np.mod(angle, np.pi), noise_rad=NOISE)
+    track = phase_track(time, -1.04 * np.mod(angle, np.pi), noise_rad=NOISE)
     with pytest.raises(RateRefused, match=r"at 10\.4 rpm, and at 20 rpm in all: .* for another"):
         measure_rate(track, timebase=CLOCK)
 
