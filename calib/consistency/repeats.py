@@ -131,20 +131,13 @@ def find_copy(logs: Sequence[ImuLog], triad: Triad) -> Copy | None:
         if pairs:
             a, b = min(pairs, key=lambda pair: (log_of[pair[0]], start[pair[0]]))
             i, j = int(log_of[a]), int(log_of[b])
-            before = _alike(rows[i][start[a] - 1 :: -1], rows[j][start[b] - 1 :: -1]
-                            ) if start[a] and start[b] else 0
-            first, second = int(start[a]) - before, int(start[b]) - before
-            last = first + _alike(rows[i][first:], rows[j][second:]) - 1
+            first, second = int(start[a]), int(start[b])
+            length = min(len(rows[i]) - first, len(rows[j]) - second)
+            differ = np.flatnonzero(rows[i][first:][:length] != rows[j][second:][:length])
+            last = first + (int(differ[0]) if differ.size else length) - 1
             return Copy(i, j, int(kept[i][first]), int(kept[j][second]),
                         int(kept[i][last] - kept[i][first] + 1))
     return None
-
-
-def _alike(one: Keys, other: Keys) -> int:
-    """Number of rows from the first on that are equal."""
-    length = min(len(one), len(other))
-    differ = np.flatnonzero(one[:length] != other[:length])
-    return int(differ[0]) if differ.size else length
 
 
 def require_no_copies(logs: Sequence[ImuLog], triad: Triad) -> None:

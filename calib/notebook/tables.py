@@ -2,8 +2,9 @@
 
 Columns: ``acc_x, acc_y, acc_z`` in m/s², ``gyr_x, gyr_y, gyr_z`` in rad/s, ``sd_acc_x`` ... (the
 sds of the means; with ``samples``, of the samples), ``time_s``, ``rate_rad_s`` (of the plate: 0 at
-rest, negative clockwise), ``pose`` (what the pose is called) and any further numeric column. A row
-is the mean of a pose; where several rows have the same ``pose`` they are its samples.
+rest, negative clockwise), ``pose`` (what the pose is called), ``run`` (the setting of the plate,
+``stopped`` at rest), ``station``, and any further numeric column. A row is the mean of a pose;
+where several rows have the same ``pose`` they are its samples.
 """
 
 import math
@@ -28,7 +29,7 @@ from calib.poses.runs.pose_run import PoseRun
 from calib.poses.runs.reference_runs import gravity_run, stopped_run, turning_run
 
 SI = TriadSpec(np.inf, 0, "si")
-POSE, RATE = "pose", "rate_rad_s"
+POSE, RATE, RUN, STATION, STOPPED = "pose", "rate_rad_s", "run", "station", "stopped"
 
 #: Units used in place of m/s²: the number of each in one SI unit; definition
 FORCE_UNITS: Mapping[str, float] = {"g": 1 / STANDARD_GRAVITY_M_S2,
@@ -76,7 +77,8 @@ def columns_of(table: Any, triad: Triad) -> tuple[Columns, list[str]]:
                           f"{_renaming(list(map(str, names)), triad)}")
     if len(set(names)) < len(names):
         raise UnusableLog("table: a name stands over two columns; every column needs its own.")
-    columns = {str(name): _numbers(str(name), table[name]) for name in names if name != POSE}
+    columns = {str(name): _numbers(str(name), table[name]) for name in names
+               if name not in (POSE, RUN, STATION)}
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
         raise UnusableLog(f"table: columns of different lengths: {lengths}.")
@@ -209,7 +211,13 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
         raise UnusableLog("table: no rate of the plate. State `rate=` in rad/s, or a column "
                           "rate_rad_s; 0 means that the plate stood still.")
     rates = columns.pop(RATE, np.zeros(len(labels)))
-    rates = rates if rate is None else np.full(len(labels), float(rate))
+    if rate is not None:
+        named = RUN in (table.dtype.names or () if isinstance(table, np.ndarray) else table)
+        settings = np.asarray(table[RUN] if named else labels).astype(str)
+        if named and len({*settings} - {STOPPED}) > 1:
+            raise UnusableLog(f"table: column {RUN} names {', '.join(sorted({*settings}))}, and "
+                              f"one rate is stated. State that of each row in a column {RATE}.")
+        rates = np.where(settings == STOPPED, 0.0, rate)
     if not np.isfinite(rates).all():
         raise UnusableLog("table: a rate of the plate is not a finite number.")
     turning = np.abs(rates[rates != 0])
@@ -222,7 +230,7 @@ def plate_runs(table: Any, rate: float | None, sd: float) -> list[PoseRun]:
         means = pose_means({name: values[rows] for name, values in columns.items()},
                            [labels[i] for i in rows], omega)
         if omega == 0:
-            runs.append(stopped_run("stopped", means, None))
+            runs.append(stopped_run(STOPPED, means, None))
             continue
         plate = PlateRate(f"{omega:.6g} rad/s", np.array([abs(omega)]), np.array([sd]),
                           direction="ccw" if omega > 0 else "cw")

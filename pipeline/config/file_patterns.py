@@ -98,17 +98,26 @@ def relative_name(path: Path, folder: Path) -> str:
 
 
 def names_of(paths: Sequence[Path], folder: Path) -> list[str]:
-    """The names of files, as one pattern if it matches these files and no others."""
+    """The names of files; those of a folder, or numbered alike, as a pattern if it matches them and
+    no others."""
     names = [relative_name(path, folder) for path in paths]
-    parents, suffixes = {Path(name).parent for name in names}, {Path(name).suffix for name in names}
-    if len(names) < 2 or len(parents) != 1 or len(suffixes) != 1:
-        return names
-    pattern = (parents.pop() / f"*{suffixes.pop()}").as_posix()
+    for kind in (re.compile(r"[^/]+(?=\.[^/.]*$)"), re.compile(r"\d+(?=[^/]*$)")):
+        alike: dict[str, list[str]] = {}
+        for name in names:
+            alike.setdefault(kind.sub("*", name), []).append(name)
+        patterns = {name: pattern for pattern, every in alike.items() for name in every
+                    if len(every) > 1 and _matches(pattern, every, folder)}
+        names = [*dict.fromkeys(patterns.get(name, name) for name in names)]
+    return names
+
+
+def _matches(pattern: str, names: Sequence[str], folder: Path) -> bool:
+    """Whether a pattern stands for these names and no others."""
     try:
-        meant = [relative_name(path, folder) for path in find_files(pattern, folder)]
+        every = [relative_name(path, folder) for path in find_files(pattern, folder)]
     except FileNotFoundError:
-        return names
-    return [pattern] if sorted(meant) == sorted(names) and "[" not in pattern else names
+        return False
+    return sorted(every) == sorted(names) and "[" not in pattern
 
 
 def _require_log(path: Path, name: str) -> None:

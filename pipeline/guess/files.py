@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from pipeline.guess.magnitudes import FORCE_UNITS, is_direction, typical_length
 from pipeline.guess.plate import MeasuredClip
 from pipeline.guess.pool import reads_alike, sphere_through, still_means
 from pipeline.guess.raw_tables import RawTable, raw_tables
-from pipeline.guess.sensor_files import hint_of, is_of_other_quantity
+from pipeline.guess.sensor_files import hint_of, names_of_sensors
 from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
 from pipeline.guess.triads import Triple, possible_triples, triples_by_name
 from pipeline.logs.clock import ASSUMED_HZ
@@ -56,7 +57,7 @@ def guess_files(
     passed_over = _not_used([
         table for table, guess in zip(tables, every, strict=True) if guess is None
         and (table.path.parent not in used or called_accelerometers(table)
-             or (table.path.parent.is_dir() and not is_of_other_quantity(table.path)))])
+             or (table.path.parent.is_dir() and hint_of(table.path) != "else"))])
     if not guesses:
         raise UnreadableInput(passed_over[0] if passed_over else NO_ROWS.format(files[0]))
     return guesses, (*([f"{_listed(without)}: left out, because no line is a row of readings."]
@@ -90,14 +91,18 @@ def _tables_of_files(files: Sequence[Path]) -> tuple[list[RawTable], list[Path]]
 
 
 def _not_used(tables: Sequence[RawTable]) -> list[str]:
-    """One sentence for all tables with one reason, whatever its numbers; files of one name in
-    several recordings have that of the first."""
-    reasons: dict[tuple[str, ...], str] = {}
+    """One sentence for all tables with one reason, whatever its numbers; poses of one sensor have
+    that of all together, and so have files of one name in several recordings."""
+    kinds: dict[tuple[str, ...], list[RawTable]] = {}
+    for table, name in zip(tables, names_of_sensors(tables), strict=True):
+        kinds.setdefault((name, *table.columns), []).append(table)
     groups: dict[str, list[tuple[Path, str]]] = {}
-    for table in tables:
-        kind = (table.path.name, *table.columns)
-        why = reasons[kind] = reasons.get(kind) or why_no_log(table)
-        groups.setdefault(NUMBER.sub("", why), []).append((table.path, why))
+    for first, *more in kinds.values():
+        why = why_no_log(replace(first, columns={
+            name: np.concatenate([table.columns[name] for table in (first, *more)])
+            for name in first.columns}))
+        groups.setdefault(NUMBER.sub("", why), []).extend(
+            (table.path, why) for table in (first, *more))
     return [f"{_listed([path for path, _ in group])}: not used, because {group[0][1]}."
             for group in groups.values()]
 
@@ -174,7 +179,7 @@ def why_no_log(table: RawTable) -> str:
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "
                     "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "
                     "Uncalibrated; phyphox: Acceleration (with g))")
-    alone = len(possible_triples(names)) == 1 and not is_of_other_quantity(table.path)
+    alone = len(possible_triples(names)) == 1 and hint_of(table.path) != "else"
     for triple in possible_triples(names):
         values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]

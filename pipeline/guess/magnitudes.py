@@ -110,6 +110,13 @@ def sample_noise_sd(values: FloatArray) -> float:
     return float(np.median(np.abs(steps))) / MEDIAN_OF_NORMAL / math.sqrt(2) if len(steps) else 0.0
 
 
+def size_of(values: FloatArray) -> tuple[float, float, bool]:
+    """Nearly the largest of readings (t, 3), the noise of one, and whether all are whole numbers.
+    """
+    return (float(np.quantile(np.abs(values), NEARLY_ALL)), sample_noise_sd(values),
+            np.array_equal(values, np.rint(values)))
+
+
 @dataclass(frozen=True)
 class GravityUnit:
     """The unit in which a triad reads gravity.

@@ -4,7 +4,6 @@ Each is the end of a sentence that names the file; empty if there is none.
 """
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
@@ -17,7 +16,7 @@ from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.head import width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import MOST_KINDS
-from pipeline.logs.sentence_names import SLOT, without_colours
+from pipeline.logs.sentence_names import SLOT
 from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
 from pipeline.text.names import word
@@ -85,8 +84,6 @@ def _are_mostly(lines: Sequence[str], manner: re.Pattern[str]) -> bool:
 
 def why_no_table(lines: Sequence[str], beside: Sequence[Path] = ()) -> str:
     """Why no line of a text, imported ``beside`` others, is a row of readings."""
-    if values := _one_value_a_row(lines):
-        return values
     for manner, what in NOT_LINES_OF_NUMBERS:
         if _are_mostly(lines, manner):
             return what
@@ -98,7 +95,8 @@ def why_no_table(lines: Sequence[str], beside: Sequence[Path] = ()) -> str:
             f"each row holds one value, as '{last}', and the axes of a sensor are expected beside "
             f"each other. If each has its file, put them together and import that: by "
             f"`paste -d '{delimiter_of(shown[-1]) or ','}' {' '.join(map(word, axes))} >log.csv` "
-            f"if their rows have the same times, else by `pandas.merge_asof()` over these")
+            f"if their rows have the same times, else by `pandas.merge_asof()` over these. If each "
+            f"row names its axis, bring the names into the header, as `pivot()` does in pandas")
     of_numbers = [line.lstrip("#! ") for line in shown if len(SLOT.findall(line)) >= len(AXES)]
     if 2 * len(of_numbers) > len(shown):
         samples = " and ".join(f"'{line[:LONGEST_SHOWN]}'" for line in of_numbers[-2:])
@@ -141,17 +139,3 @@ def _are_bytes(one: Sequence[str], other: Sequence[str]) -> bool:
                for high, low in (steps, steps[::-1]) if np.abs(steps).max(initial=0) < 256]
     return any((over & counted).sum() > max(FEWEST_CARRIES - 1, over.sum() / 2)
                for over, counted in carries)
-
-
-def _one_value_a_row(lines: Sequence[str]) -> str:
-    """Rows with one value and its name, whose times do not make them samples."""
-    every = [line for line in lines if line.strip()]
-    texts = Counter(SLOT.sub("#", without_colours(line))
-                    for line in every[:: 1 + len(every) // EVENTS])
-    called = [text for text in texts if any(read_name(part).quantity in ("acc", "gyr")
-                                            for part in re.split(r"['\":=#,;\t]", text))]
-    if not called or len(texts) > MOST_KINDS:
-        return ""
-    return (f"each line holds one value, as '{called[0].strip()[:LONGEST_SHOWN]}'. Have the logger "
-            f"write the six values of a sample into one line, or bring the names into the header, "
-            f"as `pivot()` does in InfluxDB, pandas and SQL")

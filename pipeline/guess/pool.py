@@ -150,6 +150,20 @@ def are_still(blocks: FloatArray) -> BoolArray:
     return np.asarray(scatter <= STILL * np.quantile(scatter, STILLEST))
 
 
+def stops_of(at: IntArray, *means: FloatArray) -> list[IntArray]:
+    """Indices of the still blocks ``at`` (k,) of each stop: neighbours in one attitude and motion
+    by the means (k, 3) of the blocks, in their units.
+
+    At rest a gyroscope reads its bias in stops of every attitude; on the plate it reads no vector
+    in as many, however long each turn lasts.
+    """
+    moved = np.diff(at) > 1
+    for mean in means:
+        step = np.linalg.norm(np.diff(mean, axis=0), axis=1)
+        moved |= step > AT_REST * np.linalg.norm(mean.std(axis=0))
+    return np.split(np.arange(len(at)), 1 + np.flatnonzero(moved))
+
+
 @dataclass(frozen=True, eq=False)
 class Sphere:
     """A sphere through points: ``centre`` (3,), ``radius``, and ``misfit``, their sd over it."""

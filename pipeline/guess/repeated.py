@@ -2,13 +2,13 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from calib.poses.imu_log import TRIADS, FloatArray
-from pipeline.guess.pool import FEWEST_MEANS, REST_S, usual_step
+from pipeline.guess.magnitudes import sample_noise_sd
+from pipeline.guess.pool import FEWEST_MEANS, REST_S, STILL, usual_step
 from pipeline.guess.sensor_files import names_of_sensors
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.clock import EPOCH_S, USUAL_STEPS
@@ -17,6 +17,9 @@ from pipeline.text.names import command, word
 SAME_SDS = 5.0
 """Largest distance of two means of one pose over the noise of their difference. A judgement: noise
 that is correlated widens it twofold, and a sensor that is laid anew lies off by ten and more."""
+UNLIKE = 0.5
+"""Share of the motion in one log from which another of the same times does not explain it. A
+judgement: of two sensors on one board a hundredth is left, of two recordings nearly all."""
 
 
 def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
@@ -51,18 +54,32 @@ def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> 
     both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
     together = one.path.parent == other.path.parent and two_sensors
     since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
-    if not both or one.are_means or other.are_means or _turn_apart(one, other):
+    of_one_clock = since_1970 or (together and one.clock.is_known and other.clock.is_known)
+    return (both and of_one_clock and not (one.are_means or other.are_means)
+            and one.overlaps(other) and not _move_apart(one, other))
+
+
+def _move_apart(one: TableGuess, other: TableGuess) -> bool:
+    """Whether one moves when the other does not, in recordings that both count from 0.
+
+    Two sensors of one body feel its motion at the same times: the readings of one are those of the
+    other in other axes and units.
+    """
+    name = next(name for name in TRIADS if getattr(one, name) and getattr(other, name))
+    logs = [log for table in (one, other) if (log := table.log()) is not None]
+    if len(logs) < 2:
         return False
-    if together and one.clock.is_known and other.clock.is_known:
-        return one.overlaps(other)
-    return since_1970 and one.overlaps(other)
-
-
-def _turn_apart(one: TableGuess, other: TableGuess) -> bool:
-    """Whether gravity in one turns otherwise than the gyroscope of the other says, in two
-    recordings that both count from 0."""
-    turn = replace(other, accelerometer=None).turn([replace(one, gyroscope=None)])
-    return turn is not None and not turn.is_sure
+    begin, end = max(log.time_s[0] for log in logs), min(log.time_s[-1] for log in logs)
+    at_s = np.arange(begin, end, REST_S)
+    values = [np.column_stack([np.interp(at_s, log.time_s, axis) for axis in log.readings(name).T])
+              for log in logs]
+    for log, mine, others in zip(logs, values, values[::-1], strict=True):
+        known = np.column_stack([others, np.ones(len(others))])
+        unlike = mine - known @ np.linalg.lstsq(known, mine, rcond=None)[0]
+        moves = mine.std(axis=0).max() > STILL * sample_noise_sd(log.readings(name))
+        if moves and unlike.var(axis=0).sum() > UNLIKE * mine.var(axis=0).sum():
+            return True
+    return False
 
 
 def without_continuations(

@@ -22,18 +22,13 @@ ALONE = 4  #: fact: columns of a table of one triad with its times
 MOST_SENSORS = 4  #: fact: files of one recording: three triads and a temperature
 
 
-def is_of_other_quantity(path: Path) -> bool:
-    """Whether the file's name is that of a computed quantity or of another sensor."""
-    return path.stem.lower() in OTHER_FILES
-
-
 def hint_of(path: Path) -> str:
     """``acc`` or ``gyr`` if the file's name contains a word of that sensor; the last one decides.
 
     ``else`` if the name is that of another quantity; empty if it shows nothing.
     """
     name = re.sub(r"[\W_]", "", path.name.lower())
-    if is_of_other_quantity(path):
+    if path.stem.lower() in OTHER_FILES:
         return "else"
     at = {quantity: max(map(name.rfind, words)) for quantity, words in SENSOR_FILES.items()}
     last = max(at, key=lambda quantity: at[quantity])

@@ -143,7 +143,6 @@ def guess_session(
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
     if not scales:
         doubts += _rate_doubts(sources)
-    doubts += _differing(settled)
     return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales)
 
 
@@ -209,7 +208,7 @@ def _is_pose(table: TableGuess) -> bool:
 
 def _gyroscopes_beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGuess]:
     """For each accelerometer table the gyroscope table of the same times and the same recording
-    (one archive, or one folder)."""
+    (one archive, or one folder); of several that which turns gravity."""
     waiting = [table for table in tables if table.accelerometer is None and not table.are_means]
     beside = {}
     for table in tables:
@@ -217,8 +216,9 @@ def _gyroscopes_beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGu
             able = [other for other in waiting if other.path.parent == table.path.parent
                     and table.overlaps(other)]
             if able:
-                beside[table] = able[0]
-                waiting.remove(able[0])
+                beside[table] = able[0] if len(able) == 1 else max(
+                    able, key=lambda other: turn.agreement if (turn := other.turn([table])) else 0)
+                waiting.remove(beside[table])
     return beside
 
 
@@ -227,17 +227,12 @@ def _paired(
 ) -> list[TableGuess]:
     """The tables with each accelerometer before its gyroscope, and other gyroscopes last."""
     waiting = [table for table in tables if table.accelerometer is None]
-    ordered = []
-    for table in tables:
-        if table.accelerometer is None:
-            continue
-        ordered.append(table)
-        if table.gyroscope is None:
-            other = beside.get(table) or next(
-                (other for other in waiting if table.overlaps(other)), None)
-            if other in waiting:
-                waiting.remove(other)
-                ordered.append(other)
+    ordered: list[TableGuess] = []
+    for table in (table for table in tables if table.accelerometer):
+        other = None if table.gyroscope else beside.get(table) or next(
+            filter(table.overlaps, waiting), None)
+        ordered += [table, *(one for one in waiting if one is other)]
+        waiting = [one for one in waiting if one is not other]
     return ordered + waiting
 
 
@@ -256,16 +251,4 @@ def _rate_doubts(sources: Sequence[PoseSource]) -> list[str]:
                 f"{abs(source.rate_rad_s) / RPM:.3g} rpm; the nominal rate "
                 f"is taken with an sd of {RECORD_SD:.1%}, which the scale of the gyroscope "
                 f"inherits. A clip of the plate gives 50 ppm")
-    return doubts
-
-
-def _differing(tables: Sequence[TableGuess]) -> list[str]:
-    """A doubt for each triad whose unit differs between tables: a sensor has one unit."""
-    doubts = []
-    for name in TRIADS:
-        triads = [triad for table in tables if (triad := getattr(table, name))]
-        units = {triad.unit for triad in triads if not triad.doubt}
-        if len(units) > 1:
-            doubts.append(f"the units of the {name} differ from file to file: "
-                          f"{', '.join(sorted(units))}")
     return doubts

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray, IntArray
 from pipeline.guess.pool import (
-    AT_REST,
     FEWEST_MEANS,
     REST_S,
     are_still,
     block_rows,
     common_mean,
+    stops_of,
     usual_step,
 )
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess, joined_log
@@ -42,19 +41,6 @@ def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
     return speeds
 
 
-def _stops(at: IntArray, rate: FloatArray, force: FloatArray) -> list[IntArray]:
-    """Indices of the still blocks ``at`` (k,) of each stop: neighbours in one attitude and motion.
-
-    At rest a gyroscope reads its bias in stops of every attitude; on the plate it reads no vector
-    in as many, however long each turn lasts.
-    """
-    moved = np.diff(at) > 1
-    for mean in (rate, force):
-        step = np.linalg.norm(np.diff(mean, axis=0), axis=1)
-        moved |= step > AT_REST * np.linalg.norm(np.ptp(mean, axis=0))
-    return np.split(np.arange(len(at)), 1 + np.flatnonzero(moved))
-
-
 def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
     """Rest (0) and the speeds, rad/s, at which a log of many poses is steady, each with whether it
     turns clockwise by gravity; empty if it only rests, or has no gyroscope."""
@@ -68,7 +54,7 @@ def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:
         return []
     mean, up = (np.nan_to_num(values)[rows[at]].mean(axis=1)
                 for values in (log.gyroscope, log.accelerometer))
-    stops = _stops(at, mean, up)
+    stops = stops_of(at, mean, up)
     bias = common_mean(np.array([mean[stop].mean(axis=0) for stop in stops]))
     mean = mean if bias is None else mean - bias
     length = np.linalg.norm(mean, axis=1)

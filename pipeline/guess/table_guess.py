@@ -9,7 +9,7 @@ import numpy as np
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock, without_repeats
-from pipeline.guess.pool import are_apart, pooled, usual_step
+from pipeline.guess.pool import REST_S, are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
 from pipeline.guess.triads import AXIS_COUNT, chosen_triads
@@ -21,6 +21,7 @@ from pipeline.guess.units import (
     gyroscope_in,
     per_sample,
 )
+from pipeline.logs.clock import USUAL_STEPS
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, MINUS, SECONDS_PER, SKIP, TIME, our_name
 from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
@@ -64,6 +65,15 @@ class TableGuess:
                 yield triad.doubt
         if self.clock.doubt and not self.are_means:
             yield self.clock.doubt
+        if self.clock.column is not None and not self.are_means:
+            step = np.diff(self.clock.time_s)
+            pauses = np.flatnonzero(step > max(REST_S, USUAL_STEPS * usual_step(self.clock.time_s)))
+            if len(pauses):
+                longest = pauses[step[pauses].argmax()]
+                at_s = self.clock.time_s[longest] - self.clock.time_s[0]
+                yield (f"its clock pauses {len(pauses)} times, for {step[pauses].sum():.3g} s in "
+                       f"all; the longest pause begins after {at_s:.3g} s and lasts "
+                       f"{step[longest]:.3g} s. Nothing is logged in it")
         if self.table.lost:
             yield (f"{self.table.lost} of its {self.table.lost + self.table.rows} lines are no "
                    f"samples and are left out")
@@ -218,7 +228,7 @@ def _guess_group(
     if accelerometer and gyroscope and pool.has_clock:
         accelerometer, gyroscope = per_sample(accelerometer, gyroscope, pool.step_s)
     if force and rate and gyroscope and not pool.has_clock:
-        gyroscope, clocks = clocked_by_turns(clocks, rate, force, gyroscope)
+        clocks = clocked_by_turns(clocks, rate, force, gyroscope)
     if accelerometer is None and gyroscope is None:
         return [None] * len(tables)
     return [_table_guess(table, clock, accelerometer, gyroscope)

@@ -24,6 +24,7 @@ from pipeline.guess.pool import (
     block_rows,
     common_mean,
     sphere_through,
+    stops_of,
 )
 
 AGREEMENT = 0.7
@@ -147,19 +148,22 @@ def is_along_gravity(
     step_s : float
         Time from row to row, s.
     """
-    at, rows = _stops(rate, table, step_s)
-    both = np.column_stack([rate, force])[at]
-    if not len(both):
+    rows, tables = block_rows(table, max(1, round(REST_S / step_s)))
+    if not len(rows):
         return False
-    mean, square = (np.column_stack([np.bincount(rows, axis) for axis in values.T])
-                    / np.bincount(rows)[:, None] for values in (both, both**2))
+    at = np.flatnonzero(are_still(rate[rows]))
+    both = np.concatenate([rate, force], axis=1)[rows[at]]
+    # The force may be a field that goes round; a stop ends with its table.
+    stops = [both[stop].reshape(-1, 6) for stop in stops_of(
+        at + tables[at], both[..., :3].mean(axis=1))]
+    mean = np.array([stop.mean(axis=0) for stop in stops])
     zero = common_mean(mean[:, :3]) if len(mean) >= FEWEST_MEANS else None
     if zero is None:
         return False
     vectors = np.stack([mean[:, :3] - zero, mean[:, 3:]])
     size = np.linalg.norm(vectors, axis=2)
     turning = size[0] > AT_REST * size[0].max()
-    sd = np.sqrt(np.maximum(square - mean**2, 0)).reshape(-1, 2, 3).max(axis=2).T
+    sd = np.array([stop.std(axis=0) for stop in stops]).reshape(-1, 2, 3).max(axis=2).T
     turning &= (sd < AT_REST * size).all(axis=0)  # a hand turns gravity too
     if turning.sum() < FEWEST_MEANS:
         return False
@@ -167,21 +171,6 @@ def is_along_gravity(
     extent = np.linalg.svd(up, compute_uv=False)
     along = np.abs(np.einsum("ki,wij,kj->wk", moved, WAYS, up)).min(axis=1)
     return bool(along.max() > NEAREST and extent[-1] > FLATTEST * extent[0])
-
-
-def _stops(rate: FloatArray, table: IntArray, step_s: float) -> tuple[IntArray, IntArray]:
-    """The rows (k,) in which the rate (t, 3) is steady, and the stop (k,) of each: neighbours in
-    one table and at one rate."""
-    rows, tables = block_rows(table, max(1, round(REST_S / step_s)))
-    at = np.flatnonzero(are_still(rate[rows])) if len(rows) else np.zeros(0, np.int64)
-    if not len(at):
-        return at, at
-    mean = rate[rows[at]].mean(axis=1)
-    apart = np.linalg.norm(np.diff(mean, axis=0), axis=1) > AT_REST * np.linalg.norm(
-        mean.std(axis=0))
-    begins = (np.diff(at) > 1) | apart | (np.diff(tables[at]) != 0)
-    stops = np.concatenate([[0], np.cumsum(begins)])[: len(at)]
-    return rows[at].ravel(), np.repeat(stops, rows.shape[1])
 
 
 def _moves(nodes: IntArray, means: FloatArray, tables: IntArray) -> IntArray:

@@ -20,7 +20,6 @@ from pipeline.guess.magnitudes import (
     GRAVITY_TOLERANCE,
     LOOSEST,
     MISTAKEN,
-    NEARLY_ALL,
     OFFSET_BINARY,
     OFFSET_COUNTS_PER_DEG_S,
     RATE_UNITS,
@@ -28,8 +27,8 @@ from pipeline.guess.magnitudes import (
     GravityUnit,
     near_scales,
     rate_scales,
-    sample_noise_sd,
     signed,
+    size_of,
 )
 from pipeline.guess.triads import ChosenTriads, PossibleTriad, Triple, called, triples_by_name
 from pipeline.guess.turns import OWN
@@ -46,6 +45,7 @@ FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyrosc
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,
 ten times that of an MPU-6050."""
+NOISIEST_STATED = 10 * NOISIEST_RAD_S  #: the same where a name states the unit, and a motor runs
 
 SHORTEST_LOG_S = 10.0  #: least duration of a log with turns between rests: six poses; a judgement
 
@@ -132,8 +132,7 @@ def accelerometer_in(force: PossibleTriad, chosen: ChosenTriads) -> TriadGuess:
     of_apple = unit.unit == "g" and any(map(OF_APPLE.search, force.pool.columns))
     doubts += ["in g under names of Apple's, they read -1 along the axis that points up; they are "
                "taken with the opposite sign"] * of_apple
-    because = ("their names" if called(words) == "acc" else
-               "their readings are as long as gravity")
+    because = "their names" if called(words) == "acc" else "their readings are as long as gravity"
     sheet = ((("unit", unit.unit),) if unit.unit != "counts" else
              _counts("counts_per_g", unit.per_g, unit.encoding, _bits(force)))
     return TriadGuess(force.columns, sheet, _unit_text(unit),
@@ -149,7 +148,8 @@ def gyroscope_in(
     words, encoding = rate.words, rate.encoding
     because = ("their names" if called(words) == "gyr" else "their file"
                if rate.pool.hint == "gyr" else "they read as one beside the accelerometer")
-    whole = np.array_equal(rate.values, np.rint(rate.values))
+    stated = RATE_UNITS.get(words.unit, 0.0)
+    largest, noise, whole = size_of(rate.values)
     if not encoding and whole and accelerometer and accelerometer.encoding == "twos-complement":
         encoding = "twos-complement"  # a few counts at rest are not recognised by size
     turn = rate.turns(force) if force else None
@@ -157,20 +157,22 @@ def gyroscope_in(
                f"{turn.axes} would: the two sensors are mounted differently"
                if turn and turn.is_sure and turn.axes != OWN else "")
     seen = turn.si_per_unit if turn and turn.is_exact and rate.pool.has_clock else None
-    stated = RATE_UNITS.get(words.unit)
-    if stated and (seen is None or LOOSEST > seen / stated > 1 / LOOSEST):
+    if stated and (1 / LOOSEST < seen / stated < LOOSEST if seen else not whole or (
+            largest * stated < FASTEST_RAD_S and noise * stated < NOISIEST_STATED)):
         return rate_triad(rate.columns, math.radians(1) / stated, "",
                           f"{because}, which state the unit", mounted)
+    doubt = f"its names state {UNIT_WORDS[words.unit]}, in which " + (
+        f"gravity would turn by {stated / seen:.3g} times what the accelerometer sees" if seen else
+        f"whole numbers up to {largest:.0f} are {math.degrees(largest * stated):.3g} °/s: they are "
+        f"counts") if stated else ""
     per_g = STANDARD_GRAVITY_M_S2 / accelerometer.si_per_unit if accelerometer else 0.0
     if turn is None or seen is None:
-        in_mg = accelerometer is not None and accelerometer.sheet == (("unit", "mg"),)
-        choices = _open_scales(rate, encoding, in_mg, per_g)
-        return rate_triad(rate.columns, choices[0], encoding, because, mounted, _bits(rate),
+        choices = _open_scales(rate, encoding, accelerometer, per_g)
+        return rate_triad(rate.columns, choices[0], encoding, because,
+                          "; ".join(filter(None, [doubt, mounted])), _bits(rate),
                           choices if len(choices) > 1 else ())
     per_deg = math.radians(1) / seen
     able = near_scales(per_deg, rate_scales(encoding, per_g))
-    doubt = (f"its names state {UNIT_WORDS[words.unit]}, in which gravity would turn by "
-             f"{stated / seen:.3g} times what the accelerometer sees" if stated else "")
     if not able:
         doubt = (f"{doubt}; at {stated / seen / rate.pool.step_s:.3g} Hz both would agree" if stated
                  else f"gravity turns by what {per_deg:.3g} units per °/s of the gyroscope make of "
@@ -183,15 +185,11 @@ def gyroscope_in(
 
 
 def _open_scales(
-    rate: PossibleTriad, encoding: str, in_mg: bool, per_g: float
+    rate: PossibleTriad, encoding: str, beside: TriadGuess | None, per_g: float
 ) -> tuple[float, ...]:
-    """Possible units per °/s of a gyroscope by its noise and its largest reading.
-
-    Whole numbers are counts of a usual range, or also whole °/s, or a small unit if the
-    accelerometer is in mg.
-    """
-    noise = sample_noise_sd(rate.values)
-    largest = float(np.quantile(np.abs(rate.values), NEARLY_ALL))
+    """Possible units per °/s of a gyroscope by its noise and its largest reading; whole numbers are
+    counts of a usual range, or whole °/s, or a small unit if the accelerometer is in mg."""
+    largest, noise, _ = size_of(rate.values)
     sizes = sorted(RATE_UNITS[unit] for unit in USUAL_RATE_UNITS)
     able = [size for size in sizes if largest * size < FASTEST_RAD_S
             and (noise == 0 or QUIETEST_RAD_S < noise * size < NOISIEST_RAD_S)]
@@ -200,41 +198,26 @@ def _open_scales(
     if encoding == OFFSET_BINARY:
         return OFFSET_COUNTS_PER_DEG_S
     bno055 = (BNO055_PER_DEG_S,) if math.isclose(per_g, BNO055_PER_G) else ()
-    whole = [unit for unit in WHOLE_RATE_UNITS if
-             (RATE_UNITS[unit] in able if unit == "deg_s" else in_mg)]
+    in_mg = beside is not None and beside.sheet == (("unit", "mg"),)
+    whole = [unit for unit in WHOLE_RATE_UNITS
+             if (RATE_UNITS[unit] in able if unit == "deg_s" else in_mg)]
     return (*bno055, *COUNTS_PER_DEG_S, *(UNITS_PER_DEG_S[unit] for unit in whole))
 
 
 def clocked_by_turns(
     clocks: Sequence[ClockGuess], rate: PossibleTriad, force: PossibleTriad, gyroscope: TriadGuess
-) -> tuple[TriadGuess, list[ClockGuess]]:
-    """The gyroscope, and clocks at the rate at which it turns gravity as the accelerometer does.
-
-    Of its possible units only those remain that give a usual sample rate and a plausible duration.
-    """
+) -> list[ClockGuess]:
+    """Clocks at the rate at which the gyroscope turns gravity as the accelerometer does; unchanged
+    where its unit is open, or the rate or the duration would be none of a log."""
     turn = rate.turns(force)
-    if turn is None or not turn.is_exact:
-        return gyroscope, list(clocks)
-    longest = max(len(clock.time_s) for clock in clocks)
-    per_degs = gyroscope.choices or (math.radians(1) / gyroscope.si_per_unit,)
-    every = [(per_deg, ASSUMED_HZ * math.radians(1) / per_deg / turn.si_per_unit)
-             for per_deg in per_degs]
-    able = [(per_deg, hz) for per_deg, hz in every
-            if USUAL_HZ[0] < hz < USUAL_HZ[1] and longest / hz > SHORTEST_LOG_S]
-    if len(able) != 1:
-        listed = ", ".join(f"{hz:.3g} Hz with {gyroscope.scaled(per_deg, '').unit}"
-                           for per_deg, hz in able or every)
-        return gyroscope, [replace(clock, doubt=(
-            f"{clock.doubt}. By the turns of gravity it is {listed}, and at another scale "
-            f"{every[0][0] * every[0][1]:.3g} Hz over its units per °/s"))
-            for clock in clocks]
-    per_deg, hz = able[0]
-    rate_hz = float(f"{hz:.3g}")
-    if gyroscope.choices:
-        gyroscope = gyroscope.scaled(per_deg, "in others the log would be too short or too long")
-    return gyroscope, [clock.at(rate_hz, (
-        f"the file holds no times; {rate_hz:g} Hz follows from the turns, off by 5 % at most"))
-        for clock in clocks]
+    if turn is None or not turn.is_exact or gyroscope.choices:
+        return [*clocks]
+    hz = float(f"{ASSUMED_HZ * gyroscope.si_per_unit / turn.si_per_unit:.3g}")
+    longest_s = max(len(clock.time_s) for clock in clocks) / hz
+    if not (USUAL_HZ[0] < hz < USUAL_HZ[1] and longest_s > SHORTEST_LOG_S):
+        return [*clocks]
+    return [clock.at(hz, f"the file holds no times; {hz:g} Hz follows from the turns, off by 5 % "
+                         f"at most") for clock in clocks]
 
 
 def per_sample(

@@ -1,4 +1,4 @@
-"""Archives (zip): exports of phone apps with one table of text per sensor; and NumPy's .npz."""
+"""Archives (zip): exports of phone apps with one table of text per sensor; NumPy's arrays."""
 
 import io
 import zipfile
@@ -15,12 +15,17 @@ from pipeline.logs.formats.file_table import (
 )
 from pipeline.logs.memory import largest_text, too_large
 
+ARRAY = b"\x93NUMPY"  #: first bytes of an array
 ENCRYPTED = 1  #: bit in a member's flags
 TEXT = (".csv", ".txt", ".tsv", ".log")
 
 
 def tables(path: Path) -> list[FileTable | TextFile]:
-    """The texts in an archive, and its arrays, grouped by length."""
+    """The texts in an archive, and its arrays, grouped by length; or an array alone."""
+    with path.open("rb") as file:
+        if file.read(len(ARRAY)) == ARRAY:
+            array = np.load(path, allow_pickle=False)
+            return [*tables_by_length(columns_of_array(path.stem, array))]
     try:
         with zipfile.ZipFile(path) as archive:
             return _tables(path, archive)

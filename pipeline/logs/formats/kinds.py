@@ -47,7 +47,7 @@ KINDS: Mapping[bytes, Kind] = {
     b"\x89HDF\r\n\x1a\n": HDF5,
     b"MATLAB 5.0": Kind("MATLAB file", "matlab"),
     b"MATLAB 7.3": Kind("MATLAB file", "hdf5", "hdf5"),
-    b"\x93NUMPY": Kind("NumPy file", "numpy_files"),
+    b"\x93NUMPY": Kind("NumPy file", "archive"),
     b"#ROSBAG": ROS,
     b"SQLite format 3": ROS,
     b"\x89MCAP": ROS,

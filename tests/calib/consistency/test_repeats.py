@@ -55,8 +55,8 @@ def test_a_long_copy_in_a_coarse_log_is_found() -> None:
     other[1000:1240] = one[500:740]
     copy = find_copy([log(one), log(other)], "gyroscope")
     assert copy is not None
-    assert copy.first_start == pytest.approx(500, abs=9)
-    assert copy.second_start - copy.first_start == pytest.approx(500, abs=9)
+    assert 500 <= copy.first_start < 740
+    assert copy.second_start == pytest.approx(copy.first_start + 500, abs=9)
 
 
 def test_two_levels_that_take_turns_are_no_copy() -> None:

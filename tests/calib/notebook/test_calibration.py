@@ -164,7 +164,7 @@ def test_a_table_of_many_sensors_is_a_lot() -> None:
     spec = spec_of(lot.triad, lot.triad.full_scale)
     reading, sd = spec.nominal(lot.counts), lot.sd_counts * spec.nominal_scale
     sensor = np.repeat([f"s{i}" for i in range(6)], 18)
-    table = {"sensor": sensor}
+    table = {"sensor": sensor, "run": np.full(108, "stopped"), "station": np.full(108, "bench 2")}
     for i, axis in enumerate("xyz"):
         table[f"acc_{axis}"] = reading[:, :, i].ravel()
         table[f"sd_acc_{axis}"] = sd[:, :, i].ravel()
@@ -185,6 +185,21 @@ def test_a_table_of_many_sensors_is_a_lot() -> None:
     assert "5 of 6 sensors calibrated" in repr(many)
     with pytest.raises(UnusableLog, match="no column unit, by which its sensors are told apart"):
         calib.calibrate(table, by="unit", gravity=gravity)
+
+
+def test_a_run_that_is_called_stopped_has_no_rate() -> None:
+    rng = np.random.default_rng(3)
+    axes = np.tile(rng.normal(size=(18, 3)), (2, 1))
+    rates = np.repeat([3.49, 0.0], 18)
+    axes *= rates[:, None] / np.linalg.norm(axes, axis=1, keepdims=True)
+    table = {f"gyr_{axis}": 1.01 * axes[:, i] + 0.02 + 1e-5 * rng.standard_normal(36)
+             for i, axis in enumerate("xyz")} | {f"sd_gyr_{axis}": np.full(36, 1e-5)
+                                                 for axis in "xyz"}
+    called = table | {"run": np.where(rates > 0, "33rpm", "stopped")}
+    one = calib.calibrate(called, rate=3.49).to_pandas()
+    assert one.equals(calib.calibrate(table | {"rate_rad_s": rates}).to_pandas())
+    with pytest.raises(UnusableLog, match="names 33rpm, 45rpm, and one rate is stated"):
+        calib.calibrate(table | {"run": np.where(rates > 0, "33rpm", "45rpm")}, rate=3.49)
 
 
 @pytest.mark.parametrize(("name", "value"), [

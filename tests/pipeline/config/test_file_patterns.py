@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.config.file_patterns import find_files
+from pipeline.config.file_patterns import find_files, names_of
 
 
 def dangling(path: Path) -> None:
@@ -52,3 +52,16 @@ def test_folders_beside_the_logs_are_no_fault_of_a_pattern_without_an_ending(
 def test_the_whole_disk_is_not_searched(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="looks through the whole disk"):
         find_files("/**/pose_*.csv", tmp_path)
+
+
+def test_files_that_are_numbered_alike_are_one_pattern_each(tmp_path: Path) -> None:
+    """One that matches a file which is not meant is none."""
+    names = [f"new/{kind}_{i}.csv" for i in range(1, 13) for kind in ("rest", "turn", "spare")]
+    for name in ("old/rest_1.csv", *names):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("1")
+    meant = [tmp_path / name for name in names if "spare" not in name]
+    assert names_of(meant, tmp_path) == ["new/rest_*.csv", "new/turn_*.csv"]
+    assert names_of([*meant[1:], tmp_path / "old/rest_1.csv"], tmp_path) == [
+        "new/turn_*.csv", *[f"new/rest_{i}.csv" for i in range(2, 13)], "old/rest_1.csv"]
+    assert names_of([tmp_path / name for name in names], tmp_path) == ["new/*.csv"]

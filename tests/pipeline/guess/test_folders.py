@@ -134,3 +134,13 @@ def test_files_of_one_attitude_each_do_not_lie_in_one(
         np.savetxt(path, rows, "%.4f", ",", header="t,ax,ay,az", comments="")
     faults = [*disagreements(guess_session(guess_files(files, None)[0]))]
     assert any("lay in one attitude" in fault for fault in faults) == is_one_attitude
+
+
+def test_the_volts_of_poses_in_files_of_their_own_are_told_with_their_zero(tmp_path: Path) -> None:
+    log = hand_log()
+    for i in range(18):
+        volts = 1.65 + 0.33 * log.acc[log.rest == i] / 9.80665
+        np.savetxt(tmp_path / f"pose{i:02d}.csv", volts, "%.5f", ",", header="AI0,AI1,AI2",
+                   comments="")
+    with pytest.raises(UnreadableInput, match=r"\(18 files\).* about 1\.6.* the volts"):
+        guess_files(sorted(tmp_path.glob("*.csv")), None)

@@ -1,6 +1,7 @@
 """Columns whose names say what they are, beside others that have one length in every attitude."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -144,3 +145,16 @@ def test_a_range_of_st_s_parts_is_known_by_the_speed_of_the_plate(
     assert unit in guess.gyroscope.unit
     if stated is None and guess.scales:
         assert [choice.rpm for choice in guess.scales] == pytest.approx([78.26, 45])
+
+
+def test_counts_whose_names_state_a_unit_are_told_as_counts(tmp_path: Path) -> None:
+    """At rest too, where no turn of gravity shows the scale."""
+    log = hand_log()
+    still = log.rest >= 0
+    found = guessed(write_log(tmp_path / "a.csv", replace(
+        log, time_s=np.arange(still.sum()) / 100), {
+            "a* (m/s2)": log.acc[still],
+            "g* (rad/s)": np.rint(np.degrees(log.gyr[still]) * 131.072)}))
+    assert found.gyroscope is not None
+    assert found.gyroscope.unit.startswith("counts")
+    assert "they are counts" in found.gyroscope.doubt

@@ -94,3 +94,18 @@ def test_the_unit_of_a_clock_is_told_where_its_name_is_a_known_program_s(tmp_pat
     (time,) = (line.split() for line in guess_lines(
         guess_session(guess_files([tmp_path / "log.csv"], None)[0])) if " time " in line)
     assert time[1:3] == ["time_ms", "ms"]
+
+
+def test_two_recordings_since_the_start_are_no_two_sensors_of_one(tmp_path: Path) -> None:
+    """Both count from the start of the board, and their sensors have a file each."""
+    for seed, name in enumerate(("first", "second")):
+        log = hand_log(seed, rests=8, rate_hz=50.0)
+        for sensor, values in (("accel", log.acc), ("gyro", log.gyr)):
+            np.savetxt(tmp_path / f"{name}_{sensor}.csv", np.column_stack(
+                [log.time_s + 5, values]), "%.5f", ",", header="t,x,y,z", comments="")
+    np.savetxt(tmp_path / "second_accel_spare.csv", np.column_stack(
+        [log.time_s + 5, -1.01 * log.acc]), "%.5f", ",", header="t,x,y,z", comments="")
+    guess = guess_session(guess_files(sorted(tmp_path.glob("*.csv")), None)[0])
+    (source,) = guess.sources
+    assert [table.path.name for table in source.tables] == [
+        "first_accel.csv", "first_gyro.csv", "second_accel.csv", "second_gyro.csv"]

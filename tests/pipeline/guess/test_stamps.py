@@ -113,3 +113,13 @@ def test_a_doubt_is_told_once_whatever_its_numbers(tmp_path: Path) -> None:
     doubts = guess_session(guess_files(sorted(tmp_path.glob("*.csv")), None)[0]).doubts
     assert [doubt.partition(":")[0] for doubt in doubts if "no samples" in doubt] == [
         "p0.csv and 7 more"]
+
+
+def test_a_pause_in_a_long_log_is_told_with_its_place(tmp_path: Path) -> None:
+    log = hand_log(rests=8, rate_hz=50.0)
+    time_s = log.time_s + np.where(log.time_s >= 9.0, 4.0, 0.0) + np.where(log.time_s >= 12, 2.0, 0)
+    np.savetxt(tmp_path / "log.csv", np.column_stack([time_s, log.acc, log.gyr]), "%.5f", ",",
+               comments="", header=",".join(("t", *NAMES)))
+    (table,), _ = guess_files([tmp_path / "log.csv"], None)
+    assert [doubt for doubt in table.doubts if "pauses 2 times" in doubt
+            and "6.04 s in all" in doubt and "after 8.98 s and lasts 4.02 s" in doubt]
