@@ -36,9 +36,8 @@ class Case:
             return f"{text}, which noise alone can make; but poses that follow each other err alike"
         if self.rests_on_size:
             chance = f"p = {self.p_value:.2g}" if self.p_value > 1e-300 else "p below 1e-300"
-            if self.fit.sds_too_large:
-                chance += (f": the sds of the poses are about {self.fit.sds_too_large:.2g} times "
-                           f"too large")
+            if times := self.fit.sds_too_large:
+                chance += f": the poses scatter {times:.2g} times less than their sds"
             return f"{text}, {chance}"
         shown = [each for each in self.ranking if each.kind != "noise"]
         best = next((each for each in shown if each.name == self.verdict.name), *shown[:1])

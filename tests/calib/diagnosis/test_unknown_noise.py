@@ -52,7 +52,7 @@ def test_sds_that_the_residual_is_too_small_for_are_called_too_large(
     poses = poses_of(rich_design().scaled(sample_rate=0.25), 0, "gyroscope", ())
     found = diagnose(fit(replace(poses, sd=times * poses.sd), Model.of(BASE)))
     assert found.verdict == "nothing_missing"
-    stated = re.search(r"the sds of the poses are about ([\d.]+) times too large", found.text)
+    stated = re.search(r"the poses scatter ([\d.]+) times less than their sds", found.text)
     assert bool(stated) == remark
     if stated:
         assert float(stated[1]) == pytest.approx(times, rel=0.25)
