@@ -220,8 +220,8 @@ def _says_wandering(seen: Seen) -> str:
         f"{np.degrees(seen.history.phase_noise_rad):.2f}° and what was taken for the plate turns "
         f"by {np.degrees(seen.step_rad):.2f}° from frame to frame, at {usual:.3g} rpm, and at "
         f"{whole:.3g} rpm in all: its rate changes, it is lost, one mark is taken for another, or "
-        f"this clip cannot determine whether frames were dropped. Let it turn for a minute with one "
-        f"bold mark, or film with fewer frames per second."
+        f"this clip cannot determine whether frames were dropped. Let it turn for a minute with "
+        f"one bold mark, or film with fewer frames per second."
     )
 
 
@@ -249,8 +249,8 @@ def _says_jumps(seen: Seen) -> str:
 
 
 def _says_uneven(seen: Seen) -> str:
-    return (f"the rate changes by {seen.change:.2%} within the clip. The result is its mean; a sensor "
-            f"logged at another time may have seen another rate.")
+    return (f"the rate changes by {seen.change:.2%} within the clip. The result is its mean; a "
+            f"sensor logged at another time may have seen another rate.")
 
 
 def _says_scattered(seen: Seen) -> str:
@@ -268,7 +268,8 @@ def _says_scattered(seen: Seen) -> str:
 
 def _says_two_rates(seen: Seen) -> str:
     others = seen.others
-    assert others is not None and others.second is not None
+    assert others is not None
+    assert others.second is not None
     return (
         f"two things turn in the frame at two rates, {others.by_stamps_rad_s / RPM:.4g} rpm and "
         f"{others.second.rate_rad_s / RPM:.4g} rpm ± "
@@ -286,8 +287,7 @@ REFUSALS: tuple[Check, ...] = (
     (lambda seen: seen.unsteady, _says_unsteady),
     (lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
     (lambda seen: max(seen.scatter_rad / max(
-        THRESHOLDS.hidden_drop * seen.step_rad,
-        THRESHOLDS.wandering * seen.history.phase_noise_rad),
+       THRESHOLDS.hidden_drop * seen.step_rad, THRESHOLDS.wandering * seen.history.phase_noise_rad),
         (seen.rate_rad_s - seen.usual_rad_s) / seen.rate_rad_s / THRESHOLDS.leaps),
      _says_wandering),
 )
