@@ -286,10 +286,10 @@ def _hides_drops(seen: Seen) -> float:
 REFUSALS: tuple[Check, ...] = (
     (lambda seen: seen.unsteady, _says_unsteady),
     (lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
-    (lambda seen: max(seen.scatter_rad / max(
-       THRESHOLDS.hidden_drop * seen.step_rad, THRESHOLDS.wandering * seen.history.phase_noise_rad),
-        (seen.rate_rad_s - seen.usual_rad_s) / seen.rate_rad_s / THRESHOLDS.leaps),
-     _says_wandering),
+    (lambda seen: max(
+        seen.scatter_rad / max(THRESHOLDS.hidden_drop * seen.step_rad,
+                               THRESHOLDS.wandering * seen.history.phase_noise_rad),
+        (1 - seen.usual_rad_s / seen.rate_rad_s) / THRESHOLDS.leaps), _says_wandering),
 )
 WARNINGS: tuple[Check, ...] = (  # in the order in which they are printed
     (lambda seen: seen.dropped.jumps, _says_jumps),
