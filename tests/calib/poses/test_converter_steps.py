@@ -59,7 +59,7 @@ def test_a_run_shows_the_noise_on_which_its_steps_depend(noise: float) -> None:
 
 
 def test_poses_that_moved_do_not_show_noise_that_hides_the_steps() -> None:
-    """Of eighteen at one place between two steps six moved over a step and more."""
+    """Eighteen means at one place between two steps, six of which moved over a step and more."""
     rng = np.random.default_rng(8)
     moved = np.linspace(0, 3, 500) * (np.arange(18) % 3 == 0)[:, None]
     values = np.rint(-0.42 + moved[..., None] + 0.09 * rng.standard_normal((18, 500, 3)))
