@@ -5,145 +5,14 @@ Each check is a size over the size from which it matters, and a sentence. The fi
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from vision.errors import RateRefused
-from vision.geometry import FloatArray
 from vision.numbers import RPM, median
-from vision.phase_track import PhaseTrack, RateHistory
-from vision.rate.cross_checks import CrossChecks
-from vision.rate.dropped_frames import DroppedFrames
+from vision.rate.seen import THRESHOLDS, Seen
 from vision.rate.steady_part import THRESHOLDS as STEADY
-from vision.rate.steady_part import noise_of_turns, steady_advice
-
-FEWEST_STRETCHES = 3  # least number of averages in a clip
-
-
-@dataclass(frozen=True)
-class CheckThresholds:
-    """Sizes from which something matters.
-
-    Attributes
-    ----------
-    turns : float
-        Least number of turns. Fact: fewer show no point of the plate twice.
-    stopped : float
-        Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
-        Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
-        not the refusal.
-    leaps : float
-        Share of the rate in all that is not that from frame to frame. Derived: between two equal
-        marks that are taken for one (0.5) and noise (0.2).
-    hidden_drop : float
-        Scatter that hides a dropped frame, over the angle from frame to frame.
-    wandering : float
-        Scatter that is not noise, over the noise of single frames.
-    mostly : float
-        Share of the variation in a plate that rotation explains; it chooses the words, not the
-        refusal. Fact: 26 of 27 plates of an independent renderer have 0.55 or more, a dark one
-        0.32.
-    scattered_rad : float
-        Scatter about an even rotation that justifies a warning, rad. Ten times that of a poor clip
-        (``tests.bench.vision_films``).
-    """
-
-    turns: float = 1.0
-    stopped: float = 0.5
-    leaps: float = 0.35
-    hidden_drop: float = 0.5
-    wandering: float = 5.0
-    mostly: float = 0.5
-    scattered_rad: float = 0.0122
-
-
-THRESHOLDS = CheckThresholds()
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """Quantities of a clip that the checks use.
-
-    Attributes
-    ----------
-    track : PhaseTrack
-    history : RateHistory
-    dropped : DroppedFrames
-    scatter_rad : float
-        Noise of the rate's fit, rad; NaN before the fit.
-    rate_rad_s : float
-        Rate of the fit, signed; NaN before it.
-    others : CrossChecks or None
-        The rate by other methods; None before the fit.
-    """
-
-    track: PhaseTrack
-    history: RateHistory
-    dropped: DroppedFrames
-    scatter_rad: float = np.nan
-    rate_rad_s: float = np.nan
-    others: CrossChecks | None = None
-
-    @cached_property
-    def even_history(self) -> tuple[FloatArray, float]:
-        """Rates from turn to turn, (m,) in rad/s, and the relative range of noise alone.
-
-        Positive in the direction of most of them; averaged over enough turns to detect an unsteady
-        plate above the noise of single frames.
-        """
-        rate = self.history.rate_rad_s
-        if len(rate) >= 5:  # without strays
-            rate = median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
-        # The mean over n windows of a turn, half a turn apart, retains the noise of two frames at
-        # either end, over n half turns.
-        spread = noise_of_turns(self.history)
-        wanted = int(np.ceil(spread / STEADY.other))
-        span = min(wanted, len(rate) // FEWEST_STRETCHES) or 1
-        rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
-        return rate * (np.sign(median(rate)) or 1.0), spread / span
-
-    @cached_property
-    def change(self) -> float:
-        """Relative change of the rate from turn to turn."""
-        return float(np.ptp(self.even_history[0]) / max(abs(median(self.even_history[0])), 1e-9))
-
-    @cached_property
-    def unsteady(self) -> float:
-        """The change over the largest one of a constant rate, or of the noise of frames."""
-        return self.change / max(STEADY.other, self.even_history[1])
-
-    @cached_property
-    def step_rad(self) -> float:
-        """Usual angle from frame to frame."""
-        return float(median(np.abs(np.diff(self.history.angle.angle_rad))))
-
-    @cached_property
-    def usual_rad_s(self) -> float:
-        """Usual rate from frame to frame, signed."""
-        angle = self.history.angle
-        return float(median(np.diff(angle.angle_rad) / np.diff(angle.index))) / angle.frame_s
-
-    @property
-    def is_plate(self) -> bool:
-        """Whether rotation explains most of its variation, or this share is unknown."""
-        return not self.track.plate.explained < THRESHOLDS.mostly
-
-    @property
-    def subject(self) -> str:
-        """The object that resembles a plate most; a hand may turn about an axis as well as one."""
-        return "what was taken for the plate" + ("" if self.is_plate else (
-            f", of whose change rotation explains {self.track.plate.explained:.0%} alone,"))
-
-    def advice(self, usual: str) -> str:
-        """Advice: the usual one, or one for something that hardly turns like a plate."""
-        return usual if self.is_plate else (
-            "A plate in good light shows 50 to 100 %. Keep everything else that moves out of the "
-            "frame, fix the camera, switch on a light, or state the rim (--rim, or plate: "
-            "centre_px, radii_px); --overlay shows what was tracked."
-        )
-
+from vision.rate.steady_part import steady_advice
 
 #: Size, 1 and more if it matters, and the sentence for that case.
 Check = tuple[Callable[[Seen], float], Callable[[Seen], str]]
@@ -214,14 +83,15 @@ def _says_less_than_a_turn(seen: Seen) -> str:
 
 def _says_wandering(seen: Seen) -> str:
     usual, whole = np.abs([seen.usual_rad_s, seen.rate_rad_s]) / RPM
+    scatter, noise, step = np.degrees(
+        [seen.scatter_rad, seen.history.phase_noise_rad, seen.step_rad])
     return (
-        f"the angle wanders by {np.degrees(seen.scatter_rad):.2f}° about an even rotation in "
-        f"{seen.history.revolutions:.1f} turns, while the noise of a frame is "
-        f"{np.degrees(seen.history.phase_noise_rad):.2f}° and what was taken for the plate turns "
-        f"by {np.degrees(seen.step_rad):.2f}° from frame to frame, at {usual:.3g} rpm, and at "
-        f"{whole:.3g} rpm in all: its rate changes, it is lost, one mark is taken for another, or "
-        f"this clip cannot determine whether frames were dropped. Let it turn for a minute with "
-        f"one bold mark, or film with fewer frames per second."
+        f"the angle wanders by {scatter:.2f}° about an even rotation in "
+        f"{seen.history.revolutions:.1f} turns, while the noise of a frame is {noise:.2f}° and "
+        f"what was taken for the plate turns by {step:.2f}° from frame to frame, usually at "
+        f"{usual:.3g} rpm, and at {whole:.3g} rpm in all: its rate changes, it is lost, one mark "
+        f"is taken for another, or this clip cannot determine whether frames were dropped. Let it "
+        f"turn for a minute with one bold mark, or film with fewer frames per second."
     )
 
 
@@ -269,13 +139,13 @@ def _says_scattered(seen: Seen) -> str:
 def _says_two_rates(seen: Seen) -> str:
     others = seen.others
     assert others is not None
-    assert others.second is not None
+    second = others.second
+    assert second is not None
     return (
         f"two things turn in the frame at two rates, {others.by_stamps_rad_s / RPM:.4g} rpm and "
-        f"{others.second.rate_rad_s / RPM:.4g} rpm ± "
-        f"{others.second.sd_s / others.second.period_s:.1%}. The rate is that of the first, "
-        f"which shows more. If the sensor turns with the second, cover the first or state the rim "
-        f"of the second (--rim, or plate: centre_px, radii_px)."
+        f"{second.rate_rad_s / RPM:.4g} rpm ± {second.sd_s / second.period_s:.1%}. The rate is "
+        f"that of the first, which shows more. If the sensor turns with the second, cover the "
+        f"first or state the rim of the second (--rim, or plate: centre_px, radii_px)."
     )
 
 
@@ -283,13 +153,17 @@ def _hides_drops(seen: Seen) -> float:
     return seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad) * (seen.dropped.count == 0)
 
 
+def _wanders(seen: Seen) -> float:
+    noise = max(THRESHOLDS.hidden_drop * seen.step_rad,
+                THRESHOLDS.wandering * seen.history.phase_noise_rad)
+    leaps = 1 - seen.usual_rad_s / seen.rate_rad_s
+    return max(seen.scatter_rad / noise, leaps / THRESHOLDS.leaps)
+
+
 REFUSALS: tuple[Check, ...] = (
     (lambda seen: seen.unsteady, _says_unsteady),
     (lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
-    (lambda seen: max(
-        seen.scatter_rad / max(THRESHOLDS.hidden_drop * seen.step_rad,
-                               THRESHOLDS.wandering * seen.history.phase_noise_rad),
-        (1 - seen.usual_rad_s / seen.rate_rad_s) / THRESHOLDS.leaps), _says_wandering),
+    (_wanders, _says_wandering),
 )
 WARNINGS: tuple[Check, ...] = (  # in the order in which they are printed
     (lambda seen: seen.dropped.jumps, _says_jumps),

@@ -22,11 +22,12 @@ from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
 from vision.rate.all_terms import diagnose_all
 from vision.rate.camera_roll import camera_roll
-from vision.rate.checks import Seen, refuse, warnings
+from vision.rate.checks import refuse, warnings
 from vision.rate.cross_checks import CrossChecks, PictureReturns, cross_check
 from vision.rate.diagnosis import PhaseDiagnosis
 from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
+from vision.rate.seen import Seen
 from vision.rate.slow_camera import FrameTimes, frame_times
 from vision.rate.steady_part import (
     FEWEST_FRAMES,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused, more_telling
 from vision.numbers import FASTEST_USUAL
-from vision.rate.checks import THRESHOLDS as CHECKS
+from vision.rate.seen import THRESHOLDS as CHECKS
 from vision.rate.slow_camera import frame_times
 
 if TYPE_CHECKING:
