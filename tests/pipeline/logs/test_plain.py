@@ -46,9 +46,10 @@ def test_a_plain_log_is_read_as_it_is_line_by_line(tmp_path: Path) -> None:
         written(*(row.replace(",8192", ",8E12") for row in ROWS)),  # perhaps a register
         written(*(row.replace(",", ";") for row in ROWS), header=HEADER.replace(",", ";")),
         written(*WIDE, header=f"{HEADER},board"),  # two sensors that take turns
-        written(*WIDE, header=f"{HEADER},stamp_ms"),  # another clock
-        written(*WIDE, header=f"{HEADER},acc2_x"),  # another sensor
+        written(*ROWS, header=HEADER.replace("supply_v", "stamp_ms")),  # another clock
+        written(*ROWS, header=HEADER.replace("supply_v", "acc2_x")),  # another sensor
         written(*ROWS, header=HEADER.replace("time_s", "millis")),
+        written(*ROWS, header=HEADER.replace("time_s", "counter")),  # times by a stated rate
         written(*ROWS, header=HEADER.replace("acc_z", "acc_x")),
         written(),
     ],
