@@ -14,7 +14,9 @@ from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.steady_part import noise_of_turns
 
 FEWEST_STRETCHES = 3  # least number of averages in a clip
-SHOWN = 3  #: frames; fact: a camera in the dark takes a third of those of its clip
+#: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
+#: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
+SHOWN = 3
 
 
 @dataclass(frozen=True)
