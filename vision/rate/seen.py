@@ -32,8 +32,8 @@ class CheckThresholds:
         Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
         not the refusal.
     leaps : float
-        Share of the rate in all that is not the usual one within a turn. Derived: between two equal
-        marks that are taken for one (0.5) and noise (0.2).
+        Share of the rate in all that is not the usual one within a turn. Between two equal marks
+        that are taken for one (0.5, derived) and noise (0.2, seen in films).
     hidden_drop : float
         Scatter that hides a dropped frame, over the angle from frame to frame.
     wandering : float
