@@ -83,7 +83,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
                         ("together",)],
     "calib.diagnosis": [
         ("constants",), ("hypotheses",), ("search",), ("next_measurement",), ("verdict",),
-        ("finding", "averaged"), ("diagnose",),
+        ("finding", "averaged", "stand_ins"), ("diagnose",),
         ("absorbed", "population"), ("formula_error",), ("unseen",), ("grounds",),
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],

@@ -8,6 +8,7 @@
 ``verdict``           the named effects, the ranking, and the words
 ``finding``           the verdict on one fit
 ``averaged``          bias of the parameters by all credible hypotheses, for their sds
+``stand_ins``         effects of the model that stand for others, and what these would change
 ``diagnose``          the way through these modules
 ``absorbed``          what the parameters hold of an effect, and what the rows show of it
 ``formula_error``     error of the model's formulas between the values that the poses saw

@@ -13,7 +13,7 @@ import numpy as np
 
 from calib.diagnosis.averaged import Averaged, averaged
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.finding import find, stand_ins
+from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.columns import set_aside
 from calib.diagnosis.next_measurement.advice import (
     Advice,
@@ -28,6 +28,7 @@ from calib.diagnosis.next_measurement.chance import (
 )
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, SOAK
 from calib.diagnosis.search.posterior import Inclusion, Posterior
+from calib.diagnosis.stand_ins import StandIn, stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
 from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.explanation import Explanation
@@ -85,7 +86,7 @@ class Diagnosis:
         Whether the poses' own noise explains the residual.
     averaged : Averaged
         What the parameters hold of all that may be missing, for their sds.
-    stands_for : mapping of str to tuple of str
+    stands_for : mapping of str to StandIn
         Effects of the model that these poses do not tell from others, and those.
     """
 
@@ -103,7 +104,7 @@ class Diagnosis:
     aside: tuple[str, ...]
     p_value: float
     averaged: Averaged
-    stands_for: Mapping[str, tuple[str, ...]]
+    stands_for: Mapping[str, StandIn]
 
     @property
     def text(self) -> str:
@@ -212,7 +213,7 @@ def diagnose(
     standing_in = stand_ins(fit, posterior.hypotheses)
     explanation = replace(explanation, text=" ".join([explanation.text, *(
         f"'{name}' of the model stands for its class: these poses do not tell it from "
-        f"{enumeration(others, 'or')}." for name, others in standing_in.items())]))
+        f"{enumeration(alike.names, 'or')}." for name, alike in standing_in.items())]))
     return Diagnosis(
         verdict=verdict.code,
         name=verdict.name,

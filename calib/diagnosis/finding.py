@@ -4,7 +4,7 @@
 words, and what to record next.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -18,9 +18,7 @@ from calib.diagnosis.hypotheses.unlisted import unknown_hypotheses
 from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.search import search
 from calib.diagnosis.search.table import Table
-from calib.diagnosis.search.table_at import table_at
 from calib.diagnosis.verdict.decision import Verdict, reach_verdict
-from calib.effects.catalogue import BASE
 from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import Triad
@@ -108,38 +106,3 @@ class _Clock:
 def _by_clock(clock: _Clock) -> tuple[Hypothesis, ...]:
     """The hypotheses that depend on a pose through its time alone."""
     return by_clock(clock.fit)
-
-
-def stand_ins(fit: Fit, hypotheses: Sequence[Hypothesis]) -> Mapping[str, tuple[str, ...]]:
-    """The effects that ``fit`` was extended by, with those that would do as well in their place.
-
-    Parameters
-    ----------
-    fit : Fit
-    hypotheses : sequence of Hypothesis
-        What may be missing beside the model of ``fit``.
-
-    Returns
-    -------
-    mapping of str to tuple of str
-        Of effects that something may stand in the place of: listed effects whose odds against it
-        are better than one to twenty, while either is as much better than none; and the expressions
-        that were not told from it where it was found.
-    """
-    listed = [h for h in hypotheses if h.kind == "listed" and not h.is_placed]
-    alike: dict[str, tuple[str, ...]] = {}
-    for effect in fit.model.effects:
-        if effect.name in BASE or effect.acts_on in ("reading", "noise") or effect.drawn:
-            continue
-        mine = Hypothesis(effect.name, "listed", 0.0, effect, fit.shapes.get(effect.name))
-        table = table_at(fit, (mine, *listed), (effect.name,))
-        density, _ = table.singles()
-        nothing = float(np.logaddexp(*table.noise.nothing(table.chi2)))
-        least = max(float(density[0]) - CONSTANTS.told_apart,
-                    nothing + CONSTANTS.told_apart)
-        others = dict.fromkeys(
-            h.name for h, value in sorted(zip(listed, density[1:], strict=True),
-                                          key=lambda pair: -pair[1]) if value > least)
-        if others or effect.alike:
-            alike[effect.name] = (*others, *effect.alike)
-    return alike

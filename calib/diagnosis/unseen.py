@@ -20,6 +20,7 @@ from scipy.special import expit
 from calib.diagnosis.absorbed import absorbed, parted
 from calib.diagnosis.diagnose import Diagnosis
 from calib.diagnosis.formula_error import error_of_formulas
+from calib.diagnosis.stand_ins import error_of_stand_ins
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
@@ -189,13 +190,15 @@ def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
 def _left_open(
     prediction: Prediction, calibration: TriadCalibration, diagnosis: Diagnosis
 ) -> FloatArray:
-    """Variance (m, d) by what may be missing and goes on, averaged over all credible sets.
+    """Variance (m, d) by what may be missing and goes on, averaged over all credible sets, and by
+    what the model's effects stand for.
 
     An error that follows the temperature or the time vanishes under typical conditions, and one of
     unknown shape has no formula: each counts at least as much as the rows show of it. Noise that
     the samples of the poses do not show goes on in the next log, also where the model has it.
     """
-    total = error_of_formulas(prediction, calibration) + _drawn_anew(calibration.fit)
+    total = (error_of_formulas(prediction, calibration) + _drawn_anew(calibration.fit)
+             + error_of_stand_ins(prediction, calibration, diagnosis.stands_for))
     if diagnosis.verdict == Code.NOTHING_MISSING:
         return total
     average, of_row = diagnosis.averaged, np.median(calibration.fit.equations.magnitude_sd) ** 2

@@ -219,9 +219,9 @@ def _nothing_wrong(result: TriadResult) -> str:
     if added:
         text += f" The model contains {' and '.join(added)} besides bias, scale and misalignment."
     blind = result.undetermined
-    for name, others in result.diagnosis.stands_for.items():
+    for name, alike in result.diagnosis.stands_for.items():
         text += (f" {name} stands for its class: these poses do not tell it from "
-                 f"{enumeration(list(others), 'or')}.")
+                 f"{enumeration(alike.names, 'or')}.")
     if blind:
         text += f" They cannot determine {count(len(blind), 'effect')}, listed under Candidates."
     return " ".join([text, *untold_of(result)])

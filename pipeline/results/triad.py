@@ -72,12 +72,12 @@ def _sds(sds: Iterable[FloatArray]) -> schema.ParameterSds:
 def _effects(result: TriadResult) -> dict[str, schema.EffectResult]:
     """The added effects; a shape parameter is last, with its unit after the others'."""
     added = {effect.name: effect for effect in result.calibration.fit.model.effects}
-    parts = {}
+    stands_for, parts = result.diagnosis.stands_for, {}
     for name, (values, sd) in result.calibration.effect_values().items():
         shape, unit = added[name].shape, added[name].unit_for(result.triad)
         unit = unit if shape is None else f"{unit}; {shape.name}: {shape.unit}"
-        parts[name] = schema.EffectResult.of(values=values, sd=sd, unit=unit,
-                                             stands_for=result.diagnosis.stands_for.get(name, ()))
+        alike = stands_for[name].names if name in stands_for else ()
+        parts[name] = schema.EffectResult.of(values=values, sd=sd, unit=unit, stands_for=alike)
     return parts
 
 

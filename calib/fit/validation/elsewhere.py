@@ -35,11 +35,16 @@ from calib.fit.validation.prediction import (
     typical_force,
 )
 from calib.poses.attitudes import spread_directions
+from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 
 ATTITUDES = 300
 """Number of attitudes that represent all, 12° apart. Numerical: the averaged function is smooth."""
+
+LOGS = 25
+"""Number of conditions that represent those of another log. Numerical: root mean squares over them
+are known to a seventh."""
 
 
 def new_attitudes(poses: PoseSet) -> PoseSet | None:
@@ -74,9 +79,45 @@ def mean_square_apart(one: TriadCalibration, other: TriadCalibration) -> float:
     elsewhere = new_attitudes(one.fit.poses)
     if elsewhere is None:
         return 0.0
-    at = elsewhere.conditions(elsewhere.reading)
+    return float(squares_apart(one, other, elsewhere.conditions(elsewhere.reading)).mean())
+
+
+def squares_apart(
+    one: TriadCalibration, other: TriadCalibration, at: Conditions
+) -> FloatArray:
+    """Square of the difference of the magnitudes that both correct in conditions (n), SI, (n,).
+
+    Raises
+    ------
+    FitFailed
+        The effects of one are larger than the readings.
+    """
     sizes = [np.linalg.norm(each.correct(at), axis=1) for each in (one, other)]
-    return float(np.mean((sizes[0] - sizes[1]) ** 2))
+    return np.asarray((sizes[0] - sizes[1]) ** 2)
+
+
+def another_log(poses: PoseSet, true: FloatArray) -> Conditions:
+    """Conditions under which another log may have each of the vectors ``true`` (d, 3), SI.
+
+    As far as samples tell them (:meth:`Conditions.as_in_a_log`). Gravity, the time and each column
+    are drawn by themselves from the poses, ``LOGS`` times and the same for every vector.
+
+    Returns
+    -------
+    Conditions
+        (``LOGS`` d), the d vectors of one draw after another.
+    """
+    drawn, d = np.random.default_rng(0), len(true)
+    up = spread_directions(LOGS)
+    imaginary = imagined(poses, np.tile(true, (LOGS, 1)), up=np.repeat(up, d, axis=0))
+    at = imaginary.conditions(imaginary.reading)
+
+    def of_poses(values: FloatArray) -> FloatArray:
+        return np.repeat(drawn.choice(values, LOGS), d)
+
+    return at.with_columns({
+        name: of_poses(poses.columns[name]) if name in poses.columns else values
+        for name, values in at.columns.items()}).as_in_a_log(of_poses(poses.time_s))
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,8 +62,9 @@ class Prediction:
     untold : mapping of str to array, shape (m, d)
         Variance by each effect of the model that the samples of another log do not tell.
     open : array, shape (m, d)
-        Variance by what may be missing, weighed by its probability, by formulas that may be off
-        between the values that the poses saw, and by noise from pose to pose.
+        Variance by what may be missing and what the model's effects stand for, weighed by their
+        probabilities, by formulas that may be off between the values that the poses saw, and by
+        noise from pose to pose.
     """
 
     magnitude: FloatArray

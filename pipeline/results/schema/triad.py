@@ -86,8 +86,9 @@ class PredictionParts(Part):
         "by each effect of the model that the samples of another log do not tell",
         default_factory=dict)
     open: MaybeSd = means(
-        "by what may be missing, weighed by its probability, by formulas that may be off between "
-        "the values that the poses saw, and by noise from pose to pose")
+        "by what may be missing and what the model's effects stand for, weighed by their "
+        "probabilities, by formulas that may be off between the values that the poses saw, and by "
+        "noise from pose to pose")
 
 
 class PredictionResult(Part):
