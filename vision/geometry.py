@@ -105,6 +105,10 @@ class PlateView:
         rows = float(np.hypot(*self.down))
         return PlateView(self.matrix @ step, self.lag_rad_px + lag / rows)
 
+    def encloses(self, x: float | FloatArray, y: float | FloatArray) -> NDArray[np.bool_]:
+        """Whether pixels are inside the rim, (...,) (broadcast)."""
+        return np.asarray(self.at_rest.plate(np.asarray(x), np.asarray(y))[0] < 1)
+
     def about(self, x: float, y: float) -> "PlateView":
         """The view with the same rim whose spindle appears at a pixel inside it.
 

@@ -251,20 +251,25 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4
 
 
-def test_of_two_plates_side_by_side_both_rates_are_said(tmp_path: Path) -> None:
-    """One was measured, and of the other not a word."""
+@pytest.mark.parametrize("second", [(235, 90, 60, 60, 140), (135, 125, 16, 250, 20)],
+                         ids=["side by side", "a bold wheel before the rim of a dim plate"])
+def test_of_two_things_that_turn_both_rates_are_said_and_the_larger_is_the_plate(
+    tmp_path: Path, second: tuple[int, ...]
+) -> None:
+    """One was measured, and of the other not a word: the bold one, however small."""
     y, x = np.mgrid[:180, :320]
     writer = ClipWriter(tmp_path / "twins.mkv")
     for time_s in np.arange(200) / 25.0:
         image = np.full((180, 320), 150.0)
-        for middle, rad_s in ((85, 2.1), (235, 3.3)):
-            away, radius = x - middle + 1j * (y - 90), np.hypot(x - middle, y - 90)
-            near = np.abs(np.angle(away * np.exp(-1j * rad_s * time_s))) < 0.15
-            image[radius < 60] = 60
-            image[near & (radius > 45) & (radius < 60)] = 140
+        for (at_x, at_y, size, luma, mark), rad_s in (((85, 90, 60, 60, 140), 2.1), (second, 3.3)):
+            away, radius = x - at_x + 1j * (y - at_y), np.hypot(x - at_x, y - at_y)
+            near = np.abs(np.angle(away * np.exp(-1j * rad_s * time_s))) < 9 / size
+            image[radius < size] = luma
+            image[near & (radius > 0.75 * size) & (radius < size)] = mark
         writer.write(np.repeat(np.rint(image).astype(np.uint8)[:, :, None], 3, axis=2), time_s)
     writer.end(keep=True)
     rate = measure_rate(track_phase(tmp_path / "twins.mkv"), timebase=CLOCK)
+    assert second[2] == 60 or abs(rate.rate_rad_s) == pytest.approx(2.1, rel=1e-3)
     said = [re.search(r"two things turn in the frame, at about ([\d.]+) rpm and, beside it, "
                       r"([\d.]+) rpm", text) for text in rate.warnings]
     both = sorted(float(rpm) * RPM for found in said if found for rpm in found.groups())

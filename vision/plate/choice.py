@@ -1,12 +1,13 @@
-"""Choice of the plate: the outline in which most turns, and little else varies.
+"""Choice of the plate: the largest thing that turns, in the outline that shows it best.
 
 Of the variation in an outline, E in luma steps squared times pixels and frames, its template
 explains the share s. An outline around a label alone has less turning energy, s E, than one around
 the record; one with a wrong axis explains less of it, and sets frames aside; one that includes the
-surroundings of the plate has a smaller s. The plate is the outline with the largest s · s E.
+surroundings of the plate has a smaller s. The outline with the largest s · s E is the clearest.
+If a larger one has its centre elsewhere, all inside the clearest is put at rest, and the rest of
+the frames is searched again: of the things that turn the plate is the largest, not the boldest.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +22,6 @@ from vision.plate.template import Alignment
 #: Share of the variation that turns together, and that a template explains, from which no further
 #: proposal is examined. Derived: one that explains everything determines the plate hardly better.
 CERTAIN = 0.8
-#: Tilt, rad, from which the spindle is searched beside the centre of the rim's ellipse. Derived: at
-#: 8° from three radii away it is 5 % of the radius off.
-STEEP_RAD = math.radians(8)
 NEARNESS = (0.1, 0.2, 0.3)  # 1/D tried, D the distance of the camera in plate radii
 
 Outline = tuple[PlateView, CoarseRotation]
@@ -69,8 +67,7 @@ def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
     steeply does not. If the coherence is already certain, or noise, nothing is searched.
     """
     best, rotation = view, frames.rotation(view)
-    certain = rotation.coherence > CERTAIN
-    if certain or view.tilt_rad < STEEP_RAD or not turns_together(rotation):
+    if rotation.coherence > CERTAIN or not turns_together(rotation):
         return best, rotation
     squeezed = np.linalg.svd(view.jacobian_at_centre())[2][1]  # direction on the plate
     for side in (1, -1):
@@ -87,13 +84,32 @@ def seek_spindle(view: PlateView, frames: LearningFrames) -> Outline:
 
 def chosen_plate(
     outlines: list[Outline], learning: LearningFrames
+) -> tuple[PlateCandidate | None, LearningFrames, Alignment | None]:
+    """The plate among the outlines, its frames, and an outline whose angle jumps."""
+    plate, jumping = _clearest(outlines, learning)
+    thing, rest, size_px = plate, learning, 0.0
+    while thing is not None:
+        here = thing.coarse.template.grid.view
+        reach_px = max(view.radius_px for view, rotation in outlines
+                       if here.encloses(*view.centre_px) and turns_together(rotation))
+        if reach_px > size_px:
+            plate, learning, size_px = thing, rest, reach_px
+        apart = [view for view, _ in outlines if not here.encloses(*view.centre_px)]
+        if not any(view.radius_px > size_px for view in apart):
+            break
+        rest = rest.without(here)
+        outlines = [seek_spindle(view, rest) for view in apart]
+        thing, _ = _clearest(outlines, rest)
+    return plate, learning, jumping
+
+
+def _clearest(
+    outlines: list[Outline], learning: LearningFrames
 ) -> tuple[PlateCandidate | None, Alignment | None]:
-    """The plate among the outlines, and an outline whose angle jumps."""
-    # The largest of the outlines around one turning plate is the rim.
-    largest_first = sorted(outlines, key=lambda outline: -outline[0].radius_px)
+    """The outline, of largest first, that shows a turning thing best, and one that jumps."""
     plate: PlateCandidate | None = None
     jumping: Alignment | None = None
-    for view, rotation in largest_first:
+    for view, rotation in outlines:
         if not turns_together(rotation):
             continue
         candidate = PlateCandidate(learning.coarse(view, rotation), rotation.coherence)
@@ -109,7 +125,7 @@ def chosen_plate(
 
 
 def or_of_parts(
-    plate: PlateCandidate | None, views: list[PlateView], learning: LearningFrames
+    plate: PlateCandidate | None, outlines: list[Outline], learning: LearningFrames
 ) -> PlateCandidate | None:
     """The plate, or one of equal parts around it or in its place, that turns more clearly.
 
@@ -117,8 +133,7 @@ def or_of_parts(
     """
     if plate is not None and plate.is_certain:
         return plate
-    largest_first = sorted(views, key=lambda view: -view.radius_px)
-    equal = next((parts for view in largest_first if (parts := learning.parts(view))), None)
+    equal = next((parts for view, _ in outlines if (parts := learning.parts(view))), None)
     if equal is None:
         return plate
     coarse = learning.coarse(equal.view, equal.rotation, equal.count)

@@ -18,7 +18,7 @@ from vision.plate.mark import symmetry
 from vision.plate.refusal import why_it_jumps, why_nothing_moves, why_nothing_turns
 from vision.plate.second_rate import turns_itself
 from vision.plate.template import Alignment, Template
-from vision.video.reader import Frame, Luma
+from vision.video.reader import Frame
 
 CHANGE_OF = 60  # frames that are tested for any change
 
@@ -31,8 +31,6 @@ class PlateModel:
     ----------
     channel : Channel
         Measured quantity of the frames.
-    background : array of uint8, shape (h, w)
-        The stationary background, in brightness.
     template : Template
         On the rings that carry the angle.
     rate_rad_s : float
@@ -44,7 +42,6 @@ class PlateModel:
     """
 
     channel: Channel
-    background: Luma
     template: Template
     rate_rad_s: float
     symmetry: int
@@ -113,18 +110,18 @@ def _learn(
     learning = LearningFrames(
         images, np.array([frame.time_s for frame in frames]), background, on_step
     )
+    views.sort(key=lambda view: -view.radius_px)
     outlines = [seek_spindle(view, learning) for view in views]
-    plate, jumping = chosen_plate(outlines, learning)
-    plate = or_of_parts(plate, [view for view, _ in outlines], learning)
+    plate, learning, jumping = chosen_plate(outlines, learning)
+    plate = or_of_parts(plate, outlines, learning)
     fine = None if plate is None else learning.fine(plate.coarse, plate.parts)
     if plate is not None and fine is not None and fine.template.turning.any():
         lasts = np.maximum(np.diff(learning.time_s[learning.chosen]), 1e-6)
         rate = float(median(np.diff(plate.coarse.angle_rad) / lasts))
         alike = plate.parts if plate.parts > 1 else symmetry(fine.template, plate.coarse)
         notes = _others_turning(
-            name, rate, fine.template.grid.view, outlines, learning,
-            None if alike > 1 else plate.coarse)
-        return PlateModel(channel, in_brightness, fine.template, rate, alike, notes)
+            name, plate.coarse, fine.template.grid.view, outlines, learning, whole=alike == 1)
+        return PlateModel(channel, fine.template, rate, alike, notes)
     if lines is not None:
         raise OnlyLight(f"{name}: {why_nothing_moves(small, 0, lines)}")
     if jumping is not None:
@@ -134,27 +131,29 @@ def _learn(
 
 
 def _others_turning(
-    name: str, rate_rad_s: float, view: PlateView, outlines: list[Outline],
-    learning: LearningFrames, whole: Alignment | None,
+    name: str, plate: Alignment, view: PlateView, outlines: list[Outline],
+    learning: LearningFrames, *, whole: bool,
 ) -> tuple[str, ...]:
     """A note on another rotation: beside the plate, or of a ``whole`` plate about its spindle."""
     lasts_s = float(np.ptp(learning.time_s))
     where, second = "beside it", max(
         (rotation for rim, rotation in outlines
-         if float(view.at_rest.plate(*(np.array(c) for c in rim.centre_px))[0]) > 1
-         and turns_itself(rotation, lasts_s)),
+         if not rim.encloses(*view.centre_px) and turns_itself(rotation, lasts_s)),
         key=lambda rotation: rotation.coherence, default=None)
-    if second is None and whole is not None:
-        remainder, angle_rad = learning.remainder(view, whole)
+    if second is None and whole:
+        remainder, angle_rad = learning.remainder(view, plate)
         if turns_itself(remainder, lasts_s, angle_rad):
             where, second = "about its spindle", remainder
     if second is None:
         return ()
     x, y = view.centre_px
-    second_rad_s = second.angle_rad[-1] / lasts_s
+    of_frames_s = float(np.ptp(learning.time_s[learning.chosen]))
+    first_rpm, second_rpm = (
+        abs(angle_rad[-1] - angle_rad[0]) / in_s / RPM for angle_rad, in_s in (
+            (plate.angle_rad, of_frames_s), (second.angle_rad, lasts_s)))
     return (
-        f"{name}: two things turn in the frame, at about {abs(rate_rad_s) / RPM:.3g} rpm and, "
-        f"{where}, {abs(second_rad_s) / RPM:.3g} rpm. The rate is that of the first, around "
+        f"{name}: two things turn in the frame, at about {first_rpm:.3g} rpm and, "
+        f"{where}, {second_rpm:.3g} rpm. The rate is that of the first, around "
         f"({x:.0f}, {y:.0f}) px. If the sensor turns with the second, cover the first or state the "
         f"rim of the second (--rim, or plate: centre_px, radii_px).",
     )

@@ -1,7 +1,7 @@
 """Frames from which a plate is learned: rough motion about an axis, coarse and fine template."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -54,6 +54,12 @@ class LearningFrames:
         """Indices (≤ COARSE_FRAMES,) of the frames for the templates."""
         return every_nth(len(self.images), -(-len(self.images) // COARSE_FRAMES))
 
+    def without(self, view: PlateView) -> "LearningFrames":
+        """The frames with all that is inside an outline at rest."""
+        inside = view.encloses(*np.indices(self.background.shape, float)[::-1])
+        rest = [np.where(inside, self.background, image) for image in self.images]
+        return replace(self, images=rest)
+
     def rotation(self, view: PlateView) -> CoarseRotation:
         """Rough motion about the spindle of a view."""
         self.on_step()
@@ -85,13 +91,8 @@ class LearningFrames:
         chosen = self.chosen
         clearest = (chosen >= rotation.clearest.start) & (chosen < rotation.clearest.stop)
         frames = RoughlyAligned(
-            [self.images[i] for i in chosen],
-            self.background,
-            rotation.angle_rad[chosen],
-            first=clearest,
-            shows=np.ones(len(chosen), bool),
-            parts=parts,
-        )
+            [self.images[i] for i in chosen], self.background, rotation.angle_rad[chosen],
+            first=clearest, shows=np.ones(len(chosen), bool), parts=parts)
         azimuths = COARSE_AZIMUTHS if parts == 1 else fine_azimuths(view)
         grid = polar_grid(view, COARSE_RADII, azimuths, self.background.shape)
         return align(frames, grid, COARSE, self.on_step)
@@ -102,13 +103,8 @@ class LearningFrames:
         usable = np.flatnonzero(coarse.used)
         part = usable[spread_choice(len(usable), FINE_FRAMES)]
         frames = RoughlyAligned(
-            [self.images[i] for i in self.chosen[part]],
-            self.background,
-            coarse.angle_rad[part],
-            first=np.ones(len(part), bool),
-            shows=coarse.shows[part],
-            parts=parts,
-        )
+            [self.images[i] for i in self.chosen[part]], self.background, coarse.angle_rad[part],
+            first=np.ones(len(part), bool), shows=coarse.shows[part], parts=parts)
         azimuths = fine_azimuths(template.grid.view)
         radius = informative_rings(template)
         grid = template.grid.refined(radius, azimuths, self.background.shape)

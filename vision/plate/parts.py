@@ -27,7 +27,7 @@ from vision.numbers import median
 from vision.plate.evidence import believed
 from vision.plate.low_orders import ORDERS
 from vision.plate.polar import Grid, Strips
-from vision.plate.rotation import WINDOW, CoarseRotation
+from vision.plate.rotation import CoarseRotation
 
 ROUNDS = 6  #: rounds of the view at most; numerical
 SETTLED = 0.1  # of a part: smaller changes of the view are not made
@@ -134,15 +134,11 @@ def _steps_around(line: _Line, weight: NDArray[np.float32]) -> FloatArray:
 def _rotation(
     varying: Strips, weight: NDArray[np.float32], time_s: FloatArray, line: _Line, count: int
 ) -> CoarseRotation:
-    f, _, n = varying.shape
     seen = np.einsum("frn,rn,r->f", varying, np.conj(line.wave), weight)
     phase = 2 * np.pi * line.hertz * time_s
     phase += np.unwrap(np.angle(seen * np.exp(-1j * phase)))
     angle = -(phase - phase[0]) / count
-    square = float(((varying**2).sum(axis=(0, 2)) @ weight) / (f * n))
-    # For as many frames as the coarse rotation sums, on one side of the spectrum (Parseval).
-    energy = 0.5 * min(WINDOW, f) * square
-    return CoarseRotation(angle, line.share, energy, slice(0, f))
+    return CoarseRotation(angle, line.share, slice(0, len(varying)))
 
 
 def _view_change(line: _Line, grid: Grid, count: int) -> FloatArray:

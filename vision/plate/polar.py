@@ -80,15 +80,8 @@ def polar_grid(view: PlateView, radius: FloatArray, azimuths: int, shape: tuple[
     azimuth = np.arange(azimuths) * 2 * np.pi / azimuths
     x, y = view.pixels(radius[:, None], azimuth[None, :])
     inside = (x >= 0) & (y >= 0) & (x <= shape[1] - 1) & (y <= shape[0] - 1)
-    return Grid(
-        view,
-        radius,
-        azimuths,
-        x.astype(np.float32),
-        y.astype(np.float32),
-        inside.astype(np.float32),
-        np.ones(x.shape, np.float32),
-    )
+    return Grid(view, radius, azimuths, x.astype(np.float32), y.astype(np.float32),
+                inside.astype(np.float32), np.ones(x.shape, np.float32))
 
 
 def ring_spectra(strips: Strips) -> Spectra:

@@ -28,8 +28,6 @@ class CoarseRotation:
     coherence : float
         Share of the varying energy that turns together, less the energy that turns equally well
         the other way; median over the windows, 0 to 1.
-    varying : float
-        Varying energy, turning or not: luma steps squared times the samples' weight.
     clearest : slice
         Frames of the window with the largest coherence. Between windows frames may be missing,
         and the angle with them.
@@ -37,7 +35,6 @@ class CoarseRotation:
 
     angle_rad: FloatArray
     coherence: float
-    varying: float
     clearest: slice
 
 
@@ -71,12 +68,11 @@ class RotationSearch:
         """
         results = [window.best(spectra[:, :, part], weight)
                    for window, part in zip(self._windows, self._parts, strict=True)]
-        rates, shares, energies = np.array(results).T
+        rates, shares = np.array(results).T
         rate_at = np.interp(self._time_s, self._middles_s, rates)
         step = 0.5 * (rate_at[1:] + rate_at[:-1]) * np.diff(self._time_s)
         return CoarseRotation(
             np.concatenate([[0.0], np.cumsum(step)]),
             float(median(shares)),
-            float(median(energies)),
             self._parts[int(shares.argmax())],
         )

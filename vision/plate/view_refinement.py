@@ -35,19 +35,12 @@ def motion_basis(turning: Spectra, radius: FloatArray, azimuths: int) -> NDArray
     c, s = np.cos(azimuth), np.sin(azimuth)
     c2, s2 = np.cos(2 * azimuth), np.sin(2 * azimuth)
     r = radius[:, None]
-    return np.stack(
-        [
-            by_radius * c - by_angle / r * s,
-            by_radius * s + by_angle / r * c,
-            by_radius * r * c2 - by_angle * s2,
-            by_radius * r * s2 + by_angle * c2,
-            -(r**2) * c * by_radius,
-            -(r**2) * s * by_radius,
-            by_angle * r * c,
-            by_angle * r * s,
-            by_angle,
-        ]
-    ).astype(np.float32)
+    return np.stack([
+        by_radius * c - by_angle / r * s, by_radius * s + by_angle / r * c,
+        by_radius * r * c2 - by_angle * s2, by_radius * r * s2 + by_angle * c2,
+        -(r**2) * c * by_radius, -(r**2) * s * by_radius,
+        by_angle * r * c, by_angle * r * s, by_angle,
+    ]).astype(np.float32)
 
 
 def view_change(

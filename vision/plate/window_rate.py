@@ -79,10 +79,8 @@ class WindowRate:
         self._at_trial = np.outer(order, trial) % self._length + each
         self._apart = (np.subtract.outer(slot, slot) % self._length + each[:, None]).ravel()
 
-    def best(
-        self, spectra: Orders, weight: NDArray[np.float32]
-    ) -> tuple[float, float, float]:
-        """The best rate, rad/s; the share of the varying energy that turns at it; that energy.
+    def best(self, spectra: Orders, weight: NDArray[np.float32]) -> tuple[float, float]:
+        """The best rate, rad/s, and the share of the varying energy that turns at it.
 
         Parameters
         ----------
@@ -102,9 +100,8 @@ class WindowRate:
             rate += 0.5 * float((low - high) / (low - 2 * at + high)) * step
         energy = (np.abs(varying) ** 2).sum(axis=(1, 2))
         turning = float(energy @ _share_of_rotation(rate, self._time_s))
-        total = float(energy.sum())
-        if_all_turned = max(turning, THRESHOLDS.least_shown * total, 1e-9)
-        return rate, float(power[best]) / len(self._time_s) / if_all_turned, total
+        if_all_turned = max(turning, THRESHOLDS.least_shown * float(energy.sum()), 1e-9)
+        return rate, float(power[best]) / len(self._time_s) / if_all_turned
 
     def _one_way_power(self, varying: Orders) -> FloatArray:
         """P(ω) - P(-ω) at the trial rates."""

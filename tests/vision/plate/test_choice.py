@@ -55,6 +55,6 @@ def test_a_spindle_is_searched_where_something_turns_and_not_in_noise(
 ) -> None:
     coherence = iter([shown, *[shown + 0.01] * 20])
     frames = SimpleNamespace(rotation=lambda view: CoarseRotation(
-        np.zeros(60), next(coherence), 1.0, slice(0, 48)))
+        np.zeros(60), next(coherence), slice(0, 48)))
     rim = view_of_ellipse((50.0, 50.0), (40.0, 20.0), 0.0)
     assert (seek_spindle(rim, cast(LearningFrames, frames))[0] is not rim) == searched

@@ -15,7 +15,7 @@ GREY = np.full((360, 480), 100, np.uint8)
 def test_noise_hides_what_turns_in_a_dark_film(light: int, first: str) -> None:
     """Whether it turns cannot be asked yet."""
     seen = np.full_like(GREY, light)
-    rotation = CoarseRotation(np.zeros(3), 0.16, 1.0, slice(0, 3))
+    rotation = CoarseRotation(np.zeros(3), 0.16, slice(0, 3))
     assert first in why_nothing_moves([seen, seen], 0, None)
     assert first in why_nothing_turns([rotation], seen)
     assert "at most 16% of what changes" in why_nothing_turns([rotation], seen)

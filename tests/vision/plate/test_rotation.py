@@ -63,7 +63,6 @@ def test_what_comes_and_goes_in_place_does_not_turn(kind: str, seed: int) -> Non
     amplitude = in_place(kind, rng)
     patterns = np.array([pattern(rng) for _ in range(amplitude.shape[1])])
     rotation = spin(np.einsum("fp,pra->fra", amplitude, patterns))
-    assert rotation.varying > 0
     assert rotation.coherence < 0.15
 
 
