@@ -32,7 +32,7 @@ from calib.fit.validation.prediction import (
     distinct,
     gradient_of,
     imagined,
-    typical_force,
+    other_logs,
 )
 from calib.poses.attitudes import spread_directions
 from calib.poses.conditions import Conditions
@@ -41,11 +41,6 @@ from calib.poses.pose_set import PoseSet
 
 ATTITUDES = 300
 """Number of attitudes that represent all, 12° apart. Numerical: the averaged function is smooth."""
-
-LOGS = 25
-"""Number of conditions that represent those of another log. Numerical: root mean squares over them
-are known to a seventh."""
-
 
 def new_attitudes(poses: PoseSet) -> PoseSet | None:
     """Poses in every direction, each at some magnitude and the conditions of one of ``poses``.
@@ -96,30 +91,6 @@ def squares_apart(
     return np.asarray((sizes[0] - sizes[1]) ** 2)
 
 
-def another_log(poses: PoseSet, true: FloatArray) -> Conditions:
-    """Conditions under which another log may have each of the vectors ``true`` (d, 3), SI.
-
-    As far as samples tell them (:meth:`Conditions.as_in_a_log`). Gravity, the time and each column
-    are drawn by themselves from the poses, ``LOGS`` times and the same for every vector.
-
-    Returns
-    -------
-    Conditions
-        (``LOGS`` d), the d vectors of one draw after another.
-    """
-    drawn, d = np.random.default_rng(0), len(true)
-    up = spread_directions(LOGS)
-    imaginary = imagined(poses, np.tile(true, (LOGS, 1)), up=np.repeat(up, d, axis=0))
-    at = imaginary.conditions(imaginary.reading)
-
-    def of_poses(values: FloatArray) -> FloatArray:
-        return np.repeat(drawn.choice(values, LOGS), d)
-
-    return at.with_columns({
-        name: of_poses(poses.columns[name]) if name in poses.columns else values
-        for name, values in at.columns.items()}).as_in_a_log(of_poses(poses.time_s))
-
-
 @dataclass(frozen=True, eq=False)
 class PredictedPose:
     """Comparison of one pose with a fit without it.
@@ -165,11 +136,6 @@ def predict_pose(fit: Fit, poses: PoseSet, place: int) -> PredictedPose:
         of_pose.label[0], of_pose.run[0], value, float(pose_sds(equations)[place]), value))
 
 
-FORCE_DIRECTIONS = 50
-"""Number of directions of gravity, 28° apart: the squares that are averaged are of fourth order in
-it at most. Numerical."""
-
-
 def error_by_missing(
     calibration: TriadCalibration, prediction: Prediction, effect: Effect, absorbed: FloatArray,
     root: FloatArray, shape: float | None = None,
@@ -199,25 +165,21 @@ def error_by_missing(
     by_parameters = prediction.gradient @ absorbed @ root  # (m, d, j)
     if effect.belongs_to != "sensor" or effect.acts_on == "reference":
         return np.asarray((by_parameters**2).sum(axis=2))
-    force = spread_directions(FORCE_DIRECTIONS if "force" in effect.needs else 1)
     return np.array([
-        ((_at_once(calibration, size * prediction.directions, force, effect, shape) @ root
+        ((_at_once(calibration, size * prediction.directions, effect, shape) @ root
           + each) ** 2).sum(axis=2).mean(axis=0)
         for size, each in zip(prediction.magnitude, by_parameters, strict=True)
     ])
 
 
 def _at_once(
-    calibration: TriadCalibration, true: FloatArray, force: FloatArray, effect: Effect,
-    shape: float | None,
+    calibration: TriadCalibration, true: FloatArray, effect: Effect, shape: float | None
 ) -> FloatArray:
-    """Change of the size of true vectors (d, 3) under forces (f, 3) by an effect, (f, d, k)."""
-    poses = imagined(calibration.fit.poses, true)
-    at = poses.conditions(true)
-    size = typical_force(calibration.fit.poses)
+    """Change of the size of true vectors (d, 3) in f other logs by an effect, (f, d, k)."""
+    poses = calibration.fit.poses
+    logs = other_logs(poses, true) if "force" in effect.needs else iter([imagined(poses, true)])
     axes = axes_of(calibration.correction.linear_form()[0])
     along = true / np.linalg.norm(true, axis=1, keepdims=True)
     shapes = {} if shape is None else {effect.name: shape}
-    errors = [sensor_columns((effect,), replace(at, force=np.tile(size * up, (len(true), 1))),
-                             shapes, axes) for up in force]
+    errors = [sensor_columns((effect,), each.conditions(true), shapes, axes) for each in logs]
     return np.asarray(np.einsum("di,fdik->fdk", along, np.array(errors)))

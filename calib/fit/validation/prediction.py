@@ -6,12 +6,13 @@ with cov that of the parameters, noise and common errors together, and m every m
 measured. A small residual says nothing about directions without a pose; this does.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.residuals import Equations
 from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
@@ -32,8 +33,9 @@ SPREAD_DIRECTIONS = 200
 """Number of directions beside the 26 natural ones, 14° apart: the sd is a smooth function of second
 order in n. Numerical."""
 
-FORCES_OF_A_MODEL = 12
-"""Directions of gravity, 60° apart: a variance is of second order in it. Numerical."""
+LOGS = 25
+"""Number of conditions that represent those of another log, of gravity 40° apart. Numerical: root
+mean squares over them are known to a seventh."""
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -134,7 +136,7 @@ class Prediction:
 def predict(calibration: TriadCalibration) -> Prediction | None:
     """Expected error in every direction; None if all poses were at rest.
 
-    Effects of the session are taken at its median time, those of logged columns at their medians.
+    The gradient is that under typical conditions: the median time, the medians of the columns.
     """
     fit = calibration.fit
     stated = fit.poses.reference.magnitude.copy()
@@ -171,15 +173,17 @@ def _variance(
     calibration: TriadCalibration, magnitude: FloatArray, directions: FloatArray,
     gradient: FloatArray,
 ) -> FloatArray:
-    """Variances (m, d) by the parameters.
-
-    The next log has gravity in any direction, whatever the rate.
-    """
-    fit, each = calibration.fit, [gradient]
-    if any("force" in effect.needs for effect in fit.model.acting_on("sensor")):
-        each = [np.array([gradient_of(fit, imagined(fit.poses, size * directions, up))
-                          for size in magnitude]) for up in spread_directions(FORCES_OF_A_MODEL)]
+    """Variances (m, d) by the parameters, averaged over the conditions of another log."""
+    fit, each = calibration.fit, iter([gradient])
+    if any(map(_varies, fit.model.acting_on("sensor"))):
+        logs = zip(*(other_logs(fit.poses, size * directions) for size in magnitude), strict=True)
+        each = (np.array([gradient_of(fit, poses) for poses in log]) for log in logs)
     return np.asarray(np.mean([variances_along(g, fit.cov) for g in each], axis=0))
+
+
+def _varies(effect: Effect) -> bool:
+    """Whether an effect is another one under the conditions of another log."""
+    return bool(effect.logged) or not {"force", "time"}.isdisjoint(effect.needs)
 
 
 def _rms(variance: FloatArray) -> float:
@@ -253,3 +257,17 @@ def imagined(
         reference=Reference(size, np.zeros(n), np.zeros((n, q)), poses.reference.common_names),
         columns={name: conditions(values) for name, values in poses.columns.items()},
     )
+
+
+def other_logs(poses: PoseSet, true: FloatArray) -> Iterator[PoseSet]:
+    """``LOGS`` sets of poses that read true vectors (n, 3), SI, as another log may have them.
+
+    Each is under a gravity, a time and values of columns of its own; time and columns are drawn
+    from the poses, each by itself.
+    """
+    drawn, n = np.random.default_rng(0), len(true)
+    for up in spread_directions(LOGS):
+        yield replace(
+            imagined(poses, true, up), time_s=np.full(n, drawn.choice(poses.time_s)),
+            columns={name: np.full(n, drawn.choice(values))
+                     for name, values in poses.columns.items()})
