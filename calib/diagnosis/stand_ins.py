@@ -26,7 +26,7 @@ from calib.fit.least_squares.solver import fit as fit_model
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.validation.elsewhere import squares_apart
-from calib.fit.validation.prediction import Prediction, other_logs
+from calib.fit.validation.prediction import LOGS, Prediction, other_logs
 from calib.poses.imu_log import FloatArray
 
 
@@ -105,9 +105,9 @@ def error_of_stand_ins(
     total = np.zeros_like(prediction.variance)
     if not any(alike.effects for alike in standing.values()):
         return total
-    logs = [[each.conditions(each.reading).as_in_a_log(each.time_s)
-             for each in other_logs(calibration.fit.poses, size * prediction.directions)]
+    logs = [other_logs(calibration.fit.poses, size * prediction.directions)
             for size in prediction.magnitude]
+    conditions = [each.conditions(each.reading).as_in_a_log(each.time_s) for each in logs]
     for name, alike in standing.items():
         rest = [each for each in calibration.fit.model.effects if each.name != name]
         for effect, probability in zip(alike.effects, alike.probability, strict=True):
@@ -115,8 +115,8 @@ def error_of_stand_ins(
                 other = calibrate_triad(
                     fit_model(calibration.fit.poses, Model((*rest, effect))), calibration.spec)
                 total += probability * np.array([
-                    np.mean([squares_apart(calibration, other, each) for each in some], axis=0)
-                    for some in logs])
+                    squares_apart(calibration, other, at).reshape(LOGS, -1).mean(axis=0)
+                    for at in conditions])
             except CalibrationError:
                 continue
     return total

@@ -24,12 +24,12 @@ from calib.effects.effect import Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.linear import inverse_square
 from calib.fit.rows.residuals import Equations
-from calib.fit.rows.sensitive_axes import axes_of, sensor_columns
 from calib.fit.triad.calibration import TriadCalibration
 from calib.fit.validation.leave_one_out import PoseResidual, compare, pose_errors, pose_sds
 from calib.fit.validation.prediction import (
     Prediction,
     distinct,
+    effects_along,
     gradient_of,
     imagined,
     other_logs,
@@ -165,21 +165,11 @@ def error_by_missing(
     by_parameters = prediction.gradient @ absorbed @ root  # (m, d, j)
     if effect.belongs_to != "sensor" or effect.acts_on == "reference":
         return np.asarray((by_parameters**2).sum(axis=2))
-    return np.array([
-        ((_at_once(calibration, size * prediction.directions, effect, shape) @ root
-          + each) ** 2).sum(axis=2).mean(axis=0)
-        for size, each in zip(prediction.magnitude, by_parameters, strict=True)
-    ])
-
-
-def _at_once(
-    calibration: TriadCalibration, true: FloatArray, effect: Effect, shape: float | None
-) -> FloatArray:
-    """Change of the size of true vectors (d, 3) in f other logs by an effect, (f, d, k)."""
-    poses = calibration.fit.poses
-    logs = other_logs(poses, true) if "force" in effect.needs else iter([imagined(poses, true)])
-    axes = axes_of(calibration.correction.linear_form()[0])
-    along = true / np.linalg.norm(true, axis=1, keepdims=True)
     shapes = {} if shape is None else {effect.name: shape}
-    errors = [sensor_columns((effect,), each.conditions(true), shapes, axes) for each in logs]
-    return np.asarray(np.einsum("di,fdik->fdk", along, np.array(errors)))
+    logs = other_logs if "force" in effect.needs else imagined
+    squares = []
+    for size, held in zip(prediction.magnitude, by_parameters, strict=True):
+        at = logs(calibration.fit.poses, size * prediction.directions)
+        at_once = effects_along(calibration, (effect,), at, shapes) @ root
+        squares.append(((at_once.reshape(-1, *held.shape) + held) ** 2).sum(axis=2).mean(axis=0))
+    return np.array(squares)

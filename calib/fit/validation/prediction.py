@@ -6,7 +6,7 @@ with cov that of the parameters, noise and common errors together, and m every m
 measured. A small residual says nothing about directions without a pose; this does.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -173,17 +173,33 @@ def _variance(
     calibration: TriadCalibration, magnitude: FloatArray, directions: FloatArray,
     gradient: FloatArray,
 ) -> FloatArray:
-    """Variances (m, d) by the parameters, averaged over the conditions of another log."""
-    fit, each = calibration.fit, iter([gradient])
-    if any(map(_varies, fit.model.acting_on("sensor"))):
-        logs = zip(*(other_logs(fit.poses, size * directions) for size in magnitude), strict=True)
-        each = (np.array([gradient_of(fit, poses) for poses in log]) for log in logs)
-    return np.asarray(np.mean([variances_along(g, fit.cov) for g in each], axis=0))
+    """Variances (m, d) by the parameters, averaged over the conditions of another log.
+
+    There the gradient differs by the columns of the effects that depend on these.
+    """
+    fit, of_logs = calibration.fit, gradient[:, None]
+    varied = [each for each in fit.model.acting_on("sensor")
+              if each.logged or not {"force", "time"}.isdisjoint(each.needs)]
+    if varied:
+        of_logs = np.repeat(of_logs, LOGS, axis=1)
+        where = np.concatenate([np.r_[fit.model.slices()[each.name]] for each in varied])
+        for at, size in zip(of_logs, magnitude, strict=True):
+            there, here = (effects_along(calibration, varied, logs(fit.poses, size * directions),
+                                         fit.shapes) for logs in (other_logs, imagined))
+            at[:, :, where] -= there.reshape(LOGS, *here.shape) - here
+    return np.asarray([variances_along(at, fit.cov).mean(axis=0) for at in of_logs])
 
 
-def _varies(effect: Effect) -> bool:
-    """Whether an effect is another one under the conditions of another log."""
-    return bool(effect.logged) or not {"force", "time"}.isdisjoint(effect.needs)
+def effects_along(
+    calibration: TriadCalibration, effects: Sequence[Effect], poses: PoseSet,
+    shapes: Mapping[str, float],
+) -> FloatArray:
+    """Parts of effects along the vectors of imagined poses (n), SI per parameter (k), (n, k)."""
+    true = poses.reading
+    axes = axes_of(calibration.correction.linear_form()[0])
+    columns = sensor_columns(tuple(effects), poses.conditions(true), shapes, axes)
+    return np.asarray(np.einsum("ni,nik->nk", true, columns)
+                      / np.linalg.norm(true, axis=1)[:, None])
 
 
 def _rms(variance: FloatArray) -> float:
@@ -259,15 +275,18 @@ def imagined(
     )
 
 
-def other_logs(poses: PoseSet, true: FloatArray) -> Iterator[PoseSet]:
-    """``LOGS`` sets of poses that read true vectors (n, 3), SI, as another log may have them.
+def other_logs(poses: PoseSet, true: FloatArray) -> PoseSet:
+    """Poses that read true vectors (n, 3), SI, in ``LOGS`` other logs, (``LOGS`` n).
 
-    Each is under a gravity, a time and values of columns of its own; time and columns are drawn
-    from the poses, each by itself.
+    All n of one log come after those of another. Each log has a gravity, a time and values of
+    columns of its own; time and columns are drawn from the poses, each by itself.
     """
     drawn, n = np.random.default_rng(0), len(true)
-    for up in spread_directions(LOGS):
-        yield replace(
-            imagined(poses, true, up), time_s=np.full(n, drawn.choice(poses.time_s)),
-            columns={name: np.full(n, drawn.choice(values))
-                     for name, values in poses.columns.items()})
+
+    def of_logs(values: FloatArray) -> FloatArray:
+        return np.repeat(drawn.choice(values, LOGS), n)
+
+    return replace(
+        imagined(poses, np.tile(true, (LOGS, 1)), np.repeat(spread_directions(LOGS), n, axis=0)),
+        time_s=of_logs(poses.time_s),
+        columns={name: of_logs(values) for name, values in poses.columns.items()})
