@@ -12,7 +12,7 @@ from pipeline.guess.checked import CheckedConfig
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.clock import EPOCH_S
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, SECONDS_PER, TIME, our_name
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME, our_name
 from pipeline.text.formatting import count
 from pipeline.text.tables import table_lines
 
@@ -20,7 +20,6 @@ ROWS_SHOWN = 3  #: first rows of a table: enough to see a unit by; chosen
 LONGEST_NAMES = 44  #: characters of a triad's columns
 FURTHER = 4  #: columns that a line names; layout
 TABLES_SHOWN = 3  #: tables shown of files that are all the same; chosen
-
 
 LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the poses",
            "means": "each row is the mean of a pose"}
@@ -56,7 +55,8 @@ def guessed_table(table: TableGuess) -> list[str]:
     lines = [f"{table.path}: {count(table.table.rows, 'row')}{'' if table.are_means else rate}"]
     rows = []
     if clock.column is not None:
-        rows.append(["  time", clock.column, _time_unit(table), clock.because])
+        rows.append(["  time", clock.column, clock.unit or f"{our_name(clock.column)[1]:g} s",
+                     clock.because])
     elif not table.are_means:
         shown = "not known" if clock.rate_hz is None else f"{clock.rate_hz:g} Hz"
         rows.append(["  time", "-", shown, clock.because])
@@ -124,10 +124,3 @@ def _rate_hz(table: TableGuess) -> float | None:
     step = np.diff(table.clock.time_s)
     usual = step[step < 1.5 * np.median(step)]
     return float(1 / usual.mean()) if usual.size and usual.mean() > 0 else None
-
-
-def _time_unit(table: TableGuess) -> str:
-    """The unit of the column of times, by the guess or by the program that calls it so."""
-    factor = our_name(table.clock.column or "")[1]
-    return table.clock.unit or next(
-        (unit for unit, seconds in SECONDS_PER.items() if seconds == factor), f"{factor:g} s")

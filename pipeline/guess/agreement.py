@@ -7,14 +7,16 @@ a test is refused with the reason, and no other guess is made.
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from calib.consistency.data_sheet import gain_off_the_sheet
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.triad_kind import TRIAD_KINDS
-from pipeline.guess.files import LIES_STILL, called_accelerometers, why_no_log
-from pipeline.guess.magnitudes import CODES, NEAR_RANGE
+from pipeline.guess.files import LIES_STILL, called_accelerometers, listed, why_no_log
+from pipeline.guess.magnitudes import CODES, LOOSEST, NEAR_RANGE, typical_length
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, reads_alike, usual_step
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
@@ -30,10 +32,8 @@ the bias of a cheap one that warms up moves by 20 times the noise."""
 
 def disagreements(guess: SessionGuess) -> Iterator[str]:
     """Contradictions to the guess of the files, one sentence for the first table of each test."""
-    if not guess.sources:
-        return
-    for law in (_unused_accelerometer, _no_gravity, _one_axis_twice, _two_accelerometers, _no_unit,
-                _other_turns, _too_short):
+    for law in (_unused_accelerometer, _other_unit, _no_gravity, _one_axis_twice,
+                _two_accelerometers, _no_unit, _other_turns, _too_short):
         yield from [fault for source in guess.sources for table in source.tables
                     if (fault := law(guess, table))][:1]
 
@@ -43,6 +43,22 @@ def _unused_accelerometer(guess: SessionGuess, table: TableGuess) -> str:
     if guess.accelerometer is not None or not called_accelerometers(table.table):
         return ""
     return f"{table.path}: {why_no_log(table.table)}."
+
+
+def _other_unit(guess: SessionGuess, table: TableGuess) -> str:
+    """Files whose readings are no gravity in the unit of the session, which is one for all."""
+    unit = guess.accelerometer
+    lengths = {} if unit is None else {each: typical_length(each.si(replace(
+        each.accelerometer, si_per_unit=unit.si_per_unit))) for each in guess.tables
+        if each.accelerometer}
+    off = [each for each, length in lengths.items()
+           if not 1 / LOOSEST < length / STANDARD_GRAVITY_M_S2 < LOOSEST]
+    if unit is None or table not in off[:1] or len(off) == len(lengths):
+        return ""
+    return (f"{listed([each.path for each in off])}: a typical reading is {lengths[table]:.3g} "
+            f"m/s² long in {unit.unit}, the unit of the other files, and gravity is "
+            f"{STANDARD_GRAVITY_M_S2:.3g}. Its unit or its range is another: convert it, or import "
+            f"the files of each unit by themselves.")
 
 
 def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:

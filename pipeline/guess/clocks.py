@@ -69,7 +69,8 @@ def guess_clock(
             ours, factor = our_name(name)
             if ours == TIME and (np.diff(ticks) > 0).all() and (
                     rows < 2 or "s" in likely_units(float(np.median(np.diff(ticks))) * factor)):
-                return ClockGuess(name, None, None, ticks * factor,
+                unit = next((unit for unit in SECONDS_PER if SECONDS_PER[unit] == factor), None)
+                return ClockGuess(name, unit, None, ticks * factor,
                                   "its name is a known program's", "; ".join(continued))
             if not np.isfinite(ticks).all():
                 continue
@@ -161,7 +162,7 @@ def _unit(name: str, ticks: FloatArray) -> tuple[TimeUnit | None, str, str]:
     since_1970 = [unit for unit in _epoch_units(ticks[0])
                   if not likely or usual * SECONDS_PER[unit] < 1 / SLOWEST_HZ]
     stated = next((unit for unit in SECONDS_PER if unit == read_name(name).unit), None)
-    rate = f"{1 / usual:.4g} rows per unit of it"
+    rate = f"rows {float(f'{usual:.4g}'):.10g} apart"
     if stated is not None and (stated in likely or not likely or (
             stated == "min" and "s" in likely_units(usual * SECONDS_PER[stated]))):
         return stated, "its name states the unit", ""

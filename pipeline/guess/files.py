@@ -60,7 +60,7 @@ def guess_files(
              or (table.path.parent.is_dir() and hint_of(table.path) != "else"))])
     if not guesses:
         raise UnreadableInput(passed_over[0] if passed_over else NO_ROWS.format(files[0]))
-    return guesses, (*([f"{_listed(without)}: left out, because no line is a row of readings."]
+    return guesses, (*([f"{listed(without)}: left out, because no line is a row of readings."]
                        if without else ()), *passed_over)
 
 
@@ -87,7 +87,23 @@ def _tables_of_files(files: Sequence[Path]) -> tuple[list[RawTable], list[Path]]
             refused[path] = error
     if refused and not tables:
         raise next(iter(refused.values()))
-    return tables, [*refused]
+    return _under_one_header(tables), [*refused]
+
+
+def _under_one_header(tables: Sequence[RawTable]) -> list[RawTable]:
+    """``tables``, of which those without a header have that of the files of their sensor and width
+    beside them: a logger writes it once, into the first of its files."""
+    named, every = [table for table in tables if table.header], []
+    for table in tables:
+        headers = {other.header for other in named if (
+            other.path.parent, len(other.header), hint_of(other.path)) == (
+            table.path.parent, len(table.positions), hint_of(table.path))}
+        if len(headers) == 1 and len({*(header := headers.pop())}) == len(header):
+            table = replace(table, positions=header, header=header, columns={
+                name: table.columns[place] for name, place in zip(
+                    header, table.positions, strict=True) if place})
+        every.append(table)
+    return every
 
 
 def _not_used(tables: Sequence[RawTable]) -> list[str]:
@@ -103,11 +119,11 @@ def _not_used(tables: Sequence[RawTable]) -> list[str]:
             for name in first.columns}))
         groups.setdefault(NUMBER.sub("", why), []).extend(
             (table.path, why) for table in (first, *more))
-    return [f"{_listed([path for path, _ in group])}: not used, because {group[0][1]}."
+    return [f"{listed([path for path, _ in group])}: not used, because {group[0][1]}."
             for group in groups.values()]
 
 
-def _listed(paths: Sequence[Path]) -> str:
+def listed(paths: Sequence[Path]) -> str:
     """A path, or the different names of several with their number."""
     if len(paths) == 1:
         return str(paths[0])

@@ -30,12 +30,7 @@ BYTES = re.compile(
     r"|(?<![\w.])(?=(?:\d{2}[ :-])*(?:[A-Fa-f]\d|\d[A-Fa-f]|[A-Fa-f]{2})[ :-])"
     r"(?:[0-9A-Fa-f]{2}[ -]){5,}[0-9A-Fa-f]{2}(?!\w)(?!.*::)"
     r"|\b0x[0-9A-Fa-f]{2}[ ,;\t]+0x[0-9A-Fa-f]{2}\b")
-OF_BYTES = (
-    "its lines are messages of a bus or a port, with their bytes in hexadecimal. The description "
-    "of the device says what they mean. Decode them first, those of a CAN bus for example by "
-    "`cantools decode`, and import the table that comes of it")
 NOT_LINES_OF_NUMBERS = (
-    (BYTES, OF_BYTES),
     (re.compile(r"\b0x[0-9A-Fa-f]{2}\b"),
      "its lines are the bytes of a bus, one by one. Decode them first, by the data sheet or an "
      "analyser's script for the sensor, and import the table that comes of it"),
@@ -57,7 +52,9 @@ two bytes of one number. A judgement: a sensor of eight bits does so by chance o
 def fault_of_lines(lines: Sequence[str]) -> str:
     """Lines of bytes, of which some look like numbers, or cells with a list of samples in each."""
     if _are_mostly(lines, BYTES):
-        return OF_BYTES
+        return ("its lines are messages of a bus or a port, with their bytes in hexadecimal. The "
+                "description of the device says what they mean. Decode them first, those of a CAN "
+                "bus for example by `cantools decode`, and import the table that comes of it")
     rows = [LIST.findall(line) for line in lines[len(lines) // 2 :][:EVENTS]]
     full = next((cells for cells in rows if len(cells) >= len(AXES)), None)
     if full and sum(len(cells) == len(full) for cells in rows) > len(rows) / 2:

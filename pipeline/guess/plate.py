@@ -21,17 +21,12 @@ from pipeline.guess.magnitudes import (
     CODES,
     COUNTS_PER_DEG_S,
     OFFSET_BINARY,
-    RECORD_RPM,
     ST_SHARE,
     USUAL_COUNTS_PER_DEG_S,
     near_scales,
     record_rpm,
 )
-from pipeline.guess.pool import (
-    FEWEST_MEANS,
-    common_mean,
-    sphere_through,
-)
+from pipeline.guess.pool import FEWEST_MEANS, common_mean, sphere_through
 from pipeline.guess.speeds import NEAR_CLIP, speeds_in, speeds_of
 from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 from pipeline.guess.units import TriadGuess, rate_unit
@@ -40,8 +35,8 @@ from pipeline.logs.clock import ASSUMED_HZ
 SI = TriadSpec(float("inf"), 0, "si")
 APART = 3.0
 """Least ratio of a reading on the plate to one at rest: a bias of 20 °/s, and 16 rpm."""
-CALLED_RPM = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm", re.IGNORECASE)
-CALLED_33 = re.compile(r"(?<!\d)33(?!\d)")  #: alone a speed too: no day, no hour and no usual angle
+CALLED = re.compile(r"(\d+(?:[.,]\d+)?)[ _-]?rpm|(?<!\d)(33)(?!\d)", re.IGNORECASE)
+"""A speed in a name; 33 is one alone too: no day, no hour and no usual angle."""
 LARGEST_MISFIT = 0.05
 """Largest scatter of the mean rates about a sphere, over its radius: axes of a gyroscope differ by
 3 %. A judgement."""
@@ -108,11 +103,6 @@ def settle_scale(
         return [*tables], ()
     gyroscope = undecided[0].gyroscope
     assert gyroscope is not None
-    decided = [table.gyroscope for table in tables if table.gyroscope
-               and not table.gyroscope.choices
-               and table.gyroscope.encoding == gyroscope.encoding]
-    if decided:
-        return _settled(tables, math.radians(1) / decided[0].si_per_unit, "as in the other files")
     for table in undecided:
         turn = table.turn(tables)
         if turn is not None and turn.is_exact:
@@ -194,14 +184,14 @@ def _known_factors(
         rate, measured = shown_by
         yield np.array([rate / measured]), (
             f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer"), True
-    named = [match and nominal_rpm(float(match.group(1).replace(",", ".")) * RPM) * RPM
-              for table in tables for match in [CALLED_RPM.search(str(table.path))]]
-    if all(named):
-        factors = np.array(named, float) / lengths
+    names = [CALLED.search("/".join(table.path.parts[-3:])) for table in tables]
+    named = [nominal_rpm(float((name[1] or name[2]).replace(",", ".")) * RPM) * RPM
+             for name in names if name]
+    if len(named) == len(names):
+        factors = np.array(named) / lengths
         if float(np.ptp(np.log(factors))) < NEAR_CLIP:
-            yield np.array([np.median(factors)]), "as the speed by which the files are called", True
-    if all(CALLED_33.search("/".join(table.path.parts[-2:])) for table in tables):
-        yield np.array([RECORD_RPM[1] * RPM / np.median(lengths)]), "as the files are called", False
+            yield np.array([np.median(factors)]), "as the speed by which the files are called", all(
+                name and name[1] for name in names)
 
 
 def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
@@ -29,7 +30,7 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
     sensors, whose poses must not be mixed.
     """
     kept: list[TableGuess] = []
-    doubts = []
+    passed_over: dict[tuple[str, str], list[Path]] = {}
     like = Counter((table.path.parent, *table.table.columns) for table in tables)
     sensors = dict(zip(tables, names_of_sensors([one.table for one in tables]), strict=True))
     # Readings that the phone has not corrected come before corrected ones.
@@ -41,11 +42,12 @@ def drop_alternatives(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], l
         if same is None:
             kept.append(table)
         else:
-            doubts.append(f"{table.path.name}: not used, because {same.path.name} holds a sensor "
-                          f"of the same kind at the same times; to calibrate it, type: "
-                          f"{command('import', table.path)}")
+            passed_over.setdefault((table.path.name, same.path.name), []).append(table.path)
     order = {id(table): i for i, table in enumerate(tables)}
-    return sorted(kept, key=lambda table: order[id(table)]), doubts
+    return sorted(kept, key=lambda table: order[id(table)]), [
+        f"{name}: not used, because {other} holds a sensor of the same kind at the same times; to "
+        f"calibrate it, type: {command('import', *paths)}"
+        for (name, other), paths in passed_over.items()]
 
 
 def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> bool:
@@ -56,7 +58,7 @@ def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> 
     since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
     of_one_clock = since_1970 or (together and one.clock.is_known and other.clock.is_known)
     return (both and of_one_clock and not (one.are_means or other.are_means)
-            and one.overlaps(other) and not _move_apart(one, other))
+            and one.clock.overlaps(other.clock) and not _move_apart(one, other))
 
 
 def _move_apart(one: TableGuess, other: TableGuess) -> bool:

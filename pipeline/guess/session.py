@@ -91,9 +91,8 @@ class SessionGuess:
 
     @property
     def gyroscope(self) -> TriadGuess | None:
-        """The gyroscope of the first table that has one, preferably one whose unit is certain."""
-        every = [t.gyroscope for t in self.tables if t.gyroscope]
-        return next((triad for triad in every if not triad.doubt), every[0] if every else None)
+        """The gyroscope of the first table that has one."""
+        return next((t.gyroscope for t in self.tables if t.gyroscope), None)
 
     @property
     def at_rest(self) -> PoseSource | None:
@@ -214,7 +213,7 @@ def _gyroscopes_beside(tables: Sequence[TableGuess]) -> dict[TableGuess, TableGu
     for table in tables:
         if table.gyroscope is None and not table.are_means:
             able = [other for other in waiting if other.path.parent == table.path.parent
-                    and table.overlaps(other)]
+                    and table.clock.overlaps(other.clock)]
             if able:
                 beside[table] = able[0] if len(able) == 1 else max(
                     able, key=lambda other: turn.agreement if (turn := other.turn([table])) else 0)
@@ -230,7 +229,7 @@ def _paired(
     ordered: list[TableGuess] = []
     for table in (table for table in tables if table.accelerometer):
         other = None if table.gyroscope else beside.get(table) or next(
-            filter(table.overlaps, waiting), None)
+            (one for one in waiting if table.clock.overlaps(one.clock)), None)
         ordered += [table, *(one for one in waiting if one is other)]
         waiting = [one for one in waiting if one is not other]
     return ordered + waiting

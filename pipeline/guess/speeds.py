@@ -28,17 +28,13 @@ def speeds_of(rates_rad_s: Sequence[float]) -> list[float]:
 
     A bias changes the measured rate from attitude to attitude.
     """
-    speeds = [0.0] * len(rates_rad_s)
-    order = [i for i in np.argsort(rates_rad_s) if rates_rad_s[i] > 0]
-    begins = [k for k, i in enumerate(order)
-              if k == 0 or math.log(rates_rad_s[i] / rates_rad_s[order[k - 1]]) > NEAR_CLIP]
-    ends = [*begins[1:], len(order)] if begins else []
-    for begin, end in zip(begins, ends, strict=True):
-        group = order[begin:end]
-        median = float(np.median([rates_rad_s[i] for i in group]))
-        for i in group:
-            speeds[i] = median
-    return speeds
+    rates, speeds = np.array(rates_rad_s), np.zeros(len(rates_rad_s))
+    turning = np.flatnonzero(rates > 0)
+    order = turning[np.argsort(rates[turning])]
+    apart = np.flatnonzero(np.diff(np.log(rates[order])) > NEAR_CLIP) + 1
+    for group in np.split(order, apart)[: len(order)]:
+        speeds[group] = np.median(rates[group])
+    return [*map(float, speeds)]
 
 
 def speeds_in(force: TableGuess, rate: TableGuess) -> list[tuple[float, bool]]:

@@ -116,10 +116,6 @@ class TableGuess:
             return bool(np.median((rate * force).sum(axis=1)) < 0)
         return bool(np.median(rate, axis=0) @ np.median(force, axis=0) < 0)
 
-    def overlaps(self, other: "TableGuess") -> bool:
-        """Whether their times overlap by more than half of the shorter one."""
-        return self.clock.overlaps(other.clock)
-
     def turn(self, tables: Sequence["TableGuess"]) -> Turn | None:
         """Turns of gravity in its accelerometer, or in that of another of ``tables`` at the same
         times, compared with its gyroscope in SI units; None if nothing shows them."""
@@ -127,7 +123,7 @@ class TableGuess:
             return None
         beside = self if self.accelerometer else next(
             (other for other in tables if other.accelerometer and not other.are_means
-             and other.clock.is_known and self.overlaps(other)), None)
+             and other.clock.is_known and self.clock.overlaps(other.clock)), None)
         log = joined_log(beside, self) if beside else None
         if log is None or len(log.time_s) < 2:
             return None

@@ -56,8 +56,11 @@ def possible_triples(columns: Sequence[str]) -> list[Triple]:
     by_name = [triple for quantity in ("acc", "gyr", "")
                for triple in triples_by_name(free, quantity)]
     unnamed = [name for name in free if words[name].axis is None]  # or x, x, y, y, z, z of two
-    return list(dict.fromkeys([*by_name, *_in_a_row(free, words),
-                               *_in_a_row(unnamed[::2], words), *_in_a_row(unnamed[1::2], words)]))
+    rows = (triple for names in (free, unnamed[::2], unnamed[1::2])
+            for triple in _in_a_row(names, words))
+    sensor = {name: triple for triple in by_name for name in triple}
+    return list(dict.fromkeys([*by_name, *(
+        triple for triple in rows if len({*map(sensor.get, triple)}) == 1)]))
 
 
 def _in_a_row(names: Sequence[str], words: dict[str, Words]) -> Iterator[Triple]:
@@ -65,8 +68,6 @@ def _in_a_row(names: Sequence[str], words: dict[str, Words]) -> Iterator[Triple]
     for i in range(len(names) - AXIS_COUNT + 1):
         x, y, z = names[i : i + AXIS_COUNT]
         axes = [words[name].axis for name in (x, y, z)]
-        if len({called(words[name]) for name in (x, y, z)} - {""}) > 1:
-            continue
         if sorted(-1 if axis is None else axis for axis in axes) == [0, 1, 2]:
             x, y, z = (names[i + axes.index(axis)] for axis in range(AXIS_COUNT))
         yield x, y, z
@@ -214,6 +215,7 @@ def chosen_triads(pool: PooledTables) -> ChosenTriads:
                   and rate is gyroscope and evidence[:2] == best[:2]
                   and (best[2] < EXACT or evidence[2] == EXACT)
                   and not {*force.columns} & {*accelerometer.columns}
+                  and not called(force.words) == called(accelerometer.words) == "acc"
                   and not force.is_parallel(accelerometer)), None)
     return ChosenTriads(accelerometer, gyroscope, rival)
 

@@ -9,11 +9,7 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import EPOCH_S, FASTEST_HZ, SLOWEST_HZ
-from pipeline.logs.columns import (
-    ColumnNames,
-    Renamed,
-    missing_columns,
-)
+from pipeline.logs.columns import ColumnNames, Renamed, missing_columns
 from pipeline.logs.dialect import (
     Dialect,
     delimiter_of,

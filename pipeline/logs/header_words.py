@@ -144,7 +144,7 @@ is_other=False)
     if quantity == "time" and unit in TEMPERATURE_UNITS:  # "T (degC)"
         quantity = "temperature"
     is_other = _is_other(words) or unit == "uT" or (
-        axis is not None and not quantity and stem in FIELD_LETTERS)
+        axis is not None and not quantity and stem.rstrip("0123456789") in FIELD_LETTERS)
     return Words(quantity, axis, unit, stem, _gravity_free(text, words), is_other)
 
 
@@ -191,10 +191,10 @@ def _split_axis(words: list[str]) -> tuple[list[str], int | None]:
         if words and words[i] in AXES:
             axis = AXES.index(words[i])
             return (words[:-1] if i else words[1:]), axis
-    if words and words[-1][-1] in "xyz" and words[-1][:-1] in ACC | GYR | FIELD_LETTERS | {
-            "mag", "t"}:
-        last = words[-1]
-        return [*words[:-1], last[:-1]], "xyz".index(last[-1])
+    number = words[-1:] if len(words) > 1 and words[-1].isdecimal() else []  # "ax1" of many boards
+    *front, last = words[:len(words) - len(number)] or [" "]
+    if last[-1] in "xyz" and last[:-1] in ACC | GYR | FIELD_LETTERS | {"mag", "t"}:
+        return [*front, last[:-1], *number], "xyz".index(last[-1])
     inside = [i for i, word in enumerate(words) if word in AXES]
     if len(inside) == 1:  # "Gyro_X_CAL"
         return words[: inside[0]] + words[inside[0] + 1 :], AXES.index(words[inside[0]])

@@ -174,11 +174,8 @@ def _pooled(recordings: Sequence[Recording]) -> Recording:
         return recordings[0]
     means = tuple(mean for recording in recordings for mean in recording.means)
     notes = tuple(note for recording in recordings for note in recording.warnings)
-    note = (f"{len(recordings)} logs hold the same triads: their {len(means)} poses are pooled, "
-            f"and nothing is joined in time.")
     return Recording(means, (min(min(recording.starts_s) for recording in recordings),),
-                     np.arange(len(means)),
-                     (note, *notes),
+                     np.arange(len(means)), notes,
                      excluded=tuple(one for recording in recordings for one in recording.excluded))
 
 

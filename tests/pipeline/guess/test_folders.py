@@ -144,3 +144,30 @@ def test_the_volts_of_poses_in_files_of_their_own_are_told_with_their_zero(tmp_p
                    comments="")
     with pytest.raises(UnreadableInput, match=r"\(18 files\).* about 1\.6.* the volts"):
         guess_files(sorted(tmp_path.glob("*.csv")), None)
+
+
+def test_files_without_a_header_have_that_of_the_first_one(tmp_path: Path) -> None:
+    """A logger that begins a new file, and `split`; the axes z, y, x were taken for x, y, z."""
+    log = hand_log(rate_hz=50.0)
+    lines = [",".join(f"{value:.5f}" for value in row) for row in np.column_stack(
+        [log.time_s, log.acc[:, ::-1], log.gyr[:, ::-1]])]
+    names = ["t", *(f"{sensor}{axis}" for sensor in ("Accel", "Gyro") for axis in "ZYX")]
+    parts = (["", *lines[:1300]], lines[1300:])
+    parts[0][0] = ",".join(names)
+    files = [write_lines(tmp_path / f"log_{i}.csv", part) for i, part in enumerate(parts)]
+    first, second = guess_files(files, None)[0]
+    assert second.accelerometer == first.accelerometer
+    assert second.gyroscope == first.gyroscope
+    assert second.accelerometer is not None
+    assert second.accelerometer.columns == ("AccelX", "AccelY", "AccelZ")
+    assert second.columns == ["time_s", "acc_z", "acc_y", "acc_x", "gyr_z", "gyr_y", "gyr_x"]
+
+
+def test_files_in_another_unit_are_named(tmp_path: Path) -> None:
+    log, files = hand_log(rests=10, rate_hz=50.0), []
+    for name, rows, unit in (("a", slice(750), 1.0), ("b", slice(750, None), GRAVITY_M_S2)):
+        files.append(tmp_path / f"{name}.csv")
+        np.savetxt(files[-1], np.column_stack([log.time_s, log.acc / unit])[rows], "%.5f", ",",
+                   header="t,ax,ay,az", comments="")
+    (fault,) = disagreements(guess_session(guess_files(files, None)[0]))
+    assert "b.csv: a typical reading is 0.984 m/s² long in m/s², the unit of the other" in fault

@@ -153,11 +153,14 @@ def test_names_and_units_in_a_drawn_table_are_read(tmp_path: Path, log: HandLog)
 def test_two_sensors_of_one_time_are_no_two_recordings(tmp_path: Path, log: HandLog) -> None:
     """Their tables stand beside each other too, but they turn together."""
     names = ",".join(["time", *(f"{kind}_{axis}" for kind in ("acc", "gyr") for axis in "xyz")])
-    np.savetxt(tmp_path / "two.csv", np.hstack(2 * [np.column_stack(
-        [log.time_s, log.acc, log.gyr])]), "%.5f", ",", header=f"{names},{names}", comments="")
-    guess = guess_session(guess_files([tmp_path / "two.csv"], None)[0])
-    assert [table.path.name for table in guess.tables] == ["1"]
-    assert "holds a sensor of the same kind at the same times" in " ".join(guess.doubts)
+    for name, begin in (("a.csv", 0), ("b.csv", 500)):
+        np.savetxt(tmp_path / name, np.hstack(2 * [np.column_stack(
+            [begin + log.time_s, log.acc, log.gyr])]), "%.5f", ",", header=f"{names},{names}",
+            comments="")
+    guess = guess_session(guess_files([tmp_path / "a.csv", tmp_path / "b.csv"], None)[0])
+    assert [table.path.name for table in guess.tables] == ["1", "1"]
+    (doubt,) = [each for each in guess.doubts if "a sensor of the same kind at the same" in each]
+    assert doubt.endswith(f"pipeline import {tmp_path}/a.csv/2 {tmp_path}/b.csv/2")
 
 
 def test_whole_mg_are_no_counts_of_a_bno055(tmp_path: Path, log: HandLog) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.guess.agreement import disagreements
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
 from pipeline.guess.units import per_deg_of
@@ -158,3 +159,16 @@ def test_counts_whose_names_state_a_unit_are_told_as_counts(tmp_path: Path) -> N
     assert found.gyroscope is not None
     assert found.gyroscope.unit.startswith("counts")
     assert "they are counts" in found.gyroscope.doubt
+
+
+def test_a_number_behind_the_axis_is_that_of_the_board(tmp_path: Path) -> None:
+    """Three boards in one row were one accelerometer of the axes ax1, ay1, az1 and a field."""
+    log, names = hand_log(rate_hz=50.0), [f"a{axis}{board}" for board in "123" for axis in "xyz"]
+    np.savetxt(tmp_path / "log.csv", np.column_stack([log.time_s, log.acc, log.acc + 0.3,
+                                                      log.acc[:, [1, 0, 2]]]), "%.4f", ",",
+               header=",".join(["time_s", *names]), comments="")
+    guess = guessed(tmp_path / "log.csv")
+    assert guess.accelerometer is not None
+    assert guess.accelerometer.columns == ("ax1", "ay1", "az1")
+    assert "ax2, ay2, az2 may be an accelerometer's too" in guess.accelerometer.doubt
+    assert not [*disagreements(guess)]

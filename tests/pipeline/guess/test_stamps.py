@@ -45,6 +45,13 @@ def test_a_slow_log_counts_in_seconds(since: float, rate_hz: float) -> None:
     assert guess_clock({"ts": times, "ax": times, "ay": times}, None, None).unit == "s"
 
 
+def test_a_clock_has_the_unit_of_its_name_and_the_reason_is_the_step_of_its_rows() -> None:
+    times = 20.0 * np.arange(1000)
+    assert guess_clock({"time_ms": times, "ax": times, "ay": times}, None, None).unit == "ms"
+    clock = guess_clock({"t": 1000 * times, "ax": times, "ay": times}, None, None)
+    assert (clock.unit, clock.because) == ("us", "rows 20000 apart")
+
+
 def test_a_column_without_a_name_beside_others_with_one_is_no_cause() -> None:
     """The zone behind a time of the day is a number too."""
     columns = {name: np.arange(9.0) for name in ("t", "2", "ax", "fan")}
