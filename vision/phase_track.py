@@ -44,9 +44,9 @@ class PlateLayout:
     reduction: int
     size_px: tuple[int, int]
     channel: str
-    symmetry: int
-    mark_azimuth_rad: float
-    mark_radius: float
+    symmetry: int = 1
+    mark_azimuth_rad: float = np.nan
+    mark_radius: float = np.nan
     explained: float = np.nan
 
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:

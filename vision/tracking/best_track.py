@@ -4,10 +4,13 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
+import numpy as np
+
 from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused, more_telling
 from vision.numbers import FASTEST_USUAL
 from vision.rate.seen import THRESHOLDS as CHECKS
 from vision.rate.slow_camera import frame_times
+from vision.rate.unwrap import rough_rate
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
@@ -23,7 +26,7 @@ def best_track(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTra
     turning = [track for track in tracks if has_turns(track)]
     no_turn = next((each for each in tracks if isinstance(each, OnlyShifts | EqualReturns)), None)
     if no_turn is not None:
-        turning = [track for track in turning if is_explained(track)]
+        turning = [track for track in turning if is_explained(track) and not _leaps(track)]
     if turning:
         # If the times scatter and not the angles, all tracks scatter equally.
         allowed = CLEARLY * min(map(_scatter_rad, turning))
@@ -55,8 +58,9 @@ def _only_returns(name: str, refusal: RateRefused) -> RateRefused:
     rate = refusal.returns.rate_rad_s
     sd = rate * refusal.returns.sd_s / refusal.returns.period_s
     state = (
-        f"where it makes one turn in that time, and this rate will do, state it in a configuration "
-        f"(rate: {{{Path(name).stem}: {{rate_rad_s: {rate:.4f}, sd_rad_s: {sd:.1g}}}}}).")
+        f"where it makes one turn in that time, not several, and this rate will do, state it in "
+        f"a configuration (rate: {{{Path(name).stem}: {{rate_rad_s: {rate:.4f}, sd_rad_s: {sd:.1g}"
+        f"}}}}).")
     if rate > FASTEST_USUAL:
         state = "no record player turns once in so short a time (blades, spokes, a lamp)."
     return RateRefused(f"{name}: {refusal}. Film the whole plate from above, with one bold mark "
@@ -77,9 +81,15 @@ def is_explained(result: "PhaseTrack | RateRefused") -> bool:
 
 def is_good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
     """Whether a plate was tracked well enough to try no other method."""
-    if result is None or not has_turns(result):
+    if result is None or not has_turns(result) or _leaps(result):
         return False
     return _scatter_rad(result) < CHECKS.scattered_rad
+
+
+def _leaps(track: "PhaseTrack") -> bool:
+    """Whether much of the way is none of the usual rate: from one equal mark to another."""
+    usual = abs(rough_rate(track, track.time_s)) * np.ptp(track.time_s) / (2 * np.pi)
+    return bool(usual < (1 - CHECKS.leaps) * track.apparent_turns)
 
 
 def _scatter_rad(track: "PhaseTrack") -> float:

@@ -97,7 +97,7 @@ class FrameMeasurements:
             source=clip.path.name,
             plate=layout,
             time_s=np.array(self._time_s),
-            phase_rad=_wrapped(angles.angle_rad + turned_on),
+            phase_rad=np.angle(np.exp(1j * (angles.angle_rad + turned_on))),
             quality=angles.match,
             duplicate=repeated(angles.change) & np.isfinite(angles.angle_rad),
             coding=np.array(self._coding).astype(np.uint8),
@@ -129,7 +129,3 @@ def _samples(reach: FloatArray, size: int) -> slice:
     """Evenly spaced pixels across the plate, one coordinate."""
     low, high = max(0, int(reach.min())), min(size, int(reach.max()) + 1)
     return slice(low, high, max(1, (high - low) // THUMBNAIL))
-
-
-def _wrapped(angle_rad: FloatArray) -> FloatArray:
-    return np.asarray(np.angle(np.exp(1j * angle_rad)))

@@ -25,6 +25,10 @@ from vision.tracking.small_clip import SmallClip
 
 #: |mean exp(i(φ - ωt))| of angles at one rate. Derived: no second rate can reach it as well.
 TOGETHER = 0.5**0.5
+METHOD = (
+    "the angle was measured by the return of the picture after every turn, without rim and "
+    "spindle, as these fit no better. This method cannot show changes of the rate within a turn; "
+    "to see those, film the whole plate evenly, from above.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +118,7 @@ def _as_followed(
         rates = way * returns.rate_rad_s * (1 + near)
         together = np.abs(np.exp(1j * (phase - np.outer(rates, time))).mean(axis=1)).max()
         if together > TOGETHER:
-            return Turning(_scaled(PlateView(roughly.plate.view), 1 / factor), way)
+            return Turning(PlateView(_scaling(1 / factor) @ roughly.plate.view), way)
     return None
 
 
@@ -132,7 +136,6 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
     assert shown is not None
     change = np.abs(np.diff(values.astype(np.int16), axis=0)).mean(axis=1)
     angle = turns.way * pixels.angle_rad
-    view = _scaled(turns.view, small.factor)
     scaling = _scaling(small.factor)
     motion = scaling @ np.stack(small.motion) @ np.linalg.inv(scaling)
     if small.camera is not None:
@@ -141,13 +144,10 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
         notes += (small.camera.note(clip.path.name, small.factor * clip.reduction),)
     h, w = shown.luma.shape
     layout = PlateLayout(
-        view=view.matrix,
+        view=scaling @ turns.view.matrix,
         reduction=clip.reduction,
         size_px=(w * clip.reduction, h * clip.reduction),
         channel=LUMA,
-        symmetry=1,
-        mark_azimuth_rad=np.nan,
-        mark_radius=np.nan,
     )
     return PhaseTrack(
         source=clip.path.name,
@@ -163,25 +163,12 @@ def _track(picture: PictureReturn, turns: Turning, notes: tuple[str, ...]) -> Ph
         motion=motion,
         roll_rad=np.full(len(motion), np.nan),
         annotated=annotated(shown.bgr, layout, np.nan),
-        notes=(*notes, _method_note(clip.path.name)),
+        notes=(*notes, f"{clip.path.name}: {METHOD}"),
         leaning_frames=pixels.leaning_frames,
     )
-
-
-def _scaled(view: PlateView, factor: float) -> PlateView:
-    """The view in pixels of frames that are larger by a factor."""
-    return PlateView(_scaling(factor) @ view.matrix)
 
 
 def _scaling(factor: float) -> FloatArray:
     """Pixels of frames to those of frames that are larger by a factor, (3, 3)."""
     middle = (factor - 1) / 2
     return np.array([[factor, 0, middle], [0, factor, middle], [0, 0, 1.0]])
-
-
-def _method_note(source: str) -> str:
-    return (
-        f"{source}: the angle was measured by the return of the picture after every turn, without "
-        f"rim and spindle, as these fit no better. This method cannot show changes of the rate "
-        f"within a turn; to see those, film the whole plate evenly, from above."
-    )

@@ -55,8 +55,9 @@ class ChangeThresholds:
         Its path over the longer side of the view. Derived: no mark of a plate in the view moves as
         far in a quarter of a turn.
     steps : float
-        Share of the frames with half of all change, if the picture is still in between. Derived: a
-        tenth; an even motion changes half in half of them.
+        Share of the frames with half of all change, and of that change the share that goes on in
+        the frames before and after, if the picture is still in between. Derived: a tenth; an even
+        motion changes half in half of them, and a hand as much in the frames beside.
     """
 
     mostly: float = 0.5
@@ -113,13 +114,16 @@ def what_changes(
     much = small.std(axis=0) > CLEAR * median(noise)
     if much.mean() < THRESHOLDS.much:
         return RateRefused(f"nothing in the picture repeats within its {lasts_s:.1f} s")
-    energy = np.sort((change**2).sum(axis=(1, 2)))[::-1]
+    energy = (change**2).sum(axis=(1, 2))
     # Both exceed the noise of a pair: this one where everything moves, that one where a part does.
     energy = np.maximum(energy - min(2 * (noise**2).sum(), quantile(energy, CALM)), 0)
-    steps = 1 + int(np.searchsorted(np.cumsum(energy), THRESHOLDS.mostly * energy.sum()))
-    if steps < THRESHOLDS.steps * len(energy):
+    by_size = np.argsort(-energy)
+    half = np.searchsorted(np.cumsum(energy[by_size]), THRESHOLDS.mostly * energy.sum()) + 1
+    steps, around = by_size[:half], np.minimum(np.roll(energy, 1), np.roll(energy, -1))
+    if (half < THRESHOLDS.steps * len(energy)
+            and around[steps].sum() < THRESHOLDS.steps * energy[steps].sum()):
         return NoPlate(f"the picture changes in steps and stands still between them: half of all "
-                       f"change is in {steps} of {len(energy)} frames; a plate turns on evenly")
+                       f"change is in {half} of {len(energy)} frames; a plate turns on evenly")
     moves = [motion for motion in motions if motion.together > THRESHOLDS.mostly]
     if moves and min(motion.goes_with for motion in moves) > THRESHOLDS.goes_with:
         which = int(np.abs(best.camera_px).argmax())

@@ -8,7 +8,7 @@ import pytest
 from tests.vision.phase_tracks import phase_track, steady
 from vision.errors import EqualReturns, OnlyShifts, RateRefused
 from vision.image_return import ImageReturn
-from vision.tracking.best_track import best_track
+from vision.tracking.best_track import best_track, is_good
 
 TIME, ANGLE = steady(33.3, 10.0)
 
@@ -25,6 +25,10 @@ def test_a_plate_that_hardly_turns_is_not_believed_where_the_picture_shows_anoth
         else:
             with pytest.raises(type(refusal), match=str(refusal)):
                 best_track("clip.mp4", [shown, refusal])
+    from_mark_to_mark = phase_track(TIME, ANGLE + 2.5 * np.floor(TIME / 0.9))
+    assert not is_good(from_mark_to_mark)
+    with pytest.raises(type(refusal), match=str(refusal)):
+        best_track("clip.mp4", [from_mark_to_mark, refusal])
     poor = replace(track, plate=replace(track.plate, explained=0.25))
     assert best_track("clip.mp4", [poor, RateRefused("nothing repeats")]) is poor
 
@@ -37,5 +41,5 @@ def test_the_rate_of_a_return_is_offered_where_a_record_player_turns_as_fast(
     with pytest.raises(RateRefused) as refused:
         best_track("clip.mp4", [refusal])
     said = str(refused.value)
-    assert ("rate_rad_s" in said) == offered
+    assert ("one turn in that time, not several," in said) == ("rate_rad_s" in said) == offered
     assert ("no record player turns once in so short a time" in said) != offered

@@ -111,6 +111,17 @@ def test_a_light_that_changes_and_a_hand_that_ticks_are_told() -> None:
         picture_return(small_clip(ticks))
 
 
+def test_a_hand_that_reaches_into_the_view_twice_moves_in_no_steps() -> None:
+    """Half of all change was in few frames, as of a clock."""
+    images = [scene(320) for _ in range(FRAMES)]
+    for first, frames in ((20, 22), (131, 26)):
+        for i in range(frames):
+            reach = int(320 - 200 * np.sin(np.pi * i / frames))
+            cv2.rectangle(images[first + i], (reach, 70), (320, 110), (240,), -1)
+    with pytest.raises(NoPlate, match=r"what changes, .* repeats nothing"):
+        picture_return(small_clip(images))
+
+
 def test_what_crosses_evenly_is_not_said_to_move_in_steps_by_an_encoder_s_key_frames() -> None:
     """Nearly all change was taken for noise, and the little that key frames add for steps."""
     random, images = np.random.default_rng(0), []
