@@ -11,6 +11,7 @@ from pipeline.text.names import nearest_name
 
 #: How many names of a folder a message shows.
 NAMES_SHOWN = 6
+DIGITS = re.compile(r"([0-9]+)(?=[^/]*$)")  #: numbers in the name of a file, not of its folder
 
 
 class NoSuchFile(FileNotFoundError):
@@ -98,17 +99,21 @@ def relative_name(path: Path, folder: Path) -> str:
 
 
 def names_of(paths: Sequence[Path], folder: Path) -> list[str]:
-    """The names of files; those of a folder, or numbered alike, as a pattern if it matches them and
-    no others."""
+    """The names of files; those that differ in their digits alone, as a pattern of digits if it
+    matches them and no others."""
     names = [relative_name(path, folder) for path in paths]
-    for kind in (re.compile(r"[^/]+(?=\.[^/.]*$)"), re.compile(r"\d+(?=[^/]*$)")):
-        alike: dict[str, list[str]] = {}
-        for name in names:
-            alike.setdefault(kind.sub("*", name), []).append(name)
-        patterns = {name: pattern for pattern, every in alike.items() for name in every
-                    if len(every) > 1 and _matches(pattern, every, folder)}
-        names = [*dict.fromkeys(patterns.get(name, name) for name in names)]
-    return names
+    alike: dict[tuple[str | int, ...], list[str]] = {}
+    for name in names:
+        parts = DIGITS.split(name)
+        alike.setdefault(tuple(len(part) if i % 2 else part for i, part in enumerate(parts)),
+                         []).append(name)
+    patterns: dict[str, str] = {}
+    for every in (every for every in alike.values() if len(every) > 1):
+        pattern = "".join(part if {part} == {*others} else "[0-9]" * len(part) for part, *others in
+                          zip(*map(DIGITS.split, every), strict=True))
+        if _matches(pattern, every, folder):
+            patterns |= dict.fromkeys(every, pattern)
+    return [*dict.fromkeys(patterns.get(name, name) for name in names)]
 
 
 def _matches(pattern: str, names: Sequence[str], folder: Path) -> bool:
@@ -117,7 +122,7 @@ def _matches(pattern: str, names: Sequence[str], folder: Path) -> bool:
         every = [relative_name(path, folder) for path in find_files(pattern, folder)]
     except FileNotFoundError:
         return False
-    return sorted(every) == sorted(names) and "[" not in pattern
+    return sorted(every) == sorted(names)
 
 
 def _require_log(path: Path, name: str) -> None:

@@ -120,7 +120,8 @@ def test_a_class_is_added_as_proposed_and_named_with_the_block_that_is_proposed(
     config.write_text(before, encoding="utf-8")
     assert bring[1:3] == ["LOGS", "--into"]
     assert pipeline(bring[0], *sorted(later.iterdir()), *bring[2:]) == 0
-    assert 'poses: [accelerometer/pose_*.csv, "later/*.csv"]' in config.read_text(encoding="utf-8")
+    assert ('poses: [accelerometer/pose_*.csv, "later/pose_[0-9][0-9].csv"]'
+            in config.read_text(encoding="utf-8"))
     (add,) = proposed(capsys.readouterr().out)
     assert add[-1] == "accelerometer.temperature_bias"
 

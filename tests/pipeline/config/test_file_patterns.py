@@ -55,13 +55,17 @@ def test_the_whole_disk_is_not_searched(tmp_path: Path) -> None:
 
 
 def test_files_that_are_numbered_alike_are_one_pattern_each(tmp_path: Path) -> None:
-    """One that matches a file which is not meant is none."""
-    names = [f"new/{kind}_{i}.csv" for i in range(1, 13) for kind in ("rest", "turn", "spare")]
-    for name in ("old/rest_1.csv", *names):
+    """One that matches a file which is not meant is none, nor one that would match a later file
+    beside them: a log that was corrected, or one to be corrected."""
+    names = [f"2/{kind}_{i}.csv" for i in range(1, 13) for kind in ("rest", "turn", "spare")]
+    words = [f"2/{word}.csv" for word in ("up", "down", "left")]
+    for name in ("1/rest_1.csv", *names, *words):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("1")
     meant = [tmp_path / name for name in names if "spare" not in name]
-    assert names_of(meant, tmp_path) == ["new/rest_*.csv", "new/turn_*.csv"]
-    assert names_of([*meant[1:], tmp_path / "old/rest_1.csv"], tmp_path) == [
-        "new/turn_*.csv", *[f"new/rest_{i}.csv" for i in range(2, 13)], "old/rest_1.csv"]
-    assert names_of([tmp_path / name for name in names], tmp_path) == ["new/*.csv"]
+    assert names_of(meant, tmp_path) == [
+        f"2/{kind}_{digits}.csv" for digits in ("[0-9]", "[0-9][0-9]") for kind in ("rest", "turn")]
+    assert names_of([*meant[1:], tmp_path / "1/rest_1.csv"], tmp_path) == [
+        "2/turn_[0-9].csv", *[f"2/rest_{i}.csv" for i in range(2, 10)], "2/rest_[0-9][0-9].csv",
+        "2/turn_[0-9][0-9].csv", "1/rest_1.csv"]
+    assert names_of([tmp_path / name for name in words], tmp_path) == words
