@@ -41,7 +41,8 @@ ONE_RECORDING = 2  #: files, as a phone writes them, one for each sensor
 ))
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=PathArgument())
 @click.option("--output", type=PathArgument(dir_okay=False), metavar="CONFIG",
-              help="Configuration to write; default: the first file's name with .yaml, here.")
+              help="Configuration to write; default: the log's name with .yaml for one or two "
+                   "files, config.yaml for more, here.")
 @click.option("--into", type=ConfigArgument(), metavar="CONFIG",
               help="Session that exists: the logs join its runs, and it is run with them.")
 @click.option("--triad", "triads", type=click.Choice(["accelerometer", "gyroscope"]), multiple=True,

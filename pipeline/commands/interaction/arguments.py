@@ -1,6 +1,7 @@
 """Types of arguments: paths, finite numbers, and the unit of a gyroscope with its log."""
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,7 +57,26 @@ class Finite(click.FloatRange):
 
 POSITIVE = Finite(min=0, min_open=True)  #: range by definition
 RATE_HZ = Finite(*SAMPLE_RATES_HZ)
-LATITUDE_DEG = Finite(min=-90, max=90)  #: range by definition
+LATITUDE = re.compile(r"(?P<before>[NS]?)\s*(?P<deg>[-+]?\d+(?:[.,]\d*)?)\s*(?:°|º|deg)?\s*"
+                      r"(?P<behind>[NS]?)", re.IGNORECASE)
+
+
+class Latitude(Finite):
+    """Degrees, negative in the south, with a point or a comma; N or S may state the side."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The latitude in degrees; an error shows answers that are read."""
+        typed = LATITUDE.fullmatch(str(value).strip())
+        sides = typed["before"] + typed["behind"] if typed else ""
+        if not typed or len(sides) > 1 or (sides and typed["deg"][0] in "+-"):
+            self.fail(f"{value!r} is no latitude in decimal degrees. Type 59.91 or 59.91 N; south "
+                      f"of the equator -33.87 or 33.87 S. East or west is the longitude, which is "
+                      f"not needed.", param, ctx)
+        degrees = typed["deg"].replace(",", ".")
+        return super().convert(f"-{degrees}" if sides in ("S", "s") else degrees, param, ctx)
+
+
+LATITUDE_DEG = Latitude(min=-90, max=90)  #: range by definition
 HEIGHT_M = Finite(min=-500, max=9000)  #: range of places on land
 
 

@@ -5,10 +5,12 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 
 from pipeline.cli import main
+from pipeline.commands.interaction.arguments import LATITUDE_DEG
 from pipeline.config.load import load_config
 from tests.paths import DATA
 from tests.pipeline.guess.foreign_files import milli_g, no_header_no_time, one_file_per_pose
@@ -92,6 +94,19 @@ def test_what_is_not_sure_is_said_and_stands_in_the_file(
     text = (here / "imu.yaml").read_text()
     assert "# Not sure: imu.log: the file holds no times" in text
     assert "site: {latitude_deg: 59.9, height_m: 20}" in text
+
+
+@pytest.mark.parametrize(("typed", "degrees"), [
+    ("59.91", 59.91), ("59,91", 59.91), (" 59.91N", 59.91), ("59.91 S", -59.91),
+    ("s 59,91°", -59.91), ("-33.87", -33.87), ("45° n", 45.0)])
+def test_a_latitude_is_read_as_people_write_it(typed: str, degrees: float) -> None:
+    assert LATITUDE_DEG.convert(typed, None, None) == degrees
+
+
+@pytest.mark.parametrize("typed", ["north", "10.75 E", "59.91, 10.75", "-33 S", "N 59 S", "nan"])
+def test_what_is_no_latitude_is_refused_with_an_example(typed: str) -> None:
+    with pytest.raises(click.BadParameter, match=r"Type 59\.91 or 59\.91 N"):
+        LATITUDE_DEG.convert(typed, None, None)
 
 
 def test_programs_get_the_guess_as_json(
