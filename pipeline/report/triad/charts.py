@@ -124,7 +124,7 @@ def run_legend(result: TriadResult) -> list[tuple[str, str, str]]:
 
 MOST_STEPS = 12  #: the last ones are shown
 NAMED_STEPS = 4  #: names that fit under the axis; more steps are numbered
-LONGEST_NAME = {2: 22, 3: 15, 4: 12}  #: characters of a step's name, by the number of steps
+LONGEST_NAME = {2: 20, 3: 13, 4: 9}  #: characters of a step's name, by the number of steps
 
 
 def staircase(triad: str, steps: Sequence[HistoryLine]) -> Json:
@@ -180,8 +180,9 @@ def _errors(kept: Sequence[HistoryTriad], unit: str, factor: float) -> Figure:
             chart.mark(x, y, shape, f"mark {name}")
     rms, loo = errors["residual"], errors["loo"]
     caption = (
-        f"The residual (dots) changed from {rms[0]:.3g} to {rms[-1]:.3g} {unit}, the leave-one-out "
-        f"error (squares) from {loo[0]:.3g} to {loo[-1]:.3g} {unit}, in {count(len(kept), 'step')}."
+        f"In {count(len(kept) - 1, 'step')} the residual (dots) changed from {rms[0]:.3g} to "
+        f"{rms[-1]:.3g} {unit}, the leave-one-out error (squares) from {loo[0]:.3g} to "
+        f"{loo[-1]:.3g} {unit}."
     )
     return Figure(
         "Errors, step by step", chart.svg(f"Errors, step by step. {caption}"),

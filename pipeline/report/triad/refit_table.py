@@ -10,7 +10,7 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.special import fdtrc, ndtri
 
 from calib.diagnosis.next_measurement.advice import pose_in_words, shown_name
 from calib.diagnosis.verdict.decision import Code
@@ -125,6 +125,10 @@ def _grey(name: str, reason: str, separates: str) -> Json:
 
 
 UNCHANGED = 5e-4  #: relative change of the leave-one-out error that the page calls none; layout
+SMALLEST_P_VALUE = 1e-300  #: below it the root of the fall of chi-square is shown; a computer's
+MUCH_LEFT = 0.1
+"""Share of a misfit beyond noise that an effect leaves, from which it may stand for another one. A
+judgement: of two effects as large as each other either leaves half."""
 BESIDE_MISFIT_SD = 1.0
 """Sds from which an effect beside a large misfit is called unseen, not absent. A judgement."""
 
@@ -161,8 +165,8 @@ def changes_json(
         judged = None if other is None else judged_effect(
             name, *((refitted, other) if is_ticked else (other, refitted)))
         if judged is not None:
-            judgements.append({"text": judged.text(in_model, is_ticked),
-                               "good": in_model != judged.helps})
+            is_good = None if judged.helps and judged.leaves_much else in_model != judged.helps
+            judgements.append({"text": judged.text(in_model, is_ticked), "good": is_good})
         if in_model:
             commands.append(command("remove", *target))
         elif judged is not None and judged.helps:
@@ -176,7 +180,9 @@ class Judgement:
     """Whether an effect is there, judged by the fits with and without it.
 
     ``is_there`` : noise would explain the fall of chi-square in fewer than one case in 200;
-    ``change`` is that of the leave-one-out error with the effect, relative.
+    ``in_sd`` are the sds of one normal number that is as improbable; ``change`` is that of the
+    leave-one-out error with the effect, relative; ``misfit`` : something remains unexplained;
+    ``leaves_much`` : more than ``MUCH_LEFT`` of what was.
     """
 
     name: str
@@ -184,6 +190,7 @@ class Judgement:
     is_there: bool
     change: float
     misfit: bool
+    leaves_much: bool
 
     @property
     def helps(self) -> bool:
@@ -198,6 +205,8 @@ class Judgement:
         if in_model and not ticked:
             return (f"{size}: it is there. With it {loo}; keep it." if self.helps
                     else f"{size}: not there. With it {loo}; remove it.")
+        if self.helps and self.leaves_much:
+            return f"{size}: it is there, or stands for what is still unexplained; {loo}."
         if self.helps:
             return f"{size}: it is there; {loo}."
         if self.is_there:
@@ -219,8 +228,11 @@ def judged_effect(name: str, with_it: Refitted, without: Refitted) -> Judgement 
     misfit = fit.p_value < MISFIT_P_VALUE
     ratio = drop / count / (fit.chi2 / fit.dof if misfit else 1.0)
     p_value = fdtrc(count, fit.dof if misfit else fit.poses.noise_dof, ratio)
-    return Judgement(name, float(np.sqrt(ratio)), bool(p_value < MISFIT_P_VALUE),
-                     with_it.comparison.loo_rms / without.comparison.loo_rms - 1, bool(misfit))
+    in_sd = -ndtri(p_value / 2) if p_value > SMALLEST_P_VALUE else np.sqrt(count * ratio)
+    left, unexplained = fit.chi2 - fit.dof, without.fit.chi2 - without.fit.dof
+    return Judgement(name, float(in_sd), bool(p_value < MISFIT_P_VALUE),
+                     with_it.comparison.loo_rms / without.comparison.loo_rms - 1, bool(misfit),
+                     bool(misfit and left > MUCH_LEFT * unexplained))
 
 
 def _percent(share: float) -> str:

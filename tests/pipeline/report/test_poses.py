@@ -170,9 +170,19 @@ def test_enter_picks_the_pose_in_front_and_marks_it_in_every_chart_and_table(tab
 
 @needs_browser
 def test_a_touched_mark_of_a_chart_picks_its_pose(tab: Tab) -> None:
+    is_picked = "document.querySelector('{} .pose[data-i=\"{}\"]').classList.contains('picked')"
     tab.click(f"{GYRO} svg.residuals g.mark[data-i='4']")
+    assert tab.evaluate(is_picked.format(STAGE, 4))
+    tab.evaluate(  # a finger beside the dot of the last pose, and one beside all
+        f"const svg = document.querySelector('{GYRO} svg.residuals');"
+        "const dot = [...svg.querySelectorAll('g.mark')].at(-1).getBoundingClientRect();"
+        "for (const away of [15, 90]) svg.dispatchEvent(new MouseEvent('click', {bubbles: true,"
+        " clientX: dot.x + away, clientY: dot.y}));")
+    last = tab.evaluate(f"document.querySelectorAll('{STAGE} .pose').length") - 1
+    assert tab.evaluate(is_picked.format(STAGE, last))
     assert tab.evaluate(
-        f"document.querySelector('{STAGE} .pose[data-i=\"4\"]').classList.contains('picked')")
+        f"const panel = document.querySelector('{GYRO} [data-pose-panel]').getBoundingClientRect();"
+        "return panel.top >= 0 && panel.top < innerHeight;")
 
 
 @needs_browser

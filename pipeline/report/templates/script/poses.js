@@ -2,6 +2,19 @@
 const REACH_SD = 4;  // the colours reach at least so many sds
 const STRIP = 46, GAP = 8, LEFT = 62, WIDTH = 400;
 
+const FINGER = 22;  // pixels from its middle to the edge of what a finger touches
+
+// The mark of a pose next to where a chart was touched; none farther than a finger reaches.
+function nearest({ target, clientX, clientY }) {
+  const away = (mark) => {
+    const { left, top, width, height } = mark.getBoundingClientRect();
+    return Math.hypot(left + width / 2 - clientX, top + height / 2 - clientY);
+  };
+  const marks = [...(target.closest("svg")?.querySelectorAll("[data-i]") ?? [])];
+  const first = marks.reduce((best, mark) => (best && away(best) <= away(mark) ? best : mark), null);
+  return first && away(first) < FINGER ? first : null;
+}
+
 class Poses {
   constructor(section) {
     this.section = section;
@@ -11,13 +24,11 @@ class Poses {
     this.panel = this.root.querySelector("[data-pose-panel]");
     this.home = this.panel.parentElement;
     this.picked = -1;
-    this.sphere = new Sphere(this.root, this.triad.poses, (k) => this.pick(k));
+    this.sphere = new Sphere(this.root, this.triad.poses, (k) => this.open(null, k));
     this.root.classList.add("live");
     section.root.addEventListener("click", (event) => {
-      const mark = event.target.closest("[data-i]");
-      if (!mark || mark.closest("[data-stage]")) return;
-      this.openBeside(mark);
-      this.pick(Number(mark.dataset.i));
+      const mark = event.target.closest("[data-i]") ?? nearest(event);
+      if (mark && !mark.closest("[data-stage]")) this.open(mark, Number(mark.dataset.i));
     });
     this.root.querySelector("[data-run]")?.addEventListener(
       "change", (event) => this.sphere.show(event.target.value));
@@ -28,13 +39,15 @@ class Poses {
     this.update();
   }
 
-  // What a mark is opens where it was touched.
-  openBeside(mark) {
-    const beside = mark.closest("figure.of-poses") ? this.section.root.querySelector(".outcome > :first-child")
-      : mark.closest(".panels, .bench-grid > figure");
+  // What a mark is opens where it was touched, and comes into view.
+  open(mark, k) {
+    const beside = mark?.closest("figure.of-poses") ? this.section.root.querySelector(".outcome > :first-child")
+      : mark?.closest(".panels, .bench-grid > figure");
     if (beside) beside.after(this.panel);
     else this.home.append(this.panel);
     unfold(this.panel);
+    this.pick(k);
+    this.panel.scrollIntoView({ block: "nearest" });
   }
 
   next() { this.pick((this.picked + 1) % this.triad.labels.length); }

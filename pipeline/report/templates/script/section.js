@@ -34,6 +34,7 @@ class Section {
     unfold(box);
     box.checked = true;
     this.toggle(this.effects.find((effect) => effect.name === name));
+    this.root.querySelector(".refit").scrollIntoView({ block: "nearest" });
   }
 
   reset() {
@@ -79,7 +80,7 @@ class Section {
     this.output("judgement").replaceChildren(...judgements.map(({ text, good }) => {
       const line = document.createElement("p");
       line.textContent = text;
-      line.className = good ? "helps" : "harms";
+      if (good !== null) line.className = good ? "helps" : "harms";
       return line;
     }));
     this.output("commands").textContent = commands.join("\n");
