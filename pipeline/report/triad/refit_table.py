@@ -229,10 +229,10 @@ def judged_effect(name: str, with_it: Refitted, without: Refitted) -> Judgement 
     ratio = drop / count / (fit.chi2 / fit.dof if misfit else 1.0)
     p_value = fdtrc(count, fit.dof if misfit else fit.poses.noise_dof, ratio)
     in_sd = -ndtri(p_value / 2) if p_value > SMALLEST_P_VALUE else np.sqrt(count * ratio)
-    left, unexplained = fit.chi2 - fit.dof, without.fit.chi2 - without.fit.dof
+    unexplained = [each.fit.chi2 - each.fit.dof for each in (without, with_it)]
     return Judgement(name, float(in_sd), bool(p_value < MISFIT_P_VALUE),
                      with_it.comparison.loo_rms / without.comparison.loo_rms - 1, bool(misfit),
-                     bool(misfit and left > MUCH_LEFT * unexplained))
+                     bool(misfit and unexplained[1] > MUCH_LEFT * unexplained[0]))
 
 
 def _percent(share: float) -> str:
