@@ -72,10 +72,12 @@ def command(
     from pipeline.logs.clock import StatedClock
     from pipeline.logs.read import read_log
     from pipeline.results.fitness import require_fit
-    from pipeline.results.inputs import files_of_session
+    from pipeline.results.inputs import files_of_session, require_no_pose
     from pipeline.results.written import write_output
 
     stored = named_results(results, allow_python)
+    if output is not None:
+        require_no_pose(stored, output)
     notes = [*require_fit(stored, anyway)]
     clock = StatedClock(rate_hz, time_unit)
     readings = (_read_as_session(log, stored, clock) if columns is None

@@ -4,7 +4,7 @@ import os
 import re
 from collections.abc import Sequence
 from itertools import takewhile
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from pipeline.logs.formats.kinds import is_log_file
 from pipeline.text.names import nearest_name
@@ -90,6 +90,17 @@ def find_files(name: str, folder: Path) -> tuple[Path, ...]:
     if not paths:
         raise NoSuchFile(name, start)
     return tuple(sorted(paths, key=lambda path: natural_key(str(path))))
+
+
+def takes(pattern: str, path: Path, folder: Path) -> bool:
+    """Whether a file at ``path``, there or not, is one that a name or pattern stands for."""
+    name = PurePath(path.absolute() if PurePath(pattern).is_absolute() else
+                    os.path.relpath(path.absolute(), folder))
+    head, deep, tail = pattern.rpartition("**/")
+    below = len(PurePath(head).parts)
+    return name.match(tail) and (
+        name.is_relative_to(head) and ".." not in name.parts[below:] if deep else
+        len(name.parts) == len(PurePath(pattern).parts))
 
 
 def relative_name(path: Path, folder: Path) -> str:

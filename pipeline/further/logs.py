@@ -31,6 +31,7 @@ from pipeline.guess.plate import MeasuredClip, matching_clip, nominal_rpm
 from pipeline.guess.speeds import NEAR_CLIP
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.read import read_log
+from pipeline.logs.source import require_uncorrected
 from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.session_logs import measured_samples
@@ -108,6 +109,7 @@ def further_logs(
     """
     there = {path.resolve() for path in named_files(config)}
     for path in paths:
+        require_uncorrected(path)
         if path.resolve() in there:
             raise ConfigError(f"{path}: is in {config.source.path} already. `pipeline run` uses "
                               f"it.")

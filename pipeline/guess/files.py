@@ -19,6 +19,7 @@ from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
 from pipeline.guess.triads import Triple, possible_triples, triples_by_name
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.logs.header_words import read_name
+from pipeline.logs.source import is_corrected, require_uncorrected
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measure_setting
 
@@ -36,8 +37,8 @@ of a log are at rest."""
 def guess_files(
     files: Sequence[Path], rate_hz: float | None
 ) -> tuple[list[TableGuess], tuple[str, ...]]:
-    """Guesses of all tables of ``files``, and notes on files without a table and on tables without
-    a triad; none on other sensors of a recording of which a table is used.
+    """Guesses of all tables of ``files``, and notes on files without a table, corrected logs and
+    tables without a triad; none on other sensors of a recording of which a table is used.
 
     Parameters
     ----------
@@ -48,9 +49,12 @@ def guess_files(
     Raises
     ------
     UnreadableInput
-        A file cannot be read, or no table of any file holds a triad.
+        A file cannot be read, no table of any file holds a triad, or all are corrected.
     """
-    tables, without = _tables_of_files(files)
+    corrected = [path for path in files if is_corrected(path)]
+    if len(corrected) == len(files):
+        require_uncorrected(files[0])
+    tables, without = _tables_of_files([path for path in files if path not in corrected])
     every = _alike(tables, guess_tables(tables, rate_hz))
     guesses = [guess for guess in every if guess is not None]
     used = {guess.path.parent for guess in guesses}
@@ -60,8 +64,10 @@ def guess_files(
              or (table.path.parent.is_dir() and hint_of(table.path) != "else"))])
     if not guesses:
         raise UnreadableInput(passed_over[0] if passed_over else NO_ROWS.format(files[0]))
-    return guesses, (*([f"{listed(without)}: left out, because no line is a row of readings."]
-                       if without else ()), *passed_over)
+    left_out = ((without, "no line is a row of readings"),
+                (corrected, "`pipeline apply` has corrected its readings already"))
+    return guesses, (*(f"{listed(paths)}: left out, because {why}."
+                       for paths, why in left_out if paths), *passed_over)
 
 
 def _alike(

@@ -3,6 +3,7 @@
 import gzip
 import re
 import zlib
+from contextlib import suppress
 from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO
@@ -41,6 +42,9 @@ UNIT_BEHIND = re.compile(r"[\[(].*")  #: a unit in brackets, which are the same 
 CODE_PAGES = ("cp1252", "cp1251", "gb18030", "shift_jis")
 """Code pages of Windows in the West, Russia, China and Japan; in a tie the first is taken, which
 has the letters of units."""
+CORRECTED = re.compile(rb"time_s[,;\t](?:acc_x_m_s2|gyr_x_rad_s)[,;\t].*[,;\t]saturated\s*")
+"""Header of a log that `pipeline apply` has written."""
+LONGEST_HEADER = 10_000  #: bytes
 GZIP_MAGIC = b"\x1f\x8b"
 TAR_AT, TAR_MAGIC = 257, b"ustar"  #: facts: position and mark of a tar archive
 
@@ -70,6 +74,29 @@ def read_bytes(path: Path) -> bytes:
         raise NoReadings(f"{path}: the file is empty; a header and rows of readings are "
                               "expected. Record the pose again.")
     return data
+
+
+def is_corrected(path: Path) -> bool:
+    """Whether a file has the header of a log that `pipeline apply` has corrected."""
+    with suppress(OSError):
+        if path.is_file():
+            with path.open("rb") as file:
+                return CORRECTED.fullmatch(file.readline(LONGEST_HEADER)) is not None
+    return False
+
+
+def require_uncorrected(path: Path) -> None:
+    """Refuse a log that `pipeline apply` has corrected where a pose is expected.
+
+    Raises
+    ------
+    UnreadableInput
+        With the path.
+    """
+    if is_corrected(path):
+        raise UnreadableInput(
+            f"{path}: `pipeline apply` has corrected this log, and raw readings are expected of a "
+            f"pose. Name the raw log, and move this one to another folder or `exclude` it.")
 
 
 def require_file(path: Path) -> None:

@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from pipeline.config.file_patterns import takes
 from pipeline.config.load import Config, load_config
 from pipeline.config.session import files_in, named_files
-from pipeline.errors import ConfigError, PipelineError
+from pipeline.errors import ConfigError, PipelineError, UnwritableOutput
 from pipeline.results.names import RESULTS_NAME
 from pipeline.results.read import Stored
-from pipeline.text.names import command
+from pipeline.text.names import command, word
 
 NO_INPUT = ("title", "output", "record")  #: sections that no number depends on
 
@@ -44,11 +45,47 @@ def files_of_session(stored: Stored) -> Iterator[Path]:
     """results.json, the configuration that stands beside its folder, and all files that it names:
     no output replaces them."""
     yield stored.path
-    beside = stored.folder.absolute().parent / (stored.contents.config or RESULTS_NAME)
+    beside = _config_of(stored)
     if beside.is_file():
         yield beside
         with suppress(PipelineError):
             yield from named_files(load_config(beside, files_may_be_missing=True))
+
+
+def _config_of(stored: Stored) -> Path:
+    return stored.folder.absolute().parent / (stored.contents.config or RESULTS_NAME)
+
+
+def require_no_pose(stored: Stored, path: Path) -> None:
+    """Refuse a new file that the configuration beside the results would take for a pose.
+
+    Raises
+    ------
+    UnwritableOutput
+        With a name that would do.
+    """
+    beside, config = _config_of(stored), None
+    with suppress(PipelineError):
+        config = load_config(beside, files_may_be_missing=True) if beside.is_file() else None
+    if config is None or path.exists():
+        return
+    patterns = [*_stated_files(config)]
+    for pattern in (one for one in patterns if takes(one, path, beside.parent)):
+        able = (path.parent / "calibrated" / path.name, path.with_suffix(".txt"))
+        free = next((name for name in able if not any(
+            takes(one, name, beside.parent) for one in patterns)), able[0])
+        raise UnwritableOutput(
+            f"{path}: '{pattern}' in {beside.name} would take it for a pose of the session. Choose "
+            f"another name, as in --output {word(free)}")
+
+
+def _stated_files(config: Config) -> Iterator[str]:
+    """The names and patterns of poses, as the file of the configuration states them."""
+    for keys, _ in config.placed_runs():
+        poses = config.source.value((*keys, "poses"))
+        for stated in (map(poses.get, ("files", "log", "means")) if isinstance(poses, dict)
+                       else [poses]):
+            yield from [stated] if isinstance(stated, str) else stated or ()
 
 
 def require_results_of(stored: Stored, config: Config) -> None:

@@ -30,6 +30,7 @@ from pipeline.errors import PipelineError
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.join import group_logs, join_logs
 from pipeline.logs.read import read_log
+from pipeline.logs.source import require_uncorrected
 from pipeline.stages.excluded_poses import Choice, chosen
 from pipeline.stages.fittable import require_stated_units
 
@@ -139,6 +140,7 @@ def read_logs(
 def _read_one(
     section: LogsSection, i: int, path: Path, folder: Path, clock_needed: bool
 ) -> ImuLog:
+    require_uncorrected(path)
     clock = StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)
     return replace(read_log(path, section.columns_of(i), clock), label=_shown_name(path, folder))
 

@@ -2,11 +2,12 @@
 
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from pipeline.config.file_patterns import find_files, names_of
+from pipeline.config.file_patterns import find_files, names_of, takes
 
 
 def dangling(path: Path) -> None:
@@ -69,3 +70,22 @@ def test_files_that_are_numbered_alike_are_one_pattern_each(tmp_path: Path) -> N
         "2/turn_[0-9].csv", *[f"2/rest_{i}.csv" for i in range(2, 10)], "2/rest_[0-9][0-9].csv",
         "2/turn_[0-9][0-9].csv", "1/rest_1.csv"]
     assert names_of([tmp_path / name for name in words], tmp_path) == words
+
+
+@pytest.mark.parametrize(("pattern", "name", "is_taken"), [
+    ("*.csv", "new.csv", True), ("*.csv", "sub/new.csv", False), ("*.csv", "../new.csv", False),
+    ("rest/*.csv", "rest/new.csv", True), ("rest/pose_[0-9][0-9].csv", "rest/pose_01.csv", True),
+    ("rest/pose_[0-9][0-9].csv", "rest/pose_01.cal.csv", False), ("../a/*.csv", "../a/b.csv", True),
+    ("**/*.csv", "new.csv", True), ("rest/**/*.csv", "rest/deep/new.csv", True),
+    ("**/*.csv", "../new.csv", False), ("new.csv", "new.csv", True)])
+def test_a_pattern_takes_the_files_that_it_would_find(
+    tmp_path: Path, pattern: str, name: str, is_taken: bool
+) -> None:
+    path = tmp_path / "session" / name
+    assert takes(pattern, path, tmp_path / "session") == is_taken
+    for there in (tmp_path / "session/rest/pose_99.csv", path):
+        there.parent.mkdir(parents=True, exist_ok=True)
+        there.write_text("1")
+    with suppress(FileNotFoundError):
+        every = find_files(pattern, tmp_path / "session")
+        assert any(one.samefile(path) for one in every) == is_taken
