@@ -196,9 +196,11 @@ def _show_run(path: Path, checked: "CheckedConfig") -> None:
     for result in doubtful:
         click.echo(verdict_line(result))
     site = checked.outcome.config.site
-    if (site is None or site.latitude_deg is None) and any(
-            "earth_rate" in result.diagnosis.group for result in doubtful):
-        click.echo("The Earth's rate is known once the latitude is: import again with --latitude.")
+    if any("earth_rate" in result.diagnosis.group for result in doubtful):
+        click.echo(
+            "The Earth's rate is known once the latitude is: import again with --latitude."
+            if site is None or site.latitude_deg is None else
+            f"Is the latitude of {site.latitude_deg:g}° right, south of the equator negative?")
     names = " and the ".join(result.triad for result in doubtful)
     click.echo(f"{path} was written, and it runs." if not doubtful else
                f"{path} was written. It is complete and its logs can be read, but the calibration "

@@ -231,8 +231,10 @@ def step_of_noise(factor: float, from_run_to_run: bool) -> tuple[Step, str]:
 def beyond_parts(beyond: Mapping[str, float]) -> str:
     """Effects that would explain a misfit at so many times the size of real parts."""
     name = min(beyond, key=lambda each: beyond[each])
+    first = ("is the latitude right, south of the equator negative?" if name == "earth_rate"
+             else "look for bad poses first.")
     return (f"'{name}' would explain most of it, but would be {two_digits(beyond[name])} times the "
-            f"largest that such sensors have: look for bad poses first.")
+            f"largest that such sensors have: {first}")
 
 
 def unsupported(fit: Fit, prediction: Prediction) -> str:

@@ -6,7 +6,7 @@ import pytest
 
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
-from calib.diagnosis.verdict.wording import readable
+from calib.diagnosis.verdict.wording import beyond_parts, readable
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
@@ -79,3 +79,9 @@ def test_more_signal_is_no_less_verdict() -> None:
     found = find(hidden_in("rich", "hysteresis", 100.0, 32008))
     assert "hysteresis" in found.verdict.names
     assert found.verdict.share > 0.9
+
+
+def test_an_earth_that_turns_too_fast_asks_for_the_latitude() -> None:
+    assert beyond_parts({"earth_rate": 1.8}).endswith(
+        "1.8 times the largest that such sensors have: is the latitude right, south of the equator "
+        "negative?")
