@@ -10,7 +10,7 @@ from pipeline.config.schema import RunSection, TriadFitSection, VideoRateSection
 from pipeline.stages.rehearsal import Rehearsal
 from pipeline.stages.session_logs import Setting
 from pipeline.text.formatting import count
-from pipeline.text.names import command
+from pipeline.text.names import command, short_name
 
 LISTED = 4  #: files that a line names; layout
 
@@ -88,7 +88,6 @@ def _poses(section: RunSection, counts: Mapping[Setting, int]) -> str:
 def _listed(paths: Sequence[Path]) -> str:
     """The names of files, with their folder or archive if names alone are the same; the first and
     the last of many."""
-    same = len({path.name for path in paths}) < len(paths)
-    names = ["/".join(path.parts[-2 if same else -1 :]) for path in paths]
+    names = [short_name(path, paths) for path in paths]
     return ", ".join(names) if len(names) <= LISTED else (
         f"{len(names)} files, {names[0]} to {names[-1]}")

@@ -114,30 +114,28 @@ def settle_scale(
                 continue
             return _settled(tables, able[0], (
                 f"between the rests gravity then turns as far as in the accelerometer "
-                f"(correlation {turn.agreement:.2f})"))
+                f"(correlation {turn.agreement:.2f})"), [table])
     turning = _turning(undecided)
     # Lengths are in rad/s at the first scale; at another they are multiplied by the ratio.
     first = math.radians(1) / gyroscope.si_per_unit
     lengths = np.array([_plate_rad_s(table) for table in turning])
     usual = gyroscope.choices if stated_per_deg or gyroscope.encoding in ("", OFFSET_BINARY) else (
         *gyroscope.choices, *USUAL_COUNTS_PER_DEG_S[len(COUNTS_PER_DEG_S):])
-    for factors, because, may_be_unusual in (
+    for factors, because, seen, may_be_unusual in (
             _known_factors(turning, lengths, clips) if turning else ()):
         near = [(abs(math.log(first / factor / scale)), scale) for factor in factors
                 for scale in near_scales(first / factor, usual)]
         if near or (may_be_unusual and not stated_per_deg):
             return _settled(
-                tables, min(near)[1] if near else float(f"{first / factors[0]:.3g}"), because)
+                tables, min(near)[1] if near else float(f"{first / factors[0]:.3g}"), because, seen)
     rates_of = [(per_deg, lengths * first / per_deg) for per_deg in usual]
     at_speed = [(per_deg, rates) for per_deg, rates in rates_of
                 if turning and all(map(record_rpm, rates))]
     if len(at_speed) == 1:
-        (per_deg, rates), = at_speed
-        return _settled(tables, per_deg, (
-            f"the plate then turns at {record_rpm(float(np.median(rates))):.3g} rpm, and no other "
-            f"range makes a speed of record players"))
+        return _settled(tables, at_speed[0][0], (
+            "the plate then turns at a speed of record players, as by no other range"), turning)
     if stated_per_deg is not None:
-        return _settled(tables, stated_per_deg, "as it is stated")
+        return _settled(tables, stated_per_deg, "as it is stated", tables)
     return [*tables], tuple(
         ScaleChoice(per_deg, nominal_rpm(float(np.median(rates))) if turning else None)
         for per_deg, rates in at_speed or rates_of[: len(gyroscope.choices)])
@@ -169,9 +167,9 @@ def _plate_rad_s(table: TableGuess) -> float:
 
 def _known_factors(
     tables: Sequence[TableGuess], lengths: FloatArray, clips: Sequence[MeasuredClip]
-) -> Iterator[tuple[FloatArray, str, bool]]:
-    """Ratios of the true rates to the gyroscope's, with their origin, the best evidence first, and
-    whether it shows an unusual range too."""
+) -> Iterator[tuple[FloatArray, str, Sequence[TableGuess], bool]]:
+    """Ratios of the true rates to the gyroscope's, with their origin and the tables that show it,
+    the best evidence first, and whether it shows an unusual range too."""
     speeds = np.array(sorted({*speeds_of(list(lengths))}))
     rates = np.array([abs(clip.rate_rad_s) for clip in clips])
     every = (rates[:, None] / speeds).ravel()
@@ -179,18 +177,19 @@ def _known_factors(
         np.abs(np.log(rate / (speeds * factor))).min() < NEAR_CLIP for rate in rates)]
     if shown:
         rpm = ", ".join(f"{rate / RPM:.4g}" for rate in rates)
-        yield np.array(shown), f"the plate turns at {rpm} rpm in the clip", True
+        yield np.array(shown), f"the plate turns at {rpm} rpm in the clip", tables, True
     if (shown_by := _rate_by_gravity(tables, lengths)) is not None:
-        rate, measured = shown_by
+        rate, measured, seen = shown_by
         yield np.array([rate / measured]), (
-            f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer"), True
+            f"gravity goes round at {rate / RPM:.4g} rpm in the accelerometer"), seen, True
     names = [CALLED.search("/".join(table.path.parts[-3:])) for table in tables]
     named = [nominal_rpm(float((name[1] or name[2]).replace(",", ".")) * RPM) * RPM
              for name in names if name]
     if len(named) == len(names):
         factors = np.array(named) / lengths
         if float(np.ptp(np.log(factors))) < NEAR_CLIP:
-            yield np.array([np.median(factors)]), "as the speed by which the files are called", all(
+            called = "as the speed by which the files are called"
+            yield np.array([np.median(factors)]), called, tables, all(
                 name and name[1] for name in names)
 
 
@@ -211,9 +210,9 @@ def _turning(tables: Sequence[TableGuess]) -> list[TableGuess]:
 
 def _rate_by_gravity(
     tables: Sequence[TableGuess], lengths: FloatArray
-) -> tuple[float, float] | None:
-    """Rate of rotation of gravity in the tables of the most frequent speed, and that of the
-    gyroscope in them, rad/s; None if unclear."""
+) -> tuple[float, float, list[TableGuess]] | None:
+    """Rate of rotation of gravity in the tables of the most frequent speed, that of the gyroscope
+    in them, rad/s, and these tables; None if unclear."""
     speeds = speeds_of(list(lengths))
     typical = max(speeds, key=speeds.count)
     ways = [table.turns_clockwise(table) for table in tables]
@@ -225,13 +224,17 @@ def _rate_by_gravity(
     waves = [gravity_wave(logs, np.full(len(logs), typical * COUNTS_PER_DEG_S[0] / per_deg), SI)
              for per_deg in COUNTS_PER_DEG_S]
     clear = [wave for wave in waves if wave is not None and wave.is_clear]
-    return (abs(max(clear, key=lambda wave: wave.share).rate), typical) if clear else None
+    return (abs(max(clear, key=lambda wave: wave.share).rate), typical, near) if clear else None
 
 
-def _settled(tables: Sequence[TableGuess], per_deg: float, because: str) -> Settled:
-    """The tables with ``per_deg`` units per °/s where this was unknown, and rescaled biases."""
+def _settled(
+    tables: Sequence[TableGuess], per_deg: float, because: str, seen: Sequence[TableGuess]
+) -> Settled:
+    """The tables with ``per_deg`` units per °/s where this was unknown, because of what is ``seen``
+    in some of them, and rescaled biases."""
     return [
-        replace(table, gyroscope=(scaled := table.gyroscope.scaled(per_deg, because)),
+        replace(table, gyroscope=(scaled := table.gyroscope.scaled(
+                    per_deg, because if table in seen else "as in the other files")),
                 rate_bias=None if table.rate_bias is None else
                 table.rate_bias * scaled.si_per_unit / table.gyroscope.si_per_unit)
         if table.gyroscope and table.gyroscope.choices else table for table in tables], ()

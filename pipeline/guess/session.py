@@ -29,6 +29,7 @@ from pipeline.guess.repeated import drop_alternatives, without_continuations
 from pipeline.guess.speeds import speeds_in, speeds_of
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess
+from pipeline.text.names import short_name
 
 MOST_POSE_S = 120.0
 """Duration from which a file is a log of many poses. Half and double change nothing in
@@ -178,7 +179,8 @@ def _doubts_of_tables(
     alike: dict[str, list[str]] = {}
     for table in tables:
         for doubt in (*table.doubts, *(() if table in beside else table.misses)):
-            alike.setdefault(NUMBER.sub("", doubt), [table.path.name, doubt]).append("")
+            alike.setdefault(NUMBER.sub("", doubt), [
+                short_name(table.path, [each.path for each in tables]), doubt]).append("")
     return [f"{file}{f' and {len(more) - 1} more' if more[1:] else ''}: {doubt}"
             for file, doubt, *more in alike.values()]
 
@@ -236,9 +238,9 @@ def _paired(
 
 
 def _rate_doubts(sources: Sequence[PoseSource]) -> list[str]:
-    doubts = []
+    doubts, paths = [], [table.path for source in sources for table in source.tables]
     for source in sources:
-        name = source.tables[0].path.name
+        name = short_name(source.tables[0].path, paths)
         if source.rate is None:
             doubts.append(
                 f"{name}: the gyroscope turns at about {abs(source.rate_rad_s) / RPM:.3g} rpm, "

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -82,7 +82,7 @@ class TriadGuess:
     columns: Triple
     sheet: tuple[tuple[str, str | float], ...]
     unit: str
-    because: str
+    because: str = field(compare=False)
     si_per_unit: float
     doubt: str = ""
     choices: tuple[float, ...] = ()

@@ -1,6 +1,7 @@
 """Names: of the program, its commands as they are typed, and the nearest right one."""
 
 import shlex
+from collections.abc import Collection
 from pathlib import Path
 
 from calib.spelling import nearest_name as nearest_name
@@ -25,6 +26,17 @@ def command(*words: str | Path) -> str:
     "pipeline add 'my log.yaml' 'gyroscope.column:Fan speed [1/min]'"
     """
     return " ".join(["pipeline", *map(word, words)])
+
+
+def short_name(path: Path, paths: Collection[Path]) -> str:
+    """The name of a file, with as many of its folders as tell it from the others of ``paths``.
+
+    >>> short_name(Path("a/x.csv"), [Path("a/x.csv"), Path("b/x.csv"), Path("b/y.csv")])
+    'a/x.csv'
+    """
+    ends = (path.parts[-n:] for n in range(1, len(path.parts)))
+    return next(("/".join(end) for end in ends if not any(
+        other.parts[-len(end):] == end for other in {*paths} - {path})), str(path))
 
 
 def word(text: str | Path) -> str:

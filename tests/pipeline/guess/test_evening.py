@@ -60,7 +60,8 @@ def test_the_rate_by_gravity_decides_the_range_of_the_gyroscope(
     evening = Evening(range_deg_s=range_deg_s)
     assert pipeline("import", *write(here, evening, FULL_TURN)) == 0
     said = capsys.readouterr()
-    assert "gravity goes round at 33" in said.out
+    assert said.out.count("gravity goes round at 33") == 1  # and not under the files at rest
+    assert "their names; as in the other files" in said.out
     assert "seconds" not in said.err  # nor is the clock accused of the range
     sheet = config_of(here).sensor.gyroscope
     assert sheet is not None
@@ -101,6 +102,7 @@ def test_whole_degrees_and_a_speed_in_the_name_of_a_folder_are_no_question(
     found = guess_session(guess_files(files, None)[0])
     assert not found.scales
     assert [source.rate for source in found.sources] == ["stopped", "33.3rpm"]
+    assert found.doubts[-1].startswith(f"{folder}/")  # the rests have files of the same names
 
 
 @pytest.mark.parametrize(("lean_deg", "key"), [(9.0, "runs"), (0.6, "poses")])
