@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
+from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock, without_repeats
 from pipeline.guess.pool import REST_S, are_apart, pooled, usual_step
@@ -74,6 +75,14 @@ class TableGuess:
                 yield (f"its clock pauses {len(pauses)} times, for {step[pauses].sum():.3g} s in "
                        f"all; the longest pause begins after {at_s:.3g} s and lasts "
                        f"{step[longest]:.3g} s. Nothing is logged in it")
+        for name in self.further if self.accelerometer and self.accelerometer.encoding else ():
+            words = self.table.columns[name]
+            warmth = words / WORDS_PER_K + WORD_0_C
+            if read_name(name).quantity == "temperature" and _is_within(warmth, INDOORS_C):
+                yield (f"its column {name} is in counts and used as it is. By the register map of "
+                       f"an MPU-6050 they are {np.nanmedian(warmth):.1f} °C: add a column "
+                       f"temperature_c with {name} / {WORDS_PER_K} + {WORD_0_C} for sizes per "
+                       f"kelvin")
         if self.table.lost:
             yield (f"{self.table.lost} of its {self.table.lost + self.table.rows} lines are no "
                    f"samples and are left out")

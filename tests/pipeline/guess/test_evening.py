@@ -62,6 +62,7 @@ def test_the_rate_by_gravity_decides_the_range_of_the_gyroscope(
     said = capsys.readouterr()
     assert said.out.count("gravity goes round at 33") == 1  # and not under the files at rest
     assert "their names; as in the other files" in said.out
+    assert "By the register map of an MPU-6050 they are 32.1 °C" in said.out
     assert "seconds" not in said.err  # nor is the clock accused of the range
     sheet = config_of(here).sensor.gyroscope
     assert sheet is not None
