@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
+from scipy import stats
 
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
@@ -41,7 +43,10 @@ def test_an_effect_that_leaves_much_may_stand_for_another() -> None:
 
 
 def test_the_sds_of_three_parameters_are_those_of_one_normal_number() -> None:
-    there, not_there = judged("cubic", "quadratic"), judged("asymmetry", "quadratic", "cubic")
-    assert there.in_sd > 10
-    assert not not_there.is_there
-    assert not_there.in_sd < 2.81  # beyond which noise explains it in one case of 200
+    without, with_it = refitted("quadratic", "cubic"), refitted("quadratic", "cubic", "asymmetry")
+    p_value = stats.chi2.sf(without.fit.chi2 - with_it.fit.chi2, 3)
+    one = judged_effect("asymmetry", with_it, without)
+    assert one is not None
+    assert not one.is_there
+    assert one.in_sd == pytest.approx(stats.norm.isf(p_value / 2), abs=0.05)
+    assert judged("cubic", "quadratic").in_sd > 10

@@ -9,9 +9,10 @@ from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.triad.calibration import calibrate_triad
-from calib.fit.validation.prediction import predict
+from calib.fit.validation.prediction import gradient_of, other_logs, predict
+from calib.fit.validation.weak_directions import variances_along
 from calib.poses.attitudes import spread_directions
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import TEMPERATURE, Triad
 from tests.calib.made_poses import (
     GRAVITY,
     MODEL,
@@ -118,3 +119,19 @@ def test_gravity_of_the_next_log_points_anywhere_also_where_the_model_has_its_ef
     where = calibration.fit.model.slices()["g_sensitivity"]
     elements = GRAVITY * np.sqrt(np.diag(calibration.fit.cov)[where])
     assert stated.sd_median > 0.5 * np.sqrt(np.mean(elements**2))
+
+
+def test_temperatures_of_another_log_count_as_by_the_exact_gradient() -> None:
+    """Beside a strong nonlinearity; at the median temperature a coefficient adds nothing."""
+    poses = made_poses("accelerometer", (0.0,), seed=2, jitter_deg=1.0)
+    warmed = replace(poses, reading=poses.reading + 0.001 * poses.reading**2,
+                     columns={TEMPERATURE: 20 + np.linspace(0, 8, len(poses))})
+    fitted = fit(noisy(warmed, 2), Model.of((*BASE, "quadratic", "temperature_scale")))
+    stated = predict(calibrate_triad(fitted, SPECS["accelerometer"]))
+    assert stated is not None
+    size, directions = stated.magnitude[0], stated.directions
+    gradient = gradient_of(fitted, other_logs(fitted.poses, size * directions))
+    cov = calibrate_triad(fitted, SPECS["accelerometer"]).fit.cov
+    exact = variances_along(gradient.reshape(-1, *stated.gradient.shape[1:]), cov).mean(axis=0)
+    assert stated.variance[0] == pytest.approx(exact, rel=0.02)
+    assert exact.mean() > 1.2 * variances_along(stated.gradient, cov).mean()
