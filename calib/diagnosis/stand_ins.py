@@ -108,12 +108,14 @@ def error_of_stand_ins(
     logs = [other_logs(calibration.fit.poses, size * prediction.directions)
             for size in prediction.magnitude]
     conditions = [each.conditions(each.reading).as_in_a_log(each.time_s) for each in logs]
+    robust = bool((calibration.fit.weight != 1).any())
     for name, alike in standing.items():
         rest = [each for each in calibration.fit.model.effects if each.name != name]
         for effect, probability in zip(alike.effects, alike.probability, strict=True):
             try:
+                model = Model((*rest, effect))
                 other = calibrate_triad(
-                    fit_model(calibration.fit.poses, Model((*rest, effect))), calibration.spec)
+                    fit_model(calibration.fit.poses, model, robust=robust), calibration.spec)
                 total += probability * np.array([
                     squares_apart(calibration, other, at).reshape(LOGS, -1).mean(axis=0)
                     for at in conditions])

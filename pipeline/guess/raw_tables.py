@@ -10,7 +10,7 @@ import numpy as np
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.guess.no_log import fault_of_columns, fault_of_lines, fault_of_rows, why_no_table
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, bare
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, bare, our_name
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import kind_of, split_member
 from pipeline.logs.head import find_head
@@ -23,7 +23,8 @@ from pipeline.logs.text import LogText, columns_of_text, raw_text
 STATED_RATE = re.compile(
     r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
     r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)|\bat ([0-9.]+) ?hz\b", re.IGNORECASE)
-
+STATED_PERIOD = re.compile(
+    r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
 IN_SI = {**dict.fromkeys(ACCELEROMETER, " (m/s^2)"), **dict.fromkeys(GYROSCOPE, " (rad/s)")}
 """Units behind our names of columns, of formats that state them."""
 
@@ -125,6 +126,8 @@ def _text_table(text: LogText) -> RawTable:
     above = "\n".join(text.lines[: text.first])
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1) or stated.group(2)) if stated else None)
+    if rate_hz is None and (period := STATED_PERIOD.search(above)):
+        rate_hz = 1 / (float(period[1]) * our_name(f"time_{period[2]}")[1])
     lost, columns = columns_of_text(text)
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row. A row of "

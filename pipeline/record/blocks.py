@@ -111,8 +111,9 @@ def _numbered(config: Config, path: PathTo) -> NumberedFiles | None:
     if isinstance(value, dict):
         value = value.get("files", value)
     text = value[0] if isinstance(value, list) and len(value) == 1 else value
-    if isinstance(text, str) and text.count("*") == 1 and text.endswith(".csv"):
-        folder, _, name = text.rpartition("/")
+    starred = text.replace("[0-9][0-9]", "*") if isinstance(text, str) else ""  # as import writes
+    if starred.count("*") == 1 and starred.endswith(".csv"):
+        folder, _, name = starred.rpartition("/")
         before, _, after = name.partition("*")
         if "*" in name and not is_pattern(folder + before + after):
             return NumberedFiles(config.source.path.parent / folder, before, after)

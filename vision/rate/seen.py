@@ -13,7 +13,7 @@ from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.steady_part import noise_of_turns
 
-FEWEST_STRETCHES = 3  # least number of averages in a clip
+FEWEST_STRETCHES = 3  #: least number of averages in a clip; derived: two have no middle one
 #: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
 #: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
 SHOWN = 3

@@ -110,6 +110,14 @@ def test_stamps_out_of_place_make_no_other_rate_and_leave_the_others_their_times
     assert "sample_rate_hz" not in config_text(guess, tmp_path, Choices())
 
 
+def test_the_period_of_samples_above_the_columns_is_the_clock(tmp_path: Path) -> None:
+    log = hand_log(rests=8, rate_hz=50.0)
+    np.savetxt(tmp_path / "log.csv", np.column_stack([log.acc, log.gyr]), "%.5f", ",", comments="",
+               header="Sample interval: 20 ms\n" + ",".join(NAMES))
+    (guess,), _ = guess_files([tmp_path / "log.csv"], None)
+    assert guess.clock.rate_hz == pytest.approx(50.0)
+
+
 def test_a_doubt_is_told_once_whatever_its_numbers(tmp_path: Path) -> None:
     """Each file of a card ends within a line, each at another one."""
     log = hand_log(rests=8, rate_hz=25.0)

@@ -168,6 +168,15 @@ def test_a_plate_that_turns_the_other_way_is_recorded_alike(
     assert turning.seconds == pytest.approx(3 * 2 * np.pi / 1.7454, rel=1e-3)
 
 
+def test_the_pattern_of_digits_that_import_writes_is_recorded_on(
+    tmp_path: Path, six_faces: Session
+) -> None:
+    config = write_config(tmp_path, six_faces, "xsens-mti")
+    as_usual = recording_blocks(load_config(config, files_may_be_missing=True))
+    edit(config, "acc/pose_*.csv", '"acc/pose_[0-9][0-9].csv"')
+    assert recording_blocks(load_config(config, files_may_be_missing=True)) == as_usual
+
+
 def test_what_is_taken_is_not_asked_for_again(tmp_path: Path, six_faces: Session) -> None:
     config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
     record_from(config, PlayedPort(six_faces, "xsens-mti"))
