@@ -75,8 +75,8 @@ def command(
     text = noise_json(readings.label, 1 / step_s, length_s, triads)
     folder = output or folder
     files: dict[str, str | bytes] = {NOISE_NAME: text}
-    files |= {f"noise.{form}": noise_figure(readings.label, triads, form)
-              for form in ("svg", "png")}
+    files |= {f"noise.{form}": picture
+              for form, picture in noise_figure(readings.label, triads).items()}
     for name, content in files.items():
         write_output(folder, folder / name, content, force=force, inputs=(log,))
     if as_json:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import BoolArray, FloatArray, IntArray
@@ -206,8 +207,15 @@ def common_mean(means: FloatArray) -> FloatArray | None:
     None if the cluster has too few poses. Where all are at rest they differ by noise alone, which
     is little beside a bias that could be taken for the rate of a plate.
     """
-    apart = np.linalg.norm(means[:, None] - means, axis=2)
-    near = apart < AT_REST * max(apart.max(), np.linalg.norm(means, axis=1).max())
-    most = near[near.sum(axis=1) == max(FEWEST_MEANS, near.sum(axis=1).max())]
-    return min((means[row].mean(axis=0) for row in most),
-               key=lambda mean: float(np.linalg.norm(mean)), default=None)
+    middle = (means.min(axis=0) + means.max(axis=0)) / 2
+    largest = max(2 * np.linalg.norm(means - middle, axis=1).max(),
+                  np.linalg.norm(means, axis=1).max())
+    tree = cKDTree(means)
+    near = tree.query_ball_point(means, AT_REST * largest, return_length=True)
+    rows = np.flatnonzero(near == max(FEWEST_MEANS, near.max()))
+    centres = []
+    while len(rows):
+        apart = np.linalg.norm(means - means[rows[0]], axis=1) <= AT_REST * largest
+        centres.append(means[apart].mean(axis=0))
+        rows = rows[~apart[rows]]  # in a ball with the first of them: the same cluster
+    return min(centres, key=lambda mean: float(np.linalg.norm(mean)), default=None)

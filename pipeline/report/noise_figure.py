@@ -20,8 +20,8 @@ SLOPES = {"noise_density": ("N: slope −1/2", "--"), "bias_instability": ("B: f
 INCHES = (11.0, 5.0)  #: size of two triads side by side; layout
 
 
-def noise_figure(log: str, triads: Mapping[str, Sequence[AxisNoise]], form: str) -> bytes:
-    """The figure as ``svg`` or ``png``: points and bands measured, lines fitted."""
+def noise_figure(log: str, triads: Mapping[str, Sequence[AxisNoise]]) -> dict[str, bytes]:
+    """The figure by its form, ``svg`` and ``png``: points and bands measured, lines fitted."""
     figure = Figure(figsize=(INCHES[0] * len(triads) / 2, INCHES[1]), layout="constrained")
     FigureCanvasAgg(figure)
     for place, (triad, axes) in enumerate(triads.items()):
@@ -45,6 +45,12 @@ def noise_figure(log: str, triads: Mapping[str, Sequence[AxisNoise]], form: str)
         plot.grid(which="both", color="#dddddd", linewidth=0.5)
         plot.legend(frameon=False)
     figure.suptitle(f"{log}: bands are 68 %, lines are fitted", fontsize=10, parse_math=False)
+    svg = _written(figure, "svg")
+    figure.set_layout_engine("none")  # the places are known now
+    return {"svg": svg, "png": _written(figure, "png")}
+
+
+def _written(figure: Figure, form: str) -> bytes:
     buffer = io.BytesIO()
     metadata = {"Date": None} if form == "svg" else None
     figure.savefig(buffer, format=form, metadata=metadata, dpi=120)

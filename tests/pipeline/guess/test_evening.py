@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from pipeline.config.load import Config, load_config
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import guess_files
-from pipeline.guess.pool import common_mean
 from pipeline.guess.session import guess_session
 from tests.paths import DATA
 from tests.pipeline.guess.evening import BIAS_GYR, DEG, SCALE_ACC, SCALE_GYR, Evening, G
@@ -113,11 +112,6 @@ def test_poses_on_a_plate_that_leans_are_runs_of_the_accelerometer(
     files = Evening(lean_deg=lean_deg).write(tmp_path, "turn", FULL_TURN, 2)
     text = config_text(guess_session(guess_files(files, None)[0]), tmp_path, Choices())
     assert f"accelerometer:\n  {key}:\n" in text
-
-
-def test_poses_of_one_attitude_on_the_plate_are_no_rest() -> None:
-    bias, plate = np.array([0.03, -0.04, 0.06]), np.array([0.0, 0.1, 3.5])
-    np.testing.assert_allclose(common_mean(np.array([bias + plate] * 8 + [bias] * 8)), bias)
 
 
 def test_a_gyroscope_alone_shows_rest_and_the_plate_between_the_moves_of_a_hand(
