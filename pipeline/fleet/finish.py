@@ -158,7 +158,9 @@ def fleet_lines(summary: FleetSummary) -> Iterator[str]:
            f"{codes.get(DONE, 0)} calibrated")
     for code, number in codes.items():
         if code != DONE:
-            yield f"  {number} with exit code {code}: {MEANING.get(code, 'see the table')}"
+            why = table[table["exit_code"] == code].iloc[0]
+            yield (f"  {number} with exit code {code}: {MEANING.get(code, 'see the table')}. "
+                   f"{why['session']}: {why['reason']}")
     for triad, rows in table[table["exit_code"] == DONE].groupby("triad"):
         verdicts = Counter(rows["verdict"]).most_common()
         yield f"{triad:15s} " + ", ".join(f"{n} {code}" for code, n in verdicts)

@@ -110,10 +110,14 @@ def with_limits(table: "DataFrame", limits: Limits) -> "DataFrame":
             if name.startswith(f"{SIZE}_"):  # the largest parameter, whatever its sign
                 value, sd = abs(value), column(table, name.replace(SIZE, SIZE_SD, 1))
             stated.append((limit, name, value, sd))
-    judged = []
-    for i, (code, triad) in enumerate(zip(table["exit_code"], table["triad"], strict=True)):
+    judged, triads = [], {limit.triad for limit in limits.limits}
+    calibrated = table.groupby("session")["triad"].agg(set)
+    for i, (session, code, triad) in enumerate(
+            zip(table["session"], table["exit_code"], table["triad"], strict=True)):
         told = [_judged(limit, name, value[i], sd[i], limits.guard_sds, *open_to[i])
                 for limit, name, value, sd in stated if limit.triad == triad]
+        told += [(FAIL, f"the {other} is not calibrated")
+                 for other in sorted(triads - calibrated[session])]
         worst = next((standing for standing in (FAIL, OPEN)
                       if any(one == standing for one, _ in told)), PASS)
         what = "; ".join(text for standing, text in told if standing == worst and text)

@@ -30,7 +30,6 @@ from calib.poses.imu_log import TRIADS, FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet
 from pipeline.config.load import Config, config_from
 from pipeline.config.sensor import sensor_specs
-from pipeline.config.types import STOPPED
 from pipeline.config.yaml_text import YamlSource, read_source
 from pipeline.errors import UnreadableInput
 from pipeline.fleet.lot_table import SensorRows, sensor_blocks
@@ -143,11 +142,10 @@ class LotSets:
         """
         needed = [name for one in self.triads for prefix in ("", SD)
                   for name in triad_columns(one, prefix)]
-        runs = [section.rate for section in self.design.gyroscope.runs
-                ] if self.design.gyroscope else []
-        only = runs[0] if self.design.accelerometer is None and len(set(runs)) == 1 else STOPPED
+        settings = {setting.rate for setting in sections_by_setting(self.design)}
         examples: dict[tuple[Triad, Pattern], _Example | str] = {}
-        for sensors in sensor_blocks(self.table, needed, only, is_sorted=triad in self._passed):
+        for sensors in sensor_blocks(
+                self.table, needed, settings, is_sorted=triad in self._passed):
             _require_numbers(sensors, needed, self.table)
             corrections = {}
             if triad == "gyroscope" and "accelerometer" in self.triads:

@@ -6,7 +6,7 @@ Columns: ``sensor``, ``pose``, ``run`` (the setting of the plate, or ``stopped``
 together.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -35,7 +35,7 @@ class SensorRows:
 
 
 def sensor_blocks(
-    path: Path, needed: Sequence[str], without_run: str, is_sorted: bool = False
+    path: Path, needed: Sequence[str], settings: Collection[str], is_sorted: bool = False
 ) -> Iterator[list[SensorRows]]:
     """The sensors of a table, some hundreds at a time.
 
@@ -45,31 +45,36 @@ def sensor_blocks(
         Parquet or CSV.
     needed : sequence of str
         Columns without which the lot cannot be calibrated.
-    without_run : str
-        The run of every row where the table has no such column.
+    settings : collection of str
+        Of the plate, as the design names them; one alone is the run of every row where the table
+        has no such column.
     is_sorted : bool
         Whether the rows of every sensor are known to stand together.
 
     Raises
     ------
     UnreadableInput
-        The table cannot be read, lacks a column, or the rows of a sensor do not stand together.
+        The table cannot be read, lacks a column or rows, the rows of a sensor do not stand
+        together, or are of two stations.
     """
+    only = next(iter(settings)) if len(settings) == 1 else ""
     ended: set[str] | None = None if is_sorted else set()
     rest: dict[str, Any] = {}
-    for batch in _batches(path, needed):
+    for batch in _batches(path, [*needed, *([] if only else [RUN])]):
         columns = {name: np.concatenate([rest[name], values]) if rest else values
                    for name, values in batch.items()}
         names = columns[SENSOR]
         begins = np.flatnonzero(np.append(True, names[1:] != names[:-1]))
         rest = {name: values[begins[-1] :] for name, values in columns.items()}
-        yield _split(columns, begins, ended, path, without_run)
-    if rest:
-        yield _split(rest, np.array([0, len(rest[SENSOR])]), ended, path, without_run)
+        yield _split(columns, begins, ended, path, only)
+    if not rest:
+        raise UnreadableInput(f"{path.name}: has no row; one for each pose of each sensor is "
+                              f"expected.")
+    yield _split(rest, np.array([0, len(rest[SENSOR])]), ended, path, only)
 
 
 def _split(
-    columns: Mapping[str, Any], begins: Any, ended: set[str] | None, path: Path, without_run: str
+    columns: Mapping[str, Any], begins: Any, ended: set[str] | None, path: Path, only: str
 ) -> list[SensorRows]:
     """The sensors between the rows ``begins``; what follows the last of these is left."""
     blocks = []
@@ -84,12 +89,18 @@ def _split(
                     f"{path.name}: the rows of sensor {sensor} do not stand together. Sort the "
                     f"table by its column `{SENSOR}`.")
             ended.add(sensor)
+        stations = [*dict.fromkeys(map(str, texts[STATION][part]))] if STATION in texts else [""]
+        if len(stations) > 1:
+            raise UnreadableInput(
+                f"{path.name}: the rows of sensor {sensor} are of the stations "
+                f"{', '.join(stations)}. A calibration is of one: give each visit a sensor's name "
+                f"of its own, as in {sensor}/{stations[0]}.")
         blocks.append(SensorRows(
             sensor,
-            str(texts[STATION][first]) if STATION in texts else "",
+            stations[0],
             tuple(map(str, texts[POSE][part])) if POSE in texts
             else tuple(f"pose {i + 1}" for i in range(n)),
-            tuple(map(str, texts[RUN][part])) if RUN in texts else (without_run,) * n,
+            tuple(map(str, texts[RUN][part])) if RUN in texts else (only,) * n,
             {name: values[part] for name, values in numbers.items()},
         ))
     return blocks
@@ -102,9 +113,12 @@ def _batches(path: Path, needed: Sequence[str]) -> Iterator[dict[str, Any]]:
 
     try:
         if path.suffix.lower() == ".csv":
+            delimiter, point = _dialect(path)
             options = pyarrow.csv.ConvertOptions(
-                column_types={name: pa.string() for name in TEXTS})
-            reader: Any = pyarrow.csv.open_csv(path, convert_options=options)
+                column_types={name: pa.string() for name in TEXTS}, decimal_point=point)
+            reader: Any = pyarrow.csv.open_csv(
+                path, convert_options=options,
+                parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter))
         else:
             reader = pyarrow.parquet.ParquetFile(path).iter_batches(ROWS_AT_ONCE)
         for batch in reader:
@@ -119,6 +133,14 @@ def _batches(path: Path, needed: Sequence[str]) -> Iterator[dict[str, Any]]:
                        for name in batch.schema.names}
     except (pa.ArrowException, OSError) as error:
         raise UnreadableInput(f"{path}: cannot be read as a table: {error}") from error
+
+
+def _dialect(path: Path) -> tuple[str, str]:
+    """Delimiter and decimal point of a CSV file: a spreadsheet in German writes ``;`` and ``,``."""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        header, row = file.readline(), file.readline()
+    delimiter = max(",;\t", key=header.count)
+    return delimiter, "," if delimiter != "," and "," in row else "."
 
 
 def _values(path: Path, name: str, column: Any) -> Any:

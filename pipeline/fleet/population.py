@@ -134,7 +134,7 @@ def _triad_json(population: TriadPopulation) -> Json:
         "missing": [] if pooled is None else [*map(_effect_json, pooled.effects)],
         "candidates": [] if pooled is None else [
             {"name": one.trial.name, "shape": one.trial.shape, "sessions": one.sessions,
-             "p_common_size": one.p_common, "p_any_size": one.p_any}
+             "p_common_size": one.p_common, "p_any_size": one.p_any, "p_same_size": one.p_same}
             for one in pooled.candidates
         ],
         "parameters": {
@@ -161,6 +161,7 @@ def _effect_json(effect: PooledEffect) -> Json:
         "name": effect.name, "shape": trial.shape, "unit": trial.unit,
         "alternatives": list(effect.alternatives), "sessions": effect.evidence.sessions,
         "p_common_size": effect.evidence.p_common, "p_any_size": effect.evidence.p_any,
+        "p_same_size": effect.evidence.p_same,
         "parameters": parameters,
     }
 
@@ -212,8 +213,8 @@ def p_text(p_value: float) -> str:
 
 def effect_text(effect: PooledEffect) -> str:
     """One effect that the lot lacks."""
-    form = ("of one size in all sensors" if effect.evidence.p_common < effect.evidence.p_any
-            else "of sizes that differ between sessions")
+    form = ("of sizes that differ between sessions" if effect.evidence.p_same < FALSE_ALARM
+            else "of one size in all sensors")
     return (f"{_named(effect)} is missing, {form}, p {p_text(effect.evidence.p_value)}. "
             f"{sizes_text(effect)}")
 

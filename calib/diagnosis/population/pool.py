@@ -6,6 +6,8 @@ candidate is fitted to each of them, so that sds which are all wrong by a factor
     has it one size in all sensors?      (Σu)ᵀ (ΣI)⁻¹ (Σu),    k degrees of freedom
     has it any size in the sessions?     Σ uᵀ I⁻¹ u,            Σk degrees of freedom
 
+The second less the first is Cochran's Q: whether the sizes differ from session to session.
+
 The sds of a session come from ν degrees of freedom, s² = σ² x with x = χ²_ν/ν. A sum of its ratios
 scatters like one of c = (ν - 4)/(ν - 2) times as many degrees of freedom; and in a sum that weighs
 sessions by 1/s², as Σu does, those with small s count too much: its variance is 1/c times what the
@@ -47,15 +49,16 @@ some trials at least; of every one where none is named."""
 class PooledTrial:
     """Result of a lot for one candidate.
 
-    ``p_common`` and ``p_any`` answer the two questions of this module, ``exponent`` (half the
-    excess of chi-square, the logarithm of an odds) ranks where they underflow; ``sessions`` of the
-    lot show it.
+    ``p_common`` and ``p_any`` answer the two questions of this module, ``p_same`` is that of sizes
+    which differ so much if all are the same, ``exponent`` (half the excess of chi-square, the
+    logarithm of an odds) ranks where they underflow; ``sessions`` of the lot show it.
     """
 
     trial: Trial
     sessions: int
     p_common: float
     p_any: float
+    p_same: float
     exponent: float
 
     @property
@@ -140,13 +143,16 @@ def judge(trial: Trial, sums: TrialSums) -> PooledTrial | None:
     variance = sums.rest / sums.spare if sums.spare else sums.chi2 / max(sums.dof, 1.0)
     of_sum, common_dof = visible_inverse(sums.total[None], sums.whole[None])
     dof = float(common_dof[0])
-    common = float(sums.pull @ of_sum[0] @ sums.pull) / variance * sums.like / sums.sessions
+    of_one_size = float(sums.pull @ of_sum[0] @ sums.pull) / variance
+    common = of_one_size * sums.like / sums.sessions
     every = sums.drop / variance
     return PooledTrial(
         trial,
         int(sums.sessions),
         _tail(common, dof, dof, sums.spare_like),
         _tail(every, sums.rank, sums.rank_like, sums.spare_like),
+        _tail(every - of_one_size, sums.rank - dof, sums.rank_like * (1 - dof / sums.rank)
+              if sums.rank else 0.0, sums.spare_like),
         max(_exponent(common, dof), _exponent(every, sums.rank)),
     )
 

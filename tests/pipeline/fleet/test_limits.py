@@ -54,6 +54,16 @@ def test_what_is_beyond_a_limit_is_told_with_its_value_and_its_sd(tmp_path: Path
     assert next(limit_lines(judged)) == "limits: 1 pass, 1 undecided, 3 fail"
 
 
+def test_a_session_without_a_triad_that_has_a_limit_fails(tmp_path: Path) -> None:
+    """A gyroscope that import left out has no row that could fail."""
+    path = limits_in(tmp_path, "accelerometer:\n  bias_counts: {max: 300}\n"
+                               "gyroscope:\n  bias_counts: {max: 300}\n")
+    rows = table(np.zeros(2), triad="accelerometer")
+    rows.loc[2] = {**rows.loc[0].to_dict(), "triad": "gyroscope"}
+    assert list(with_limits(rows, read_limits(path))["limits"]) == [
+        "pass", "fail: the gyroscope is not calibrated", "pass"]
+
+
 @pytest.mark.parametrize(("verdict", "group", "standing"), [
     ("nothing_missing", "", "pass"), ("noise", "extra_noise", "pass"),
     ("effect", "cubic quadratic", "pass"), ("effect", "quadratic asymmetry", "undecided"),

@@ -14,6 +14,8 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
 from calib.fit.parameters import triad_parameters
 from pipeline.cli import main
+from pipeline.errors import UnreadableInput
+from pipeline.fleet.lot_table import sensor_blocks
 from tests.fitting import spec_of
 from tests.lot_tables import lot_columns, write_design, write_lot
 from tests.lots import pose_sets_of
@@ -99,6 +101,12 @@ def test_csv_is_parquet(tmp_path: Path) -> None:
     first, second = (pyarrow.parquet.read_table(tmp_path / each / "out/fleet.parquet")
                      for each in "ab")
     assert first.equals(second)
+    table = tmp_path / "b/lot.csv"
+    text = table.read_text(encoding="utf-8")
+    table.write_text(text.replace(",", ";").replace(".", ","), encoding="utf-8")
+    assert main(["fleet", str(table), "--design", str(tmp_path / "b/design.yaml"),
+                 "--output", str(tmp_path / "c/out")]) == 0
+    assert first.equals(pyarrow.parquet.read_table(tmp_path / "c/out/fleet.parquet"))
 
 
 def test_a_station_that_is_wrong_shows_between_stations(tmp_path: Path) -> None:
@@ -125,7 +133,9 @@ def test_a_sensor_without_enough_poses_leaves_the_others_alone(
     columns = {name: np.delete(values, np.arange(18 * 3 + 8, 18 * 4))
                for name, values in lot_columns(lot).items()}
     assert run(tmp_path, lot, columns) == 0
-    assert "10 sensors: 9 calibrated" in capsys.readouterr().out
+    words = " ".join(capsys.readouterr().out.split())
+    assert "10 sensors: 9 calibrated" in words
+    assert "unit_000003: accelerometer: 8 poses give 8 equations for 9 parameters" in words
     rows = pyarrow.parquet.read_table(tmp_path / "out/fleet.parquet").to_pylist()
     refused = next(row for row in rows if row["sensor"] == "unit_000003")
     assert refused["exit_code"] == 4
@@ -139,7 +149,10 @@ def test_a_sensor_without_enough_poses_leaves_the_others_alone(
     (lambda c: c | {"acc_x": np.where(np.arange(180) == 40, np.nan, c["acc_x"])},
      "sensor unit_000002, pose_05: column acc_x: found nan"),
     (lambda c: c | {"sd_acc_x": np.zeros(180)}, "a positive number is expected"),
-], ids=["a column is absent", "not sorted", "not a number", "an sd of nothing"])
+    (lambda c: c | {"station": np.tile(["north", "south"], 90)}, "of the stations north, south"),
+    (lambda c: {name: values[:0] for name, values in c.items()}, "has no row"),
+], ids=["a column is absent", "not sorted", "not a number", "an sd of nothing", "two stations",
+        "empty"])
 def test_a_spoilt_table_is_refused(
     spoil: Any, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -147,3 +160,14 @@ def test_a_spoilt_table_is_refused(
     assert run(tmp_path, lot, spoil(lot_columns(lot))) == 3
     assert said in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "out/fleet.parquet").exists()
+
+
+def test_of_several_settings_the_table_says_which(tmp_path: Path) -> None:
+    """Else the poses on the turning plate would count as poses at rest."""
+    columns = {name: values for name, values in lot_columns(accelerometers(2)).items()
+               if name != "run"}
+    write_lot(tmp_path / "lot.csv", columns)
+    with pytest.raises(UnreadableInput, match="no column run"):
+        next(sensor_blocks(tmp_path / "lot.csv", ["acc_x"], {"stopped", "33rpm"}))
+    block = next(sensor_blocks(tmp_path / "lot.csv", ["acc_x"], {"33rpm"}))
+    assert block[0].run == ("33rpm",) * 18

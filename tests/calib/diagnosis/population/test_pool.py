@@ -7,7 +7,7 @@ import pytest
 
 from calib.diagnosis.population.evidence import Trial, evidence_of
 from calib.diagnosis.population.lot import LotEvidence
-from calib.diagnosis.population.pool import Pool, judge, pool
+from calib.diagnosis.population.pool import FALSE_ALARM, Pool, judge, pool
 from calib.diagnosis.population.sums import sums_of
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit, fit_sets
@@ -82,6 +82,14 @@ def test_sizes_that_scatter_about_zero_are_found_by_their_spread() -> None:
     assert effect.name == "hysteresis"
     assert effect.evidence.p_any < 1e-4
     assert all(each is not None and each.spread > 2 * each.spread_sd for each in effect.sizes)
+
+
+def test_a_common_size_and_a_spread_about_it_are_told_apart() -> None:
+    """Both have a mean, and p_common is far below p_any in either."""
+    one_size, scattered = (
+        pooled(LotPlan(60, hidden="cubic", common_sd=2.0, spread_sd=spread)).effects[0].evidence
+        for spread in (0.0, 2.0))
+    assert one_size.p_same > FALSE_ALARM > scattered.p_same
 
 
 def test_nothing_is_named_where_nothing_is_missing() -> None:
