@@ -67,9 +67,10 @@ def ageing_text(ageing: Ageing, triad: Triad) -> str:
         return (f"{over} nothing moved beyond the noise ({noise} between sessions). The error to "
                 f"expect, {now} now, will not pass {limit} for {_days(earliest)} at least (95 %), "
                 f"if the sensor goes on so.")
+    way = ", always the same way" if ageing.is_steady else ""
     return (f"{over} corrected magnitudes moved by {moved} from session to session beyond the "
-            f"noise of {noise}, {ageing.most} most. At that pace the error to expect, {now} now, "
-            f"passes {limit} after {_days(estimate)} ({_days(earliest)} to {_days(latest)}): "
+            f"noise of {noise}{way}, {ageing.most} most. At that pace the error to expect, {now} "
+            f"now, passes {limit} after {_days(estimate)} ({_days(earliest)} to {_days(latest)}): "
             f"recalibrate then.")
 
 

@@ -8,6 +8,13 @@ cause an error of the corrected magnitude m, over all directions of
 with δb the change of the biases (SI), δs of the scales (relative), δα of the misalignments (rad).
 D² beyond the noise grows like a random walk, in proportion to time: q = Σ (D² - N²) / Σ t over
 consecutive sessions. The expected error then passes a limit L at (L² - now²) / q.
+
+A sensor may also move in one direction, by v a day, and pass it at √(L² - now²) / |v|. Steps
+of a random walk add up to as much as they scatter about their mean, so that
+
+    F = (|Σδ|² / Σt) / (Σ |δ - v t|² / t / (n - 1)),    v = Σδ / Σt
+
+tells both apart where there are three sessions or more; else v only bounds the time from below.
 """
 
 import math
@@ -18,7 +25,7 @@ from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import chdtri, fdtri
 
 from calib.fit.parameters import TriadParameters
 from calib.poses.imu_log import AXES, FloatArray
@@ -46,6 +53,8 @@ class Ageing:
         From the first session to the last.
     moved, noise : float
         Rms of D beyond what noise explains (0 where it explains all), and of the noise, SI.
+    is_steady : bool
+        Whether the steps have one direction, and not those of a random walk.
     most : str
         The parameter that moved most between two sessions, in sds of their difference.
     now, limit : float
@@ -58,6 +67,7 @@ class Ageing:
     days: float
     moved: float
     noise: float
+    is_steady: bool
     most: str
     now: float
     limit: float
@@ -99,37 +109,88 @@ def ageing_of(
         ((time_s, one) for k, (time_s, one) in enumerate(zip(times_s, compared.stored, strict=True))
          if one is not None and math.isfinite(time_s) and compared.is_same_sheet(k)),
         key=itemgetter(0))
-    if len({tuple(one.section.model) for _, one in sessions}) != 1:
+    stored = [one for _, one in sessions]
+    if len({tuple(one.section.model) for one in stored}) != 1:
         return None
-    excess, days, pairs, noise2, most = 0.0, 0.0, 0, 0.0, (0.0, "")
-    for (begin_s, before), (end_s, after) in pairwise(sessions):
-        apart = (end_s - begin_s) / DAY_S
-        if apart < LEAST_DAYS:
-            continue
-        change, size = _change(before.parameters, after.parameters), _size(after.section)
-        variance = _sd(before) ** 2 + _sd(after) ** 2
-        noise = _expected(variance, size)
-        excess += _squared(change, size) - noise
-        noise2, days, pairs = noise2 + noise, days + apart, pairs + 1
-        with np.errstate(divide="ignore", invalid="ignore"):
-            sds = np.nan_to_num(np.abs(change) / np.sqrt(variance))
-        most = max(most, (float(sds.max()), _NAMES[int(sds.argmax())]))
-    prediction = sessions[-1][1].section.prediction
-    if not pairs or prediction is None or prediction.sd_median is None:
+    sessions = _apart(sessions)
+    prediction = stored[-1].section.prediction if stored else None
+    if len(sessions) < 2 or prediction is None or prediction.sd_median is None:
         return None
+    changes, spans, noise = zip(*(_step(*pair) for pair in pairwise(sessions)), strict=True)
+    size = _size(sessions[-1][1].section)
+    whole, noise2 = (sum(_squared(one, size) for one in changes),
+                     sum(_expected(one, size) for one in noise))
+    pairs, days, excess = len(changes), float(sum(spans)), whole - noise2
     now = prediction.sd_median
     limit = TWICE * now if limit is None else limit
     freedom = FREEDOM * pairs
-    due = [_due(limit, now, q / days) for q in (
-        _variance(excess + noise2, noise2, freedom, ONE_SD), excess,
-        _variance(excess + noise2, noise2, freedom, 1 - ONE_SD))]
-    if excess <= 0 or (excess + noise2) / noise2 * freedom < chdtri(freedom, CERTAIN):
-        most = (0.0, "")
-        excess = 0.0
+    if excess <= 0 or whole / noise2 * freedom < chdtri(freedom, CERTAIN):
         upper = _variance(noise2, noise2, freedom, CERTAIN)
-        due = [_due(limit, now, upper / days), math.inf, math.inf]
-    return Ageing(days, math.sqrt(max(excess, 0.0) / pairs), math.sqrt(noise2 / pairs), most[1],
-                  now, limit, (due[0], due[1], due[2]))
+        return Ageing(days, 0.0, math.sqrt(noise2 / pairs), False, "", now, limit,
+                      (_due(limit, now, upper / days), math.inf, math.inf))
+    course = Pace.of(np.array(changes), np.array(spans), size)
+    steady = course.due_days(limit, now)
+    early, due, late = (_due(limit, now, q / days) for q in (
+        _variance(whole, noise2, freedom, ONE_SD), excess,
+        _variance(whole, noise2, freedom, 1 - ONE_SD)))
+    if course.is_steady:
+        changes, noise = (sum(changes),), (_step(sessions[0], sessions[-1])[2],)
+    return Ageing(days, math.sqrt(excess / pairs), math.sqrt(noise2 / pairs), course.is_steady,
+                  _most(changes, noise), now, limit,
+                  steady if course.is_steady else (min(early, steady[1]), due, late))
+
+
+Dated = tuple[float, StoredTriad]  #: a session and its time, s
+
+
+def _apart(sessions: Sequence[Dated]) -> list[Dated]:
+    """The sessions that are far enough from the one before."""
+    kept: list[Dated] = []
+    for one in sessions:
+        if not kept or one[0] - kept[-1][0] >= LEAST_DAYS * DAY_S:
+            kept.append(one)
+    return kept
+
+
+def _step(before: Dated, after: Dated) -> tuple[FloatArray, float, FloatArray]:
+    """Change (9,) between two sessions, the days, and the variance (9,) of it by noise."""
+    return (_change(before[1].parameters, after[1].parameters), (after[0] - before[0]) / DAY_S,
+            _sd(before[1]) ** 2 + _sd(after[1]) ** 2)
+
+
+def _most(changes: Sequence[FloatArray], noise: Sequence[FloatArray]) -> str:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sds = np.nan_to_num(np.abs(changes) / np.sqrt(noise))
+    return _NAMES[int(sds.max(axis=0).argmax())]
+
+
+@dataclass(frozen=True)
+class Pace:
+    """What steps have in common, SI a day, its sd, and whether they are of one direction."""
+
+    per_day: float
+    sd: float
+    is_steady: bool
+
+    @classmethod
+    def of(cls, changes: FloatArray, spans: FloatArray, size: float) -> "Pace":
+        """The course of changes (n, 9) over so many days (n,)."""
+        total, days, more = changes.sum(axis=0), float(spans.sum()), len(spans) - 1
+        together = _squared(total, size) / days
+        if not more:
+            return cls(math.sqrt(together / days), math.inf, is_steady=False)
+        rest = sum(_squared(change - total / days * span, size) / span
+                   for change, span in zip(changes, spans, strict=True)) / more
+        by_chance = float(fdtri(FREEDOM, FREEDOM * more, 1 - CERTAIN))
+        return cls(math.sqrt(together / days), math.sqrt(rest / FREEDOM / days),
+                   together > by_chance * rest)
+
+    def due_days(self, limit: float, now: float) -> tuple[float, float, float]:
+        """Earliest, estimate and latest day on which the limit is passed at this pace."""
+        paces = self.per_day + self.sd, self.per_day, self.per_day - self.sd
+        early, due, late = (math.sqrt(max(limit**2 - now**2, 0.0)) / pace if pace > 0 else math.inf
+                            for pace in paces)
+        return early, due, late
 
 
 _NAMES = [f"{name} {axis}" for name in ("bias", "scale", "misalignment") for axis in AXES]

@@ -2,7 +2,7 @@
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from calib.poses.attitudes import spread_directions
 from pipeline.fleet.finish import finish_fleet
 from pipeline.fleet.sessions import FleetSession, SessionRecord, folder_of, write_record
 from pipeline.fleet.table import rows_of_results
-from pipeline.results.ageing import DAY_S, Ageing, ageing_of, recorded_at
+from pipeline.results.ageing import DAY_S, Ageing, Pace, ageing_of, recorded_at
 from pipeline.results.comparison import compare_calibrations
 from pipeline.results.read import Stored, load_results
 from tests.sessions import pipeline, run_without_page
@@ -56,8 +56,14 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return made
 
 
-def of_days(folders: list[Path], days: list[float], limit: float | None = None) -> Ageing | None:
+def of_days(
+    folders: list[Path], days: list[float], limit: float | None = None,
+    steps: Sequence[int] | None = None,
+) -> Ageing | None:
+    """What the sessions show; ``steps`` are added to the biases that they came to."""
     stored = [dated(folder, day) for folder, day in zip(folders, days, strict=True)]
+    for one, step in zip(stored, steps or [0] * len(stored), strict=True):
+        one.triads[0].parameters.bias_counts[:] += step * STEP_COUNTS
     compared = compare_calibrations(stored)[0]
     return ageing_of(compared, [recorded_at(one) for one in stored], limit)
 
@@ -82,6 +88,35 @@ def test_what_moved_is_what_the_sensor_errs_by(folders: list[Path]) -> None:
     early, due, late = seen.due_days
     assert due == pytest.approx((seen.limit**2 - seen.now**2) / pace, rel=0.2)
     assert early < due < late
+
+
+def test_a_sensor_that_ages_one_way_is_due_long_before_a_random_walk(folders: list[Path]) -> None:
+    """Ten steps of the same size and sign make ten times the error, and a random walk √10."""
+    seen = of_days([folders[0], folders[4], folders[5]], [0.0, 10.0, 20.0], 10 * true_change(),
+                   steps=[0, 1, 2])
+    assert seen is not None
+    assert seen.is_steady
+    assert seen.most == "bias y"
+    early, due, late = seen.due_days
+    assert early < due < late
+    assert due == pytest.approx(100.0, rel=0.1)
+    two = of_days([folders[0], folders[4]], [0.0, 10.0], 10 * true_change(), steps=[0, 1])
+    assert two is not None
+    assert not two.is_steady  # two sessions tell neither, and the range has both
+    assert two.due_days[0] == pytest.approx(100.0, rel=0.1)
+    assert two.due_days[1] == pytest.approx(1000.0, rel=0.2)
+
+
+@pytest.mark.parametrize("steps", [2, 3, 6])
+def test_a_random_walk_is_seldom_called_steady(steps: int) -> None:
+    rng = np.random.default_rng(steps)
+    called = []
+    for _ in range(1000):
+        days = rng.uniform(5, 60, steps)
+        changes = np.zeros((steps, 9))
+        changes[:, :3] = rng.normal(size=(steps, 3)) * np.sqrt(days)[:, None]
+        called.append(Pace.of(changes, days, 1.0).is_steady)
+    assert 0.03 < np.mean(called) < 0.07
 
 
 def test_a_limit_that_is_stated_is_the_one_that_counts(folders: list[Path]) -> None:
