@@ -48,6 +48,8 @@ def checked_config(
     if disagreement := next(disagreements(guess), None):
         return CheckedConfig(text, None, (), disagreement, True)
     try:
+        if guess.dead_axis:
+            raise Undetermined(guess.dead_axis)
         outcome = run(parse_config(path, text))
         return CheckedConfig(text, outcome, (), implausible(outcome))
     except (CalibrationError, PipelineError) as error:

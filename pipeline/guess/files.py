@@ -195,6 +195,12 @@ def why_no_log(table: RawTable) -> str:
                     "scale; record the raw readings")
         if len(values) and not values.any():
             return "all its readings are 0: the sensor did not answer. Check wiring and supply"
+        stuck = [name for name in triple if np.nanmax(table.columns[name]) == np.nanmin(
+            table.columns[name])]
+        if len(values) and 0 < len(stuck) < len(triple):
+            return (f"{' and '.join(stuck)} reads {table.columns[stuck[0]][0]:g} in every row and "
+                    f"the other axes scatter: the axis is dead, or its column is another's. Check "
+                    f"its wiring, and what writes the log")
         unit = FORCE_UNITS.get(read_name(triple[0]).unit, STANDARD_GRAVITY_M_S2)
         if len(values) and typical_length(values) < REMOVED * STANDARD_GRAVITY_M_S2 / unit:
             return ("gravity is removed from its readings (half of them are shorter than "

@@ -27,7 +27,7 @@ from pipeline.guess.plate import (
 from pipeline.guess.pool import FEWEST_MEANS
 from pipeline.guess.repeated import drop_alternatives, without_continuations
 from pipeline.guess.speeds import speeds_in, speeds_of
-from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 from pipeline.guess.units import TriadGuess
 from pipeline.text.names import short_name
 
@@ -74,11 +74,13 @@ class SessionGuess:
     """Everything that was guessed about the files.
 
     ``scales`` are the possible scales of the gyroscope that remain; empty if its scale is known.
+    ``dead_axis`` says which axis of the gyroscope does not answer; empty if all do.
     """
 
     sources: tuple[PoseSource, ...]
     doubts: tuple[str, ...]
     scales: tuple[ScaleChoice, ...] = ()
+    dead_axis: str = ""
 
     @property
     def tables(self) -> tuple[TableGuess, ...]:
@@ -141,9 +143,26 @@ def guess_session(
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
-    if not scales:
+    dead_axis = _dead_axis(settled)
+    if not scales and not dead_axis:
         doubts += _rate_doubts(sources)
-    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales)
+    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales, dead_axis)
+
+
+def _dead_axis(tables: Sequence[TableGuess]) -> str:
+    """A gyroscope of which one axis reads one number in all tables, while another one turns."""
+    seen = [(table.si(table.gyroscope), table) for table in tables if table.gyroscope]
+    if not seen:
+        return ""
+    low, high = (of([of(values, axis=0) for values, _ in seen], axis=0)
+                 for of in (np.nanmin, np.nanmax))
+    axis, first = int((high - low).argmin()), seen[0][1]
+    if high[axis] > low[axis] or (high - low).max() < TURNING_RAD_S or first.gyroscope is None:
+        return ""
+    name = first.gyroscope.columns[axis]
+    return (f"gyroscope {AXES[axis]} is dead: '{name}' reads {first.table.columns[name][0]:g} in "
+            f"every row of all logs, where the other axes turn. Check its wiring, and whether its "
+            f"column is that of the axis.")
 
 
 def _speed_rpm(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> float | None:
