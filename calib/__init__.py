@@ -37,6 +37,7 @@ The way of the data
 ``earth``        gravity and the Earth's rate at a latitude
 ``errors``       expected failures, by what the user can do about them
 ``rounding``     a value beside its sd, in digits
+``threads``      the linear algebra on one thread
 ``numbers``      facts: of units, of the normal distribution, of floating point
 
 This package knows nothing of video, YAML, file names or the screen.

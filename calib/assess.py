@@ -27,6 +27,7 @@ from calib.fit.validation.untold import untold_errors
 from calib.fit.validation.wave_misfit import with_misfit_of_waves
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.pose_set import PoseSet
+from calib.threads import on_one_thread
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,7 @@ class AssessedTriad:
     prediction: Prediction | None
 
 
+@on_one_thread
 def assess(
     poses: PoseSet,
     model: Model,

@@ -27,6 +27,7 @@ HOME: Mapping[str, tuple[str, ...]] = {
     "pandas": ("calib.notebook", "pipeline.fleet"),
     "av": ("vision.video.av_decoder",),
     "allantools": ("calib.noise.allan",),
+    "threadpoolctl": ("calib.threads",),
 }
 #: Installed by an extra: what reads them says which where they are missing.
 EXTRAS = {"rosbags": "ros", "pyulog": "px4", "pymavlink": "ardupilot", "pyarrow": "parquet",
@@ -40,7 +41,8 @@ MAY_IMPORT: Mapping[str, set[str]] = {
 #: never from one after it. Rooms in one tuple do not import each other.
 FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     "calib": [
-        ("errors", "earth", "rounding", "numbers", "spelling"), ("poses",), ("effects",), ("fit",),
+        ("errors", "earth", "rounding", "numbers", "spelling", "threads"), ("poses",),
+        ("effects",), ("fit",),
         ("diagnosis", "mounting", "consistency", "noise"),
         ("planning", "assess", "lot", "discovery"), ("notebook",),
     ],

@@ -39,6 +39,7 @@ from calib.fit.least_squares.result import Fit
 from calib.fit.validation.elsewhere import mean_square_error
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import TEMPERATURE
+from calib.threads import on_one_thread
 
 NOT_ELSEWHERE = "Record the same poses in random order: with it new attitudes would err by more"
 """What follows a name that these poses determine only where they are."""
@@ -167,6 +168,7 @@ class Diagnosis:
         )
 
 
+@on_one_thread
 def diagnose(
     fit: Fit,
     user_effects: Sequence[Effect] = (),

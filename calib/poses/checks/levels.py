@@ -65,7 +65,8 @@ class Levels:
     @classmethod
     def of(cls, values: FloatArray) -> "Levels":
         """The levels of the readings (t,) of one axis, in any unit."""
-        middle = float(np.quantile(values, 0.5, method="lower"))
+        half = (len(values) - 1) // 2
+        middle = float(np.partition(values, half)[half])
         finest = FINEST * float(np.median(np.abs(values - middle)))
         cell = np.rint((values - middle) / finest) if finest > 0 else values
         _, first, place = np.unique(cell, return_index=True, return_inverse=True)
@@ -93,19 +94,21 @@ class Levels:
         counted : array of bool, shape (t,)
             The samples that count.
         """
-        return self._often(counted) & ~self.limits
+        often = self._often(counted)
+        return often & ~self.limits if often.any() else often
 
     @property
     def limits(self) -> BoolArray:
         """Levels where the axis is cut off: nothing lies beyond, and they hold what would, (l,)."""
         from scipy.special import ndtr  # measuring a clip loads this package and needs no SciPy
 
+        often = self._often(np.ones(len(self.place), dtype=bool))
+        often[1:-1] = False
+        if not often.any():
+            return often
         times = np.bincount(self.place, minlength=len(self.value))
         beyond = len(self.place) * ndtr(-np.abs(self.value))
-        ends = np.zeros(len(self.value), dtype=bool)
-        ends[[0, -1]] = True
-        return np.asarray(ends & self._often(np.ones(len(self.place), dtype=bool))
-                          & (times < LEAST_REPEATS + NEIGHBOURS * beyond))
+        return np.asarray(often & (times < LEAST_REPEATS + NEIGHBOURS * beyond))
 
     def _often(self, counted: BoolArray) -> BoolArray:
         away = (np.abs(self.value) > AWAY) | (AWAY * self.step < 1)
@@ -114,6 +117,8 @@ class Levels:
     def more_than_beside(self, counted: BoolArray) -> BoolArray:
         """Levels that occur more often than their neighbours explain, in the middle too, (l,)."""
         times = np.bincount(self.place[counted], minlength=len(self.value))
+        if times.max() <= LEAST_REPEATS:
+            return np.zeros(len(times), dtype=bool)
         nothing = np.zeros(REACH, dtype=times.dtype)
         around = sliding_window_view(np.concatenate([nothing, times, nothing]), 2 * REACH + 1)
         beside = np.delete(around, REACH, axis=1).max(axis=1)
