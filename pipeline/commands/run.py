@@ -41,7 +41,7 @@ def command(
     Later runs read the measured angles of the clips from the folder of the results.
     """
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
-    from pipeline.console.next_step import next_line
+    from pipeline.console.next_step import next_lines
     from pipeline.report.page import outputs_of
     from pipeline.results.inputs import require_own_results
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
@@ -61,7 +61,7 @@ def command(
         echo_whole(outputs[RESULTS_NAME])
         return
     if not quiet:
-        click.echo(next_line(outcome, folder))
+        click.echo("\n".join(next_lines(outcome, folder)))
     click.echo(folder / REPORT_NAME)
 
 

@@ -1,14 +1,26 @@
 """The next step of a session in one line, from the answers on its triads and plates."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from calib.diagnosis.next_measurement.advice import DIRECTIONS
 from calib.diagnosis.verdict.wording import minutes_of
 from calib.poses.attitudes import direction_name
 from pipeline.console.answers import NEW_FILES, answers_of, untold_of
+from pipeline.console.run_text import aside_text
+from pipeline.results.names import RESULTS_NAME
 from pipeline.stages.run import Outcome
 from pipeline.stages.session_logs import settings_of
-from pipeline.text.names import word
+from pipeline.text.names import command, word
+
+
+def next_lines(outcome: Outcome, folder: Path) -> Iterator[str]:
+    """The next step, after the logged columns that no diagnosis of what is missing looked at."""
+    for result in outcome.triads:
+        aside = result.diagnosis.aside if outcome.config.covariates is None else ()
+        if aside and result.diagnosis.explanation.standing != "good":
+            yield f"{result.triad}: {aside_text(aside)}"
+    yield next_line(outcome, folder)
 
 
 def next_line(outcome: Outcome, folder: Path) -> str:
@@ -20,6 +32,8 @@ def next_line(outcome: Outcome, folder: Path) -> str:
         return f"next: add the sections accelerometer and gyroscope to {word(config)}"
     first, *others = answer.commands
     if answer.step == "apply":
+        if not (folder / RESULTS_NAME).is_file():  # `diagnose` and `discover` write none
+            return f"next: {command('run', config)}"
         return "\n".join([*(note for result in outcome.triads for note in untold_of(result)),
                           f"next: {first}"])
     if answer.step in ("add", "discover"):

@@ -195,8 +195,8 @@ def aside_text(columns: Sequence[str]) -> str:
     """Logged columns that the diagnosis does not use, and how to change that."""
     return (
         f"logged columns that the diagnosis does not use, because their names state an attitude, a "
-        f"position, a velocity or a clock: {', '.join(columns)}; `covariates: [{columns[0]}]` in "
-        f"the configuration lists the columns to use"
+        f"position, a velocity or a clock; `covariates: [{', '.join(columns)}]` in the "
+        f"configuration, beside what else may be a cause, lists the columns to use"
     )
 
 

@@ -11,7 +11,7 @@ from calib.errors import CalibrationError
 from pipeline.commands.interaction.output import echo_verdict, echo_warnings
 from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
 from pipeline.config.load import Config
-from pipeline.console.next_step import next_line
+from pipeline.console.next_step import next_lines
 from pipeline.console.run_text import change_lines, pose_change_lines
 from pipeline.errors import ConfigError, UnreadableInput, message_of
 from pipeline.exclusion import excluding
@@ -179,7 +179,7 @@ def add_until_settled(path: Path, manner: Manner) -> None:
     if outcome.config.source.text == config.source.text:
         echo_warnings(outcome.warnings)
         click.echo(f"{path} was not changed: {_why_unchanged(outcome)}.")
-        click.echo(next_line(outcome, folder))
+        click.echo("\n".join(next_lines(outcome, folder)))
         return
     say_change(outcome, folder)
 
@@ -210,4 +210,4 @@ def say_change(outcome: Outcome, folder: Path, verdicts: bool = False) -> None:
             echo_verdict(result)
     path = outcome.config.source.path
     click.echo(f"{path} was changed. `{command('history', path)}` lists all runs.")
-    click.echo(next_line(outcome, folder))
+    click.echo("\n".join(next_lines(outcome, folder)))

@@ -17,7 +17,7 @@ from calib.poses.attitudes import natural_directions
 from calib.poses.reference import PlateRate
 from pipeline.config.load import load_config
 from pipeline.console.answers import RATES, answers_of, headline
-from pipeline.console.next_step import next_line
+from pipeline.console.next_step import next_line, next_lines
 from pipeline.console.rate_text import rate_line, rate_verdict
 from pipeline.console.run_text import leading_covariate
 from pipeline.stages.context import RunContext
@@ -122,7 +122,7 @@ def test_what_both_triads_ask_to_record_stands_in_one_line(caused: Outcome) -> N
 
 
 def test_before_apply_is_said_what_another_log_does_not_tell(
-    caused: Outcome, monkeypatch: pytest.MonkeyPatch
+    caused: Outcome, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     def note(triad: str, effects: Sequence[Effect], by_untold: Mapping[str, float]) -> list[str]:
         assert "bias" in [effect.name for effect in effects]
@@ -134,9 +134,25 @@ def test_before_apply_is_said_what_another_log_does_not_tell(
         replace(each, diagnosis=replace(each.diagnosis, explanation=replace(
             each.diagnosis.explanation, step="apply", standing="good")))
         for each in caused.triads))
-    assert next_line(settled, Path("out")).splitlines() == [
+    # `diagnose` writes no results that could be applied.
+    assert next_line(settled, tmp_path) == f"next: pipeline run {caused.config.source.path}"
+    (tmp_path / "results.json").touch()
+    assert next_line(settled, tmp_path).splitlines() == [
         "accelerometer: left out", "gyroscope: left out",
-        "next: pipeline apply out LOG --output FILE"]
+        f"next: pipeline apply {tmp_path} LOG --output FILE"]
+
+
+def test_what_is_missing_may_follow_a_column_that_was_not_looked_at(caused: Outcome) -> None:
+    (result,) = [each for each in caused.triads if each.diagnosis.explanation.standing != "good"]
+    beside = replace(caused, triads=tuple(
+        replace(each, diagnosis=replace(each.diagnosis, aside=("mag_x", "mag_y")))
+        for each in caused.triads))
+    note, line = next_lines(beside, Path("out"))
+    assert note.startswith(f"{result.triad}: logged columns that the diagnosis does not use")
+    assert "`covariates: [mag_x, mag_y]`" in note
+    assert [line] == [*next_lines(caused, Path("out"))]
+    chosen = beside.config.model_copy(update={"covariates": ("temperature_c",)})
+    assert [line] == [*next_lines(replace(beside, config=chosen), Path("out"))]
 
 
 def test_of_causes_that_look_the_same_the_one_that_a_log_tells_is_offered(caused: Outcome) -> None:
