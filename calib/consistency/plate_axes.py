@@ -149,10 +149,12 @@ def _angles(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _in_words(order: FloatArray) -> str:
-    """The exchange in words, also if mirrored axes mirrored the plate's direction."""
+    """The exchange in words; first that which is less, where mirrored axes of the accelerometer
+    would have mirrored the plate's direction."""
     words = permutation_words(order)
     if np.trace(order) < 0 and not np.array_equal(order, -np.eye(3)):
-        words += f" (or {permutation_words(-order)}, and the plate turned the other way)"
+        return (f"{permutation_words(-order)} (which in the accelerometer's mirrors the turning of "
+                f"the plate too), or {words}")
     return words
 
 

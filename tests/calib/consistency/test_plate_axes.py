@@ -48,6 +48,13 @@ def test_exchanged_and_mirrored_axes_are_named(matrix: FloatArray, words: str) -
         require_common_axes(poses, rates(poses, matrix), {"run 0": 1.0})
 
 
+def test_an_exchange_in_the_accelerometer_is_named_first_though_it_mirrors_the_turning() -> None:
+    poses = turning()
+    seen = rates(poses, np.eye(3)[[1, 0, 2]])
+    with pytest.raises(Contradiction, match="accelerometer's, x and y are exchanged \\(which"):
+        require_common_axes(poses, seen, {"run 0": -1.0, "run 1": 1.0, "run 2": -1.0})
+
+
 def test_all_axes_mirrored_show_only_where_the_accelerometer_shows_the_sense() -> None:
     poses = turning()
     mirrored = rates(poses, -np.eye(3))
