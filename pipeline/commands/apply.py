@@ -115,7 +115,7 @@ def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuL
     from dataclasses import replace
     from itertools import zip_longest
 
-    from pipeline.errors import UnreadableInput
+    from pipeline.errors import NoReadings, UnreadableInput
     from pipeline.logs.columns import Renamed
     from pipeline.logs.formats.kinds import split_member
     from pipeline.logs.join import join_logs
@@ -138,6 +138,8 @@ def _read_as_session(log: Path, stored: "Stored", clock: "StatedClock") -> "ImuL
     try:
         return read_log(log, None, clock)
     except UnreadableInput as error:
+        if isinstance(error, NoReadings) or not log.is_file():
+            raise  # there are no columns that an option could name
         raise UnreadableInput(
             f"{error} Here `--columns acc_x=THEIRS,...` names them, and `--time-unit` states the "
             f"unit of the time.") from error

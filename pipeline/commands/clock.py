@@ -63,9 +63,11 @@ def command(
 
     _require_sense(camera, clip, show, screen, keep)
     if camera is None and not show:
-        for known in known_cameras().values():
+        clocks = known_cameras()
+        for known in clocks.values():
             click.echo(clock_line(known, date.today()))
-        click.echo(cameras_file())
+        click.echo(cameras_file() if clocks else
+                   "no clock is known. next: pipeline clock --camera NAME")
         return
     from pipeline.clock.measure import (
         camera_clock,

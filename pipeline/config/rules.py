@@ -226,7 +226,11 @@ def empty_keys(value: object, path: PathTo = ()) -> Iterator[tuple[PathTo, str]]
     items = value.items() if isinstance(value, dict) else enumerate(
         value if isinstance(value, list) else ())
     for key, child in items:
-        yield from empty_keys(child, (*path, key))
+        if child is None and isinstance(value, dict) and str(key).isdecimal():
+            yield (*path, key), (f"'{key}' stands alone after a comma; a number has a decimal "
+                                 f"point, as in 59.91")
+        else:
+            yield from empty_keys(child, (*path, key))
 
 
 def _matches(value: Any, pattern: PathTo, path: PathTo) -> Iterator[tuple[PathTo, Values]]:

@@ -55,6 +55,11 @@ def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
 
 
 def _duration(seconds: float) -> str:
+    """A span of time in the largest unit that leaves two digits.
+
+    >>> _duration(40.0), _duration(600.0), _duration(7200.0)
+    ('40 s', '10 min', '2 h')
+    """
     hours = seconds / 3600
-    return f"{60 * hours:.0f} min" if hours < 1 else (
+    return f"{seconds:.2g} s" if seconds < 100 else f"{60 * hours:.0f} min" if hours < 1 else (
         f"{hours:.2g} h" if hours < 48 else f"{hours / 24:.0f} days")

@@ -78,6 +78,7 @@ def test_a_film_of_something_else_is_refused_and_leaves_no_clock(home: Path, typ
     assert code == 3
     assert "`pipeline clock --show`" in err
     assert not known_cameras()
+    assert typed("clock") == (0, "no clock is known. next: pipeline clock --camera NAME\n", "")
 
 
 @pytest.mark.parametrize(("options", "says"), [

@@ -71,6 +71,7 @@ MISTAKES = [
     ("  mine:", "  bias:", 31, "'bias' cannot name a user-defined effect"),
     ("installation: {log: gyr/a.csv}", "installation:", 32, "nothing stands after 'installation:'"),
     ("poses: 18}", "poses: 7.5}", 33, "expected a whole number"),
+    ("poses: 18}", "poses: 18,5}", 33, "'5' stands alone after a comma; a number has a decimal"),
     ("poses: 18}", "poses: 27}", 33, "expected a number of at most 26"),
     ("device: xsens-mti", "device: xsens", 33, "no device is named 'xsens' .did you mean 'xsens-m"),
     ("device: xsens-mti", "device: lines", 33, "pattern: is missing"),
