@@ -221,6 +221,12 @@ def pose_change_lines(before: Outcome, after: Outcome) -> Iterator[str]:
         if poses[1] != poses[0]:
             yield from _error_lines(f"{one.triad}, {poses[0]} → {poses[1]} poses", one, other)
             yield verdict_line(other)
+            if poses[1] > poses[0] and one.diagnosis.verdict is Code.NOTHING_MISSING and (
+                    other.diagnosis.verdict in (Code.UNKNOWN, Code.NOISE)):
+                yield (f"{one.triad}: the new poses do not agree with those that were there, which "
+                       f"noise explained. A sensor's zero moves from day to day and when it is "
+                       f"switched on: poses of another time are a session of their own, which "
+                       f"`pipeline compare` puts beside this one.")
 
 
 def _error_lines(title: str, before: TriadResult, after: TriadResult) -> Iterator[str]:

@@ -19,7 +19,7 @@ from pipeline.config.load import load_config
 from pipeline.console.answers import RATES, answers_of, headline
 from pipeline.console.next_step import next_line, next_lines
 from pipeline.console.rate_text import rate_line, rate_verdict
-from pipeline.console.run_text import leading_covariate
+from pipeline.console.run_text import leading_covariate, pose_change_lines
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import SettingRate
 from pipeline.stages.run import Outcome, run_stages
@@ -153,6 +153,20 @@ def test_what_is_missing_may_follow_a_column_that_was_not_looked_at(caused: Outc
     assert [line] == [*next_lines(caused, Path("out"))]
     chosen = beside.config.model_copy(update={"covariates": ("temperature_c",)})
     assert [line] == [*next_lines(replace(beside, config=chosen), Path("out"))]
+
+
+@pytest.mark.parametrize(("verdict", "notes"), [(Code.NOISE, 1), (Code.UNKNOWN, 1),
+                                                (Code.EFFECT, 0)])
+def test_poses_of_another_day_are_told_from_an_effect(
+    caused: Outcome, verdict: Code, notes: int
+) -> None:
+    result = caused.triads[1]
+    fewer = replace(result.comparison, poses=result.comparison.poses[1:])
+    before, after = (replace(caused, triads=(replace(
+        result, comparison=comparison, diagnosis=replace(result.diagnosis, verdict=code)),))
+        for comparison, code in ((fewer, Code.NOTHING_MISSING), (result.comparison, verdict)))
+    said = " ".join(pose_change_lines(before, after))
+    assert said.count("poses of another time are a session of their own") == notes
 
 
 def test_of_causes_that_look_the_same_the_one_that_a_log_tells_is_offered(caused: Outcome) -> None:
