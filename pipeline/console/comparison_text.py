@@ -61,7 +61,8 @@ def ageing_text(ageing: Ageing, triad: Triad) -> str:
     over = f"over {_days(ageing.days)}"
     if limit == now or ageing.limit <= ageing.now:
         return (f"the error to expect of the last calibration, {now}, is not below the "
-                f"limit of {limit}. Calibrate better: `pipeline plan` shows which poses help most.")
+                f"limit of {limit}. Calibrate better: the report shows what its sds are made of (a "
+                f"rate, gravity, noise), and `pipeline plan` which poses help against noise.")
     earliest, estimate, latest = ageing.due_days
     if not ageing.most:
         return (f"{over} nothing moved beyond the noise ({noise} between sessions). The error to "

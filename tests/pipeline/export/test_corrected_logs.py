@@ -1,4 +1,4 @@
-"""A log that `pipeline apply` wrote does not become a pose of the session."""
+"""Logs that `pipeline apply` cannot read, and its own, which are no poses of a session."""
 
 import shutil
 from pathlib import Path
@@ -30,3 +30,10 @@ def test_a_corrected_log_does_not_become_a_pose(
     logs = sorted(log.parent.glob("pose_*.csv"))
     assert pipeline("import", *logs, "--output", session / "new.yaml") == 0
     assert "pose_03.cal.csv: left out, because `pipeline apply`" in capsys.readouterr().err
+
+
+def test_an_absent_log_has_no_columns_to_name(
+    finished: RunSession, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert pipeline("apply", finished.folder, "none.csv") == 3
+    assert "--columns" not in capsys.readouterr().err
