@@ -1,19 +1,22 @@
 """A configuration that runs: the guess is tried, without a triad that it does not calibrate."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from calib.errors import CalibrationError, Undetermined
+from calib.errors import CalibrationError, Remedy, Undetermined
 from calib.poses.imu_log import Triad
 from pipeline.config.load import Config, parse_config
 from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
 from pipeline.guess.agreement import disagreements, implausible
 from pipeline.guess.config_text import Choices, config_text
+from pipeline.guess.files import listed
 from pipeline.guess.session import SessionGuess
 from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.stages.run import Outcome
+from pipeline.text.names import short_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +40,10 @@ def checked_config(
 ) -> CheckedConfig:
     """A configuration of ``guess`` at ``path`` that runs; no file is written.
 
-    A triad that cannot be calibrated is left out, with the reason as a comment. It has the whole
-    model: without the misalignment that every sensor has, poses that do not determine it would
-    show another effect, or a wrong scale. Where nothing runs, both triads stay.
+    Poses that are to be recorded again are left out, and a triad that cannot be calibrated, with
+    the reason as a comment. It has the whole model: without the misalignment that every sensor
+    has, poses that do not determine it would show another effect, or a wrong scale. Where nothing
+    runs, both triads stay.
     """
     text = config_text(guess, path.parent, choices)
     if guess.at_rest is None and not any(source.rate for source in guess.sources):
@@ -50,8 +54,7 @@ def checked_config(
     try:
         if guess.dead_axis:
             raise Undetermined(guess.dead_axis)
-        outcome = run(parse_config(path, text))
-        return CheckedConfig(text, outcome, (), implausible(outcome))
+        return _of_sound_poses(guess, path, choices, run)
     except (CalibrationError, PipelineError) as error:
         for triad in _culprits(guess, error):
             without = config_text(guess, path.parent, replace(choices, left_out={
@@ -67,6 +70,46 @@ def checked_config(
             fault = (f"{fault} The file states no sample rate, and {ASSUMED_HZ:g} Hz is no more "
                      f"than usual: state it by --rate-hz.")
         return CheckedConfig(text, None, (), fault, isinstance(error, Undetermined))
+
+
+def _of_sound_poses(
+    guess: SessionGuess, path: Path, choices: Choices, run: Callable[[Config], Outcome]
+) -> CheckedConfig:
+    """The configuration without the poses that an error wants to be recorded again.
+
+    Raises
+    ------
+    CalibrationError, PipelineError
+        The first that another one follows, or that takes half of the poses of a setting.
+    """
+    sound, changes = guess, list[str]()
+    first: CalibrationError | PipelineError | None = None
+    while True:
+        text = config_text(sound, path.parent, choices)
+        try:
+            outcome = run(parse_config(path, text))
+            return CheckedConfig(text, outcome, tuple(changes), implausible(outcome))
+        except (CalibrationError, PipelineError) as error:
+            first = first or error
+            again = _named(sound, str(error))
+            kept = [tuple(table for table in source.tables if table.path not in again)
+                    for source in sound.sources]
+            remedy = getattr(error, "remedy", None)
+            if not again or remedy != Remedy("exclude_pose") or any(
+                    2 * len(tables) <= len(source.tables)
+                    for tables, source in zip(kept, guess.sources, strict=True)):
+                raise first from None
+            changes.append(f"{listed(again)}: left out. {error}")
+            sound = replace(sound, doubts=(*sound.doubts, changes[-1]), sources=tuple(
+                replace(source, tables=tables)
+                for source, tables in zip(sound.sources, kept, strict=True)))
+
+
+def _named(guess: SessionGuess, error: str) -> list[Path]:
+    """The files that an error names."""
+    paths = [table.path for table in guess.tables]
+    return [path for path in paths
+            if re.search(rf"(?<![\w./-]){re.escape(short_name(path, paths))}", error)]
 
 
 def _culprits(guess: SessionGuess, error: Exception) -> list[Triad]:

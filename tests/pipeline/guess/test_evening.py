@@ -280,21 +280,3 @@ def test_logs_that_a_recorder_cut_in_a_pose_are_to_be_joined(
         np.savetxt(f"{name}.csv", part, "%d", ",", header=evening.header, comments="")
     pipeline("import", "a.csv", "b.csv", "--gyroscope-range", "500")
     assert "(cat a.csv; tail -n +2 b.csv) > whole.csv" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(("column", "says"), [
-    (-1, "gyroscope is left out: gyroscope z is dead: 'GyZ' reads 17 in every row"),
-    (2, "AcY reads 17 in every row and the other axes scatter: the axis is dead"),
-])
-def test_a_dead_axis_is_named_and_not_what_follows_from_it(
-    here: Path, column: int, says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    files = write(here, Evening(), FULL_TURN)
-    for path in map(Path, files):
-        rows = [line.split(",") for line in path.read_text(encoding="utf-8").split()]
-        for row in rows[1:]:
-            row[column] = "17"
-        path.write_text("\n".join(map(",".join, rows)), encoding="utf-8")
-    pipeline("import", *files)
-    assert says in (words := " ".join(capsys.readouterr().err.split()))
-    assert "no speed of a record player" not in words

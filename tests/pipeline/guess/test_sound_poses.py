@@ -1,0 +1,70 @@
+"""Poses and axes without a reading: each is named and left out, and the others are calibrated."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.pipeline.guess.evening import Evening
+from tests.sessions import pipeline, results_in
+
+RPM = 100 / 3
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def files(here: Path) -> list[Path]:
+    """Poses at rest and on the plate, whose names are the same in both folders."""
+    evening = Evening()
+    return [path.relative_to(here) for name, rpm, seed in (("rest", 0.0, 1), ("turn", RPM, 2))
+            for path in evening.write(here, name, rpm, seed)]
+
+
+def hold(path: Path, column: int, number: str = "") -> None:
+    """Write one number, by default its first, into a column of every row."""
+    rows = [line.split(",") for line in path.read_text(encoding="utf-8").split()]
+    for row in rows[1:]:
+        row[column] = number or rows[1][column]
+    path.write_text("\n".join(map(",".join, rows)), encoding="utf-8")
+
+
+@pytest.mark.parametrize(("column", "says"), [
+    (-1, "gyroscope is left out: gyroscope z is dead: 'GyZ' reads 17 in every row"),
+    (2, "AcY reads 17 in every row and the other axes scatter: the axis is dead"),
+])
+def test_a_dead_axis_is_named_and_not_what_follows_from_it(
+    files: list[Path], column: int, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files:
+        hold(path, column, "17")
+    pipeline("import", *files)
+    assert says in (words := " ".join(capsys.readouterr().err.split()))
+    assert "no speed of a record player" not in words
+
+
+def test_a_pose_that_is_to_be_recorded_again_costs_no_triad(
+    here: Path, files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A plate faster than the range cuts off the poses in which an axis points along it."""
+    for path, column in ((files[20], -1), (files[25], -2)):
+        hold(path, column)
+    assert pipeline("import", *files) == 0
+    words = " ".join(capsys.readouterr().err.split())
+    for path in (files[20], files[25]):
+        assert f"{path}: left out. {path}: stands still" in words
+    assert pipeline("run", here / "config.yaml", "--quiet") == 0
+    results = results_in(here / "config.run")
+    assert (results["accelerometer"]["n_poses"], results["gyroscope"]["n_poses"]) == (18, 34)
+
+
+def test_a_setting_whose_poses_mostly_fail_is_no_setting(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files[20:30]:
+        hold(path, -1)
+    assert pipeline("import", *files) == 0
+    assert "the gyroscope is left out: " in " ".join(capsys.readouterr().err.split())
