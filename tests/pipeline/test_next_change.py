@@ -18,8 +18,14 @@ from tests.world.write import write_session
 RICH = rich_design().scaled(sample_rate=0.1)
 
 
-def run(config: Config) -> Outcome:
-    return run_stages(config, RunContext(config.output_folder))
+class Runs:
+    """Runs of one session with other models, whose logs are read once, as in the command."""
+
+    latest: Outcome | None = None
+
+    def __call__(self, config: Config) -> Outcome:
+        self.latest = run_stages(config, RunContext(config.output_folder), before=self.latest)
+        return self.latest
 
 
 @pytest.mark.parametrize(
@@ -36,7 +42,7 @@ def test_a_noise_goes_where_an_effect_explains_what_it_stood_for(
     hidden = drawn(name, "gyroscope", size, RICH, 3)
     assert hidden is not None
     path = write_session(tmp_path, simulate(RICH, 3, (hidden,)), film=False).config
-    config = load_config(path)
+    config, run = load_config(path), Runs()
     for each in model:
         target = read_target(config, f"gyroscope.{each}")
         change = change_model(config, target, run, anyway=True)
