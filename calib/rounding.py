@@ -1,9 +1,13 @@
-"""A value and its standard deviation, rounded to significant digits."""
+"""A value and its standard deviation, or a span of time, rounded to significant digits."""
 
 import math
 
 SD_DIGITS = 2  #: significant ones of an sd and its value; it chooses digits only
 FINEST = 1e-4  #: smaller numbers are shown with a power of ten; it chooses digits only
+
+SPANS = ((100.0, 1.0, "s"), (6e3, 60.0, "min"), (2 * 86_400.0, 3600.0, "hours"),
+         (99 * 86_400.0, 86_400.0, "days"), (math.inf, 365.25 * 86_400.0, "years"))
+"""Up to how many seconds a unit is used, its length in seconds, and its name: layout."""
 
 
 def with_sd(value: float, sd: float | None) -> str:
@@ -45,3 +49,17 @@ def in_digits(value: float, count: int) -> str:
 def two_digits(value: float) -> str:
     """The same with two digits, as of an error."""
     return in_digits(value, 2)
+
+
+def duration(seconds: float) -> str:
+    """A span of time in the largest unit that leaves two digits.
+
+    >>> duration(40.0), duration(600.0), duration(4e4), duration(3.5e6), duration(8e7)
+    ('40 s', '10 min', '11 hours', '41 days', '2.5 years')
+    >>> duration(math.inf)
+    'ever'
+    """
+    for end, unit, name in SPANS:
+        if seconds < end:
+            return f"{two_digits(seconds / unit)} {name}"
+    return "ever"

@@ -7,8 +7,8 @@ import numpy as np
 
 from calib.effects.units import display_unit
 from calib.poses.imu_log import Triad
-from calib.rounding import in_digits, two_digits
-from pipeline.results.ageing import Ageing
+from calib.rounding import duration, in_digits, two_digits
+from pipeline.results.ageing import DAY_S, Ageing
 from pipeline.results.comparison import ComparedParameter, ComparedTriad
 from pipeline.results.fitness import parts_of_error
 from pipeline.results.schema.triad import TriadSection
@@ -16,7 +16,6 @@ from pipeline.text.formatting import DISPLAY, short_model, with_sd
 from pipeline.text.tables import table_lines
 
 NONE = "-"
-SHORT_DAYS, LONG_DAYS, YEAR_DAYS = 2.0, 99.0, 365.25  #: where hours, days and years begin: layout
 APART = "apart [sd]"
 WHOLE = 100.0  #: sds; from here on shown without decimals: layout
 
@@ -58,34 +57,21 @@ def ageing_text(ageing: Ageing, triad: Triad) -> str:
     unit, factor = DISPLAY[triad]
     moved, noise, now, limit = (f"{two_digits(value * factor)} {unit}" for value in (
         ageing.moved, ageing.noise, ageing.now, ageing.limit))
-    over = f"over {_days(ageing.days)}"
+    over = f"over {duration(ageing.days * DAY_S)}"
     if limit == now or ageing.limit <= ageing.now:
         return (f"the error to expect of the last calibration, {now}, is not below the "
                 f"limit of {limit}. Calibrate better: the report shows what its sds are made of (a "
                 f"rate, gravity, noise), and `pipeline plan` which poses help against noise.")
-    earliest, estimate, latest = ageing.due_days
+    earliest, estimate, latest = (duration(days * DAY_S) for days in ageing.due_days)
     if not ageing.most:
         return (f"{over} nothing moved beyond the noise ({noise} between sessions). The error to "
-                f"expect, {now} now, will not pass {limit} for {_days(earliest)} at least (95 %), "
+                f"expect, {now} now, will not pass {limit} for {earliest} at least (95 %), "
                 f"if the sensor goes on so.")
     way = ", always the same way" if ageing.is_steady else ""
     return (f"{over} corrected magnitudes moved by {moved} from session to session beyond the "
             f"noise of {noise}{way}, {ageing.most} most. At that pace the error to expect, {now} "
-            f"now, passes {limit} after {_days(estimate)} ({_days(earliest)} to {_days(latest)}): "
+            f"now, passes {limit} after {estimate} ({earliest} to {latest}): "
             f"recalibrate then.")
-
-
-def _days(days: float) -> str:
-    """A span of time in the largest unit that leaves two digits.
-
-    >>> _days(0.6), _days(40.0), _days(900.0), _days(float("inf"))
-    ('14 hours', '40 days', '2.5 years', 'ever')
-    """
-    if not math.isfinite(days):
-        return "ever"
-    if days < SHORT_DAYS:
-        return f"{24 * days:.2g} hours"
-    return f"{days:.2g} days" if days < LONG_DAYS else f"{days / YEAR_DAYS:.2g} years"
 
 
 def _row(title: str, cells: Sequence[str], apart: Sequence[float] = ()) -> list[str]:

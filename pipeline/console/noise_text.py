@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from calib.noise.coefficients import AxisNoise, NoiseCoefficient
 from calib.poses.imu_log import AXES
-from calib.rounding import two_digits, with_sd
+from calib.rounding import duration, two_digits, with_sd
 from pipeline.text.tables import table_lines
 
 #: Coefficient -> words, unit and factor from SI, by triad: as data sheets state them.
@@ -25,7 +25,7 @@ def noise_lines(
     log: str, rate_hz: float, length_s: float, triads: Mapping[str, Sequence[AxisNoise]]
 ) -> Iterator[str]:
     """A table for each triad, and what a longer log would show."""
-    yield f"{log}: {_duration(length_s)} at {rate_hz:.5g} Hz"
+    yield f"{log}: {duration(length_s)} at {rate_hz:.5g} Hz"
     for triad, axes in triads.items():
         yield ""
         yield from table_lines([[triad, *AXES], *(
@@ -51,15 +51,4 @@ def _needs(triad: str, axes: Sequence[AxisNoise]) -> Iterator[str]:
             on = ["", " on one axis", " on two axes"][len(hidden) % len(axes)]
             yield ""
             yield (f"The log does not show the {triad}'s {words}{on}: < is an upper limit (95 %). "
-                   f"If it is half as large, a log of {_duration(max(lengths))} shows it.")
-
-
-def _duration(seconds: float) -> str:
-    """A span of time in the largest unit that leaves two digits.
-
-    >>> _duration(40.0), _duration(600.0), _duration(7200.0)
-    ('40 s', '10 min', '2 h')
-    """
-    hours = seconds / 3600
-    return f"{seconds:.2g} s" if seconds < 100 else f"{60 * hours:.0f} min" if hours < 1 else (
-        f"{hours:.2g} h" if hours < 48 else f"{hours / 24:.0f} days")
+                   f"If it is half as large, a log of {duration(max(lengths))} shows it.")

@@ -20,6 +20,7 @@ from calib.poses.checks.pose_checks import LARGEST_RATE_CHANGE
 from calib.poses.conditions import PLACE_COLUMN, Conditions
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from calib.poses.pose_set import PoseSet
+from calib.rounding import duration
 
 STEPS_TRIED = 32  #: times of a step that are tried, evenly and in pauses; a limit of time
 PAUSE = 2.0
@@ -100,7 +101,7 @@ def _wanders(fit: Fit) -> list[Hypothesis]:
         modes = modes_about_mean(np.exp(-apart_s / (span * length_s)))
         hypotheses.append(Hypothesis(
             "bias_wander", "drawn", prior, course=Course.of_bias(modes),
-            detail=f"correlated over about {span * length_s:.0f} s"))
+            detail=f"correlated over about {duration(span * length_s)}"))
     return hypotheses
 
 
