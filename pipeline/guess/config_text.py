@@ -1,5 +1,6 @@
 """The text of the configuration of a guessed session."""
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,7 +42,8 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
     first = dict.fromkeys(relative_name(table.path, folder) for table in guess.tables[:3])
     names = ", ".join(first)
     more = " and others" if len(guess.tables) > 3 else ""
-    lines = [f"# Written by `pipeline import` from {_comment(names)}{more}.", ""]
+    lines = [f"# Written by `pipeline import` from {_comment(names)}{more}.",
+             f"title: {yaml_word(_comment(_title(guess)))}", ""]
     lines += [f"# Not sure: {_comment(doubt)}" for doubt in guess.doubts]
     lines += ["", "sensor:"]
     for name in TRIADS:
@@ -53,6 +55,12 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
     lines += _accelerometer(guess, folder, choices)
     lines += _gyroscope(guess, folder, choices)
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
+
+
+def _title(guess: SessionGuess) -> str:
+    """The name of the only file, or of the folder that all are in."""
+    where = Path(os.path.commonpath([table.path.resolve() for table in guess.tables]))
+    return where.name.partition(".")[0] or "session"
 
 
 def _covariates(guess: SessionGuess) -> list[str]:

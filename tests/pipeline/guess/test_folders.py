@@ -10,10 +10,11 @@ from scipy.ndimage import uniform_filter1d
 from pipeline.console.import_text import guess_lines
 from pipeline.errors import UnreadableInput
 from pipeline.guess.agreement import disagreements
+from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
 from tests.pipeline.guess.hand_log import GRAVITY_M_S2, hand_log
-from tests.pipeline.guess.text_rows import write_lines
+from tests.pipeline.guess.text_rows import si_rows, write_lines
 from tests.sessions import pipeline, typed
 
 HEADER = "seconds_elapsed,z,y,x"
@@ -171,3 +172,22 @@ def test_files_in_another_unit_are_named(tmp_path: Path) -> None:
                    header="t,ax,ay,az", comments="")
     (fault,) = disagreements(guess_session(guess_files(files, None)[0]))
     assert "b.csv: a typical reading is 0.984 m/s² long in m/s², the unit of the other" in fault
+
+
+def titled(files: list[Path]) -> str:
+    text = config_text(guess_session(guess_files(files, None)[0]), files[0].parent, Choices())
+    return text.splitlines()[1]
+
+
+def test_a_session_is_called_by_its_only_file_or_the_folder_of_all(tmp_path: Path) -> None:
+    rows = ["time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z",
+            *map(",".join, si_rows(hand_log(rate_hz=20.0)))]
+    for file, title in (("board 7.csv", '"board 7"'), ("on.csv", '"on"'),
+                        ("a\nb: {c}.csv", '"a?b: {c}"')):
+        assert titled([write_lines(tmp_path / file, rows)]) == f"title: {title}"
+    every = []
+    for pose in range(2):
+        (tmp_path / "shelf" / f"pose{pose}").mkdir(parents=True)
+        part = [rows[0], *rows[1 + 540 * pose : 541 + 540 * pose]]
+        every.append(write_lines(tmp_path / "shelf" / f"pose{pose}" / "log.csv", part))
+    assert titled(every) == "title: shelf"
