@@ -159,7 +159,8 @@ def _effect_json(effect: PooledEffect) -> Json:
     }
     return {
         "name": effect.name, "shape": trial.shape, "unit": trial.unit,
-        "alternatives": list(effect.alternatives), "sessions": effect.evidence.sessions,
+        "alternatives": list(effect.alternatives), "only": effect.only,
+        "sessions": effect.evidence.sessions,
         "p_common_size": effect.evidence.p_common, "p_any_size": effect.evidence.p_any,
         "p_same_size": effect.evidence.p_same,
         "parameters": parameters,
@@ -213,9 +214,11 @@ def p_text(p_value: float) -> str:
 
 def effect_text(effect: PooledEffect) -> str:
     """One effect that the lot lacks."""
-    form = ("of sizes that differ between sessions" if effect.evidence.p_same < FALSE_ALARM
-            else "of one size in all sensors")
-    return (f"{_named(effect)} is missing, {form}, p {p_text(effect.evidence.p_value)}. "
+    form = (f" in sensor {effect.only} alone: without it the lot does not show it"
+            if effect.only is not None else
+            ", of sizes that differ between sessions" if effect.evidence.p_same < FALSE_ALARM
+            else ", of one size in all sensors")
+    return (f"{_named(effect)} is missing{form}, p {p_text(effect.evidence.p_value)}. "
             f"{sizes_text(effect)}")
 
 

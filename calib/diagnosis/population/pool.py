@@ -71,13 +71,15 @@ class PooledTrial:
 class PooledEffect:
     """One effect that the lot lacks.
 
-    ``alternatives`` are names that explain the same in these sessions, ``sizes`` (k) the common
-    size and the spread of each parameter over the sensors, SI, ``size`` and ``sd`` (n, k) those of
-    each sensor in the order of the pool's, NaN where its poses do not show it.
+    ``alternatives`` are names that explain the same in these sessions, ``only`` is the sensor
+    without which the lot does not show it, None where others do. ``sizes`` (k) are the common size
+    and the spread of each parameter over the sensors, SI, ``size`` and ``sd`` (n, k) those of each
+    sensor in the order of the pool's, NaN where its poses do not show it.
     """
 
     evidence: PooledTrial
     alternatives: tuple[str, ...]
+    only: str | None
     sizes: tuple[RandomEffects | None, ...]
     size: FloatArray = field(repr=False)
     sd: FloatArray = field(repr=False)
@@ -118,10 +120,20 @@ def pool(blocks: Blocks) -> Pool:
         named.append((best, alternatives))
         known = {trial.trial.name for trial, _ in named}
         judged = [trial for trial in judged if trial.trial.name not in known]
-    sizes = _sizes(blocks, [trial.trial for trial, _ in named], sensors)
-    effects = tuple(PooledEffect(best, alternatives, _common(*of_sensors), *of_sensors)
-                    for (best, alternatives), of_sensors in zip(named, sizes, strict=True))
-    return Pool(tuple(sensors), effects, tuple(first))
+    sums_of_sensors = _sums_of_sensors(blocks, [trial.trial for trial, _ in named], sensors)
+    names = tuple(sensors)
+    effects = tuple(
+        PooledEffect(best, alternatives, _only(of_sensors, names), _common(*of_sensors.sizes()),
+                     *of_sensors.sizes())
+        for (best, alternatives), of_sensors in zip(named, sums_of_sensors, strict=True))
+    return Pool(names, effects, tuple(first))
+
+
+def _only(sums: SensorSums, names: Sequence[str]) -> str | None:
+    """The sensor that speaks for the lot alone: without it neither question has an answer."""
+    strongest, others = sums.beside_strongest()
+    judged = judge(sums.trial, others)
+    return names[strongest] if judged is None or judged.p_value >= FALSE_ALARM else None
 
 
 def _noting(blocks: Blocks, sensors: dict[str, int]) -> Blocks:
@@ -207,20 +219,17 @@ def _after(
         other.name for other, trial in again.items() if trial is None or trial.p_value >= level))
 
 
-def _sizes(
+def _sums_of_sensors(
     blocks: Blocks, trials: Sequence[Trial], sensors: dict[str, int]
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Size and sd of every parameter of each trial in every sensor, (n, k).
-
-    Each beside the others; NaN where a sensor does not show it by itself.
-    """
+) -> list[SensorSums]:
+    """What every sensor shows of each trial beside the others."""
     sums = [SensorSums(trial, len(sensors)) for trial in trials]
     for block in blocks(trials) if trials else ():
         index = np.array([sensors[name] for name in block.sensors])
         for of_trial in sums:
             others = [trial for trial in trials if trial != of_trial.trial]
             of_trial.add(block.selected(trials).reduced_by(others), index)
-    return [of_trial.sizes() for of_trial in sums]
+    return sums
 
 
 def _common(size: FloatArray, sd: FloatArray) -> tuple[RandomEffects | None, ...]:

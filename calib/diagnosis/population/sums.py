@@ -148,3 +148,16 @@ class SensorSums:
         sd = np.sqrt(np.einsum("skk->sk", inverse) * as_known)
         seen = (np.einsum("sij,sji->si", inverse, self.information) > 1 - VISIBLE_SHARE) & (sd > 0)
         return np.where(seen, size, np.nan), np.where(seen, sd, np.nan)
+
+    def beside_strongest(self) -> tuple[int, TrialSums]:
+        """The sensor that shows most of the trial, and the sums over all others."""
+        inverse, rank = visible_inverse(self.information, self.whole)
+        drop = np.einsum("si,sij,sj->s", self.score, inverse, self.score)
+        strongest = int(drop.argmax())
+        others = np.arange(len(drop)) != strongest
+        like = self.like / self.sessions
+        ranks = float(rank[others].sum())
+        return strongest, TrialSums(
+            self.sessions, self.like, self.spare, self.spare * like, self.rest,
+            float(drop[others].sum()), ranks, ranks * like, self.information[others].sum(axis=0),
+            self.score[others].sum(axis=0), self.whole[others].sum(axis=0), self.rest, self.spare)

@@ -63,6 +63,7 @@ def test_half_an_sd_in_each_of_a_hundred_sensors_is_found_in_the_pool_and_in_non
     first = pool_of(lot).effects[0]
     assert first.name == "cubic"
     assert first.evidence.p_common < 1e-4
+    assert first.only is None
     trial = first.evidence.trial
     sets = pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1))
     alone = [judge(trial, sums_of(lot_of([each]), trial)) for each in sets[:20]]
@@ -90,6 +91,16 @@ def test_a_common_size_and_a_spread_about_it_are_told_apart() -> None:
         pooled(LotPlan(60, hidden="cubic", common_sd=2.0, spread_sd=spread)).effects[0].evidence
         for spread in (0.0, 2.0))
     assert one_size.p_same > FALSE_ALARM > scattered.p_same
+
+
+def test_one_sensor_that_shows_an_effect_is_named_and_not_the_lot() -> None:
+    others = pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(20), 6))
+    (bent,) = pose_sets_of(draw_lot(
+        paper_design(mpu6050()), LotPlan(1, hidden="cubic", common_sd=30.0), 7))
+    names = [f"s{i}" for i in range(21)]
+    (effect,) = pool_of(lot_of([*others[:5], bent, *others[5:]], names)).effects
+    assert effect.name == "cubic"
+    assert effect.only == "s5"
 
 
 def test_nothing_is_named_where_nothing_is_missing() -> None:
