@@ -118,4 +118,5 @@ def _conclusion(compared: ComparedTriad, names: Sequence[str], k: int) -> str:
                 f"{apart:.1f} sds, and {limit:.1f} are expected by chance in 1 of 100 cases.")
     return (f"{first} and {other} differ: {far.name} by {sds_text(apart)} sds, more than the "
             f"{limit:.1f} that chance explains. Either the sensor changed between the sessions, or "
-            f"a model lacks an effect; the errors on each other's poses show by how much.")
+            f"a model lacks an effect, or they are of two sensors; the errors on each other's "
+            f"poses show by how much.")
