@@ -75,7 +75,9 @@ class TableGuess:
                 yield (f"its clock pauses {len(pauses)} times, for {step[pauses].sum():.3g} s in "
                        f"all; the longest pause begins after {at_s:.3g} s and lasts "
                        f"{step[longest]:.3g} s. Nothing is logged in it")
-        for name in self.further if self.accelerometer and self.accelerometer.encoding else ():
+        force = self.accelerometer
+        is_raw = force and force.encoding and "unit" not in dict(force.sheet)
+        for name in self.further if is_raw else ():
             words = self.table.columns[name]
             warmth = words / WORDS_PER_K + WORD_0_C
             if read_name(name).quantity == "temperature" and _is_within(warmth, INDOORS_C):

@@ -41,12 +41,14 @@ class Renamed:
     def apply(self, names: Sequence[str]) -> list[str] | None:
         """``names`` of a file with theirs replaced by ours; None if one of theirs is absent.
 
-        A column that is not selected but has one of our names is skipped.
+        A column that is not selected but has the name of one that is, or of what its name means
+        (``time_s`` beside a selected ``time_ms``), is skipped.
         """
         by_theirs = {bare(theirs): ours for ours, theirs in self.pairs}
+        selected = {*self.ours, *(our_name(ours)[0] for ours in self.ours)}
         if not by_theirs.keys() <= {bare(name) for name in names}:
             return None
-        return [by_theirs.get(bare(name), SKIP if bare(name) in self.ours else bare(name))
+        return [by_theirs.get(bare(name), SKIP if bare(name) in selected else bare(name))
                 for name in names]
 
 

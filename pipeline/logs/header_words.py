@@ -90,6 +90,9 @@ CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)
 """A time preceded by its unit: ``ustime``, ``ms_stamp``."""
 QUATERNION = re.compile(r"q(uat(ernion)?)?[ _.\[]?[wxyz0-3ijkr]\]?", re.IGNORECASE)
 """Elements of a quaternion, not axes of a sensor: ``qx``, ``q0``, ``quat_w``."""
+RATIO = re.compile(r"[_ ](mm|m|m?rad|m?deg)(?:ian|ree)?s?[_ ]?(?:per|p|[_ ])[_ ]?"
+                   r"s(?:ec(?:ond)?)?(?:[_ ]?\^?(2))?$")
+"""A unit in words at the end of a name: ``_m_s2``, ``_mps2``, ``_radps``, ``_deg_per_sec``."""
 POSITION = re.compile(r":\d+$")  #: a column of an array, whose name has no meaning
 WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-ZА-Я]?[a-zà-ÿа-яё]+|[A-ZА-Я]+|[一-鿿]+|[α-ω]+|\d+|[°µ]")
 
@@ -173,9 +176,11 @@ def _split_unit(name: str) -> tuple[str, str]:
     for match in re.finditer(r"[(\[]((?:[^()\[\]]|\([^()]*\))*)[)\]]", name):
         if (unit := _UNIT.get(match.group(1).strip().lower())) is not None:
             return f"{name[: match.start()].strip()} {name[match.end() :].strip()}".strip(), unit
-    for spelling in ("m_s2", "rad_s", "deg_s", "degc"):
-        if name.lower().endswith("_" + spelling):
-            return name[: -len(spelling) - 1], _UNIT[spelling]
+    if name.lower().endswith("_degc"):
+        return name[: -len("_degc")], "celsius"
+    if (ratio := RATIO.search(name.lower())) and (
+            unit := _UNIT.get(f"{ratio.group(1)}/s{ratio.group(2) or ''}")):
+        return name[: ratio.start()], unit
     return name, ""
 
 

@@ -104,11 +104,16 @@ def _cycle(forms: Sequence[str]) -> list[str]:
         alike = sum(map(str.__eq__, recurring, recurring[period:]))
         if alike >= LEAST_SHARE * (len(recurring) - period):
             cycle = recurring[:period]
-            separators = [i for i, form in enumerate(cycle) if not LETTERS.search(form)
-                          and MARK not in form]
+            separators = [i for i, form in enumerate(cycle) if _separates(form, cycle)]
             begin = separators[-1] + 1 if separators else 0
             return cycle[begin:] + cycle[:begin]
     return []
+
+
+def _separates(form: str, cycle: Sequence[str]) -> bool:
+    """Whether a line has no words and no numbers, or the stamp before each line alone: ``~ ->``."""
+    is_stamp = not form.endswith(MARK) and all(one.startswith(form) for one in cycle)
+    return not LETTERS.search(form) and (MARK not in form or is_stamp)
 
 
 def _rows(lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]) -> list[str]:
@@ -144,7 +149,7 @@ def _from_first(
     lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
 ) -> list[str]:
     """The cycle from the form with which the first complete sample of the file begins."""
-    if any(not LETTERS.search(one) and MARK not in one for one in cycle):
+    if any(_separates(one, cycle) for one in cycle):
         return [*cycle]
     forms = [form(line) for line in islice(filter(str.strip, lines), SHOWN)]
     turned = [[*cycle[i:], *cycle[:i]] for i in range(len(cycle))]

@@ -87,6 +87,29 @@ def test_an_acceleration_without_gravity_is_none_that_could_be_the_accelerometer
     assert read_name(name).gravity_free
 
 
+@pytest.mark.parametrize(("name", "unit"), [
+    ("accel_x_mps2", "m_s2"), ("acc_x_m_per_s_2", "m_s2"), ("gyro_x_radps", "rad_s"),
+    ("Gyroscope_X_rad_sec", "rad_s"), ("gyro x degrees per second", "deg_s"),
+    ("gyro_x_mradps", "mrad_s"), ("gyro_x_rad_s", "rad_s"), ("vel_x_mps", "")])
+def test_a_unit_in_words_at_the_end_of_a_name_is_that_unit(name: str, unit: str) -> None:
+    words = read_name(name)
+    assert (words.axis, words.unit) == (0, unit)
+
+
+def test_a_temperature_beside_readings_in_a_unit_is_no_word_of_a_register(tmp_path: Path) -> None:
+    """MAVLink's is in hundredths of a degree: 27.5 °C, and 44.6 °C by the map of an MPU-6050."""
+    log = hand_log(rate_hz=50.0)
+    rows = np.column_stack([1000 * log.time_s, MG * log.acc, 1000 * log.gyr,
+                            2750 + np.arange(len(log.acc)) % 5])
+    path = tmp_path / "SCALED_IMU2.csv"
+    np.savetxt(path, rows, "%d", ",", comments="", header="time_boot_ms,xacc,yacc,zacc,xgyro,"
+               "ygyro,zgyro,temperature")
+    guess = guessed(path)
+    assert guess.accelerometer is not None
+    assert guess.accelerometer.unit == "mg"
+    assert not [doubt for doubt in guess.doubts if "register map" in doubt]
+
+
 def test_poses_in_files_of_json_are_those_of_one_logger(tmp_path: Path) -> None:
     """Acceleration without gravity reads alike in every rest, as a gyroscope does; its name says
     what it is. The angles of a browser are about z, x and y."""

@@ -99,8 +99,8 @@ def test_commas_that_may_separate_thousands_are_refused(tmp_path: Path) -> None:
 
 
 def test_columns_are_picked_by_the_names_in_the_file(tmp_path: Path) -> None:
-    head = "Timestamp,Accel X (g),Accel Y (g),Accel Z (g),acc_x,note\n"
-    text = head + "".join(f"{1000 + 10 * i},0,{i},1,999,4\n" for i in range(4))
+    head = "Timestamp,Accel X (g),Accel Y (g),Accel Z (g),acc_x,note,time_s\n"
+    text = head + "".join(f"{1000 + 10 * i},0,{i},1,999,4,7\n" for i in range(4))
     picked = Renamed((("time_ms", "Timestamp"), ("acc_x", "Accel X (g)"), ("acc_y", "Accel Y (g)"),
                       ("acc_z", "Accel Z (g)")))
     log = read_log(write(tmp_path, text), picked)

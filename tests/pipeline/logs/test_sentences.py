@@ -60,3 +60,15 @@ def test_a_time_of_the_day_before_numbers_that_have_names_is_the_clock() -> None
     rows = rows_of_lines(["", *(f"14:05:{i:02d}.5  Raw: acc: x={i}.1 g, y=0.2 g, z=0.3 g"
                              for i in range(50))])
     assert rows[8] == "14:05:07.5,7.1,0.2,0.3"
+
+
+def test_a_stamp_before_an_empty_line_belongs_to_the_sample_above_it() -> None:
+    """The sketch's greeting ends with an empty line, too, and its stamp is no sample's."""
+    lines = ["19:23:20.250 -> MPU6050 Found!", "19:23:20.250 -> "]
+    for i in range(20):
+        stamp = f"19:23:20.{300 + 10 * i} -> "
+        lines += [f"{stamp}Acceleration X: {i}.5, Y: 0.1, Z: 9.8 m/s^2",
+                  f"{stamp}Rotation X: 0.0, Y: 0.0, Z: 0.1 rad/s", stamp]
+    rows = [line for line in rows_of_lines(lines) if line[:2] == "19"]
+    assert [row.split(",")[:2] for row in rows] == [
+        [f"19:23:20.{300 + 10 * i}", f"{i}.5"] for i in range(20)]
