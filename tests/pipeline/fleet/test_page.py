@@ -70,7 +70,7 @@ def test_what_no_sensor_shows_alone_stands_at_the_top_of_the_page(page: Page) ->
     results = json.loads((page.output / "population.json").read_text(encoding="utf-8"))
     missing = results["accelerometer"]["missing"][0]
     assert "cubic" in (missing["name"], *missing["alternatives"])
-    assert missing["p_common_size"] < 1e-4
+    assert missing["p_common_size"] < 1e-4 < missing["p_same_size"]
     top = page.text[: page.text.index("<main>")]
     assert "Missing in the lot" in top
     assert missing["name"] in top

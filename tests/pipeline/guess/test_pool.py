@@ -13,6 +13,13 @@ def test_poses_of_one_attitude_on_the_plate_are_no_rest() -> None:
     np.testing.assert_allclose(common_mean(np.array([BIAS + PLATE] * 8 + [BIAS] * 8)), BIAS)
 
 
+def test_rests_alike_are_nearer_than_a_tenth_of_what_both_directions_differ_by() -> None:
+    """The plate turns both ways: half of what they differ by is the rate."""
+    rests = np.linspace(-0.15, 0.15, 9)[:, None] * PLATE
+    turns = np.array([PLATE, -PLATE] * 8)
+    np.testing.assert_allclose(common_mean(np.concatenate([turns, BIAS + rests])), BIAS)
+
+
 def test_few_stops_alike_have_no_common_mean() -> None:
     apart = np.arange(5)[:, None] * PLATE
     assert common_mean(np.concatenate([apart, [BIAS + PLATE] * 4])) is None
