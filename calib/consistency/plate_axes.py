@@ -153,8 +153,8 @@ def _in_words(order: FloatArray) -> str:
     would have mirrored the plate's direction."""
     words = permutation_words(order)
     if np.trace(order) < 0 and not np.array_equal(order, -np.eye(3)):
-        return (f"{permutation_words(-order)} (which in the accelerometer's mirrors the turning of "
-                f"the plate too), or {words}")
+        return (f"{permutation_words(-order)} (in the accelerometer's axes this would mirror the "
+                f"plate's direction too), or {words}")
     return words
 
 

@@ -123,9 +123,9 @@ def pool(blocks: Blocks) -> Pool:
     sums_of_sensors = _sums_of_sensors(blocks, [trial.trial for trial, _ in named], sensors)
     names = tuple(sensors)
     effects = tuple(
-        PooledEffect(best, alternatives, _only(of_sensors, names), _common(*of_sensors.sizes()),
-                     *of_sensors.sizes())
-        for (best, alternatives), of_sensors in zip(named, sums_of_sensors, strict=True))
+        PooledEffect(best, alternatives, _only(sums, names), _common(*sizes), *sizes)
+        for (best, alternatives), sums in zip(named, sums_of_sensors, strict=True)
+        for sizes in [sums.sizes()])
     return Pool(names, effects, tuple(first))
 
 

@@ -51,7 +51,7 @@ def test_exchanged_and_mirrored_axes_are_named(matrix: FloatArray, words: str) -
 def test_an_exchange_in_the_accelerometer_is_named_first_though_it_mirrors_the_turning() -> None:
     poses = turning()
     seen = rates(poses, np.eye(3)[[1, 0, 2]])
-    with pytest.raises(Contradiction, match="accelerometer's, x and y are exchanged \\(which"):
+    with pytest.raises(Contradiction, match="accelerometer's, x and y are exchanged \\(in the"):
         require_common_axes(poses, seen, {"run 0": -1.0, "run 1": 1.0, "run 2": -1.0})
 
 
