@@ -145,8 +145,9 @@ def _numbers(name: str, values: Any) -> FloatArray:
     try:
         return np.asarray(raw, dtype=float)
     except (TypeError, ValueError) as error:
-        raise UnusableLog(f"table: column {name} is not numeric ({error}). Leave it out, or turn "
-                          f"it into numbers.") from error
+        raise UnusableLog(f"table: column {name} is not numeric ({error}). Where it names the "
+                          f"sensor of a row, state `by={name!r}`; else leave it out, or turn it "
+                          f"into numbers.") from error
 
 
 def _require_sds(columns: Columns) -> None:

@@ -49,15 +49,15 @@ def command(
 
     GLOB is a pattern of configurations; in quotes, {sensor} in it matches any text, as * does, and
     this text names the sensor: the command compares the sessions of a sensor with each other. A
-    session that fails does not stop the others; the table states the reason. If you type the
-    command again, it continues where it stopped and runs only sessions whose files have changed.
+    session that fails does not stop the others; the table states the reason. The command fails if
+    no session is calibrated. If you type it again, it continues where it stopped and runs only
+    sessions whose files have changed.
 
     With --design, GLOB is a table (Parquet or CSV) with a row for each pose of each sensor: sensor,
     pose, run, the means acc_x ... gyr_z in counts and their sds sd_acc_x ..., and where they are
     known time_s, temperature_c and station. All sensors are fitted side by side, without a report
     of each.
     """
-    from pipeline.errors import BUG, DONE
     from pipeline.fleet.finish import OUTPUTS, fleet_lines
     from pipeline.fleet.limits import read_limits
     from pipeline.fleet.page import PAGE_NAME
@@ -86,7 +86,7 @@ def command(
     else:
         for line in fleet_lines(summary):
             click.echo(paragraph(line, "  "))
-    return BUG if BUG in summary.exit_codes else DONE
+    return summary.exit_code
 
 
 def _sessions(

@@ -195,6 +195,9 @@ def _show_run(path: Path, checked: "CheckedConfig") -> None:
                 if result.diagnosis.verdict is not Code.NOTHING_MISSING]
     for result in doubtful:
         click.echo(verdict_line(result))
+    for result in triads:
+        if result not in doubtful and result.diagnosis.explanation.standing != "good":
+            click.echo(f"{result.triad}: {result.diagnosis.explanation.short}.")
     site = checked.outcome.config.site
     if any("earth_rate" in result.diagnosis.group for result in doubtful):
         click.echo(

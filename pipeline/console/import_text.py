@@ -9,7 +9,7 @@ from calib.numbers import RPM
 from calib.poses.imu_log import TEMPERATURE, TRIADS
 from pipeline.config.types import STOPPED
 from pipeline.guess.checked import CheckedConfig
-from pipeline.guess.session import SessionGuess
+from pipeline.guess.session import PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.clock import EPOCH_S
 from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, TIME, our_name
@@ -28,23 +28,33 @@ LAYOUTS = {"files": "each is one pose", "log": "the static intervals are the pos
 def guess_lines(guess: SessionGuess) -> Iterator[str]:
     """The first table of each set of poses, and doubts."""
     known: set[TableGuess] = set()
+    rates: dict[tuple[TableGuess, ...], list[str]] = {}
     for source in guess.sources:
+        rates.setdefault(source.tables, []).append(_rate(guess, source))
+    for source in {source.tables: source for source in guess.sources}.values():
         shown = source.tables[:1] if source.layout == "files" else source.tables[:TABLES_SHOWN]
         for table in (table for table in shown if table not in known):
             known.add(table)
             yield from guessed_table(table)
-        clip = f", as in {source.clip.path.name}" if source.clip else ""
-        turning = ("turning" if guess.scales else
-                   f"turning at {source.rate_rad_s / RPM:+.4g} rpm{clip}")
-        at_rest = "at rest" if source.has("gyroscope") or source.layout != "log" else (
-            "taken as at rest, since no gyroscope shows a plate")
-        rate = at_rest if source.rate == STOPPED else turning
-        yield f"{count(len(source.tables), 'table')}, {rate}: {LAYOUTS[source.layout]}"
+        yield (f"{count(len(source.tables), 'table')}, {', '.join(rates[source.tables])}: "
+               f"{LAYOUTS[source.layout]}")
         yield ""
     if guess.doubts:
         yield "not sure:"
         for doubt in guess.doubts:
             yield f"  - {doubt}"
+
+
+def _rate(guess: SessionGuess, source: PoseSource) -> str:
+    """The rate of the plate in a source, in words."""
+    is_dead = "gyroscope" in guess.dead
+    if source.rate == STOPPED and source.layout == "log" and not source.has("gyroscope"):
+        return "taken as at rest, since no gyroscope shows a plate"
+    if source.rate == STOPPED:
+        return "at rest or turned about the dead axis" if is_dead else "at rest"
+    clip = f", as in {source.clip.path.name}" if source.clip else ""
+    return "turning" if guess.scales or is_dead else (
+        f"turning at {source.rate_rad_s / RPM:+.4g} rpm{clip}")
 
 
 def guessed_table(table: TableGuess) -> list[str]:

@@ -67,6 +67,15 @@ class FleetSummary:
         ended = self.table.groupby("session")["exit_code"].max().value_counts()
         return {int(code): int(ended[code]) for code in sorted(ended.index)}
 
+    @property
+    def exit_code(self) -> int:
+        """Exit code of the command: of a bug; done, if any session is calibrated; else that of all
+        sessions, and of different ones that the data do not determine what was asked."""
+        codes = self.exit_codes
+        if BUG in codes or DONE in codes:
+            return BUG if BUG in codes else DONE
+        return next(iter(codes)) if len(codes) == 1 else UNDETERMINED
+
 
 def finish_fleet(
     records: Sequence[SessionRecord], output: Path, reports: bool, limits: Limits | None = None

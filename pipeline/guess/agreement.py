@@ -32,22 +32,21 @@ the bias of a cheap one that warms up moves by 20 times the noise."""
 
 def disagreements(guess: SessionGuess) -> Iterator[str]:
     """Contradictions to the guess of the files, one sentence for the first table of each test."""
-    for law in (_unused_accelerometer, _other_unit, _no_gravity, _one_axis_twice,
-                _two_accelerometers, _no_unit, _other_turns, _too_short):
+    for law in (_other_unit, _no_gravity, _one_axis_twice, _two_accelerometers, _no_unit,
+                _other_turns, _too_short):
         yield from [fault for source in guess.sources for table in source.tables
                     if (fault := law(guess, table))][:1]
 
 
-def _unused_accelerometer(guess: SessionGuess, table: TableGuess) -> str:
-    """Columns named as an accelerometer that cannot be one, if there is no other."""
-    if guess.accelerometer is not None or not called_accelerometers(table.table):
-        return ""
-    return f"{table.path}: {why_no_log(table.table)}."
+def unused_accelerometer(guess: SessionGuess) -> str:
+    """Why columns named as an accelerometer cannot be one, if there is no other; else empty."""
+    return next((f"{table.path}: {why_no_log(table.table)}." for table in guess.tables
+                 if guess.accelerometer is None and called_accelerometers(table.table)), "")
 
 
 def _other_unit(guess: SessionGuess, table: TableGuess) -> str:
     """Files whose readings are no gravity in the unit of the session, which is one for all."""
-    unit = guess.accelerometer
+    unit = None if "accelerometer" in guess.dead else guess.accelerometer
     lengths = {} if unit is None else {each: typical_length(each.si(replace(
         each.accelerometer, si_per_unit=unit.si_per_unit))) for each in guess.tables
         if each.accelerometer}
@@ -99,7 +98,7 @@ def _two_accelerometers(guess: SessionGuess, table: TableGuess) -> str:
 def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
     """A gyroscope whose scale by the turns of gravity is that of no unit and no range."""
     triad = table.gyroscope
-    if triad is None or not triad.is_unusual:
+    if triad is None or not triad.is_unusual or guess.dead:
         return ""
     measured = CODES / 2 * math.degrees(triad.si_per_unit)
     right = f" If the clock is right, it is --gyroscope-range {measured:.3g}." if (
@@ -110,7 +109,7 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:
     """Turns of gravity that differ from those of the gyroscope."""
-    turn = None if guess.scales else table.turn(guess.tables)
+    turn = None if guess.scales or guess.dead else table.turn(guess.tables)
     if turn is None or not turn.is_exact or abs(math.log(turn.si_per_unit)) < NEAR_RANGE:
         return ""
     return (f"{table.path}: between its rests gravity turns {turn.si_per_unit:.3g} times as far in "

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from calib.errors import CalibrationError, Remedy, Undetermined
-from calib.poses.imu_log import Triad
+from calib.poses.imu_log import TRIADS, Triad
 from pipeline.config.load import Config, parse_config
-from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
-from pipeline.guess.agreement import disagreements, implausible
+from pipeline.guess.agreement import disagreements, implausible, unused_accelerometer
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import listed
 from pipeline.guess.session import SessionGuess
@@ -45,6 +44,13 @@ def checked_config(
     has, poses that do not determine it would show another effect, or a wrong scale. Where nothing
     runs, both triads stay.
     """
+    unused = unused_accelerometer(guess)
+    if unused and (guess.scales or not guess.turns):
+        text = config_text(guess, path.parent, replace(choices, left_out=dict.fromkeys(
+            TRIADS, unused)))
+        return CheckedConfig(text, None, (), unused, True)
+    if unused:
+        choices = replace(choices, left_out={"accelerometer": unused})
     text = config_text(guess, path.parent, choices)
     if guess.at_rest is None and not any(source.rate for source in guess.sources):
         fault = f"it has nothing to calibrate. {'. '.join(guess.doubts)}."
@@ -52,9 +58,12 @@ def checked_config(
     if disagreement := next(disagreements(guess), None):
         return CheckedConfig(text, None, (), disagreement, True)
     try:
-        if guess.dead_axis:
-            raise Undetermined(guess.dead_axis)
-        return _of_sound_poses(guess, path, choices, run)
+        for reason in guess.dead.values():
+            raise Undetermined(reason)
+        checked = _of_sound_poses(guess, path, choices, run)
+        return replace(checked, changes=(*(
+            f"the {triad} is left out: {why}" for triad, why in choices.left_out.items()),
+            *checked.changes))
     except (CalibrationError, PipelineError) as error:
         for triad in _culprits(guess, error):
             without = config_text(guess, path.parent, replace(choices, left_out={
@@ -116,6 +125,5 @@ def _culprits(guess: SessionGuess, error: Exception) -> list[Triad]:
     """The triads without which a configuration may run, those that the error names first."""
     if guess.accelerometer is None or guess.gyroscope is None:
         return []
-    turning = any(source.rate not in (None, STOPPED) for source in guess.sources)
-    able = ["gyroscope", "accelerometer"] if turning else ["gyroscope"]  # at rest it shows a bias
-    return sorted(able, key=lambda triad: not str(error).startswith(f"{triad}:"))
+    able = TRIADS[::-1] if guess.turns else ("gyroscope",)  # at rest it shows a bias
+    return sorted(able, key=lambda triad: not str(error).startswith(triad))

@@ -31,6 +31,7 @@ class ClockGuess:
     """The clock of a table, as a configuration states it.
 
     ``column`` in the file with its ``unit``, or ``rate_hz``; ``time_s`` (t,) are the times by them.
+    ``lacks`` says why there is no column.
     """
 
     column: str | None
@@ -39,16 +40,17 @@ class ClockGuess:
     time_s: FloatArray
     because: str
     doubt: str = ""
+    lacks: str = "the file holds no times"
 
     @property
     def is_known(self) -> bool:
         """Whether the file or the user states it."""
         return self.column is not None or self.rate_hz is not None
 
-    def at(self, rate_hz: float, doubt: str) -> "ClockGuess":
+    def at(self, rate_hz: float, shown: str) -> "ClockGuess":
         """The clock of a file without times at a rate that its readings show."""
         return replace(self, rate_hz=rate_hz, time_s=self.time_s * ASSUMED_HZ / rate_hz,
-                       because="its readings agree at it", doubt=doubt)
+                       because="its readings agree at it", doubt=f"{self.lacks}; {shown}")
 
     def overlaps(self, other: "ClockGuess") -> bool:
         """Whether their times overlap by more than half of the shorter one."""
@@ -62,7 +64,7 @@ def guess_clock(
 ) -> ClockGuess:
     """The clock of ``columns``; the user states ``stated_hz``, the file's head ``file_hz``."""
     rows = len(next(iter(columns.values())))
-    note = ""
+    note, lacks = "", ClockGuess.lacks
     if stated_hz is None:
         for name in _candidates(columns):
             ticks, continued = continued_clock(unwrapped_ticks(columns[name]))
@@ -75,6 +77,8 @@ def guess_clock(
             if not np.isfinite(ticks).all():
                 continue
             step = np.diff(ticks)
+            if len(step) and not step.any():
+                lacks = f"'{name}' reads {ticks[0]:.10g} in every row, a clock that stands still"
             unit, because, doubt = _unit(name, ticks)
             if unit is not None and (step > 0).all():
                 return ClockGuess(name, unit, None, ticks * SECONDS_PER[unit], because,
@@ -96,10 +100,11 @@ def guess_clock(
     rate_hz = stated_hz or file_hz
     if rate_hz is None:
         return ClockGuess(None, None, None, np.arange(rows) / ASSUMED_HZ, "",
-                          "the file holds no times and no sample rate; state it by --rate-hz")
+                          f"{lacks}, and nothing states the sample rate; state it by --rate-hz",
+                          lacks)
     because = ("--rate-hz" if stated_hz else "the mean of the times" if note else
                f"the mean of '{intervals}'" if intervals else "the file's head")
-    return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note)
+    return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note, lacks)
 
 
 def _row_step(step: FloatArray) -> float:

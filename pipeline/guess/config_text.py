@@ -106,10 +106,10 @@ def _rates(guess: SessionGuess, folder: Path) -> list[str]:
 
 def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
     source = guess.at_rest
-    if source is None:
-        return []
     if reason := choices.left_out.get("accelerometer"):
         return ["", f"# accelerometer: left out, since {_comment(reason)}"]
+    if source is None:
+        return []
     poses = (["  runs:", *_run(source, folder)] if source.leans else
              ["  poses:", *_poses(source, folder, "    ")])
     return ["", "accelerometer:", *poses,

@@ -154,9 +154,8 @@ def clocked_by_plate(tables: Sequence[TableGuess]) -> list[TableGuess]:
     rpm = nominal_rpm(shown[1])
     hz = float(f"{ASSUMED_HZ * rpm * RPM / shown[0]:.3g}")
     return [replace(table, clock=table.clock.at(hz, (
-        f"the file holds no times; at {hz:g} Hz gravity goes round at the {rpm:.3g} rpm of the "
-        f"gyroscope. State another rate by --rate-hz"))) if table in unclocked else table
-        for table in tables]
+        f"at {hz:g} Hz gravity goes round at the {rpm:.3g} rpm of the gyroscope. State another "
+        f"rate by --rate-hz"))) if table in unclocked else table for table in tables]
 
 
 def _plate_rad_s(table: TableGuess) -> float:

@@ -1,11 +1,12 @@
 """A session from tables: the poses, their sets and the rate of each set."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
+from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.errors import CalibrationError
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
@@ -39,6 +40,13 @@ RECORD_SD = 0.003
 """Relative sd of a record player's nominal speed: the error of belt drives and worn idlers."""
 
 Layout = Literal["files", "log", "means"]
+
+LEAST_MOVE: dict[Triad, float] = {"accelerometer": STANDARD_GRAVITY_M_S2,
+                                  "gyroscope": TURNING_RAD_S}
+"""Least range of an axis beside which one that reads one number is dead: it was laid on another
+side, or turned. Derived."""
+SO_DEAD: dict[Triad, str] = {"accelerometer": "", "gyroscope": (
+    "What turned about it looks as if it were at rest, and the speed of a plate does not show. ")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +82,13 @@ class SessionGuess:
     """Everything that was guessed about the files.
 
     ``scales`` are the possible scales of the gyroscope that remain; empty if its scale is known.
-    ``dead_axis`` says which axis of the gyroscope does not answer; empty if all do.
+    ``dead`` says of a triad which of its axes does not answer.
     """
 
     sources: tuple[PoseSource, ...]
     doubts: tuple[str, ...]
     scales: tuple[ScaleChoice, ...] = ()
-    dead_axis: str = ""
+    dead: Mapping[Triad, str] = field(default_factory=dict)
 
     @property
     def tables(self) -> tuple[TableGuess, ...]:
@@ -96,6 +104,11 @@ class SessionGuess:
     def gyroscope(self) -> TriadGuess | None:
         """The gyroscope of the first table that has one."""
         return next((t.gyroscope for t in self.tables if t.gyroscope), None)
+
+    @property
+    def turns(self) -> bool:
+        """Whether a source turns at a rate of the plate that is known."""
+        return any(source.rate not in (None, STOPPED) for source in self.sources)
 
     @property
     def at_rest(self) -> PoseSource | None:
@@ -119,7 +132,9 @@ def guess_session(
         Units of the gyroscope per °/s, stated by the user.
     """
     alone, doubts = drop_alternatives(tables)
+    dead = {triad: why for triad in TRIADS if (why := _dead_axis(alone, triad))}
     settled, scales = settle_scale(without_rate_bias(alone), clips, per_deg)
+    scales = () if "gyroscope" in dead else scales
     settled = settled if scales else clocked_by_plate(settled)
     beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
@@ -131,9 +146,11 @@ def guess_session(
                                   strict=True):
         kind: Layout = "means" if table.are_means else layout
         force = next((one for one, other in beside.items() if other is rate), table)
-        every = speeds_in(force, rate) if kind == "log" and not scales else []
-        for turns, clockwise in every or [(usual, bool(usual) and rate.turns_clockwise(force))]:
-            rpm = 0.0 if not turns else None if scales else _speed_rpm(turns, clips)
+        is_open = bool(scales) or "gyroscope" in dead
+        every = speeds_in(force, rate) if kind == "log" and not is_open else []
+        for turns, clockwise in every or [(usual, "gyroscope" not in dead and bool(usual)
+                                           and rate.turns_clockwise(force))]:
+            rpm = 0.0 if not turns else None if is_open else _speed_rpm(turns, clips)
             groups.setdefault((kind, rpm, clockwise), {})[table] = turns
     sources = tuple(
         _source("log", rpm, clockwise, _paired([*group], beside), [*group.values()], clips)
@@ -143,26 +160,26 @@ def guess_session(
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
-    dead_axis = _dead_axis(settled)
-    if not scales and not dead_axis:
+    if not scales and "gyroscope" not in dead:
         doubts += _rate_doubts(sources)
-    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales, dead_axis)
+    return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales, dead)
 
 
-def _dead_axis(tables: Sequence[TableGuess]) -> str:
-    """A gyroscope of which one axis reads one number in all tables, while another one turns."""
-    seen = [(table.si(table.gyroscope), table) for table in tables if table.gyroscope]
+def _dead_axis(tables: Sequence[TableGuess], triad: Triad) -> str:
+    """A triad of which one axis reads one number in all tables, while another one turns."""
+    seen = [(one, table) for table in tables if (one := getattr(table, triad))]
     if not seen:
         return ""
-    low, high = (of([of(values, axis=0) for values, _ in seen], axis=0)
+    values = [table.si(one) for one, table in seen]
+    low, high = (of([of(readings, axis=0) for readings in values], axis=0)
                  for of in (np.nanmin, np.nanmax))
-    axis, first = int((high - low).argmin()), seen[0][1]
-    if high[axis] > low[axis] or (high - low).max() < TURNING_RAD_S or first.gyroscope is None:
+    axis, (first, table) = int((high - low).argmin()), seen[0]
+    if high[axis] > low[axis] or (high - low).max() < LEAST_MOVE[triad]:
         return ""
-    name = first.gyroscope.columns[axis]
-    return (f"gyroscope {AXES[axis]} is dead: '{name}' reads {first.table.columns[name][0]:g} in "
-            f"every row of all logs, where the other axes turn. Check its wiring, and whether its "
-            f"column is that of the axis.")
+    name = first.columns[axis]
+    return (f"{triad} {AXES[axis]} is dead: '{name}' reads {table.table.columns[name][0]:g} in "
+            f"every row of all logs, where the other axes turn. {SO_DEAD[triad]}Check its wiring, "
+            f"and whether its column is that of the axis.")
 
 
 def _speed_rpm(rate_rad_s: float, clips: Sequence[MeasuredClip]) -> float | None:

@@ -216,8 +216,8 @@ def clocked_by_turns(
     longest_s = max(len(clock.time_s) for clock in clocks) / hz
     if not (USUAL_HZ[0] < hz < USUAL_HZ[1] and longest_s > SHORTEST_LOG_S):
         return [*clocks]
-    return [clock.at(hz, f"the file holds no times; {hz:g} Hz follows from the turns, off by 5 % "
-                         f"at most") for clock in clocks]
+    return [clock.at(hz, f"{hz:g} Hz follows from the turns, off by 5 % at most")
+            for clock in clocks]
 
 
 def per_sample(

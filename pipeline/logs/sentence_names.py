@@ -26,6 +26,8 @@ COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|#$%*&-"
 BEHIND = {"[": "]", "(": ")"}
+APART = str.maketrans(':{"', "   ")  #: signs between the words of a name: of keys inside keys
+PAIR = re.compile(r"(?<!\S)[^\s=]+=[^\s=]+(?!\S)")  #: a word with its key, as ``board=esp32``
 MARK = "\0"  #: placeholder of a number
 
 
@@ -94,7 +96,7 @@ def _names_of_line(line: str, one_of_many: bool) -> list[str]:
     units: dict[int, str] = {}
     *parts, last = SLOT.split(line)
     for part in parts:
-        *before, words = (" ".join(cell.replace(":", " ").strip(AROUND).split())
+        *before, words = (" ".join(PAIR.sub("", cell).translate(APART).strip(AROUND).split())
                           for cell in re.split(r"[,;|]", part))
         if one_of_many and not words:
             words = next((cell for cell in reversed(before) if cell and not spelled_unit(cell)), "")

@@ -137,9 +137,11 @@ def _rows(lines: Sequence[str], cycle: Sequence[str], form: Callable[[str], str]
     if len(cycle) == 1 or not any(map(LETTERS.search, cycle)):
         titles = [names_of_header(form_of(line), above) for line in example]
         names = [*chain(*titles)] if all(titles) else names
-    leading = [cells.split(",", 1)[0] for cells in islice((rows[at] for at in samples), SHOWN)]
-    if names and not names[0]:
-        names[0] = TIME if ":" in leading[0] else "t" if _grow(leading) else ""
+    shown = [cells.split(",") for cells in islice((rows[at] for at in samples), SHOWN)]
+    for end in (0, -1):  # a stamp without a name, before the readings or behind them
+        if names and not names[end]:
+            stamps = [cells[end] for cells in shown]
+            names[end] = TIME if ":" in stamps[0] else "t" if _grow(stamps) else ""
     if any(names):  # positions alone would be a row of numbers
         rows[first - 1] = ",".join(numbered(names))
     return rows
@@ -174,10 +176,10 @@ def _samples(
             sample = []
 
 
-def _grow(leading: Sequence[str]) -> bool:
-    """Whether the first number increases from row to row, not by one as row numbers do."""
+def _grow(stamps: Sequence[str]) -> bool:
+    """Whether a number increases from row to row, not by one as row numbers do."""
     try:
-        numbers = [*map(float, leading)]
+        numbers = [*map(float, stamps)]
     except ValueError:
         return False
     steps = {other - one for one, other in pairwise(numbers)}

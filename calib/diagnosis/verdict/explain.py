@@ -16,6 +16,7 @@ from calib.diagnosis.verdict.explanation import Explanation, Step
 from calib.diagnosis.verdict.kinds_of_noise import SHAPELESS
 from calib.diagnosis.verdict.ranking import Candidate
 from calib.diagnosis.verdict.wording import (
+    AT_REST,
     CORRECT,
     NOTHING_MISSING,
     NOTHING_MORE,
@@ -67,16 +68,14 @@ def explain(
 
 def _nothing(case: Case) -> Explanation:
     text = f"{NOTHING_MISSING}: the poses' own noise explains the residual ({case.misfit})."
+    if case.fit.poses.reference.is_null.all():
+        return Explanation("open", AT_REST, f"{text} But {AT_REST}.", "record",
+                           "Record the same poses on the turning plate")
     if case.advice is not None and case.prediction is not None:
-        return Explanation(
-            "open", "directions are missing among its poses",
-            f"{text} {unsupported(case.fit, case.prediction)}{_record(case).lstrip()}",
-            *_settle(case),
-        )
-    return Explanation(
-        "good", "nothing is missing", text, "apply",
-        "Correct a log, or hand the calibration to another program",
-    )
+        text += f" {unsupported(case.fit, case.prediction)}{_record(case).lstrip()}"
+        return Explanation("open", "directions are missing among its poses", text, *_settle(case))
+    return Explanation("good", "nothing is missing", text, "apply",
+                       "Correct a log, or hand the calibration to another program")
 
 
 def _effect(case: Case) -> Explanation:

@@ -32,6 +32,9 @@ CORRECT = ("Correct a log, or hand the calibration to another program: the error
            "contains what is open")
 """Next step where something stays open."""
 
+AT_REST = "no pose turned, so that scale and misalignment were neither determined nor tested"
+"""What is open of a gyroscope that was at rest in all poses."""
+
 NOTHING_MISSING = "Nothing is missing"  #: begins the text of that verdict
 
 

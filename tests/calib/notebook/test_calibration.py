@@ -96,7 +96,7 @@ def test_samples_of_poses_give_the_command_s_own_figures(
 
 @pytest.mark.parametrize(("table", "words"), [
     ({"acc_x": [1.0], "acc_y": [1.0]}, "no column acc_z"),
-    ({"acc_x": ["a"], "acc_y": [1.0], "acc_z": [1.0]}, "acc_x is not numeric"),
+    ({"acc_x": ["a"], "acc_y": [1.0], "acc_z": [1.0]}, "is not numeric .* state `by='acc_x'`"),
     ({"acc_x": [1.0, 2.0], "acc_y": [1.0], "acc_z": [1.0]}, "different lengths"),
     (np.zeros((4, 2)), r"\(n, 3\) expected"),
     ({"aX": [1.0], "aY": [1.0], "aZ": [1.0]}, r"rename\(columns=\{'aX': 'acc_x', 'aY': 'acc_y'"),

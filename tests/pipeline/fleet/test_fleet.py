@@ -93,6 +93,15 @@ def test_a_session_that_fails_is_in_the_table_with_its_reason_and_stops_nothing(
     assert "9 poses" in failed["broken"]["reason"]
 
 
+def test_a_fleet_of_which_nothing_is_calibrated_fails(
+    lot: Path, cluster: LocalCluster, tmp_path: Path
+) -> None:
+    """With the exit code of all sessions, or of different ones with that of undetermined data."""
+    for name, expected in (("empty", UNREADABLE), ("*", UNDETERMINED)):
+        assert pipeline("fleet", f"{lot}/faulty/{name}/config.yaml", "--output", tmp_path / "out",
+                        "--scheduler", cluster.scheduler_address, "--no-reports") == expected
+
+
 def test_parquet_is_the_same_table(table: Path) -> None:
     stored = pq.read_table(table / "fleet.parquet").to_pylist()
     for row, written in zip(rows_of(table), stored, strict=True):

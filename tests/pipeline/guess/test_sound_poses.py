@@ -46,6 +46,69 @@ def test_a_dead_axis_is_named_and_not_what_follows_from_it(
     assert "no speed of a record player" not in words
 
 
+@pytest.mark.parametrize("axis", [-3, -2, -1])
+def test_what_turned_about_a_dead_axis_is_not_said_to_rest(
+    files: list[Path], axis: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files:
+        hold(path, axis, "17")
+    assert pipeline("import", *files) == 0
+    said = capsys.readouterr()
+    assert "tables, at rest or turned about the dead axis: each is one pose" in said.out
+    assert "turning at" not in said.out
+    assert "What turned about it looks as if it were at rest" in said.err
+    assert "# gyroscope: left out" in Path("config.yaml").read_text(encoding="utf-8")
+
+
+def test_a_dead_accelerometer_at_rest_is_refused_by_import_and_run_alike(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files[:18]:
+        hold(path, 1, "17")
+    assert pipeline("import", *files[:18]) == 4
+    assert "AcX reads 17 in every row and the other axes scatter" in capsys.readouterr().err
+    assert pipeline("run", "config.yaml") == 2
+    assert "nothing to do" in capsys.readouterr().err
+
+
+def test_beside_a_dead_accelerometer_a_gyroscope_on_the_plate_is_calibrated(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files:
+        hold(path, 1, "17")
+    assert pipeline("import", *files, "--gyroscope-range", "500") == 0
+    assert "the accelerometer is left out: rest/p01.csv: AcX reads 17" in capsys.readouterr().err
+    assert pipeline("run", "config.yaml") == 0
+    assert [*results_in(Path("config.run"))["gyroscope"]["parameters"]]
+
+
+def test_an_axis_that_is_dead_in_a_stated_unit_is_no_file_in_another_unit(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evening = Evening(range_g=32.768, header="millis,ax_mg,ay_mg,az_mg,Tmp,GyX,GyY,GyZ")
+    files = [path for name, rpm in (("rest", 0.0), ("turn", RPM))
+             for path in evening.write(here, name, rpm, 1)]
+    for path in files:
+        hold(path, 1, "17")
+    pipeline("import", *files, "--gyroscope-range", "500")
+    said = capsys.readouterr().err
+    assert "the accelerometer is left out: accelerometer x is dead: 'ax_mg' reads 17" in said
+    assert "the unit of the other files" not in said
+
+
+def test_a_gyroscope_at_rest_is_told_not_to_be_tested_for_what_needs_turning(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    untested = ("no pose turned, so that scale and misalignment were neither determined nor tested")
+    assert pipeline("import", *files[:18], "--gyroscope-range", "500") == 0
+    assert f"gyroscope: {untested}." in capsys.readouterr().out
+    assert pipeline("run", "config.yaml") == 0
+    assert f"But {untested}.\nnext: record the same poses on the turning plate" in (
+        capsys.readouterr().out)
+    gyroscope = results_in(Path("config.run"))["gyroscope"]
+    assert untested in gyroscope["diagnosis"]["says"]
+
+
 def test_a_pose_that_is_to_be_recorded_again_costs_no_triad(
     here: Path, files: list[Path], capsys: pytest.CaptureFixture[str]
 ) -> None:

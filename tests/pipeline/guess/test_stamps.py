@@ -52,6 +52,18 @@ def test_a_clock_has_the_unit_of_its_name_and_the_reason_is_the_step_of_its_rows
     assert (clock.unit, clock.because) == ("us", "rows 20000 apart")
 
 
+def test_a_clock_that_stands_still_is_told(tmp_path: Path) -> None:
+    """It is there: that the file holds no times would not be true."""
+    log = hand_log()
+    stopped = np.full(len(log.acc), 12.5)
+    table = guessed(tmp_path / "log.csv", "time_s", [stopped, log.acc, log.gyr], "%.3f")
+    assert table.clock.rate_hz == pytest.approx(100, rel=0.02)
+    assert table.clock.doubt.startswith(
+        "'time_s' reads 12.5 in every row, a clock that stands still; ")
+    clock = guess_clock({"time_s": stopped, "ax": stopped, "ay": stopped}, None, None)
+    assert "stands still, and nothing states the sample rate" in clock.doubt
+
+
 def test_a_column_without_a_name_beside_others_with_one_is_no_cause() -> None:
     """The zone behind a time of the day is a number too."""
     columns = {name: np.arange(9.0) for name in ("t", "2", "ax", "fan")}

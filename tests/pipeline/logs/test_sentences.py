@@ -72,3 +72,12 @@ def test_a_stamp_before_an_empty_line_belongs_to_the_sample_above_it() -> None:
     rows = [line for line in rows_of_lines(lines) if line[:2] == "19"]
     assert [row.split(",")[:2] for row in rows] == [
         [f"19:23:20.{300 + 10 * i}", f"{i}.5"] for i in range(20)]
+
+
+def test_the_signs_of_nested_keys_and_the_tags_of_a_line_are_no_part_of_a_name() -> None:
+    rows = rows_of_lines(["", *(f'imu: {{"acc_g": {{"x": 0.{i}, "y": 0.1, "z": 1}}, '
+                                f'"gyro": {{"x": {i}.5, "y": 2, "z": 3}}}}' for i in range(40))])
+    assert rows[0] == "imu acc_g x,imu acc_g y,imu acc_g z,gyro x,gyro y,gyro z"
+    rows = rows_of_lines(["", *(f"imu,board=esp32 ax=0.{i},ay=0.1,az=1 17672256000{i:02d}0000000"
+                                for i in range(40))])
+    assert rows[0] == "ax,ay,az,t"  # the stamp behind the readings is the time
