@@ -90,11 +90,11 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.diagnosis.hypotheses": [("columns", "signature"), ("listed",), ("courses", "unlisted")],
     "calib.diagnosis.search": [
-        ("evidence",), ("table", "refit"), ("table_at", "candidates"),
+        ("evidence",), ("table", "refit"), ("table_at", "candidates"), ("entry", "what_errs"),
         ("posterior",), ("imitation",), ("search",),
     ],
     "calib.diagnosis.verdict": [
-        ("explanation",), ("ranking", "wording", "kinds_of_noise"), ("decision",),
+        ("explanation",), ("ranking", "wording", "kinds_of_noise", "beside"), ("decision",),
         ("case",), ("explain",),
     ],
     "vision": [

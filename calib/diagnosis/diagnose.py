@@ -27,7 +27,8 @@ from calib.diagnosis.next_measurement.chance import (
     chance_of_hypotheses,
 )
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS, SOAK
-from calib.diagnosis.search.posterior import Inclusion, Posterior
+from calib.diagnosis.search.entry import Inclusion
+from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.stand_ins import StandIn, stand_ins
 from calib.diagnosis.verdict.decision import Code, Verdict, refit_of
 from calib.diagnosis.verdict.explain import explain

@@ -2,14 +2,16 @@
 
     python -m tests.bench.study_outside hand --each 20 --sizes 5 100
     python -m tests.bench.study_outside paper --each 20 --sizes 5 100 --held-out
+    python -m tests.bench.study_outside gyroscope --each 4 --sizes 5 100 --held-out
 
-Hides each formula of :mod:`tests.outside_formulas` in the evenings of one sensor each, on every
-axis in a size of its own, the root mean square over the pose equations log-uniform between
-``--sizes`` sds; as many evenings hide nothing. No listed effect is there, so that whatever is
-named is wrong. One of which the verdict says that another function of the same looks alike is no
-claim on a formula, and is counted apart; so is one that *stands in*: under the conditions of the
-session, in attitudes of its own, the refit with it corrects magnitudes as well as it states, by two
-sds (its own and those of a pose together) in the root mean square.
+Hides each formula of :mod:`tests.outside_formulas` in the evenings of one sensor each (18 or 26
+poses of an accelerometer; ``gyroscope`` and ``accelerometer`` have 130 and 78 that show every
+effect), on every axis in a size of its own, the root mean square over the pose equations
+log-uniform between ``--sizes`` sds; as many evenings hide nothing. No listed effect is there, so
+that whatever is named is wrong. One of which the verdict says that another function of the same
+looks alike is no claim on a formula, and is counted apart; so is one that *stands in*: under the
+conditions of the session, in attitudes of its own, the refit with it corrects magnitudes as well as
+it states, by two sds (its own and those of a pose together) in the root mean square.
 """
 
 import argparse
@@ -32,6 +34,7 @@ from calib.poses.imu_log import FloatArray
 from calib.poses.pose_set import PoseSet
 from tests.bench.study_evenings import design_called
 from tests.bench.trial_workers import trials_on
+from tests.calib.made_poses import GRAVITY, noisy, rich_poses
 from tests.hidden_formulas import Formula
 from tests.lots import pose_sets_of
 from tests.outside_formulas import HELD_OUT, SEEN
@@ -40,6 +43,7 @@ from tests.world.bench import HUMIDITY, SUPPLY_V
 from tests.world.lot import LotPlan, draw_lot
 
 STANDS_IN_SD = 2.0  #: stated sds, in the root mean square, up to which a name does no harm
+DESIGNS = ("hand", "paper")  #: those of a lot
 NEW = 8  #: sets of new attitudes of as many poses as the session
 
 
@@ -75,10 +79,16 @@ def new_sets(sound: Fit, seed: int) -> Iterator[tuple[PoseSet, FloatArray]]:
     affine = np.linalg.lstsq(
         np.column_stack([sound.rows.vector, np.ones(len(poses))]), poses.reading, rcond=None)[0]
     for _ in range(NEW):
-        true = random.standard_normal((len(poses), 3))
-        true *= (poses.reference.magnitude / np.linalg.norm(true, axis=1))[:, None]
+        up = random.standard_normal((len(poses), 3))
+        up /= np.linalg.norm(up, axis=1, keepdims=True)
+        true = poses.reference.magnitude[:, None] * up
         reading = np.column_stack([true, np.ones(len(poses))]) @ affine
-        yield replace(poses, reading=reading, force=reading), true
+        yield replace(poses, reading=reading, force=force_of(poses, reading, GRAVITY * up)), true
+
+
+def force_of(poses: PoseSet, reading: FloatArray, otherwise: FloatArray) -> FloatArray:
+    """The specific force (n, 3) where an accelerometer reads ``reading``; else ``otherwise``."""
+    return reading if poses.triad == "accelerometer" else otherwise
 
 
 def stands_in(joint: Fit, sound: Fit, hiding: Hiding, seed: int) -> bool:
@@ -119,14 +129,27 @@ def said(finding: Finding, sound: Fit, hiding: Hiding, seed: int) -> bool:
     return joint is not None and stands_in(joint.fit, sound, hiding, seed)
 
 
+def evenings_of(design_name: str, count: int, seed: int) -> list[PoseSet]:
+    """So many evenings without an error."""
+    if design_name in DESIGNS:
+        design = replace(design_called(design_name),
+                         columns={"humidity_pct": HUMIDITY, "supply_v": SUPPLY_V})
+        return list(pose_sets_of(draw_lot(design, LotPlan(count), seed)))
+    evenings = []
+    for each in range(1000 * seed, 1000 * seed + count):
+        poses = rich_poses("gyroscope" if design_name == "gyroscope" else "accelerometer", each)
+        supply_v = 3.3 + 0.1 * np.random.default_rng([each, 99]).standard_normal(len(poses))
+        columns = {**poses.columns, "supply_v": supply_v}
+        evenings.append(noisy(replace(poses, columns=columns), each))
+    return evenings
+
+
 def one_seed(
     design_name: str, formulas: Mapping[tuple[str, str], Formula], sizes: tuple[float, float],
     seed: int,
 ) -> tuple[list[Outside], list[SetOutcome], int]:
     """Every formula once, and as many evenings without."""
-    design = replace(design_called(design_name),
-                     columns={"humidity_pct": HUMIDITY, "supply_v": SUPPLY_V})
-    lot = pose_sets_of(draw_lot(design, LotPlan(2 * len(formulas)), seed))
+    lot = evenings_of(design_name, 2 * len(formulas), seed)
     hidden, sound, refused = [], [], 0
     for i, poses in enumerate(lot[len(formulas):]):
         sound.append(scored(1000 * seed + i, find(fit(poses, Model.of(BASE))), ()))
@@ -139,7 +162,8 @@ def one_seed(
             before.equations.whitened(errors[:, :, None], before.rows.vector) ** 2)))
         reading = poses.reading + errors
         try:
-            found = find(fit(replace(poses, reading=reading, force=reading), Model.of(BASE)))
+            force = force_of(poses, reading, poses.force)
+            found = find(fit(replace(poses, reading=reading, force=force), Model.of(BASE)))
         except CalibrationError:
             refused += 1
             continue
@@ -154,7 +178,7 @@ def main() -> None:
     """Print wrong names by formula, verdicts, and stated probabilities beside frequencies."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("design", choices=("hand", "paper"))
+    parser.add_argument("design", choices=(*DESIGNS, "gyroscope", "accelerometer"))
     parser.add_argument("--each", type=int, default=20, help="evenings of every formula")
     parser.add_argument("--sizes", type=float, nargs=2, default=(5.0, 100.0))
     parser.add_argument("--first-seed", type=int, default=0)

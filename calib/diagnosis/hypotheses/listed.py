@@ -36,6 +36,8 @@ wanders by a fiftieth of their distance 0.03."""
 ANY_FUNCTION = "~"
 """Prefix of the covariate of an unknown function, which separates it from effects' names."""
 
+BIAS = "bias"  #: what errs in a course of the bias
+OWN_AXIS = "error of each axis"  #: what errs in a function of what an axis senses
 ATTITUDE = "attitude"  #: what a function is of, where it is of how the sensor lies
 COVARIATES = {"time": "time_s", "plate": "spin_rad_s"}
 """What an effect is a function of, by what it needs besides the vector, if that has another name.
@@ -55,15 +57,29 @@ class Course:
         The k courses on the three axes, each with a parameter of its own; or on the length. Of
         ``on_common`` (q, k, 1): on what is stated of the q common errors, in their sds.
     on_common : bool
+    errs : str
+        What of the reading has the course: ``bias``, ``gain``, ``error of each axis``; empty of the
+        length and of errors of several kinds.
     """
 
     values: FloatArray
     on_common: bool = False
+    errs: str = ""
 
     @classmethod
     def of_bias(cls, values: FloatArray) -> "Course":
         """A bias with the courses ``values`` (n, k), the same on every axis."""
-        return cls(np.repeat(values[:, :, None], 3, axis=2))
+        return cls(np.repeat(values[:, :, None], 3, axis=2), errs=BIAS)
+
+    @classmethod
+    def of_gain(cls, values: FloatArray, each_axis: FloatArray) -> "Course":
+        """A gain with the courses ``values`` (n, k) on all of ``each_axis`` (n, 3)."""
+        return cls(values[:, :, None] * each_axis[:, None, :], errs="gain")
+
+    @classmethod
+    def of_axis(cls, values: FloatArray) -> "Course":
+        """Errors of each axis (n, k, 3) that are functions of what that axis senses."""
+        return cls(values, errs=OWN_AXIS)
 
     @classmethod
     def of_size(cls, values: FloatArray) -> "Course":

@@ -30,7 +30,7 @@ SMOOTH = 0.3
 judgement: half a swing fits into it, and steeper functions cost what they take more."""
 
 CURVED = "temperature_bias_curve"  #: the listed curve
-IN_A_CURVE = "in a curve"  #: how a bias follows a column by a line and a square
+IN_A_CURVE = "in a curve"  #: how a bias or a gain follows a column by a line and a square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
 """Lags of the internal temperature behind the logged one, half a minute to an hour and a half.
@@ -107,11 +107,11 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         shapes = smooth_functions(values)
         yield name, [("", Course.of_size(shapes))]
         yield name, [("", Course.of_bias(shapes))]
-        yield name, [("", Course(shapes[:, :, None] * each_axis[:, None, :]))]
+        yield name, [("", Course.of_gain(shapes, each_axis))]
         if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
             curve = line_and_square(values)
             yield name, [(IN_A_CURVE, Course.of_bias(curve))]
-            yield name, [(IN_A_CURVE, Course(curve[:, :, None] * each_axis[:, None, :]))]
+            yield name, [(IN_A_CURVE, Course.of_gain(curve, each_axis))]
     yield ATTITUDE, [("", Course.of_size(_attitude(fit)))]
     if np.ptp(each_axis, axis=0).all():
         yield ATTITUDE, [("", _by_own_axis(each_axis))]
@@ -150,7 +150,7 @@ def _by_own_axis(each_axis: FloatArray) -> Course:
     """Errors of each axis that are any smooth function of what that axis senses (n, 3)."""
     functions = [smooth_functions(values) for values in each_axis.T]
     count = min(each.shape[1] for each in functions)
-    return Course(np.stack([each[:, -count:] for each in functions], axis=2))
+    return Course.of_axis(np.stack([each[:, -count:] for each in functions], axis=2))
 
 
 def _within(each_axis: FloatArray) -> Form:
@@ -159,7 +159,7 @@ def _within(each_axis: FloatArray) -> Form:
     Beside the scale that is a dead band as well as a saturation, which no smooth function follows.
     """
     return [(f"as far as {limit:g} of its largest and no further, as with a dead band or a limit",
-             Course(np.clip(each_axis / limit, -1, 1)[:, None, :])) for limit in LIMITS]
+             Course.of_axis(np.clip(each_axis / limit, -1, 1)[:, None, :])) for limit in LIMITS]
 
 
 def _by_products_of_force(force: FloatArray) -> Course:

@@ -10,7 +10,7 @@ import numpy as np
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import held
 from calib.diagnosis.search.candidates import Candidates
-from calib.diagnosis.search.posterior import Entry
+from calib.diagnosis.search.entry import Entry
 from calib.diagnosis.search.table import Table
 
 

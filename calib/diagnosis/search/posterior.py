@@ -7,61 +7,19 @@ that leave the same in the rows: these data do not tell them apart.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from calib.diagnosis.constants import CONSTANTS
 from calib.diagnosis.hypotheses.listed import Hypothesis
-from calib.diagnosis.search.candidates import Candidates, Members
+from calib.diagnosis.search.candidates import Candidates
+from calib.diagnosis.search.entry import Entry, Inclusion
 from calib.diagnosis.search.refit import Refit
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at
+from calib.diagnosis.search.what_errs import what_errs
 from calib.fit.least_squares.result import Fit
 from calib.poses.imu_log import FloatArray
-
-
-class Entry(NamedTuple):
-    """One set of hypotheses: its members' indices and its log posterior, not normalised.
-
-    ``refit`` is the joint refit of all its members, where one was made.
-    """
-
-    members: Members
-    log_posterior: float
-    refit: Refit | None = None
-
-    @property
-    def explains(self) -> bool:
-        """Whether the joint refit of all its members explains the rows."""
-        return self.refit is not None and self.refit.explains
-
-
-@dataclass(frozen=True)
-class Inclusion:
-    """A class of effects and the probability that one of them is missing.
-
-    Attributes
-    ----------
-    name : str
-        Its most probable member.
-    members : tuple of str
-        All, ``name`` first.
-    probability : float
-    kind : str
-        That of the hypothesis ``name``, or ``noise``.
-    follows : str or None
-        What ``name`` is a function of where it is an unknown function.
-    details : tuple of str
-        The poses or times of what is not an effect, the leading set's first.
-    """
-
-    name: str
-    members: tuple[str, ...]
-    probability: float
-    kind: str
-    follows: str | None = None
-    details: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,8 +222,15 @@ class Posterior:
 
     def _inclusion(self, name: str, members: Sequence[str], probability: float) -> Inclusion:
         h = self.first[name]
+        errs = (self.what_errs(name)
+                if h.follows is not None and probability >= CONSTANTS.least_offered else "")
         return Inclusion(
-            name, tuple(members), probability, h.kind, h.follows, self._details(name))
+            name, tuple(members), probability, h.kind, h.follows, self._details(name), errs)
+
+    def what_errs(self, name: str) -> str:
+        """What the unknown function ``name`` is of the reading; empty where that is not sure."""
+        likeliest = next(e.members for e in self.ordered if name in self.names(e))
+        return what_errs(self.at_solution, self.candidates, likeliest, name)
 
     def _details(self, name: str) -> tuple[str, ...]:
         """Poses or times of ``name`` in the likeliest set that has it, if it is not an effect."""

@@ -23,8 +23,9 @@ from calib.diagnosis.search.candidates import (
     Key,
     Members,
 )
+from calib.diagnosis.search.entry import Entry
 from calib.diagnosis.search.imitation import imitation
-from calib.diagnosis.search.posterior import Entry, Posterior
+from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit, beyond_nature, refit
 from calib.diagnosis.search.table import Table
 from calib.diagnosis.search.table_at import table_at

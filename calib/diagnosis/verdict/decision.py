@@ -7,25 +7,28 @@ with its odds; what of it has no name by its kind: bad poses, a course that no e
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 from scipy.special import expit
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import ATTITUDE, Hypothesis, held
+from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE, BIAS, Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import seen_far_apart
-from calib.diagnosis.search.posterior import Inclusion, Posterior
+from calib.diagnosis.search.entry import Inclusion
+from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit, explained, refit
-from calib.diagnosis.search.table import Table
+from calib.diagnosis.verdict.beside import beside
 from calib.diagnosis.verdict.kinds_of_noise import (
     kinds_in_a_class,
     kinds_of_noise,
     told_apart,
     unexplained_noise,
 )
+from calib.effects.catalogue import WARM_UP
 from calib.fit.noise_size import FORMULA_ERROR
+from calib.fit.rows.model_terms import follows_vector
 from calib.fit.validation.leave_one_out import compare
 from calib.fit.validation.odd_poses import few_odd_poses
 from calib.poses.imu_log import FloatArray
@@ -67,6 +70,10 @@ class Verdict:
         Whether the poses' own noise explains what is left.
     straight : tuple of str
         What a named effect is a function of, where another function of it would look the same.
+    either : tuple of Inclusion
+        All that an unknown course may be.
+    errs : str
+        What of the reading an unknown function is, where the rows tell.
     """
 
     code: Code
@@ -78,6 +85,8 @@ class Verdict:
     share: float = 0.0
     explains: bool = False
     straight: tuple[str, ...] = ()
+    either: tuple[Inclusion, ...] = ()
+    errs: str = ""
 
 
 def reach_verdict(posterior: Posterior) -> Verdict:
@@ -101,7 +110,7 @@ def reach_verdict(posterior: Posterior) -> Verdict:
         return Verdict(
             Code.EFFECT, first.name, tuple(each.name for each in named), first.members,
             details=steps if any(_is_step(posterior.first[each.name]) for each in named) else (),
-            beside=_beside(posterior, named), share=share, explains=explains,
+            beside=beside(posterior, named), share=share, explains=explains,
             straight=tuple(dict.fromkeys(
                 subject for each in named if seen_far_apart(
                     base, subject := posterior.first[each.name].covariate))),
@@ -143,12 +152,35 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
             least = FORMULA_ERROR * max(size.values())
             if not joint.explains:  # a formula is off by what is left, and more looks like another
                 rest = np.sqrt(joint.fit.weight @ joint.fit.rows.residual**2)
+                whole = [each for each in sure if rest <= FORMULA_ERROR * size[each.name]
+                         or not _is_part(posterior, each)]
+                if len(whole) < len(sure):
+                    sure = whole
+                    continue
                 least = max(least, rest * np.sqrt(CONSTANTS.sure / (1 - CONSTANTS.sure)))
             kept = [each for each in sure if size[each.name] >= least] or [
                 max(sure, key=lambda each: size[each.name])]
             return sorted(kept, key=lambda each: -size[each.name]), joint
         sure.pop()
     return [], None
+
+
+def _is_part(posterior: Posterior, each: Inclusion) -> bool:
+    """Whether it is part of an unknown function, which is sure to be missing beside it.
+
+    The sum of two functions of what an axis senses is one function of it, of which the effect is
+    a term; so is a line in a logged column beside a bend in the same bias or gain. Of two warm-ups
+    each has a name.
+    """
+    h = posterior.first[each.name]
+    function = ANY_FUNCTION + h.covariate
+    if (h.effect is None or h.name == WARM_UP or function not in posterior.names(posterior.lead)
+            or posterior.any_of([function]) < CONSTANTS.sure):
+        return False
+    errs = posterior.what_errs(function)
+    if h.covariate == ATTITUDE or follows_vector(h.effect, posterior.base.equations.at_start):
+        return errs != BIAS
+    return errs == BIAS
 
 
 def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
@@ -167,42 +199,6 @@ def _signal_rows(posterior: Posterior, joint: Refit, name: str) -> FloatArray:
     """What an effect of ``joint`` explains, whitened, the model projected out, (r,)."""
     same = {held(h, j).name for j, h in enumerate(posterior.hypotheses) if h.name == name}
     return joint.signal(same, posterior.table.projector)
-
-
-def _beside(posterior: Posterior, named: Sequence[Inclusion]) -> tuple[Inclusion, ...]:
-    """What else may be missing, its probability not small.
-
-    What has no name may be all that an effect seems to take: an unknown function is any function
-    of its quantity, and where the rows keep a misfit an effect has the odds of its share of that.
-    """
-    known = {name for each in named for name in each.members}
-    functions = {each.follows for each in named} - {None}
-    others = [
-        replace(each, probability=each.probability * _share_beside(posterior, each))
-        if each.kind == "listed" else each for each in posterior.inclusion
-        if each.name not in known
-        and not (each.kind == "listed" and posterior.first[each.name].covariate in functions)]
-    return tuple(each for each in others if each.probability >= 1 - CONSTANTS.sure)
-
-
-def _share_beside(posterior: Posterior, each: Inclusion) -> float:
-    """Part of the variance beyond noise that one more takes, in the likeliest set that has it."""
-    whole = next(e.members for e in posterior.ordered
-                 if not posterior.names(e).isdisjoint(each.members))
-    rest = [j for j in whole if posterior.hypotheses[j].name not in each.members]
-    before, after = (_beyond_noise(posterior.at_solution, some) for some in (rest, whole))
-    return max(1 - after / before, 0.0) if 0 < before < np.inf else 1.0
-
-
-def _beyond_noise(table: Table, members: Sequence[int]) -> float:
-    """Variance that ``members`` leave beyond noise; infinite where no row is left to tell."""
-    blocks = [np.zeros((len(table.residual), 0)), *(table.unit_block(j) for j in members)]
-    basis = np.linalg.qr(np.concatenate(blocks, axis=1))[0]
-    dof = table.dof - basis.shape[1]
-    if dof < CONSTANTS.fewest_dof:
-        return np.inf
-    rest = table.chi2 - float(np.sum((basis.T @ table.residual) ** 2))
-    return float(max(rest / dof - 1, 0.0))
 
 
 def _open(posterior: Posterior) -> tuple[Inclusion, ...]:
@@ -237,15 +233,16 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     alike = next(each.members for each in posterior.classes if each.name == first.name)
     mass = posterior.any_of(alike if first.kind == "unknown" else [first.name])
     details = tuple(h.detail for h in members if h.name == first.name and h.detail)
+    errs = posterior.what_errs(first.name) if first.follows else BIAS
     if first.is_course:
         courses = {h.name for h in posterior.hypotheses if h.is_course}
         if posterior.any_of(courses) < least:
             return None
         if mass < least:
             return Verdict(
-                Code.UNKNOWN, "time_s", details=_best_step(posterior),
-                beside=tuple(each for each in _open(posterior) if each.name in courses),
-                share=share, explains=explains,
+                Code.UNKNOWN, "time_s", details=_best_step(posterior) if errs == BIAS else (),
+                either=tuple(each for each in _open(posterior) if each.name in courses),
+                share=share, explains=explains, errs=errs,
             )
     if mass < least or first.kind == "listed":  # a step without which poses are predicted better
         return None
@@ -257,8 +254,9 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
     if first.follows == ATTITUDE and (odd := few_odd_poses(posterior.base)):
         return Verdict(Code.BAD_POSE, odd[0], group=odd, details=odd, share=1.0, explains=True)
     return Verdict(
-        Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (), details=details,
-        beside=_beside(posterior, [each for each in posterior.classes if each.name == first.name]),
+        Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (),
+        details=details if first.course and first.course.errs == errs else (), errs=errs,
+        beside=beside(posterior, [each for each in posterior.classes if each.name == first.name]),
         share=share, explains=explains,
     )
 

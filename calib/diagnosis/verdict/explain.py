@@ -8,7 +8,7 @@ import numpy as np
 from calib.diagnosis.hypotheses.courses import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS
-from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.search.entry import Inclusion
 from calib.diagnosis.search.refit import linear_loo_rms
 from calib.diagnosis.verdict.case import Case
 from calib.diagnosis.verdict.decision import Code, Verdict
@@ -20,7 +20,6 @@ from calib.diagnosis.verdict.wording import (
     CORRECT,
     NOTHING_MISSING,
     NOTHING_MORE,
-    OF_ATTITUDE,
     OTHER_FILES,
     at_times,
     beyond_parts,
@@ -121,7 +120,7 @@ def _alike(case: Case) -> str:
 
 
 def _with_odds(case: Case, each: Inclusion) -> str:
-    what = readable(each.name, each.follows)
+    what = readable(each.name, each.follows, each.errs)
     if each.kind == "bad_pose":
         what = "a bad pose" if len(each.details) < 2 else "bad poses"
         what += f", {enumeration(case.named(each.details), 'and')}"
@@ -160,13 +159,13 @@ def _unknown(case: Case) -> Explanation:
     verdict = case.verdict
     assert verdict.name is not None
     if verdict.name == "time_s":
-        what = "the bias changes with time, neither linearly nor exponentially"
+        errs = verdict.errs or "error"
+        what = f"the {errs} changes with time, neither linearly nor exponentially"
         at = f"; if it is a step, {at_times(verdict.details[:1])}" if verdict.details else ""
-        words = [_with_odds(case, each) for each in verdict.beside]
+        words = [_with_odds(case, each) for each in verdict.either]
         return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")
-    subject = covariate(verdict.name)
-    what = (f"the bias follows {OF_ATTITUDE.get(verdict.name, subject)} {verdict.details[0]}"
-            if verdict.details else f"the residual follows {subject}")
+    what = " ".join((f"the {verdict.errs or 'residual'} follows",
+                     covariate(verdict.name, verdict.errs), *verdict.details[:1]))
     if verdict.group:
         what += f", or as {enumeration([*map(readable, verdict.group[1:])], 'or')} does"
     return _course(case, what, "")

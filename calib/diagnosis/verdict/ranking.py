@@ -7,7 +7,8 @@ import numpy as np
 from scipy.special import chdtrc
 
 from calib.diagnosis.hypotheses.listed import held
-from calib.diagnosis.search.posterior import Entry, Posterior
+from calib.diagnosis.search.entry import Entry
+from calib.diagnosis.search.posterior import Posterior
 from calib.diagnosis.search.refit import Refit, linear_loo_rms
 from calib.diagnosis.search.table import Table
 from calib.fit.triad.calibration import covariance_with_misfit

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE
+from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE, OWN_AXIS
 from calib.diagnosis.next_measurement.advice import list_labels, pose_in_words
 from calib.diagnosis.next_measurement.pose_blocks import minutes_for
 from calib.diagnosis.verdict.explanation import Step
@@ -74,7 +74,7 @@ def what_separates(name: str, triad: Triad) -> str:
     return words
 
 
-def readable(name: str, follows: str | None = None) -> str:
+def readable(name: str, follows: str | None = None, errs: str = "") -> str:
     """Description of a hypothesis, in words.
 
     Parameters
@@ -83,6 +83,8 @@ def readable(name: str, follows: str | None = None) -> str:
         An effect or a kind, as :class:`calib.diagnosis.hypotheses.listed.Hypothesis` has it.
     follows : str or None
         What it is a function of where it is an unknown function; ``name`` is then not looked at.
+    errs : str
+        What of the reading it then is.
 
     Returns
     -------
@@ -93,11 +95,14 @@ def readable(name: str, follows: str | None = None) -> str:
     --------
     >>> readable("quadratic"), readable("bad_pose"), readable("", follows="time_s")
     ("'quadratic'", 'a bad pose', 'something that follows time')
+    >>> readable("", "time_s", "gain"), readable("", "attitude", "error of each axis")
+    ('a gain that follows time', 'an error of each axis that follows what it senses')
     """
     if name.startswith(ANY_FUNCTION):
         follows = name.removeprefix(ANY_FUNCTION)
     if follows is not None:
-        return f"something that follows {covariate(follows)}"
+        what = f"a{'n' * errs.startswith('e')} {errs}" if errs else "something"
+        return f"{what} that follows {covariate(follows, errs)}"
     return {
         "bad_pose": "a bad pose",
         "noise": "more noise than the poses show by themselves",
@@ -107,8 +112,10 @@ def readable(name: str, follows: str | None = None) -> str:
     }.get(name, f"'{name}'")
 
 
-def covariate(name: str) -> str:
-    """Covariate of an unknown function, in words."""
+def covariate(name: str, errs: str = "") -> str:
+    """Covariate of an unknown function, by which ``errs`` errs, in words."""
+    if name == ATTITUDE and errs:
+        return "what it senses" if errs == OWN_AXIS else "products of the specific force"
     return {
         "time_s": "time",
         "spin_rad_s": "the rate of the plate",

@@ -14,7 +14,7 @@ from calib.diagnosis.diagnose import Diagnosis, diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.courses import FROM_RUN_TO_RUN
 from calib.diagnosis.next_measurement.advice import Advice
-from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.search.entry import Inclusion
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explain import SPOKEN, explain
 from calib.diagnosis.verdict.explanation import Step

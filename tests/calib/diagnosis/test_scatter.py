@@ -8,7 +8,7 @@ import pytest
 from calib.diagnosis.diagnose import diagnose
 from calib.diagnosis.finding import find
 from calib.diagnosis.hypotheses.courses import scattering_rates
-from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.search.entry import Inclusion
 from calib.diagnosis.verdict.decision import Code, Verdict
 from calib.diagnosis.verdict.explain import explain
 from calib.diagnosis.verdict.ranking import rank

@@ -237,7 +237,7 @@ def test_a_bias_by_products_of_the_specific_force_follows_the_attitude() -> None
     poses = replace(poses, reading=poses.reading + hidden * product)
     said = diagnose(fit(poses, MODEL))
     assert (said.verdict, said.explanation.step) == ("unknown", "discover")
-    assert "follows the attitude" in said.text
+    assert "the bias follows products of the specific force" in said.text
 
 
 def simulated(seed: int, hidden: tuple[Hidden, ...] = ()) -> tuple[

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.next_measurement.advice import DIRECTIONS, Advice
-from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.search.entry import Inclusion
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.effect import Effect
 from calib.poses.attitudes import natural_directions

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.diagnosis.search.posterior import Inclusion
+from calib.diagnosis.search.entry import Inclusion
 from pipeline.config.load import load_config
 from pipeline.console.run_text import limit_rows, unseen_text
 from pipeline.report.page import report_html

@@ -1,0 +1,83 @@
+"""What a verdict says of an error without a name: whether the bias errs, the gain, or an axis."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.effects.catalogue import BASE
+from calib.fit.least_squares.solver import fit
+from calib.fit.model import Model
+from calib.poses.imu_log import FloatArray
+from calib.poses.pose_set import PoseSet
+from tests.calib.made_poses import noisy, rich_poses
+
+UNLIKE = np.array([1.0, -0.8, 0.5])  #: what the axes have of an error
+
+
+def diagnosed(poses: PoseSet, error: FloatArray) -> Diagnosis:
+    """The verdict where readings err by ``error`` (n, 3) in sds."""
+    read = poses.reading + poses.sd[0, 0] * error
+    return diagnose(fit(replace(poses, reading=read), Model.of(BASE)))
+
+
+def in_time(poses: PoseSet) -> FloatArray:
+    """A course that comes and goes, (n, 1)."""
+    return np.sin(5 * (poses.time_s - poses.time_s.min())[:, None] / np.ptp(poses.time_s))
+
+
+def late(poses: PoseSet) -> FloatArray:
+    """One in the second half of the session, (n, 1)."""
+    return 1.0 * (poses.time_s > np.median(poses.time_s))[:, None]
+
+
+def of_axes(poses: PoseSet) -> FloatArray:
+    """What the axes sense, over the largest, (n, 3)."""
+    return np.asarray(poses.reading / np.abs(poses.reading).max())
+
+
+@pytest.mark.parametrize(("error", "said"), [
+    (lambda p: 15 * in_time(p) * UNLIKE, "the bias changes with time"),
+    (lambda p: 40 * in_time(p) * UNLIKE * of_axes(p), "the gain changes with time"),
+    (lambda p: 40 * late(p) * UNLIKE * of_axes(p), "the gain changes with time"),
+], ids=["bias", "gain", "gain that steps"])
+def test_what_changes_with_time_is_the_bias_or_the_gain(
+    error: Callable[[PoseSet], FloatArray], said: str
+) -> None:
+    poses = noisy(rich_poses("accelerometer", 4), 4)
+    verdict = diagnosed(poses, error(poses))
+    assert verdict.verdict == "unknown"
+    assert said in verdict.text
+    assert said in verdict.explanation.short
+    other = "gain" if "bias" in said else "bias"
+    assert f"the {other} changes" not in verdict.text
+    assert {each.errs for each in verdict.inclusion if each.follows == "time_s"} == {
+        "gain" if "gain" in said else "bias"}
+
+
+def test_what_is_beside_a_course_is_not_what_the_course_may_be() -> None:
+    """A pose that was knocked, beside a gain that changes, was told as what that change is."""
+    poses = noisy(rich_poses("accelerometer", 4), 4)
+    error = 40 * in_time(poses) * UNLIKE * of_axes(poses)
+    error[9] += 60
+    text = diagnosed(poses, error).text
+    assert "the gain changes with time, neither linearly nor exponentially (chi²/dof" in text
+    assert f"Perhaps there is also a bad pose, {poses.label[9]}" in text
+
+
+@pytest.mark.parametrize(("error", "said"), [
+    (lambda p: -300 * np.sign(p.reading) * np.clip(np.abs(p.reading) - 2.6, 0, None),
+     "the error of each axis follows what it senses"),
+    (lambda p: 0.5 * UNLIKE * p.force[:, [1, 2, 0]] * p.force[:, [2, 0, 1]],
+     "the bias follows products of the specific force"),
+], ids=["saturation", "products of forces"])
+def test_what_follows_the_attitude_is_told(
+    error: Callable[[PoseSet], FloatArray], said: str
+) -> None:
+    poses = noisy(rich_poses("gyroscope", 4), 4)
+    verdict = diagnosed(poses, error(poses))
+    assert (verdict.verdict, verdict.name) == ("unknown", "attitude")
+    assert said in verdict.text
+
