@@ -5,14 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.config.load import parse_config
 from pipeline.config.sensor import sensor_specs
 from pipeline.errors import UnreadableInput
+from pipeline.guess.agreement import disagreements
 from pipeline.guess.checked import CheckedConfig, checked_config
-from pipeline.guess.config_text import Choices
+from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
+from pipeline.stages.session_logs import Setting, read_session
 from tests.pipeline.guess.container_files import CONTAINERS, CONTAINERS_REFUSED
 from tests.pipeline.guess.foreign_files import TOOLS, Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, GRAVITY_M_S2, HandLog, hand_log
@@ -31,6 +34,12 @@ EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE, **SENTENCES, **UNSEEN, **CO
 EVERY_REFUSED = {**REFUSED, **SENTENCES_REFUSED, **UNSEEN_REFUSED, **CONTAINERS_REFUSED,
                  **LAB_REFUSED, **LATE_REFUSED, **LATEST_REFUSED}
 SITE = "{gravity_m_s2: 9.80665}"
+CALIBRATED = (
+    "phyphox", "one_file_per_pose", "offset_binary", "no_header_no_time", "nine_unnamed",
+    "low_resolution", "two_chips", "newest_first", "blocks", "means", "means_with_sds",
+    "labels_from_the_first_line",
+)  # fmt: skip
+"""A file of each layout, kind of counts and order of the rows: all others read as one of these."""
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +53,39 @@ def imported(foreign: Foreign, folder: Path) -> CheckedConfig:
                           lambda config: run_stages(config, RunContext()))
 
 
-@pytest.mark.parametrize("tool", EVERY)
+def resting(readings: np.ndarray) -> np.ndarray:
+    """Readings in the rests (18, 3): those of the first half of each eighteenth of the rows."""
+    return np.array([np.median(part[: len(part) // 2], axis=0)
+                     for part in np.array_split(readings, 18)])
+
+
+@pytest.mark.parametrize("tool", [tool for tool in EVERY if tool not in CALIBRATED])
+def test_a_session_reads_in_a_foreign_file_what_was_recorded(
+    tmp_path: Path, log: HandLog, tool: str
+) -> None:
+    foreign = EVERY[tool](tmp_path, log)
+    guess = guess_session(guess_files(foreign.files, foreign.rate_hz)[0])
+    assert [*disagreements(guess)] == []
+    config = parse_config(tmp_path / "session.yaml", config_text(guess, tmp_path, Choices(SITE)))
+    assert config.accelerometer is not None
+    logs = read_session(config)[Setting.of(config.accelerometer.at_rest[0])].logs
+    for triad, per_si, recorded, within in (
+        ("accelerometer", foreign.per_m_s2, log.acc, 0.03),
+        ("gyroscope", foreign.per_rad_s, log.gyr, 0.001),
+    ):
+        if per_si is None:
+            continue
+        spec = sensor_specs(config.sensor)[triad]
+        counts = spec.nominal(np.concatenate([each.readings(triad) for each in logs]))
+        si = counts / (spec.nominal_scale * per_si)
+        np.testing.assert_allclose(resting(si), resting(recorded), atol=within)
+        assert spec.nominal_scale * per_si == pytest.approx(1.0, rel=0.01)
+    # No time is needed of a file of one pose.
+    seconds = sum(float(np.ptp(each.time_s)) for each in logs)
+    assert len(logs) == 18 or seconds == pytest.approx(54.0, rel=0.01)
+
+
+@pytest.mark.parametrize("tool", CALIBRATED)
 def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
     tmp_path: Path, log: HandLog, tool: str
 ) -> None:
