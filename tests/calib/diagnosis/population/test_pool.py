@@ -1,6 +1,6 @@
 """Evidence of many sensors, and what the pool makes of it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 import pytest
@@ -21,16 +21,27 @@ from tests.world.lot import LotPlan, draw_lot
 NINE = Model.of(BASE)
 
 
-def lot_of(sets: list[PoseSet], names: list[str] | None = None) -> LotEvidence:
-    names = names or [str(i) for i in range(len(sets))]
-    lot = LotEvidence.of((name, evidence_of(fit(each, NINE)))
-                         for name, each in zip(names, sets, strict=True))
+def pooled_singly(sets: list[PoseSet]) -> Pool:
+    lot = LotEvidence.of((str(i), evidence_of(fit(each, NINE))) for i, each in enumerate(sets))
     assert lot is not None
-    return lot
-
-
-def pool_of(lot: LotEvidence) -> Pool:
     return pool(lambda _trials: [lot])
+
+
+def blocks_of(
+    sets: list[PoseSet], names: list[str] | None = None, wanted: Collection[str] = (),
+    at_once: int = 500,
+) -> Iterator[LotEvidence]:
+    names = names or [str(i) for i in range(len(sets))]
+    for first in range(0, len(sets), at_once):
+        for fits in fit_sets(sets[first : first + at_once], NINE):
+            assert fits.fitted is not None
+            yield LotEvidence.from_stack([names[first + int(i)] for i in fits.index],
+                                         evidence_of(fits.fitted, names=wanted))
+
+
+def pool_of(sets: list[PoseSet], names: list[str] | None = None) -> Pool:
+    lots = [*blocks_of(sets, names)]
+    return pool(lambda _trials: lots)
 
 
 def test_blocks_of_stacked_fits_pool_as_the_single_fits_do() -> None:
@@ -38,14 +49,9 @@ def test_blocks_of_stacked_fits_pool_as_the_single_fits_do() -> None:
     sets = pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1))
 
     def blocks(trials: Sequence[Trial]) -> Iterator[LotEvidence]:
-        wanted = {trial.name for trial in trials}
-        for first in range(0, len(sets), 13):
-            for fits in fit_sets(sets[first : first + 13], NINE):
-                assert fits.fitted is not None
-                names = [str(first + int(i)) for i in fits.index]
-                yield LotEvidence.from_stack(names, evidence_of(fits.fitted, names=wanted))
+        return blocks_of(sets, wanted={trial.name for trial in trials}, at_once=13)
 
-    whole, in_blocks = pool_of(lot_of(sets)), pool(blocks)
+    whole, in_blocks = pooled_singly(sets), pool(blocks)
     assert in_blocks.sensors == whole.sensors
     assert [one.name for one in in_blocks.effects] == [one.name for one in whole.effects]
     assert [one.exponent for one in in_blocks.candidates] == pytest.approx(
@@ -54,25 +60,24 @@ def test_blocks_of_stacked_fits_pool_as_the_single_fits_do() -> None:
 
 
 def pooled(plan: LotPlan, seed: int = 1) -> Pool:
-    return pool_of(lot_of(pose_sets_of(draw_lot(paper_design(mpu6050()), plan, seed))))
+    return pool_of(pose_sets_of(draw_lot(paper_design(mpu6050()), plan, seed)))
 
 
 def test_half_an_sd_in_each_of_a_hundred_sensors_is_found_in_the_pool_and_in_none_alone() -> None:
     plan = LotPlan(100, hidden="cubic", common_sd=0.5)
-    lot = lot_of(pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1)))
-    first = pool_of(lot).effects[0]
+    sets = pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1))
+    first = pool_of(sets).effects[0]
     assert first.name == "cubic"
     assert first.evidence.p_common < 1e-4
     assert first.only is None
-    trial = first.evidence.trial
-    sets = pose_sets_of(draw_lot(paper_design(mpu6050()), plan, 1))
-    alone = [judge(trial, sums_of(lot_of([each]), trial)) for each in sets[:20]]
-    assert min(each.p_value for each in alone if each) > 0.01 / len(lot.trials)
+    trial, lots = first.evidence.trial, [*blocks_of(sets[:20], at_once=1)]
+    alone = [judge(trial, sums_of(lot, trial)) for lot in lots]
+    assert min(each.p_value for each in alone if each) > 0.01 / len(lots[0].trials)
 
 
 def test_the_common_size_is_the_hidden_one() -> None:
     drawn = draw_lot(soak_design(), LotPlan(60, hidden="temperature_bias", common_sd=1.0), 2)
-    effect = next(each for each in pool_of(lot_of(pose_sets_of(drawn))).effects)
+    effect = pooled_singly(pose_sets_of(drawn)).effects[0]
     assert "temperature_bias" in (effect.name, *effect.alternatives)
     sizes = [each for each in effect.sizes if each is not None]
     assert len(sizes) == 3
@@ -98,7 +103,7 @@ def test_one_sensor_that_shows_an_effect_is_named_and_not_the_lot() -> None:
     (bent,) = pose_sets_of(draw_lot(
         paper_design(mpu6050()), LotPlan(1, hidden="cubic", common_sd=30.0), 7))
     names = [f"s{i}" for i in range(21)]
-    (effect,) = pool_of(lot_of([*others[:5], bent, *others[5:]], names)).effects
+    (effect,) = pool_of([*others[:5], bent, *others[5:]], names).effects
     assert effect.name == "cubic"
     assert effect.only == "s5"
 
@@ -112,20 +117,20 @@ def test_sds_that_are_wrong_by_a_factor_name_nothing() -> None:
     small = [each.take(range(18)) for each in sets]
     for each in small:
         each.sd[:] *= 0.8
-    assert not pool_of(lot_of(small)).effects
+    assert not pool_of(small).effects
 
 
 def test_one_sensor_that_nothing_explains_does_not_speak_for_the_lot() -> None:
     sets = pose_sets_of(draw_lot(paper_design(mpu6050()), LotPlan(60), 4))
     broken = sets[7].take(range(18))
     broken.reading[[2, 5, 11]] *= [[1.01], [0.985], [1.02]]
-    assert not pool_of(lot_of([*sets[:7], broken, *sets[8:]])).effects
+    assert not pool_of([*sets[:7], broken, *sets[8:]]).effects
 
 
 def test_evenings_of_one_sensor_count_as_one_sensor_in_its_sizes() -> None:
     plan = LotPlan(40, evenings=3, hidden="cubic", spread_sd=3.0)
     drawn = draw_lot(soak_design(), plan, 5)
-    effect = pool_of(lot_of(pose_sets_of(drawn), [f"s{unit}" for unit in drawn.unit])).effects[0]
+    effect = pool_of(pose_sets_of(drawn), [f"s{unit}" for unit in drawn.unit]).effects[0]
     assert effect.name == "cubic"
     assert all(size is not None and size.sensors == 40 for size in effect.sizes)
     slope = np.polyfit(drawn.size[::3, 0], effect.size[:, 0], 1)[0]
@@ -135,5 +140,5 @@ def test_evenings_of_one_sensor_count_as_one_sensor_in_its_sizes() -> None:
 def test_a_large_lot_is_not_fooled_by_sds_that_each_session_estimates() -> None:
     """800 sessions of 400 sensors, the sd of each from 12.6 degrees of freedom."""
     drawn = draw_lot(paper_design(mpu6050()), LotPlan(400, evenings=2, noise_dof=0.7), 6)
-    pooled_lot = pool_of(lot_of(pose_sets_of(drawn, 0.7), [f"{unit}" for unit in drawn.unit]))
+    pooled_lot = pool_of(pose_sets_of(drawn, 0.7), [f"{unit}" for unit in drawn.unit])
     assert not pooled_lot.effects
