@@ -1,7 +1,8 @@
 """Common mistakes in the files of a session, and the poses as they would be without each."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
@@ -41,14 +42,21 @@ CHANGES: Mapping[Triad, tuple[tuple[FloatArray, str], ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Mistake:
-    """One mistake: the poses without it, and what it is, in words.
+    """One mistake: what gives the poses without it, and what it is, in words.
 
-    ``of`` are the affected poses, (n,), where they are not the whole run.
+    ``of`` are the affected poses, (n,), where they are not the whole run; ``mapped`` those, (n,),
+    whose readings one matrix changes.
     """
 
-    undone: PoseSet
+    undo: Callable[[], PoseSet]
     words: str
     of: BoolArray | None = None
+    mapped: BoolArray | None = None
+
+    @cached_property
+    def undone(self) -> PoseSet:
+        """The poses without it."""
+        return self.undo()
 
 
 def runs_by_name(poses: PoseSet) -> dict[str, BoolArray]:
@@ -102,10 +110,16 @@ def _mistake(
     poses: PoseSet, matrix: FloatArray, member: BoolArray, words: str, *, within: bool
 ) -> Mistake:
     """The mistake that multiplication of the readings of ``member`` by a matrix undoes."""
+    return Mistake(partial(_mapped, poses, matrix, member), words, member if within else None,
+                   member)
+
+
+def _mapped(poses: PoseSet, matrix: FloatArray, member: BoolArray) -> PoseSet:
+    """The poses with the readings of some multiplied by a matrix."""
     reading, sd = poses.reading.copy(), poses.sd.copy()
     reading[member] = reading[member] @ matrix.T
     sd[member] = sd[member] @ np.abs(matrix.T)
-    return Mistake(replace(poses, reading=reading, sd=sd), words, member if within else None)
+    return replace(poses, reading=reading, sd=sd)
 
 
 def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
@@ -127,7 +141,7 @@ def rate_mistakes(poses: PoseSet, base: Model) -> Iterator[Mistake]:
             continue
         rpm = ratio * float(np.median(stated)) / RPM
         yield Mistake(
-            _at_rates(poses, [(member, ratio)]),
+            partial(_at_rates, poses, [(member, ratio)]),
             f"by the gain that the other runs give, the plate turned at {rpm:.4g} rpm in "
             f"{name}{_other_run_at(turning, poses, name, ratio)}, not at "
             f"{np.median(stated) / RPM:.4g} rpm",
@@ -154,7 +168,7 @@ def exchanged_rates(poses: PoseSet) -> Iterator[Mistake]:
         ratio = float(np.median(magnitude[turning[b]]) / np.median(magnitude[turning[a]]))
         if abs(ratio - 1) > SAME_RATE:
             yield Mistake(
-                _at_rates(poses, [(turning[a], ratio), (turning[b], 1 / ratio)]),
+                partial(_at_rates, poses, [(turning[a], ratio), (turning[b], 1 / ratio)]),
                 f"the rates (or the clips, or the files) of {a} and {b} are exchanged",
                 turning[a] | turning[b],
             )

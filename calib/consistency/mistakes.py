@@ -11,6 +11,9 @@ must also explain more than their absence does. Poses of m attitudes give m equa
 many changes meets by chance: the misfits that all changes of these poses leave are drawn from a
 chi-square of m degrees of freedom whose size is their median, and the least of them must be smaller
 than chance makes it.
+
+No change of some poses by one matrix leaves less than these and the others leave each by
+themselves. Where the quadrics of the two parts leave more than a named mistake may, none is tried.
 """
 
 from collections.abc import Sequence
@@ -74,8 +77,9 @@ def require_no_mistake(poses: PoseSet, model: Model, fitted: Fit | None) -> None
         return
     looks = max(1, len(blocks(poses)) * len(CHANGES.get(poses.triad, CHANGED_AXES)))
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / looks:
-        return  # without a copy of the poses for each trial
-    mistakes = [*block_mistakes(poses), *rate_mistakes(poses, base), *exchanged_rates(poses)]
+        return
+    mistakes: list[Mistake] = [
+        *block_mistakes(poses), *rate_mistakes(poses, base), *exchanged_rates(poses)]
     if fitted is not None and fitted.p_value > MISFIT_P_VALUE / len(mistakes):
         return
     odd = odd_poses(poses)
@@ -99,9 +103,10 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
     """The mistake that explains the misfit and what it leaves, in words; None where none does."""
     before = _chi2(poses, base)
     whole = float(left_over(*quadric(poses))[0][0]) if before is None else before[0]
+    possible = possible_mistakes(mistakes, poses, whole)
     tried = [
-        (chi2, dof, mistakes[i])
-        for fits in fit_sets([mistake.undone for mistake in mistakes], base, precision=WEIGHING)
+        (chi2, dof, possible[i])
+        for fits in fit_sets([mistake.undone for mistake in possible], base, precision=WEIGHING)
         if fits.fitted
         for i, chi2, dof in zip(fits.index, fits.fitted.chi2, fits.fitted.dof, strict=True)
     ]
@@ -119,6 +124,25 @@ def _explanation(mistakes: Sequence[Mistake], poses: PoseSet, base: Model) -> st
                 and chance(np.array(rivals) - others[0], _attitudes(mistake)) < MISFIT_P_VALUE):
             return None
     return f"{mistake.words} (chi²/dof {chi2 / dof:.3g} instead of {whole / dof:.3g})"
+
+
+def possible_mistakes(
+    mistakes: Sequence[Mistake], poses: PoseSet, whole: float
+) -> Sequence[Mistake]:
+    """The mistakes of which no part of the poses by itself tells that they leave too much.
+
+    ``whole`` is the chi-square of the poses as they stand.
+    """
+    turning = ~poses.reference.is_null
+    rows = len(poses) + 2 * int(poses.reference.is_null.sum())
+    blocks = {one.mapped.tobytes(): one.mapped for one in mistakes if one.mapped is not None}
+    part = np.array([*blocks.values()], dtype=bool).reshape(-1, len(poses))[:, turning]
+    columns, target = quadric(poses)
+    # What another range or unit multiplies the noise by, it multiplies a far larger misfit by.
+    least = left_over(columns, target, part)[0] + left_over(columns, target, ~part)[0]
+    out = {key for key, one in zip(blocks, least, strict=True)
+           if one - rows > LEFT_OVER * (whole - rows)}
+    return [one for one in mistakes if one.mapped is None or one.mapped.tobytes() not in out]
 
 
 def chance(misfits: FloatArray, attitudes: int) -> float:

@@ -6,13 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.consistency.mistakes import require_no_mistake, require_one_sensor
+from calib.consistency.common_mistakes import block_mistakes, odd_mistakes
+from calib.consistency.mistakes import (
+    LEFT_OVER,
+    possible_mistakes,
+    require_no_mistake,
+    require_one_sensor,
+)
 from calib.diagnosis.diagnose import diagnose
 from calib.effects.catalogue import BASE
 from calib.errors import Contradiction, FitFailed, Undetermined
 from calib.fit.least_squares.result import Fit
-from calib.fit.least_squares.solver import fit
+from calib.fit.least_squares.solver import fit, fit_sets
 from calib.fit.model import Model
+from calib.fit.validation.odd_poses import left_over, quadric
 from calib.poses.imu_log import BoolArray, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
 from tests.calib.made_poses import (
@@ -102,6 +109,33 @@ def test_a_mistake_is_named_with_its_place(case: str) -> None:
     poses = spoil(session(triad))
     with pytest.raises(Contradiction, match=words):
         require_no_mistake(poses, MODEL, fitted_if_possible(poses))
+
+
+@pytest.mark.parametrize("case", [
+    "an effect", "an axis of one run", "the range of one run", "twice the range of one run",
+    "axes from a pose on", "an axis of three poses"])
+def test_what_is_not_tried_leaves_too_much(case: str) -> None:
+    """Of each mistake that the quadrics of two parts rule out the fit itself leaves too much."""
+    triad, spoil, _ = CASES.get(case.removeprefix("twice "), ("accelerometer", lambda p: p, ""))
+    poses = session(triad, runs=3)
+    if triad == "accelerometer":
+        poses = replace(poses, run=("rest",) * len(poses))
+    if case == "an effect":
+        model = Model.of((*BASE, "cubic"))
+        theta = np.append(base_theta(MODEL, triad), [1e-4, -5e-5, 2e-4])
+        poses = with_noise(read_through(poses, model, theta), np.random.default_rng(1))
+    poses = spoil(poses)
+    if case.startswith("twice"):  # of what it is halved in the other case
+        poses = turned(poses, 4 * np.eye(3), run(poses, "run 0"))
+    mistakes = [*block_mistakes(poses), *odd_mistakes(poses, largest_y(poses))]
+    whole = float(left_over(*quadric(poses))[0][0])
+    possible = possible_mistakes(mistakes, poses, whole)
+    assert len(possible) < len(mistakes)
+    out = [one for one in mistakes if one not in possible]
+    for fits in fit_sets([one.undone for one in out[::7]], MODEL):
+        if fits.fitted is not None:
+            assert (fits.fitted.chi2 - fits.fitted.dof > LEFT_OVER * (
+                whole - fits.fitted.dof)).all()
 
 
 @pytest.mark.parametrize("factor", [0.52, 1.9, 300.0])
