@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 from calib.poses.imu_log import AXES
@@ -113,6 +114,7 @@ class Words:
     is_other: bool = False
 
 
+@lru_cache(maxsize=4096)  # each file of a session has the same names, and is read again and again
 def read_name(name: str) -> Words:
     """Read the name of a column.
 
