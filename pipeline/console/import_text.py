@@ -48,6 +48,8 @@ def guess_lines(guess: SessionGuess) -> Iterator[str]:
 def _rate(guess: SessionGuess, source: PoseSource) -> str:
     """The rate of the plate in a source, in words."""
     is_dead = "gyroscope" in guess.dead
+    if guess.gyroscope is not None and guess.gyroscope.is_unusual:
+        return "at rest or turning, by what unit the gyroscope has"
     if source.rate == STOPPED and source.layout == "log" and not source.has("gyroscope"):
         return "taken as at rest, since no gyroscope shows a plate"
     if source.rate == STOPPED:

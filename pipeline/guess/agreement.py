@@ -16,10 +16,17 @@ from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import LIES_STILL, called_accelerometers, listed, why_no_log
-from pipeline.guess.magnitudes import CODES, LOOSEST, NEAR_RANGE, typical_length
+from pipeline.guess.magnitudes import (
+    CODES,
+    COUNTS_PER_DEG_S,
+    LOOSEST,
+    NEAR_RANGE,
+    typical_length,
+)
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, reads_alike, usual_step
 from pipeline.guess.session import SessionGuess
 from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.units import FASTEST_RAD_S
 from pipeline.stages.run import Outcome
 
 LARGEST_MISFIT = 0.02
@@ -101,10 +108,15 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
     if triad is None or not triad.is_unusual or guess.dead:
         return ""
     measured = CODES / 2 * math.degrees(triad.si_per_unit)
-    right = f" If the clock is right, it is --gyroscope-range {measured:.3g}." if (
-        triad.encoding) else ""
-    return (f"{table.path}: {triad.doubt}: its clock or its unit is another. State "
-            f"it by --rate-hz, --gyroscope-unit or --gyroscope-range.{right}")
+    right = f" If the clock is right, it is --gyroscope-range {measured:.3g}."
+    if math.radians(measured) > FASTEST_RAD_S:
+        hz = 1 / usual_step(table.clock.time_s)
+        rates = ", ".join(f"{hz * able / measured:.3g} for ±{able:g} °/s" for able in (
+            CODES / 2 / per_deg for per_deg in COUNTS_PER_DEG_S))
+        right = (f" By this clock its range would be ±{measured:.3g} °/s, and no sensor's is as "
+                 f"wide. In Hz the turns of gravity show {rates}.")
+    return (f"{table.path}: {triad.doubt}: its clock or its unit is another. State it by "
+            f"--rate-hz, --gyroscope-unit or --gyroscope-range.{right * bool(triad.encoding)}")
 
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:

@@ -83,7 +83,8 @@ def guess_clock(
             if unit is not None and (step > 0).all():
                 return ClockGuess(name, unit, None, ticks * SECONDS_PER[unit], because,
                                   "; ".join(filter(None, [doubt, *continued])))
-            if unit is not None and read_name(name).quantity == "time" and (step > 0).any():
+            is_named = read_name(name).quantity == "time" or bool(_epoch_units(ticks[0]))
+            if unit is not None and is_named and (step > 0).any():
                 ticking = int((step > 0).sum())
                 is_slow = len(step) > USUAL_STEPS * ticking and not np.array_equal(
                     ticks, np.rint(ticks))
@@ -110,12 +111,13 @@ def guess_clock(
 def _row_step(step: FloatArray) -> float:
     """Mean step (t - 1,) of a clock that ticks every few rows: from its first tick to the last.
 
-    A board that was reset begins again, and a misplaced row goes back and far on.
+    A board that was reset begins again far back; a misplaced row goes back by as much as on.
     """
     ticks = np.flatnonzero(step > 0)
     between = step[ticks[0] + 1 : ticks[-1] + 1]
-    forward = between[(between >= 0) & (between <= USUAL_STEPS * np.median(step[step > 0]))]
-    return float(forward.mean()) if forward.any() else float(step[step >= 0].mean())
+    usual = between[np.abs(between) <= USUAL_STEPS * np.median(step[step > 0])]
+    mean = float(usual.mean()) if usual.size else 0.0
+    return mean if mean > 0 else float(step[step >= 0].mean())
 
 
 def _intervals(columns: Mapping[str, FloatArray]) -> str:
@@ -131,7 +133,7 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower(),
                                  "tick" in name.lower()))
     since_1970 = [name for name, values in columns.items() if name not in named
-                  and _epoch_units(values[0]) and (np.diff(values) > 0).all()]
+                  and _epoch_units(values[0]) and np.median(np.diff(values)) > 0]
     if named or since_1970:
         return [*named, *since_1970]
     # Leading columns, except a row number, even one that begins again after 255.

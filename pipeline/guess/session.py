@@ -146,7 +146,7 @@ def guess_session(
                                   strict=True):
         kind: Layout = "means" if table.are_means else layout
         force = next((one for one, other in beside.items() if other is rate), table)
-        is_open = bool(scales) or "gyroscope" in dead
+        is_open = bool(scales or "gyroscope" in dead or _has_no_unit(rate))
         every = speeds_in(force, rate) if kind == "log" and not is_open else []
         for turns, clockwise in every or [(usual, "gyroscope" not in dead and bool(usual)
                                            and rate.turns_clockwise(force))]:
@@ -160,9 +160,14 @@ def guess_session(
     used = {source.clip.path for source in sources if source.clip}
     doubts += [f"{clip.path.name}: the plate turns at {clip.rate_rad_s / RPM:+.4g} rpm in it, and "
                f"no log does; the clip is not used" for clip in clips if clip.path not in used]
-    if not scales and "gyroscope" not in dead:
+    if not (scales or "gyroscope" in dead or any(map(_has_no_unit, settled))):
         doubts += _rate_doubts(sources)
     return SessionGuess(sources, tuple(dict.fromkeys(doubts)), scales, dead)
+
+
+def _has_no_unit(table: TableGuess) -> bool:
+    """Whether no unit and no range explains its gyroscope, so that no speed follows from it."""
+    return table.gyroscope is not None and table.gyroscope.is_unusual
 
 
 def _dead_axis(tables: Sequence[TableGuess], triad: Triad) -> str:

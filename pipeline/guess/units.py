@@ -39,8 +39,9 @@ BITS, MORE_BITS = 16, 32
 """Facts: word lengths of converters in use: 16 bits for smaller ones, 32 bits for those of 24."""
 USUAL_RATE_UNITS = ("rad_s", "deg_s", "mdeg_s")  #: fact: usual units of a gyroscope
 WHOLE_RATE_UNITS = ("mrad_s", "mdeg_s", "deg_s")  #: fact: units that are logged as whole numbers
-OF_APPLE = re.compile(r"user_?accel|accelerometeraccel", re.IGNORECASE)
-"""Names of Apple's CoreMotion beside or of an accelerometer: ``motionUserAccelerationX``."""
+OF_APPLE = re.compile(r"user_?accel|accelerometeraccel|rotation_?rate[ ._]?[xyz]\b", re.IGNORECASE)
+"""Names of Apple's CoreMotion beside or of an accelerometer: ``motionUserAccelerationX``, and
+``rotationRate.x``, which a browser calls alpha, beta and gamma."""
 FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyroscope in use
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,

@@ -13,6 +13,7 @@ FLAGS = re.compile(r"(?<=[A-Za-z])\|(?=[A-Za-z])")  #: a bar between words of a 
 COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: not part of a name: ``Tick#``, ``Run #1``
 LOST = "#!"  #: comment sign of a line of numbers that is no sample
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
+WATCH = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")  #: minutes, seconds and a fraction
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
                          re.IGNORECASE)
@@ -105,14 +106,16 @@ def dialect_of_rows(lines: Sequence[str]) -> Dialect:
 
 
 def seconds_of(cell: str) -> float | None:
-    """A date and a time, or a time of the day, as seconds; None if it is neither.
+    """A date and a time, a time of the day, or of a stopwatch, as seconds; None if it is neither.
 
-    >>> seconds_of("00:01:00.25"), seconds_of("1970-01-02 00:00:01")
-    (60.25, 86401.0)
+    >>> seconds_of("00:01:00.25"), seconds_of("1970-01-02 00:00:01"), seconds_of("01:05,25")
+    (60.25, 86401.0, 65.25)
     """
     text = cell.strip().strip('"')
     if match := CLOCK.fullmatch(text):
         return _day_seconds(match)
+    if match := WATCH.fullmatch(text):
+        return 60.0 * int(match[1]) + float(match[2].replace(",", "."))
     if match := NAMED_MONTH.fullmatch(text):
         text = f"{match[3]}-{MONTHS.index(match[2].lower()) + 1:02d}-{int(match[1]):02d} {match[4]}"
     try:

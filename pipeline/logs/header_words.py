@@ -85,7 +85,9 @@ TURNS = {"roll": "x", "pitch": "y", "yaw": "z", "alpha": "z", "beta": "x", "gamm
 """Axes of a rate in aerospace and in a browser (W3C, Device Orientation and Motion: alpha is about
 z), if the name or its unit shows that it is a rate."""
 RATES = {"rate", "rotationrate", "rotation", "speed", "velocity", "vel", "gyro"}
-SD = {"sd", "std", "stddev", "sigma"}
+SD = {"sd", "std", "stddev", "sigma", "σ", "sem", "err", "error", "uncertainty", "fehler",
+      "unsicherheit", "stdabw", "erreur", "incertitude", "errore", "incertezza", "chyba",
+      "nejistota", "błąd", "niepewność", "погрешность"}
 ENDS_OF_TIME = ("time", "timestamp", "millis", "micros")  #: ``sensortime``, ``boot_millis``
 CLOCK_OF_UNIT = re.compile(r"(us|ms|ns|µs)_?(time|timestamp|stamp|clock|ticks?)")
 """A time preceded by its unit: ``ustime``, ``ms_stamp``."""

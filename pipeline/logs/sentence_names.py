@@ -20,14 +20,15 @@ DATE = (r"(?:\d{4}-\d{1,2}-\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4}|\d{4}/\d{1,2}/\d{
 CLOCK = r"\d{1,2}:\d{2}:\d{2}(?:[.:]\d++|,\d{3}(?![\d.,]))?(?: ?[AP]M\b|Z\b|[-+]\d{2}:?\d{2}\b)?"
 #: No number is a part of a word or of a clock, nor a fraction before a unit: ``1/16 °/s``.
 SLOT = re.compile(
-    r"(?<![\w.^])(?<![\s;,(]\d/)(?!\d/\d++ ?[°A-Za-z])(?!(?<=\d:)(?<!\d\d\d\d:)\d\d(?!\d))"
+    r"(?<![\w.^])(?<![A-Za-z]/)(?<![\s;,(]\d/)"
+    r"(?!\d/\d++ ?[°A-Za-z])(?!(?<=\d:)(?<!\d\d\d\d:)\d\d(?!\d))"
     rf"(?:(?:{DATE}[ T])?{CLOCK}(?!\w|:\d)|{DATE}(?![\w.])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
 AROUND = " \t:=<>()[]{}/\"',;|#$%*&-"
 BEHIND = {"[": "]", "(": ")"}
-APART = str.maketrans(':{"', "   ")  #: signs between the words of a name: of keys inside keys
-PAIR = re.compile(r"(?<!\S)[^\s=]+=[^\s=]+(?!\S)")  #: a word with its key, as ``board=esp32``
+APART = str.maketrans(':{"<>', "     ")  #: signs between the words of a name: of keys inside keys
+PAIR = re.compile(r"(?<!\S)[^\s=]+=\w[^\s=]*(?!\S)")  #: a word with its key, as ``board=esp32``
 MARK = "\0"  #: placeholder of a number
 
 

@@ -36,12 +36,40 @@ def tables(path: Path) -> list[FileTable]:
     text = path.read_text(encoding="utf-8-sig")
     with suppress(json.JSONDecodeError):
         value = json.loads(text)
+        if recordings := [*_recordings(value)]:
+            return [table for name, rows in recordings for table in _table(name, rows)]
         lists = {name: inner for name, inner in value.items() if isinstance(inner, list)
                  and inner and isinstance(inner[0], dict)} if isinstance(value, dict) else {}
         if len(lists) > 1:
             return [table for name, inner in lists.items() for table in _table(name, inner)]
         return _table(path.stem, [*_rows(value)])
     return _table(path.stem, [*_samples(path, text)])
+
+
+def _recordings(value: Any) -> Iterator[tuple[str, list[Any]]]:
+    """The name and the samples of each object in a list of recordings, as poses are.
+
+    Each has a text of its own and one list of samples, whose columns may be named beside it.
+    """
+    inside = _flat(value) if isinstance(value, dict) else {"": value}
+    for objects in inside.values():
+        if not (isinstance(objects, list) and len(objects) > 1
+                and all(isinstance(one, dict) for one in objects)):
+            continue
+        lists = [[rows for rows in one.values() if isinstance(rows, list) and rows
+                  and isinstance(rows[0], dict | list)] for one in objects]
+        key = next((key for key in objects[0] if len(objects) == len({
+            text for one in objects if isinstance(text := one.get(key), str)
+            and seconds_of(text) is None})), None)
+        for one, samples in zip(objects, lists, strict=True):
+            if key is None or any(len(each) != 1 for each in lists):
+                break
+            names = next((named for each in inside.values() if isinstance(each, list)
+                          and each is not objects
+                          and len(named := _names(each)) == len(samples[0][0])), ())
+            yield one[key].replace("/", "-"), [
+                dict(zip(names, row, strict=True)) if isinstance(row, list) and len(row) == len(
+                    names) else row for row in samples[0]]
 
 
 def _table(name: str, rows: list[Any]) -> list[FileTable]:

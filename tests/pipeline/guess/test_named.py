@@ -87,6 +87,27 @@ def test_an_acceleration_without_gravity_is_none_that_could_be_the_accelerometer
     assert read_name(name).gravity_free
 
 
+@pytest.mark.parametrize("name", ["chyba x", "acc_x_err", "Unsicherheit X [m/s²]", "σ_x"])
+def test_the_uncertainty_of_a_mean_is_its_sd_in_several_languages(name: str) -> None:
+    words = read_name(name)
+    assert (words.quantity, words.axis) == ("sd", 0)
+
+
+@pytest.mark.parametrize(("rate", "sign"), [("rotationRate", -1), ("gyro", 1)])
+def test_apple_s_accelerometer_reads_gravity_beside_a_rate_of_its_name(
+    tmp_path: Path, rate: str, sign: int
+) -> None:
+    """CoreMotion's names of both sensors are `acceleration` and `rotationRate`, in g and rad/s."""
+    log = hand_log(rate_hz=50.0)
+    path = tmp_path / "take.csv"
+    np.savetxt(path, np.column_stack([log.time_s, -log.acc / 9.80665, log.gyr]), "%.6f", ",",
+               comments="", header=",".join(["timestamp", *(f"acceleration.{x}" for x in "xyz"),
+                                             *(f"{rate}.{x}" for x in "xyz")]))
+    accelerometer = guessed(path).accelerometer
+    assert accelerometer is not None
+    assert np.sign(accelerometer.si_per_unit) == sign
+
+
 @pytest.mark.parametrize(("name", "unit"), [
     ("accel_x_mps2", "m_s2"), ("acc_x_m_per_s_2", "m_s2"), ("gyro_x_radps", "rad_s"),
     ("Gyroscope_X_rad_sec", "rad_s"), ("gyro x degrees per second", "deg_s"),

@@ -64,6 +64,28 @@ def test_a_clock_that_stands_still_is_told(tmp_path: Path) -> None:
     assert "stands still, and nothing states the sample rate" in clock.doubt
 
 
+@pytest.mark.parametrize("comma", [".", ","])
+def test_minutes_and_seconds_with_a_fraction_are_times(tmp_path: Path, comma: str) -> None:
+    log = hand_log()
+    rows = [";".join([f"{int(t // 60):02d}:{t % 60:06.3f}", *(f"{v:.5f}" for v in (*a, *w))])
+            for t, a, w in zip(log.time_s + 50, log.acc, log.gyr, strict=True)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([";".join(("tijd", *NAMES)), *rows]).replace(".", comma), "utf-8")
+    (guess,), _ = guess_files([path], None)
+    np.testing.assert_allclose(guess.clock.time_s, log.time_s + 50)
+
+
+def test_stamps_of_rows_in_another_order_are_times() -> None:
+    """A receiver of packets writes some rows in the wrong order, under any name."""
+    stamps = 1.7e9 + np.arange(1000) / 100
+    swapped = np.arange(50, 950, 90)
+    stamps[[*swapped, *(swapped + 1)]] = stamps[[*(swapped + 1), *swapped]]
+    clock = guess_clock({"packet": np.arange(1000.0), "received": stamps, "ax": stamps % 7}, None,
+                        None)
+    assert clock.doubt == "'received' repeats or goes back 10 times, so it is not used"
+    assert clock.rate_hz == pytest.approx(100, rel=1e-3)
+
+
 def test_a_column_without_a_name_beside_others_with_one_is_no_cause() -> None:
     """The zone behind a time of the day is a number too."""
     columns = {name: np.arange(9.0) for name in ("t", "2", "ax", "fan")}

@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pipeline.console.import_text import guess_lines
+from pipeline.guess.agreement import disagreements
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import guess_session
 from pipeline.guess.turns import turn_of
@@ -53,3 +54,20 @@ def test_a_table_at_rest_and_on_the_plate_is_shown_once(tmp_path: Path) -> None:
     lines = guess_lines(replace(guess, sources=(source, turning)))
     assert [line for line in lines if "the static intervals are the poses" in line] == [
         "1 table, at rest, turning at +45 rpm: the static intervals are the poses"]
+
+
+def test_a_clock_in_ticks_tells_no_speed_but_the_rates_that_known_ranges_have(
+    tmp_path: Path
+) -> None:
+    """10 µs a tick, which is read as 1 µs, at ±1000 °/s."""
+    log = hand_log()
+    counts = np.column_stack([log.acc / GRAVITY_M_S2 * 8192, np.degrees(log.gyr) * 32.768])
+    np.savetxt(tmp_path / "log.csv", np.column_stack([1e5 * log.time_s, counts]), "%.0f",
+               ",", header="sensortime,ax,ay,az,gx,gy,gz", comments="")
+    guess = guess_session(guess_files([tmp_path / "log.csv"], None)[0])
+    fault, = disagreements(guess)
+    assert "°/s, and no sensor's is as wide" in fault
+    assert "100 for ±1000 °/s" in fault
+    assert "1 table, at rest or turning, by what unit the gyroscope has" in "\n".join(
+        guess_lines(guess))
+    assert not [doubt for doubt in guess.doubts if "record player" in doubt]

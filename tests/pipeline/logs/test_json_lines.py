@@ -53,3 +53,22 @@ def test_the_table_with_the_sensor_is_taken(
     assert [(bool(one.accelerometer), bool(one.gyroscope)) for one in guesses] == [(True, True)]
     assert guesses[0].table.rows == len(log.time_s)
     assert not passed_over
+
+
+@pytest.mark.parametrize("columns", [["t", "ax", "ay", "az"], None])
+def test_poses_of_one_object_are_tables_of_their_own(
+    tmp_path: Path, columns: list[str] | None
+) -> None:
+    """Each pose has its name and its samples; what these are stands beside the list of poses."""
+    samples = [[0.01 * i, 0.1, 0.2, 9.8] for i in range(30)]
+    rows = samples if columns else [dict(zip(("t", "ax", "ay", "az"), one, strict=True))
+                                    for one in samples]
+    poses = [{"by": "me", "pose": f"face {i}/6", "samples": rows} for i in range(1, 7)]
+    path = tmp_path / "poses.json"
+    path.write_text(json.dumps({"columns": columns, "poses": poses}), encoding="utf-8")
+    read = tables(path)
+    assert [table.name for table in read] == [f"face {i}-6" for i in range(1, 7)]
+    assert all([*table.columns] == ["t", "ax", "ay", "az"] for table in read)
+    packets = [{"at": 0.1 * i, "id": "a", "acc": rows} for i in range(6)]
+    path.write_text(json.dumps(packets), encoding="utf-8")
+    assert len(tables(path)) == 1  # of one recording

@@ -78,6 +78,11 @@ def test_the_signs_of_nested_keys_and_the_tags_of_a_line_are_no_part_of_a_name()
     rows = rows_of_lines(["", *(f'imu: {{"acc_g": {{"x": 0.{i}, "y": 0.1, "z": 1}}, '
                                 f'"gyro": {{"x": {i}.5, "y": 2, "z": 3}}}}' for i in range(40))])
     assert rows[0] == "imu acc_g x,imu acc_g y,imu acc_g z,gyro x,gyro y,gyro z"
+    rows = rows_of_lines(["", *(f"<inf> imu: accel x:0.{i} ms/2 y:0.1 ms/2 z:1 ms/2"
+                                for i in range(40))])
+    assert (rows[0], rows[2]) == ("inf imu accel x,ms/2 y,ms/2 z", "0.1,0.1,1")
+    rows = rows_of_lines(["", *(f"t={8 * i}ms raw acc=(-679, {i}, 7764)" for i in range(40))])
+    assert rows[0] == "t (ms),raw acc x,raw acc y,raw acc z"
     rows = rows_of_lines(["", *(f"imu,board=esp32 ax=0.{i},ay=0.1,az=1 17672256000{i:02d}0000000"
                                 for i in range(40))])
     assert rows[0] == "ax,ay,az,t"  # the stamp behind the readings is the time
