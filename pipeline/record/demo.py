@@ -80,15 +80,15 @@ class DemoSensor:
 class DemoPort:
     """The line of a :class:`DemoSensor`; see :class:`pipeline.record.serial_port.Port`."""
 
-    def __init__(self, sensor: DemoSensor, speed: float = SPEED) -> None:
-        self._sensor, self._speed = sensor, speed
+    def __init__(self, sensor: DemoSensor) -> None:
+        self._sensor = sensor
         self._begun, self._sent = time.monotonic(), 0
 
     def read(self) -> tuple[bytes, float]:
         """Lines that the sensor has sent since the last read."""
         time.sleep(READ_S)
         now = time.monotonic()
-        due = int((now - self._begun) * RATE_HZ * self._speed)
+        due = int((now - self._begun) * RATE_HZ * SPEED)
         # A pause of this process is left out: nobody waits for unread lines.
         count = min(due - self._sent, round(RATE_HZ))
         self._sent = due
@@ -137,7 +137,7 @@ def demo_config(folder: Path) -> Config:
     return load_config(path, files_may_be_missing=True)
 
 
-def demo_session(config: Config, display: RecordingDisplay, speed: float = SPEED) -> Session:
+def demo_session(config: Config, display: RecordingDisplay) -> Session:
     """The recording of ``config`` from a simulated sensor."""
     sensor = DemoSensor(sensor_specs(config.sensor))
-    return Session(config, lambda _baud: DemoPort(sensor, speed), ObeyedDisplay(display, sensor))
+    return Session(config, lambda _baud: DemoPort(sensor), ObeyedDisplay(display, sensor))

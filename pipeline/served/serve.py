@@ -143,9 +143,7 @@ class _Server(uvicorn.Server):
         super().handle_exit(sig, frame)
 
 
-def serve(
-    routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int = PREFERRED_PORT
-) -> None:
+def serve(routes: Sequence[BaseRoute], opened: Callable[[str], None]) -> None:
     """Serve until a signal ends the server; the signal is raised again then.
 
     Parameters
@@ -154,15 +152,13 @@ def serve(
         What is answered.
     opened : callable
         Gets the address with its token once the server listens.
-    port : int
-        Tried first; another one is taken where it is busy.
 
     Raises
     ------
     ConfigError, Undetermined
         The answer to a question that is none; the application turns it into a sentence.
     """
-    with _listening(routes, opened, port) as (server, listener):
+    with _listening(routes, opened, PREFERRED_PORT) as (server, listener):
         server.run(sockets=[listener])
 
 
@@ -170,7 +166,10 @@ def serve(
 def serving(
     routes: Sequence[BaseRoute], opened: Callable[[str], None], port: int = PREFERRED_PORT
 ) -> Iterator[None]:
-    """A server in its own thread, which ends with the block; as :func:`serve`."""
+    """A server in its own thread, which ends with the block; as :func:`serve`.
+
+    ``port`` is tried first; another one is taken where it is busy.
+    """
     with _listening(routes, opened, port) as (server, listener):
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, daemon=True)
         thread.start()

@@ -46,7 +46,7 @@ def up_round_axis(axis: FloatArray, tilt_rad: float) -> FloatArray:
 
 def ideal_ring(
     axis: FloatArray, tilt_rad: float, gravity_m_s2: float, reading: FloatArray, sd: FloatArray,
-    room_rad_s: float = EARTH_RATE_RAD_S / np.sqrt(2), of_gravity: bool = False,
+    of_gravity: bool = False,
 ) -> Ring:
     """Readings over one turn of poses that turn about ``axis``.
 
@@ -59,8 +59,6 @@ def ideal_ring(
         Nominal, SI: the same all round, or at the angles ``ROUND``.
     sd : array, shape (n, 3)
         Of the mean of a pose, SI; an amplitude has √2 times that.
-    room_rad_s : float
-        Sd of each horizontal component of what turns with the room.
     of_gravity : bool
         Whether what goes round in the readings is gravity.
     """
@@ -73,7 +71,8 @@ def ideal_ring(
         sd=np.stack([wave_sd, wave_sd if of_gravity else np.full_like(sd, np.nan)], axis=1),
         tilt_rad=np.full(n, tilt_rad),
         gravity_m_s2=np.full(n, gravity_m_s2 if of_gravity else np.nan),
-        room_rad_s=np.full(n, room_rad_s), vertical_rad_s=np.zeros(n), force_sd=np.full(n, np.nan),
+        room_rad_s=np.full(n, EARTH_RATE_RAD_S / np.sqrt(2)),  # of each horizontal component
+        vertical_rad_s=np.zeros(n), force_sd=np.full(n, np.nan),
         axis=np.full((n, 3), np.nan), axis_moved=np.zeros((n, 3, 0)),
         wow=np.zeros((n, len(TO_WAVES))),
     )

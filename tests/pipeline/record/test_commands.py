@@ -37,7 +37,6 @@ def test_a_user_without_hardware_rehearses_in_one_terminal(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(demo, "SPEED", 2000.0)
     monkeypatch.setattr(demo, "READ_S", 0.0)
-    monkeypatch.setattr(demo.demo_session, "__defaults__", (2000.0,))
     assert main(["record", "--demo"]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("stopped: 18 of 18 poses\n33rpm: 18 of 18 poses\n")
