@@ -72,8 +72,8 @@ def guesses(folder: Path) -> Iterator[Guess]:
             yield lambda files=foreign.files, hz=foreign.rate_hz: essence(  # type: ignore[misc]
                 files, hz, names=False)
     for lean_deg, range_deg_s in ((0.6, 250.0), (0.6, 2000.0), (0.0, 500.0)):
-        evening, place = Evening(range_deg_s=range_deg_s, lean_deg=lean_deg), folder / str(
-            (lean_deg, range_deg_s))
+        evening = Evening(range_deg_s=range_deg_s, lean_deg=lean_deg, rate_hz=100.0)
+        place = folder / str((lean_deg, range_deg_s))
         place.mkdir()
         files = [*evening.write(place, "rest", 0.0, 1), *evening.write(place, "turn", 100 / 3, 2)]
         yield lambda files=files: essence(files, None)  # type: ignore[misc]

@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 G = 9.80665
 DEG = np.pi / 180
-RATE_HZ = 100.0
 SCALE_ACC = np.array([1.02, 0.985, 1.01])
 SCALE_GYR = np.array([0.995, 1.012, 1.0])
 BIAS_ACC = np.array([0.2, -0.15, 0.3])  #: m/s²
@@ -29,6 +28,7 @@ class Evening:
     lean_deg: float = 0.6
     poses: int = 18
     seconds: float = 8.0
+    rate_hz: float = 50.0
     bias_deg_s: tuple[float, float, float] = tuple(BIAS_GYR / DEG)
     zero: int = 0  #: the count of nothing: half of 65536 in offset binary
     header: str = "millis,AcX,AcY,AcZ,Tmp,GyX,GyY,GyZ"
@@ -48,7 +48,7 @@ class Evening:
 
     def _pose(self, path: Path, up: np.ndarray, rpm: float, rng: np.random.Generator) -> Path:
         seconds = max(self.seconds, 3.3 * 60 / abs(rpm)) if rpm else self.seconds
-        time_s = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+        time_s = np.arange(round(seconds * self.rate_hz)) / self.rate_hz
         turned = Rotation.from_rotvec(np.outer(time_s * rpm * 2 * np.pi / 60, [0, 0, 1]))
         lean = Rotation.from_euler("x", self.lean_deg, degrees=True)
         laid = Rotation.align_vectors([[0, 0, 1]], [up])[0]

@@ -153,7 +153,7 @@ def test_poses_in_files_of_json_are_those_of_one_logger(tmp_path: Path) -> None:
 
 def test_a_plate_shows_the_rate_of_a_log_without_times(tmp_path: Path) -> None:
     """Gravity goes round in samples as often as the gyroscope says in seconds."""
-    evening = Evening(seconds=9.0)
+    evening = Evening(seconds=9.0, rate_hz=100.0)
     files = []
     for name, rpm, seed in (("rest", 0.0, 1), ("turn", 100 / 3, 2)):
         for path in evening.write(tmp_path, name, rpm, seed):

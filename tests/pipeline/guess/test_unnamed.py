@@ -229,7 +229,8 @@ def test_the_zero_of_a_gyroscope_is_no_vector_of_a_turning_plate(
     tmp_path: Path, poses: int, waits_s: float
 ) -> None:
     """The sensor lies for a second before the plate starts and after it stops."""
-    evening, waits = Evening(range_deg_s=500.0, poses=poses), round(100 * waits_s)
+    evening = Evening(range_deg_s=500.0, poses=poses, rate_hz=100.0)
+    waits = round(evening.rate_hz * waits_s)
     rests, turns = ([np.loadtxt(file, delimiter=",", skiprows=1) for file in evening.write(
         tmp_path, name, rpm, seed)] for name, rpm, seed in (("a", 0.0, 1), ("b", TURN_RPM, 2)))
     parts = [part for rest, turn in zip(rests, turns, strict=True)
