@@ -98,7 +98,9 @@ def test_where_no_formula_holds_the_course_of_a_bias_can_be_added(
     assert main(["add", str(config), "gyroscope.bias_wander"]) == 0
     assert re.search(r"^verdict +noise +nothing_missing$", capsys.readouterr().out, re.MULTILINE)
     assert main(["discover", str(config)]) == 0
-    assert "\nnext: record poses with " in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "\nnext: for the accelerometer record poses with " in said
+    assert "for the gyroscope record the same poses on the turning plate" in said
 
 
 @pytest.mark.parametrize("text", [
