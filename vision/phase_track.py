@@ -163,8 +163,11 @@ class PlateAngle:
         Positive angle counter-clockwise as filmed; time by the time base.
     index : array of int, shape (u,)
         Frame number.
-    dropped : array of int, shape (u,)
-        Frames dropped silently between the previous one and this one.
+    dropped : array, shape (u,)
+        Frame times that the stamps lack between the previous frame and this one: whole ones of
+        frames dropped silently, any of a clock that stepped.
+    stepped : array of bool, shape (u,)
+        Whether the clock stepped there.
     frame_s : float
         Usual time from frame to frame.
     """
@@ -172,7 +175,8 @@ class PlateAngle:
     time_s: FloatArray
     angle_rad: FloatArray
     index: NDArray[np.intp]
-    dropped: NDArray[np.int64]
+    dropped: FloatArray
+    stepped: BoolArray
     frame_s: float
 
     @property
@@ -189,6 +193,7 @@ class PlateAngle:
             angle_rad=self.angle_rad[kept],
             index=self.index[kept],
             dropped=np.diff(np.cumsum(self.dropped)[kept], prepend=0),
+            stepped=np.diff(np.cumsum(self.stepped)[kept], prepend=0) > 0,
         )
 
 

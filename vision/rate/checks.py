@@ -10,6 +10,7 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.numbers import RPM, median
+from vision.rate.dropped_frames import THRESHOLDS as DROPPED
 from vision.rate.seen import THRESHOLDS, Seen
 from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.steady_part import steady_advice
@@ -35,11 +36,6 @@ def warnings(seen: Seen) -> tuple[str, ...]:
     """A paragraph for each warning that applies."""
     return tuple(f"{seen.track.source}: {sentence(seen)}" for size, sentence in WARNINGS
                  if size(seen) >= 1)
-
-
-def _jumps(seen: Seen) -> str:
-    return (f"the angle jumps by {seen.dropped.jumps} frame time(s) in all, at about "
-            f"{np.degrees(seen.dropped.at_rad) % 360:.0f}° of plate angle")
 
 
 def _says_unsteady(seen: Seen) -> str:
@@ -96,26 +92,39 @@ def _says_wandering(seen: Seen) -> str:
 
 
 def _says_jumps(seen: Seen) -> str:
-    dropped = seen.dropped
+    dropped, angle = seen.dropped, seen.dropped.angle
+    is_time = dropped.probability >= 0.5
+    jumps = (f"the angle jumps by {np.abs(dropped.size).sum():.3g} frame time(s) in all, at about "
+             f"{np.degrees(dropped.at_rad) % 360:.0f}° of plate angle")
     if dropped.sd_of_rate > STEADY.trend:
         return (
-            f"{_jumps(seen)}. This clip cannot determine whether frames were dropped or the angle "
-            f"is mismeasured there (the odds of dropped frames are {dropped.probability:.0%}); "
+            f"{jumps}. This clip cannot determine whether frames were dropped or the angle "
+            f"is mismeasured there (the odds of dropped frames are "
+            f"{np.average(dropped.probability, weights=np.abs(dropped.size)):.0%}); "
             f"the sd covers both ({dropped.sd_of_rate:.2%} of the rate). "
             f"Film over more turns, or put a bold mark near the rim."
         )
-    if dropped.count:
+    if not is_time.any():
         return (
-            f"the recorder dropped {dropped.count} frame(s) without a gap in the time stamps "
-            f"({dropped.count / len(dropped.angle.time_s):.1%}): the angle jumps by whole frame "
-            f"times. Their time was put back; of all that time the angles before and after confirm "
-            f"{dropped.share:.3f} ± {dropped.share_sd:.3f}."
+            f"{jumps}, and returns within a turn. No frame is missing: the angle is mismeasured "
+            f"there. The rate uses the time stamps as they are. Film the whole plate, with a mark "
+            f"near the rim."
         )
-    return (
-        f"{_jumps(seen)}, and returns within a turn. No frame is missing: the angle is mismeasured "
-        f"there. The rate uses the time stamps as they are. Film the whole plate, with a mark near "
-        f"the rim."
-    )
+    causes = []
+    if dropped.count:
+        causes.append(
+            f"the recorder dropped {dropped.count} frame(s) without a gap in the time stamps "
+            f"({dropped.count / len(angle.time_s):.1%}): the angle jumps by whole frame times. "
+            f"Their time was put back.")
+    if angle.stepped.any():
+        steps = [f"{1e3 * angle.frame_s * by:+.0f} ms at {at:.1f} s"
+                 for by, at in zip(-angle.dropped[angle.stepped], angle.time_s[angle.stepped],
+                                   strict=True)]
+        causes.append(
+            f"the clock of the time stamps steps by {' and '.join(steps)}, or that and whole "
+            f"turns of the plate: the angle jumps there by no whole number of frame times. The "
+            f"rate is fitted beside it.")
+    return " ".join(causes)
 
 
 def _says_uneven(seen: Seen) -> str:
@@ -150,11 +159,11 @@ def _says_two_rates(seen: Seen) -> str:
 
 
 def _hides_drops(seen: Seen) -> float:
-    return seen.scatter_rad / (THRESHOLDS.hidden_drop * seen.step_rad) * (seen.dropped.count == 0)
+    return seen.scatter_rad / (DROPPED.hides * seen.step_rad) * (seen.dropped.count == 0)
 
 
 def _wanders(seen: Seen) -> float:
-    noise = max(THRESHOLDS.hidden_drop * seen.step_rad,
+    noise = max(DROPPED.hides * seen.step_rad,
                 THRESHOLDS.wandering * seen.history.phase_noise_rad)
     leaps = 1 - seen.usual_rad_s / seen.rate_rad_s
     return max(seen.scatter_rad / noise, leaps / THRESHOLDS.leaps)
@@ -166,7 +175,7 @@ REFUSALS: tuple[Check, ...] = (
     (_wanders, _says_wandering),
 )
 WARNINGS: tuple[Check, ...] = (  # in the order in which they are printed
-    (lambda seen: seen.dropped.jumps, _says_jumps),
+    (lambda seen: len(seen.dropped.size), _says_jumps),
     (lambda seen: seen.change / max(STEADY.trend, seen.even_history[1]), _says_uneven),
     (lambda seen: max(seen.scatter_rad / THRESHOLDS.scattered_rad, _hides_drops(seen)),
      _says_scattered),

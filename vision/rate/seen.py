@@ -34,8 +34,6 @@ class CheckThresholds:
     leaps : float
         Share of the rate in all that is not the usual one within a turn. Between two equal marks
         that are taken for one (0.5, derived) and noise (0.2, seen in films).
-    hidden_drop : float
-        Scatter that hides a dropped frame, over the angle from frame to frame.
     wandering : float
         Scatter that is not noise, over the noise of single frames.
     mostly : float
@@ -50,7 +48,6 @@ class CheckThresholds:
     turns: float = 1.0
     stopped: float = 0.5
     leaps: float = 0.35
-    hidden_drop: float = 0.5
     wandering: float = 5.0
     mostly: float = 0.5
     scattered_rad: float = 0.0122

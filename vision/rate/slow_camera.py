@@ -7,8 +7,9 @@ that is not a repetition and T the camera's own frame time,
     s_k = c + T k + late_k,   0 ≤ late_k < one frame time of the clip.
 
 All lines (c, T) that keep all stamps in that band are equally probable. The probability of T is
-therefore proportional to the remaining range of c. The plate must turn more evenly by T k than by
-the stamps.
+therefore proportional to the remaining range of c. Where the recorder dropped a frame or its clock
+stepped, c changes; the runs of frames between have one T. The angles must be more probable
+(``angle_levels``) by T k than by the stamps, and than by stamps in even steps.
 """
 
 from dataclasses import dataclass, replace
@@ -21,6 +22,8 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import median
 from vision.phase_track import PhaseTrack
+from vision.rate.angle_levels import THRESHOLDS as PRIOR
+from vision.rate.angle_levels import AngleLevels, angle_levels
 from vision.rate.steady_part import FEWEST_FRAMES, ClipPart
 from vision.rate.unwrap import (
     continuous_angle,
@@ -32,24 +35,8 @@ from vision.rate.unwrap import (
 )
 
 CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that starts, stops or is turned
+SPREAD = 2  #: frames about a jump that may lie before it or after it
 SLOPES, ZOOMS = 51, 6  #: numerical
-
-
-@dataclass(frozen=True)
-class SlowCameraThresholds:
-    """Limit for frames taken evenly and stamped late.
-
-    Attributes
-    ----------
-    evener : float
-        Largest scatter of the angle by the camera's time over that by the stamps. Derived: correct
-        stamps scatter less, stamps late by up to a frame several times more.
-    """
-
-    evener: float = 0.5
-
-
-THRESHOLDS = SlowCameraThresholds()
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +74,17 @@ class FrameTimes:
         chosen = part.frames(self.track.source, self.time_s)
         return replace(self, track=self.track.frames(chosen), time_s=self.time_s[chosen],
                        repetitions=self.repetitions[chosen])
+
+    @cached_property
+    def levels(self) -> AngleLevels:
+        """The jumps of the angle at these times, numbered as the track's frames, and their odds."""
+        if usable(self.track).sum() < FEWEST_FRAMES:
+            none = np.zeros(0, np.intp)
+            return AngleLevels(none, none > 0, -np.inf)
+        rough = rough_rate(self.track, self.time_s)
+        angle = continuous_angle(self.track, self.time_s, rough)
+        levels = angle_levels(angle)
+        return replace(levels, jumps=angle.index[levels.jumps])
 
     @cached_property
     def scatter_rad(self) -> float:
@@ -131,24 +129,81 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     if len(fresh) == len(stamp_s) or len(fresh) < FEWEST_FRAMES:
         return stamped
     clip_s = frame_time(stamp_s)
-    jitter_s = float(np.ptp(stamp_s - clip_s * np.arange(len(stamp_s))))
-    # The first frame may have been taken long before the clip begins.
-    slope = _slope_within(stamp_s[fresh[1:]], clip_s + jitter_s)
-    repetitions = np.diff(fresh, append=len(stamp_s)) - 1
-    # A plate at rest repeats itself too, and for longer than a camera does.
-    if slope is None or (repetitions > np.ceil(slope[0] / clip_s)).any():
-        return stamped
-    camera_s, sd_s = slope
     once = replace(track, phase_rad=np.where(track.duplicate, np.nan, track.phase_rad))
     seen = replace(stamped, track=once)
-    even = FrameTimes(track.frames(~track.duplicate),
-                      stamp_s[0] + camera_s * np.arange(len(fresh)), repetitions,
-                      1 / camera_s, sd_s / camera_s)
-    return even if even.scatter_rad < THRESHOLDS.evener * seen.scatter_rad else seen
+    by_clip = replace(seen, time_s=clip_s * np.append(0, np.cumsum(
+        np.round(np.diff(stamp_s) / clip_s))))
+    even, runs = _by_camera(track, stamp_s, fresh, clip_s)
+    if even is None:
+        return stamped
+    others = max(each.levels.log_probability for each in (seen, by_clip))
+    ours = even.levels.log_probability + runs * np.log(PRIOR.jumps)
+    return even if ours > others else seen
 
 
-def _slope_within(values: FloatArray, width: float) -> tuple[float, float] | None:
-    """Mean and sd of the slopes of lines with 0 ≤ values - line ≤ width; None without one."""
+def _by_camera(
+    track: PhaseTrack, stamp_s: FloatArray, fresh: NDArray[np.intp], clip_s: float
+) -> tuple[FrameTimes | None, int]:
+    """The frames that are not repetitions, timed evenly; and the runs of their stamps.
+
+    None if these are not even.
+    """
+    late_s = float(np.ptp(stamp_s - clip_s * np.arange(len(stamp_s))))
+    if late_s > clip_s:  # stamps that show gaps are times
+        return None, 0
+    repetitions = np.diff(fresh, append=len(stamp_s)) - 1
+    even, runs = None, 0
+    jumps = np.zeros(0, np.intp)
+    for _ in range(2):  # a jump is known once there are times
+        # The first frame may have been taken long before the clip begins.
+        slope = _slope_within(stamp_s[fresh[1:]], clip_s + late_s, jumps - 1)
+        # A plate at rest repeats itself too, and for longer than a camera does.
+        if slope is None or (repetitions > np.ceil(slope[0] / clip_s)).any():
+            return None, 0
+        camera_s, sd_s, runs = slope
+        even = FrameTimes(track.frames(~track.duplicate),
+                          stamp_s[0] + camera_s * np.arange(len(fresh)), repetitions,
+                          1 / camera_s, sd_s / camera_s)
+        jumps = even.levels.jumps
+    return even, runs
+
+
+def _slope_within(
+    values: FloatArray, width: float, jumps: NDArray[np.intp]
+) -> tuple[float, float, int] | None:
+    """Mean and sd of the slope of lines with 0 ≤ values - line ≤ width, and their number.
+
+    None without one. There is a line for each run of values, as long as it fits and between jumps;
+    they have one slope.
+    """
+    slopes, start, runs = [], 0, 0
+    while start < len(values):
+        later = jumps[jumps > start]
+        end = int(later[0]) if len(later) else len(values)
+        shorter, longest, stop = start + 1, end, end
+        while shorter < longest:
+            if _slope(values[start:stop], width) is None:
+                longest = stop - 1
+            else:
+                shorter = stop
+            stop = (shorter + longest + 1) // 2
+        # The last values of a run that ends before a jump belong to another line that just fits.
+        stop = end - SPREAD * (end < len(values)) if longest == end else (start + longest) // 2
+        begin = start + SPREAD * (start > 0)
+        if stop - begin >= FEWEST_FRAMES:
+            slopes.append(_slope(values[begin:stop], width))
+        start, runs = longest, runs + 1
+    known = [slope for slope in slopes if slope is not None]
+    if not known:
+        return None
+    mean, sd = np.array(known).T
+    best = float(np.average(mean, weights=sd**-2))
+    scatter = float((((mean - best) / sd) ** 2).sum()) / max(len(mean) - 1, 1)
+    return best, float(np.sqrt(max(scatter, 1.0) / (sd**-2).sum())), runs
+
+
+def _slope(values: FloatArray, width: float) -> tuple[float, float] | None:
+    """Mean and sd of the slopes of one such line; None without one."""
     number = np.arange(len(values))
     middle, reach = float(values[-1] - values[0]) / number[-1], width / number[-1]
     low, high = middle - reach, middle + reach

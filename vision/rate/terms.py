@@ -167,10 +167,15 @@ def _fit(
     always: tuple[str, ...], besides: tuple[str, ...], base: Regressors, angle: PlateAngle
 ) -> tuple[LeastSquares, tuple[str, ...]]:
     """The fit, and the terms of ``always`` that it can separate on the frames not set aside."""
-    x = design((*always, *besides), base, base.time_s)
+    # The sizes of the steps of a clock are known no better than by the fit.
+    past = np.cumsum(angle.stepped)
+    steps = (past[:, None] >= np.arange(1, past[-1] + 1)).astype(float)
+    x = np.column_stack([design((*always, *besides), base, base.time_s), steps])
     try:
         return least_squares(x, angle.angle_rad), always
     except np.linalg.LinAlgError:
+        if angle.stepped.any():
+            return _fit(always, besides, base, replace(angle, stepped=angle.stepped & False))
         if not always:
             raise
         return _fit(always[:-1], besides, base, angle)

@@ -52,7 +52,10 @@ def frame_time(time_s: FloatArray) -> float:
     """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms."""
     if stamped_in_bursts(time_s):
         return float(median(time_s[2:] - time_s[:-2])) / 2
-    return _usual_mean(np.diff(time_s))
+    step = np.diff(time_s)
+    usual = _usual_step(step)
+    near = np.abs(step / usual - 1) < 0.5  # the sum of neighbours is free of what lies between
+    return float(step[near].mean())
 
 
 def stamped_in_bursts(time_s: FloatArray) -> bool:
@@ -109,7 +112,8 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
         time_s=time,
         angle_rad=phase[0] + np.concatenate([[0.0], np.cumsum(step)]),
         index=good,
-        dropped=np.zeros(len(good), np.int64),
+        dropped=np.zeros(len(good)),
+        stepped=np.zeros(len(good), bool),
         frame_s=frame_time(time_s),
     )
 

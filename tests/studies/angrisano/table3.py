@@ -85,7 +85,8 @@ def film(rate_rad_s: float, seconds: float, rng: np.random.Generator) -> PlateAn
         time_s=time_s,
         angle_rad=angle + PHASE_SD_RAD * rng.standard_normal(len(time_s)),
         index=np.arange(len(time_s)),
-        dropped=np.zeros(len(time_s), np.int64),
+        dropped=np.zeros(len(time_s)),
+        stepped=np.zeros(len(time_s), bool),
         frame_s=1 / FRAMES_PER_SECOND,
     )
 
