@@ -26,7 +26,6 @@ from calib.diagnosis.verdict.kinds_of_noise import (
     told_apart,
     unexplained_noise,
 )
-from calib.effects.catalogue import WARM_UP
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.rows.model_terms import follows_vector
 from calib.fit.validation.leave_one_out import compare
@@ -166,21 +165,17 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
 
 
 def _is_part(posterior: Posterior, each: Inclusion) -> bool:
-    """Whether it is part of an unknown function, which is sure to be missing beside it.
+    """Whether it is part of an unknown function beside it in the leading set.
 
     The sum of two functions of what an axis senses is one function of it, of which the effect is
-    a term; so is a line in a logged column beside a bend in the same bias or gain. Of two warm-ups
-    each has a name.
+    a term; so is a gain that follows a column or time in a line beside one that does in a bend.
     """
     h = posterior.first[each.name]
     function = ANY_FUNCTION + h.covariate
-    if (h.effect is None or h.name == WARM_UP or function not in posterior.names(posterior.lead)
-            or posterior.any_of([function]) < CONSTANTS.sure):
+    if h.effect is None or function not in posterior.names(posterior.lead):
         return False
-    errs = posterior.what_errs(function)
-    if h.covariate == ATTITUDE or follows_vector(h.effect, posterior.base.equations.at_start):
-        return errs != BIAS
-    return errs == BIAS
+    of_vector = follows_vector(h.effect, posterior.base.equations.at_start)
+    return of_vector and posterior.what_errs(function) != BIAS
 
 
 def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:
@@ -240,7 +235,7 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
             return None
         if mass < least:
             return Verdict(
-                Code.UNKNOWN, "time_s", details=_best_step(posterior) if errs == BIAS else (),
+                Code.UNKNOWN, "time_s", details=_best_step(posterior),
                 either=tuple(each for each in _open(posterior) if each.name in courses),
                 share=share, explains=explains, errs=errs,
             )
@@ -255,7 +250,7 @@ def _unlisted(posterior: Posterior, share: float, explains: bool) -> Verdict | N
         return Verdict(Code.BAD_POSE, odd[0], group=odd, details=odd, share=1.0, explains=True)
     return Verdict(
         Code.UNKNOWN, first.subject, group=alike if len(alike) > 1 else (),
-        details=details if first.course and first.course.errs == errs else (), errs=errs,
+        details=details, errs=errs,
         beside=beside(posterior, [each for each in posterior.classes if each.name == first.name]),
         share=share, explains=explains,
     )

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from calib.diagnosis.hypotheses.courses import FROM_RUN_TO_RUN
+from calib.diagnosis.hypotheses.listed import BIAS
 from calib.diagnosis.next_measurement.advice import Advice
 from calib.diagnosis.next_measurement.pose_blocks import CLIPS
 from calib.diagnosis.search.entry import Inclusion
@@ -156,16 +157,17 @@ def _ambiguous(case: Case) -> Explanation:
 
 
 def _unknown(case: Case) -> Explanation:
-    verdict = case.verdict
+    verdict, errs = case.verdict, case.verdict.errs
     assert verdict.name is not None
     if verdict.name == "time_s":
-        errs = verdict.errs or "error"
-        what = f"the {errs} changes with time, neither linearly nor exponentially"
-        at = f"; if it is a step, {at_times(verdict.details[:1])}" if verdict.details else ""
+        what = f"the {errs or 'error'} changes with time, neither linearly nor exponentially"
+        step = verdict.details[:1] if errs == BIAS else ()
+        at = f"; if it is a step, {at_times(step)}" if step else ""
         words = [_with_odds(case, each) for each in verdict.either]
         return _course(case, what, f"{': ' if words else ''}{enumeration(words, 'or')}{at}")
-    what = " ".join((f"the {verdict.errs or 'residual'} follows",
-                     covariate(verdict.name, verdict.errs), *verdict.details[:1]))
+    form = verdict.details[:1] if errs else ()
+    subject = covariate(verdict.name, errs)
+    what = " ".join((f"the {errs or 'residual'} follows", subject, *form))
     if verdict.group:
         what += f", or as {enumeration([*map(readable, verdict.group[1:])], 'or')} does"
     return _course(case, what, "")

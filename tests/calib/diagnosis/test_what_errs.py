@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnose import Diagnosis, diagnose
+from calib.diagnosis.verdict.decision import Code, Verdict
+from calib.diagnosis.verdict.explain import explain
 from calib.effects.catalogue import BASE
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -67,6 +69,22 @@ def test_what_is_beside_a_course_is_not_what_the_course_may_be() -> None:
     assert f"Perhaps there is also a bad pose, {poses.label[9]}" in text
 
 
+@pytest.mark.parametrize(("verdict", "words"), [
+    (Verdict(Code.UNKNOWN, "time_s", details=("31.0 s",), errs="bias"), "step, at 31.0 s"),
+    (Verdict(Code.UNKNOWN, "time_s", details=("31.0 s",), errs="gain"), "neither linearly"),
+    (Verdict(Code.UNKNOWN, "humidity_pct", details=("in a curve",), errs="gain"),
+     "the gain follows the logged column humidity_pct in a curve"),
+    (Verdict(Code.UNKNOWN, "humidity_pct", details=("in a curve",)),
+     "the residual follows the logged column humidity_pct ("),
+])
+def test_a_form_and_a_step_are_told_of_what_has_them(verdict: Verdict, words: str) -> None:
+    """A step is one of the bias, and a form is told where the rows tell what has it."""
+    base = fit(noisy(rich_poses("accelerometer", 4), 4), Model.of(BASE))
+    text = explain(base, verdict, [], 1e-9, None).text
+    assert words in text
+    assert ("step" in text) is ("step" in words)
+
+
 @pytest.mark.parametrize(("error", "said"), [
     (lambda p: -300 * np.sign(p.reading) * np.clip(np.abs(p.reading) - 2.6, 0, None),
      "the error of each axis follows what it senses"),
@@ -81,3 +99,11 @@ def test_what_follows_the_attitude_is_told(
     assert (verdict.verdict, verdict.name) == ("unknown", "attitude")
     assert said in verdict.text
 
+
+
+def test_a_drift_of_the_gain_is_no_name_beside_another_function_of_time() -> None:
+    """A nonlinearity that grows with time: its first term was named, and a function beside it."""
+    poses = noisy(rich_poses("gyroscope", 6), 6)
+    time = (poses.time_s - poses.time_s.mean()) / poses.time_s.std()
+    verdict = diagnosed(poses, 400 * time[:, None] * UNLIKE * of_axes(poses) ** 3)
+    assert (verdict.verdict, verdict.name) == ("unknown", "time_s")
