@@ -30,6 +30,7 @@ from calib.diagnosis.population.evidence import Trial
 from calib.diagnosis.population.lot import LotEvidence, visible_inverse
 from calib.diagnosis.population.random_effects import RandomEffects, random_effects
 from calib.diagnosis.population.sums import SensorSums, TrialSums, sums_of
+from calib.effects.effect import EFFECTS
 from calib.poses.imu_log import FloatArray
 
 FALSE_ALARM = 0.01
@@ -116,7 +117,11 @@ def pool(blocks: Blocks) -> Pool:
         if best.p_value >= level:
             break
         beside = [trial.trial for trial, _ in named]
-        judged, alternatives = _after(blocks, beside, best, judged, level)
+        after, alternatives = _after(blocks, beside, best, judged, level)
+        if lines := _contained(best, alternatives, judged):
+            best = max(lines, key=lambda trial: trial.exponent)
+            after, alternatives = _after(blocks, beside, best, judged, level)
+        judged = after
         named.append((best, alternatives))
         known = {trial.trial.name for trial, _ in named}
         judged = [trial for trial in judged if trial.trial.name not in known]
@@ -127,6 +132,15 @@ def pool(blocks: Blocks) -> Pool:
         for (best, alternatives), sums in zip(named, sums_of_sensors, strict=True)
         for sizes in [sums.sizes()])
     return Pool(names, effects, tuple(first))
+
+
+def _contained(
+    best: PooledTrial, alternatives: Sequence[str], judged: Sequence[PooledTrial]
+) -> list[PooledTrial]:
+    """What ``best`` contains and beside which it is not needed: the line of a curve."""
+    effect = EFFECTS.get(best.trial.name)
+    return [] if effect is None else [
+        trial for trial in judged if trial.trial.name in {*effect.contains} & {*alternatives}]
 
 
 def _only(sums: SensorSums, names: Sequence[str]) -> str | None:

@@ -1,6 +1,7 @@
 """Evidence of many sensors, and what the pool makes of it."""
 
 from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -75,12 +76,19 @@ def test_half_an_sd_in_each_of_a_hundred_sensors_is_found_in_the_pool_and_in_non
     assert min(each.p_value for each in alone if each) > 0.01 / len(lots[0].trials)
 
 
-def test_the_common_size_is_the_hidden_one() -> None:
-    drawn = draw_lot(soak_design(), LotPlan(60, hidden="temperature_bias", common_sd=1.0), 2)
-    effect = pooled_singly(pose_sets_of(drawn)).effects[0]
-    assert "temperature_bias" in (effect.name, *effect.alternatives)
-    sizes = [each for each in effect.sizes if each is not None]
-    assert len(sizes) == 3
+@pytest.mark.parametrize("bend_sd", [0.0, 1.0])
+def test_a_line_in_the_temperature_is_no_curve_and_a_bend_is_one(bend_sd: float) -> None:
+    """A curve contains the line, so that by itself it explains as much or a little more."""
+    drawn = draw_lot(soak_design(), LotPlan(40, hidden="temperature_bias", common_sd=1.0), 3)
+    sets = []
+    for poses in pose_sets_of(drawn):
+        warmth = poses.columns["temperature_c"]
+        bend = ((warmth - warmth.mean()) / warmth.std()) ** 2
+        error = 5 * bend_sd * poses.sd[0, 0] * bend[:, None] * [1.0, -0.8, 0.5]
+        sets.append(replace(poses, reading=poses.reading + error, force=poses.reading + error))
+    (effect,) = pool_of(sets).effects
+    assert effect.name == ("temperature_bias_curve" if bend_sd else "temperature_bias")
+    assert bend_sd or len([each for each in effect.sizes if each is not None]) == 3
 
 
 def test_sizes_that_scatter_about_zero_are_found_by_their_spread() -> None:
