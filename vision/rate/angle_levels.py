@@ -22,6 +22,7 @@ from vision.rate.unwrap import LOCAL_STEPS, running_median
 
 LEVELS = 8  #: steps of the level in a frame time; numerical
 MOST_AT_ONCE = 6  #: frames that an encoder blends, or that are mismeasured, in one place; judgement
+SPREAD = 2  #: frames on either side of a jump that an encoder blends; a judgement
 MOST_CELLS = 5e7  #: frames times levels; a limit of memory
 
 

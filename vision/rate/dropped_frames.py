@@ -27,15 +27,14 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PlateAngle
+from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
 from vision.rate.angle_levels import THRESHOLDS as LEVELS
-from vision.rate.angle_levels import AngleLevels, angle_levels
 from vision.rate.least_squares import SLOW_WAVES, correlation_time, independent
 from vision.rate.least_squares import THRESHOLDS as FIT
 from vision.rate.steady_part import FEWEST_FRAMES
 from vision.rate.unwrap import waves_per_turn
 
-SPREAD = 2  #: frames on either side of a jump that an encoder blends; a judgement
-NEITHER, NEITHER_SD = 0.5, 0.5  # of a share, before the data
+NEITHER, NEITHER_SD = 0.5, 0.5  #: share before the data, and its sd; 1 and 0 are as likely
 
 
 @dataclass(frozen=True)
@@ -183,7 +182,7 @@ def _beside(index: NDArray[np.intp], at: NDArray[np.intp], many: FloatArray) -> 
 
 def confirmed_shares(
     angle: PlateAngle, at: NDArray[np.intp], size: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray]:
     """A of each jump: what the time of a turn confirms of it.
 
     Parameters
@@ -200,10 +199,8 @@ def confirmed_shares(
         No unit.
     cov : array, shape (j, j)
         No unit; with the prior, 1/2 ± 1/2.
-    most : array, shape (j,)
-        Largest log odds that the frames which determine it can give, no unit.
     """
-    before = np.full(len(at), NEITHER), NEITHER_SD**2 * np.eye(len(at)), np.zeros(len(at))
+    before = np.full(len(at), NEITHER), NEITHER_SD**2 * np.eye(len(at))
     # An angle that jumps back is passed twice.
     angle = angle.without(_beside(angle.index, at, SPREAD + np.ceil(np.maximum(-size, 0.0))))
     if len(angle.time_s) < FEWEST_FRAMES:
@@ -228,16 +225,10 @@ def confirmed_shares(
     x, rest = x[used] / noise, (took - x @ before[0])[used] / noise
     scatter = THRESHOLDS.amiss**2 * x.T @ x + np.eye(len(at))
     cov = np.linalg.inv(np.linalg.solve(scatter, x.T @ x) + np.linalg.inv(before[1]))
-    # What a frame says is no surer than that it is not stray.
-    alone = np.linalg.pinv(x, rcond=1e-6) ** 2
-    most = alone.sum(axis=1) / np.maximum(alone.max(axis=1), np.finfo(float).tiny)
-    most *= -np.log(LEVELS.stray)
-    return before[0] + cov @ np.linalg.solve(scatter, x.T @ rest), cov, most
+    return before[0] + cov @ np.linalg.solve(scatter, x.T @ rest), cov
 
 
-def _probabilities(
-    mean: FloatArray, cov: FloatArray, most: FloatArray, before: float
-) -> FloatArray:
+def _probabilities(mean: FloatArray, cov: FloatArray, before: float) -> FloatArray:
     """Probability that each jump is one of the times, (j,), the best determined one first.
 
     Parameters
@@ -245,8 +236,6 @@ def _probabilities(
     mean : array, shape (j,)
     cov : array, shape (j, j)
         Of the shares, with the prior.
-    most : array, shape (j,)
-        Largest log odds by the shares.
     before : float
         Log odds before the shares.
     """
@@ -254,7 +243,7 @@ def _probabilities(
     probability = np.zeros(len(mean))
     while open_.any():
         variance = np.maximum(np.diag(cov), np.finfo(float).eps)
-        odds = before + np.clip((mean - NEITHER) / variance, -most, most)  # of 1 against 0
+        odds = before + (mean - NEITHER) / variance  # of 1 against 0
         j = int(np.argmax(np.where(open_, np.abs(odds), -1.0)))
         probability[j] = 1 / (1 + np.exp(-np.clip(odds[j], -30, 30)))
         gain, sure = cov[:, j] / variance[j], probability[j]

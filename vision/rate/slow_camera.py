@@ -9,7 +9,7 @@ that is not a repetition and T the camera's own frame time,
 All lines (c, T) that keep all stamps in that band are equally probable. The probability of T is
 therefore proportional to the remaining range of c. Where the recorder dropped a frame or its clock
 stepped, c changes; the runs of frames between have one T. The angles must be more probable
-(``angle_levels``) by T k than by the stamps, and than by stamps in even steps.
+(``angle_levels``) by T k than by the stamps.
 """
 
 from dataclasses import dataclass, replace
@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import median
 from vision.phase_track import PhaseTrack
+from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
 from vision.rate.angle_levels import THRESHOLDS as PRIOR
-from vision.rate.angle_levels import AngleLevels, angle_levels
 from vision.rate.steady_part import FEWEST_FRAMES, ClipPart
 from vision.rate.unwrap import (
     continuous_angle,
@@ -35,7 +35,6 @@ from vision.rate.unwrap import (
 )
 
 CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that starts, stops or is turned
-SPREAD = 2  #: frames about a jump that may lie before it or after it
 SLOPES, ZOOMS = 51, 6  #: numerical
 
 
@@ -131,14 +130,11 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     clip_s = frame_time(stamp_s)
     once = replace(track, phase_rad=np.where(track.duplicate, np.nan, track.phase_rad))
     seen = replace(stamped, track=once)
-    by_clip = replace(seen, time_s=clip_s * np.append(0, np.cumsum(
-        np.round(np.diff(stamp_s) / clip_s))))
     even, runs = _by_camera(track, stamp_s, fresh, clip_s)
     if even is None:
         return stamped
-    others = max(each.levels.log_probability for each in (seen, by_clip))
     ours = even.levels.log_probability + runs * np.log(PRIOR.jumps)
-    return even if ours > others else seen
+    return even if ours > seen.levels.log_probability else seen
 
 
 def _by_camera(
@@ -149,8 +145,6 @@ def _by_camera(
     None if these are not even.
     """
     late_s = float(np.ptp(stamp_s - clip_s * np.arange(len(stamp_s))))
-    if late_s > clip_s:  # stamps that show gaps are times
-        return None, 0
     repetitions = np.diff(fresh, append=len(stamp_s)) - 1
     even, runs = None, 0
     jumps = np.zeros(0, np.intp)

@@ -115,7 +115,7 @@ def test_a_mistake_is_named_with_its_place(case: str) -> None:
     "an effect", "an axis of one run", "the range of one run", "twice the range of one run",
     "axes from a pose on", "an axis of three poses"])
 def test_what_is_not_tried_leaves_too_much(case: str) -> None:
-    """Of each mistake that the quadrics of two parts rule out the fit itself leaves too much."""
+    """Each mistake that the quadrics of two parts rule out leaves too much in the fit itself."""
     triad, spoil, _ = CASES.get(case.removeprefix("twice "), ("accelerometer", lambda p: p, ""))
     poses = session(triad, runs=3)
     if triad == "accelerometer":

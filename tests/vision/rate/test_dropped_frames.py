@@ -136,13 +136,13 @@ def test_the_angles_confirm_what_was_dropped_and_nothing_else(seconds: float) ->
         track = phase_track(*squeezed(time, angle, keep), noise_rad=2e-3, seed=seed)
         stamped = continuous_angle(track, track.time_s, RATE)
         at = angle_levels(stamped).jumps
-        share, cov, _ = confirmed_shares(stamped, at, np.ones(len(at)))
+        share, cov = confirmed_shares(stamped, at, np.ones(len(at)))
         sd = np.sqrt(np.diag(cov))
         pulls += list((share - 1) / sd)
         assert sd.min() < 0.2
         even = phase_track(*steady(33.3, seconds=seconds, fps=30), noise_rad=2e-3, seed=seed)
         angle_of_even = continuous_angle(even, even.time_s, RATE)
-        share, cov, _ = confirmed_shares(angle_of_even, at, np.ones(len(at)))
+        share, cov = confirmed_shares(angle_of_even, at, np.ones(len(at)))
         assert np.abs(share / np.sqrt(np.diag(cov))).max() < 5
     assert np.sqrt(np.mean(np.square(pulls))) < 2
 
