@@ -126,7 +126,8 @@ def command(
                                  lambda config: run_stages(config, context))
     if as_json:
         echo_json(guess_json(guess, checked))
-    write_whole(path, checked.text)
+    if checked.text:
+        write_whole(path, checked.text)
     _say(path, checked)
     if quiet and not as_json:
         click.echo(path)
@@ -170,11 +171,13 @@ def _say(path: Path, checked: "CheckedConfig") -> None:
     from pipeline.errors import UnfinishedGuess
 
     echo_warnings((*checked.changes, *(checked.outcome.warnings if checked.outcome else ())))
+    if not checked.text:
+        raise UnfinishedGuess(f"no configuration was written: {checked.fault} Then import all "
+                              f"logs again.")
     if checked.outcome is None:
         raise UnfinishedGuess(
-            f"{path} was written, but is no calibration yet: {checked.fault} "
-            + (f"Then import all logs again, with --force to replace {path.name}."
-               if checked.needs_import else f"After that, type: {proposed('run', path)}"))
+            f"{path} was written, but is no calibration yet: {checked.fault} After that, type: "
+            f"{proposed('run', path)}")
     if checked.fault is not None:
         raise UnfinishedGuess(
             f"{path} was written and runs, but it cannot be right: {checked.fault} Correct the "

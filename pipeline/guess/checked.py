@@ -22,16 +22,15 @@ from pipeline.text.names import short_name
 class CheckedConfig:
     """The text of a configuration and the result of running it.
 
+    The text is empty where no edit mends its fault, but other logs or options of the import.
     ``outcome`` is None if it does not run; ``changes`` list what the check removed, ``fault``
-    states why nothing was left, or what makes the outcome implausible. ``needs_import``: no edit of
-    the text mends that, but other logs or options.
+    states why nothing was left, or what makes the outcome implausible.
     """
 
     text: str
     outcome: Outcome | None
     changes: tuple[str, ...]
     fault: str | None = None
-    needs_import: bool = False
 
 
 def checked_config(
@@ -46,17 +45,14 @@ def checked_config(
     """
     unused = unused_accelerometer(guess)
     if unused and (guess.scales or not guess.turns):
-        text = config_text(guess, path.parent, replace(choices, left_out=dict.fromkeys(
-            TRIADS, unused)))
-        return CheckedConfig(text, None, (), unused, True)
+        return CheckedConfig("", None, (), unused)
     if unused:
         choices = replace(choices, left_out={"accelerometer": unused})
-    text = config_text(guess, path.parent, choices)
     if guess.at_rest is None and not any(source.rate for source in guess.sources):
-        fault = f"it has nothing to calibrate. {'. '.join(guess.doubts)}."
-        return CheckedConfig(text, None, (), fault, True)
+        fault = f"there is nothing to calibrate. {'. '.join(guess.doubts)}."
+        return CheckedConfig("", None, (), fault)
     if disagreement := next(disagreements(guess), None):
-        return CheckedConfig(text, None, (), disagreement, True)
+        return CheckedConfig("", None, (), disagreement)
     try:
         for reason in guess.dead.values():
             raise Undetermined(reason)
@@ -78,7 +74,8 @@ def checked_config(
         if any(not table.clock.is_known and not table.are_means for table in guess.tables):
             fault = (f"{fault} The file states no sample rate, and {ASSUMED_HZ:g} Hz is no more "
                      f"than usual: state it by --rate-hz.")
-        return CheckedConfig(text, None, (), fault, isinstance(error, Undetermined))
+        text = "" if isinstance(error, Undetermined) else config_text(guess, path.parent, choices)
+        return CheckedConfig(text, None, (), fault)
 
 
 def _of_sound_poses(

@@ -15,6 +15,7 @@ from pipeline.logs.clock import (
     continued_clock,
     likely_units,
     unwrapped_ticks,
+    within_the_log,
 )
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.head import FEWEST_NUMBERS
@@ -31,7 +32,7 @@ class ClockGuess:
     """The clock of a table, as a configuration states it.
 
     ``column`` in the file with its ``unit``, or ``rate_hz``; ``time_s`` (t,) are the times by them.
-    ``lacks`` says why there is no column.
+    ``lacks`` says why there is no column; ``unused`` is the one that cannot be used.
     """
 
     column: str | None
@@ -41,6 +42,7 @@ class ClockGuess:
     because: str
     doubt: str = ""
     lacks: str = "the file holds no times"
+    unused: str = ""
 
     @property
     def is_known(self) -> bool:
@@ -64,7 +66,7 @@ def guess_clock(
 ) -> ClockGuess:
     """The clock of ``columns``; the user states ``stated_hz``, the file's head ``file_hz``."""
     rows = len(next(iter(columns.values())))
-    note, lacks = "", ClockGuess.lacks
+    note, lacks, unused = "", ClockGuess.lacks, ""
     if stated_hz is None:
         for name in _candidates(columns):
             ticks, continued = continued_clock(unwrapped_ticks(columns[name]))
@@ -79,6 +81,7 @@ def guess_clock(
             step = np.diff(ticks)
             if len(step) and not step.any():
                 lacks = f"'{name}' reads {ticks[0]:.10g} in every row, a clock that stands still"
+                unused = name
             unit, because, doubt = _unit(name, ticks)
             if unit is not None and (step > 0).all():
                 return ClockGuess(name, unit, None, ticks * SECONDS_PER[unit], because,
@@ -93,6 +96,7 @@ def guess_clock(
                 rate = 1 / (_row_step(step) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
+                unused = name
                 file_hz = file_hz or float(f"{rate:.4g}")
     intervals = "" if stated_hz or file_hz else _intervals(columns)
     if intervals:
@@ -102,10 +106,10 @@ def guess_clock(
     if rate_hz is None:
         return ClockGuess(None, None, None, np.arange(rows) / ASSUMED_HZ, "",
                           f"{lacks}, and nothing states the sample rate; state it by --rate-hz",
-                          lacks)
+                          lacks, unused)
     because = ("--rate-hz" if stated_hz else "the mean of the times" if note else
                f"the mean of '{intervals}'" if intervals else "the file's head")
-    return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note, lacks)
+    return ClockGuess(None, None, rate_hz, np.arange(rows) / rate_hz, because, note, lacks, unused)
 
 
 def _row_step(step: FloatArray) -> float:
@@ -140,6 +144,13 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_NUMBERS
             and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
                  ).min(initial=1) > 0 and not (step == 1).all()]
+
+
+def without_ends(columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+    """Columns without a first or last row whose time stands apart from the others."""
+    clocks = _candidates({name: values[1:-1] for name, values in columns.items()})
+    kept = [within_the_log(columns[name]) for name in clocks[:1]]
+    return {name: values[kept[0]] for name, values in columns.items()} if kept else columns
 
 
 def without_repeats(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:

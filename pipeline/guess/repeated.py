@@ -12,8 +12,9 @@ from pipeline.guess.magnitudes import sample_noise_sd
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, STILL, usual_step
 from pipeline.guess.sensor_files import names_of_sensors
 from pipeline.guess.table_guess import TableGuess
-from pipeline.logs.clock import EPOCH_S, USUAL_STEPS
-from pipeline.text.names import command, word
+from pipeline.logs.clock import EPOCH_S
+from pipeline.logs.join import shared_rows
+from pipeline.text.names import command
 
 SAME_SDS = 5.0
 """Largest distance of two means of one pose over the noise of their difference. A judgement: noise
@@ -84,48 +85,37 @@ def _move_apart(one: TableGuess, other: TableGuess) -> bool:
     return False
 
 
-def without_continuations(
-    tables: Sequence[TableGuess], are_poses: bool
-) -> tuple[list[TableGuess], list[str]]:
-    """The tables without those that go on with the pose of the one before, and a note on each.
-
-    Of a pose that was cut in two files the longer one is used. Logs of many poses are all kept.
-    """
+def without_continuations(tables: Sequence[TableGuess]) -> tuple[list[TableGuess], list[str]]:
+    """The tables of single poses without those that go on with the pose of the one before, and a
+    note on each: of a pose that was cut in several files the longest is used."""
     runs = [[table] for table in tables[:1]]
     for one, other in pairwise(tables):
         if _goes_on(one, other):
             runs[-1].append(other)
         else:
             runs.append([other])
-    notes = []
-    for first, *rest in (run for run in runs if run[1:]):
-        names = [table.path.name for table in (first, *rest)]
-        if are_poses:
-            longest = max((first, *rest), key=lambda table: table.table.rows)
-            notes.append(f"{', '.join(names)}: one pose that was cut; it counts once, by its "
-                         f"longest part, {longest.path.name}")
-        else:
-            parts = "; ".join(f"tail -n +2 {word(name)}" for name in names[1:])
-            notes.append(f"{', '.join(names)}: each goes on with the pose at the end of the one "
-                         f"before, which counts twice so. Import the whole of them instead: "
-                         f"`(cat {word(names[0])}; {parts}) > whole.csv`")
-    return [max(run, key=lambda table: table.table.rows) for run in runs] if are_poses else [
-        *tables], notes
+    longest = [max(run, key=lambda table: table.table.rows) for run in runs]
+    return longest, [
+        f"{', '.join(table.path.name for table in run)}: one pose that was cut; it counts once, by "
+        f"its longest part, {table.path.name}"
+        for run, table in zip(runs, longest, strict=True) if run[1:]]
 
 
 def _goes_on(one: TableGuess, other: TableGuess) -> bool:
-    """Whether a table begins when another ends, in the same attitude and motion."""
-    triads = [triad for triad in (other.accelerometer, other.gyroscope) if triad]
-    clocks = one.clock, other.clock
+    """Whether a table begins when another ends, in the same attitude and motion, or with its last
+    rows."""
     if (one.are_means or other.are_means or one.path == other.path
             or (one.accelerometer, one.gyroscope) != (other.accelerometer, other.gyroscope)
-            or any(clock.column is None or len(clock.time_s) < 2 for clock in clocks)):
+            or None in (one.clock.column, other.clock.column)):
         return False
-    step = usual_step(one.clock.time_s)
-    rows = max(2, round(REST_S / step))
-    pause = other.clock.time_s[0] - one.clock.time_s[-1]
-    return 0 < pause < USUAL_STEPS * step and all(
-        _reads_alike(one.si(triad)[-rows:], other.si(triad)[:rows]) for triad in triads)
+    first, second = one.log(), other.log()
+    shared = shared_rows(first, second) if first and second else None
+    if shared is None or first is None or second is None:
+        return False
+    rows = max(2, round(REST_S / usual_step(first.time_s)))
+    return shared > 0 or all(
+        _reads_alike(first.readings(triad)[-rows:], second.readings(triad)[:rows])
+        for triad in TRIADS if first.has(triad))
 
 
 def _reads_alike(one: FloatArray, other: FloatArray) -> bool:

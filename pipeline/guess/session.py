@@ -138,8 +138,10 @@ def guess_session(
     settled = settled if scales else clocked_by_plate(settled)
     beside = _gyroscopes_beside(settled)
     layout: Layout = "log" if beside else _layout(settled)  # a pose is one file, or find: still
-    settled, notes = without_continuations(settled, layout == "files")
-    doubts += [*notes, *_doubts_of_tables(settled, beside)]
+    if layout == "files":
+        settled, notes = without_continuations(settled)
+        doubts += notes
+    doubts += [*_doubts_of_tables(settled, beside)]
     groups: dict[tuple[Layout, float | None, bool], dict[TableGuess, float]] = {}
     rates = [beside.get(table, table) for table in settled]
     for table, rate, usual in zip(settled, rates, speeds_of([t.turning_rad_s for t in rates]),

@@ -9,7 +9,7 @@ import numpy as np
 from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
-from pipeline.guess.clocks import ClockGuess, guess_clock, without_repeats
+from pipeline.guess.clocks import ClockGuess, guess_clock, without_ends, without_repeats
 from pipeline.guess.pool import REST_S, are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
@@ -103,7 +103,7 @@ class TableGuess:
         None without a name, beside others with one: the zone behind a time.
         """
         return [name for name in self.table.columns
-                if name not in self.theirs.values() and name != self.clock.column
+                if name not in (*self.theirs.values(), self.clock.column, self.clock.unused)
                 and (self.table.positions or not name.isdecimal())]
 
     @property
@@ -203,7 +203,8 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     rate_hz : float or None
         The sample rate, stated by the user.
     """
-    tables = [replace(table, columns=without_repeats(table.columns)) for table in tables]
+    tables = [replace(table, columns=without_repeats(without_ends(table.columns)))
+              for table in tables]
     clocks = [guess_clock(table.columns, rate_hz, table.rate_hz) for table in tables]
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}

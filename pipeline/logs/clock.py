@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import BoolArray, FloatArray
 from pipeline.errors import UnreadableInput
 from pipeline.logs.columns import COUNTER, SECONDS_PER, TIME, TimeUnit
 
@@ -21,7 +21,8 @@ FEWEST_ROWS = 100
 """Least number of rows between two backward steps of a clock. A judgement: after a reset, a new
 time or the next pose it runs on for a second or more; a misplaced row is one row."""
 MOST_WRAPS = 3.0  #: largest number of wraps over that expected by the usual step; a judgement
-USUAL_STEPS = 20.0  #: largest wrapped step, in usual steps
+USUAL_STEPS = 20.0  #: largest step that is no pause, in usual steps
+FEWEST_TO_SHOW = 10  #: least number of rows of which the first and the last may stand apart; chosen
 
 SECONDS_AT_A_TURN = 58  #: fact: least seconds shown just before a new minute, to a second
 
@@ -129,6 +130,21 @@ def continued_clock(time_s: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
     more = f" and {len(back) - 1} times below it" if len(back) > 1 else ""
     return np.asarray(time_s + np.cumsum(shift)), (
         f"its clock steps back at row {back[0] + 2}{more}, and is continued there",)
+
+
+def within_the_log(ticks: FloatArray) -> BoolArray:
+    """Whether each of ``ticks`` (t,) of a clock belongs to the log, (t,).
+
+    The first or the last does not if it is back, or more than :data:`USUAL_STEPS` usual steps,
+    from its neighbour: the first stamp of a phone may be of an earlier event, and the first row of
+    a copy may begin in the middle of a number. A single sample before a pause is no loss.
+    """
+    kept = np.ones(len(ticks), dtype=bool)
+    step = np.diff(ticks)
+    if len(ticks) >= FEWEST_TO_SHOW and (step > 0).any():
+        ends = step[[0, -1]]
+        kept[[0, -1]] = (ends >= 0) & (ends <= USUAL_STEPS * np.median(step[step > 0]))
+    return kept
 
 
 def unwrapped_ticks(ticks: FloatArray) -> FloatArray:

@@ -1,14 +1,51 @@
 """Joining of logs of one sensor: one triad with the other, or separate recordings."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from calib.poses.imu_log import TRIADS, FloatArray, ImuLog
+from calib.poses.rows import joined
 from pipeline.errors import UnreadableInput
+from pipeline.logs.clock import USUAL_STEPS
 
 #: Longest pause of the second log that is interpolated over, in its usual steps.
 LONGEST_GAP_STEPS = 10
+
+
+def whole_logs(logs: Sequence[ImuLog]) -> list[ImuLog]:
+    """``logs`` in their order, each with those that go on where it ends: a recorder begins a new
+    file, whose first rows may be the last ones of the file before."""
+    whole: dict[int, ImuLog] = {}
+    for i in sorted(range(len(logs)), key=lambda i: logs[i].time_s[0]):
+        begun = next((j for j, one in whole.items() if shared_rows(one, logs[i]) is not None), i)
+        whole[begun] = _continued(whole[begun], logs[i]) if begun in whole else logs[i]
+    return [whole[i] for i in sorted(whole)]
+
+
+def shared_rows(one: ImuLog, other: ImuLog) -> int | None:
+    """Number of rows with which ``one`` ends and ``other`` begins; None if it does not go on."""
+    triads = [triad for triad in TRIADS if one.has(triad)]
+    if triads != [triad for triad in TRIADS if other.has(triad)] or (
+            one.columns.keys() != other.columns.keys() or one.time_s[-1] >= other.time_s[-1]):
+        return None
+    pause = other.time_s[0] - one.time_s[-1]
+    if pause > 0:
+        return 0 if pause < USUAL_STEPS * np.median(np.diff(one.time_s)) else None
+    count = int((one.time_s >= other.time_s[0]).sum())
+    pairs = [(one.time_s, other.time_s), *(
+        (one.readings(triad), other.readings(triad)) for triad in triads)]
+    return count if all(np.array_equal(a[-count:], b[:count]) for a, b in pairs) else None
+
+
+def _continued(one: ImuLog, other: ImuLog) -> ImuLog:
+    """Two logs of which the second goes on where the first ends, as one."""
+    count = shared_rows(one, other)
+    note = (f"the first {count} rows of {other.label} are the last ones of {one.label} and count "
+            f"once" if count else f"{other.label} goes on where {one.label} ends")
+    return replace(joined([one, other.take(slice(count, None))]),
+                   label=f"{one.label} + {other.label}", notes=(*one.notes, *other.notes, note))
 
 
 def group_logs(logs: Sequence[ImuLog]) -> list[list[ImuLog]]:
@@ -39,13 +76,13 @@ def join_logs(logs: Sequence[ImuLog]) -> ImuLog:
     UnreadableInput
         Two logs hold the same triad, or have fewer than two samples in their common time.
     """
-    joined = logs[0]
+    whole = logs[0]
     for other in logs[1:]:
-        joined = _joined(joined, other)
-    return joined
+        whole = _beside(whole, other)
+    return whole
 
 
-def _joined(one: ImuLog, other: ImuLog) -> ImuLog:
+def _beside(one: ImuLog, other: ImuLog) -> ImuLog:
     """``other``'s triad and columns at the times of ``one``."""
     label = f"{one.label} + {other.label}"
     for triad in TRIADS:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from calib.poses.imu_log import FloatArray, ImuLog, IntArray
 from pipeline.errors import UnreadableInput
-from pipeline.logs.clock import StatedClock, sample_times
+from pipeline.logs.clock import StatedClock, sample_times, within_the_log
 from pipeline.logs.columns import (
     ACCELEROMETER,
     GYROSCOPE,
@@ -192,35 +192,29 @@ def _by_rate(table: LogTable) -> list[LogTable]:
 
 def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     table, gaps = _without_gaps(table)
+    table, ends = _without_ends(table)
     table, repeats = _without_repeats(table)
     time_s, notes = sample_times(
         table.label, table.values, table.time_factor, stated, table.rate_hz, table.place)
     if notes:
         _require_no_copy(table)
-    if not (kept := _within_the_log(time_s)).all():
-        notes += (f"first or last rows whose times are further off than the others last, and that "
-                  f"are left out: {(~kept).sum()} of {len(kept)}",)
-        table, time_s = table.at(np.flatnonzero(kept)), time_s[kept]
     values = dict(table.values)
     absent = np.full((len(time_s), 3), np.nan)
     triads = {triad: np.column_stack([values.pop(name) for name in triad])
               if triad[0] in values else absent for triad in (ACCELEROMETER, GYROSCOPE)}
     values.pop(TIME, None)
     return ImuLog(label, time_s, triads[ACCELEROMETER], triads[GYROSCOPE], values,
-                  (*gaps, *repeats, *notes))
+                  (*gaps, *ends, *repeats, *notes))
 
 
-def _within_the_log(time_s: FloatArray) -> NDArray[np.bool_]:
-    """Whether each time (t,), s, belongs to the log, (t,).
-
-    The first or the last does not if it is further from the rest than the rest lasts: the first
-    stamp of a phone may be of an earlier event, and the last row of a copy may be damaged.
-    """
-    kept = np.ones(len(time_s), dtype=bool)
-    if len(time_s) * MOST_LACKING >= 1:
-        step = np.diff(time_s)
-        kept[[0, -1]] = step[[0, -1]] <= step[1:-1].sum()
-    return kept
+def _without_ends(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
+    """The table without a first or last row that stands apart, and a note on their number."""
+    if TIME not in table.values:
+        return table, ()
+    kept = within_the_log(table.values[TIME])
+    return (table, ()) if kept.all() else (table.at(np.flatnonzero(kept)), (
+        f"first or last rows whose times are far from those of the others, and that are left out: "
+        f"{(~kept).sum()} of {len(kept)}",))
 
 
 def _require_no_copy(table: LogTable) -> None:

@@ -96,16 +96,18 @@ def _names_of_line(line: str, one_of_many: bool) -> list[str]:
     labels: list[str] = []
     units: dict[int, str] = {}
     *parts, last = SLOT.split(line)
-    for part in parts:
-        *before, words = (" ".join(PAIR.sub("", cell).translate(APART).strip(AROUND).split())
-                          for cell in re.split(r"[,;|]", part))
+    cells = [[" ".join(PAIR.sub("", cell).translate(APART).strip(AROUND).split())
+              for cell in re.split(r"[,;|]", part)] for part in parts]
+    in_front = _units_in_front([names[-1] for names in cells])
+    for part, (*before, words) in zip(parts, cells, strict=True):
         if one_of_many and not words:
             words = next((cell for cell in reversed(before) if cell and not spelled_unit(cell)), "")
         words += "".join(BEHIND[sign] for sign in BEHIND if words.count(sign) > words.count(
             BEHIND[sign]))
         behind, _, others = words.partition(" ")
         if labels:
-            behind = behind if spelled_unit(behind.strip(AROUND)) else ""
+            is_unit = spelled_unit(behind.strip(AROUND)) and behind not in in_front
+            behind = behind if is_unit else ""
             unit = behind or next(iter(re.split(r"[,;|]", part)), "").strip(AROUND)
             if spelled_unit(unit.strip(AROUND)):
                 units[len(labels) - 1] = unit.strip(AROUND)
@@ -123,6 +125,19 @@ def _names_of_line(line: str, one_of_many: bool) -> list[str]:
     for label, unit in _by_groups(labels, units):
         named.append(f"{label} ({unit})" if unit and label else label)
     return named
+
+
+def _units_in_front(names: Sequence[str]) -> set[str]:
+    """Words of units that begin the names of axes, in place of what is behind the number before:
+    ``t=0.1 raw ax=7 raw ay=-3``."""
+    leads: dict[str, list[int]] = {}
+    for i, name in enumerate(names):
+        unit, _, axis = name.partition(" ")
+        if spelled_unit(unit) and read_name(axis).axis is not None:
+            leads.setdefault(unit, []).append(i)
+    before = {unit: names[at[0] - 1] if at[0] else "" for unit, at in leads.items() if at[1:]}
+    return {unit for unit, name in before.items()
+            if unit in name.split() or read_name(name).axis is None}
 
 
 def _by_groups(labels: Sequence[str], units: dict[int, str]) -> list[tuple[str, str]]:

@@ -255,7 +255,8 @@ def _skipped_notes(
            f"`still: {{threshold: ...}}` beside `find: still` overrules that.")
     if rate_rad_s and any(reason == PLATE_STOOD for _, reason in skipped):
         yield (f"{log.label}: to use the stops of the plate as poses at rest, add the run "
-               f"`{{poses: {{log: {log.label}, find: still}}, rate: stopped}}`.")
+               f"`{{poses: {{log: [{log.label.replace(' + ', ', ')}], find: still}}, "
+               f"rate: stopped}}`.")
 
 
 def _largest_shift(intervals: StaticIntervals) -> Mapping[str, float]:

@@ -28,7 +28,7 @@ from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.errors import PipelineError
 from pipeline.logs.clock import StatedClock
-from pipeline.logs.join import group_logs, join_logs
+from pipeline.logs.join import group_logs, join_logs, whole_logs
 from pipeline.logs.read import read_log
 from pipeline.logs.source import require_uncorrected
 from pipeline.stages.excluded_poses import Choice, chosen
@@ -157,14 +157,15 @@ def _shown_name(path: Path, folder: Path) -> str:
 
 
 def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
-    """The recordings of a section: the triads of each are joined in time.
+    """The recordings of a section: the parts of each, and its triads, are joined in time.
 
     Raises
     ------
     UnreadableInput
         A log cannot be read, or its triads do not overlap in time.
     """
-    return [join_logs(group) for group in group_logs(read_logs(poses, poses.log, folder))]
+    logs = whole_logs(read_logs(poses, poses.log, folder))
+    return [join_logs(group) for group in group_logs(logs)]
 
 
 def read_session(config: Config) -> SessionLogs:

@@ -62,6 +62,7 @@ def test_a_clock_that_stands_still_is_told(tmp_path: Path) -> None:
         "'time_s' reads 12.5 in every row, a clock that stands still; ")
     clock = guess_clock({"time_s": stopped, "ax": stopped, "ay": stopped}, None, None)
     assert "stands still, and nothing states the sample rate" in clock.doubt
+    assert table.further == []  # told once
 
 
 @pytest.mark.parametrize("comma", [".", ","])
@@ -83,6 +84,7 @@ def test_stamps_of_rows_in_another_order_are_times() -> None:
     clock = guess_clock({"packet": np.arange(1000.0), "received": stamps, "ax": stamps % 7}, None,
                         None)
     assert clock.doubt == "'received' repeats or goes back 10 times, so it is not used"
+    assert clock.unused == "received"
     assert clock.rate_hz == pytest.approx(100, rel=1e-3)
 
 

@@ -152,7 +152,8 @@ def test_few_rows_that_are_no_samples_are_left_out_and_told(
 
 
 @pytest.mark.parametrize(("first", "last", "lost"), [
-    (-1e9, 3.9, 1), (0, 1e11, 1), (-5, 1e300, 2), (-3, 7, 0)])
+    (-1e9, 3.9, 1), (0, 1e11, 1), (-5, 1e300, 2), (-3, 7, 2), (-1.5, 5.5, 0), (2.5, 3.9, 1),
+    (0, 2.2, 1)])
 def test_a_row_at_an_end_whose_time_is_far_off_is_left_out_and_told(
     tmp_path: Path, first: float, last: float, lost: int
 ) -> None:

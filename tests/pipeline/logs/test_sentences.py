@@ -5,6 +5,7 @@ import time
 import pytest
 
 from pipeline.logs.row_kinds import lines_by_kind
+from pipeline.logs.sentence_names import names_of_sample
 from pipeline.logs.sentences import rows_of_lines
 
 LONG = 5000
@@ -86,3 +87,15 @@ def test_the_signs_of_nested_keys_and_the_tags_of_a_line_are_no_part_of_a_name()
     rows = rows_of_lines(["", *(f"imu,board=esp32 ax=0.{i},ay=0.1,az=1 17672256000{i:02d}0000000"
                                 for i in range(40))])
     assert rows[0] == "ax,ay,az,t"  # the stamp behind the readings is the time
+
+
+@pytest.mark.parametrize(("line", "names"), [
+    ("raw ax: 12 raw ay: 13 raw az: 14", ["raw ax", "raw ay", "raw az"]),
+    ("t 0.01 s raw ax 1 raw ay 2 raw az 4", ["t (s)", "raw ax", "raw ay", "raw az"]),
+    ("12:00:01.3 raw ax 12 raw ay 3 raw az 5", ["", "raw ax", "raw ay", "raw az"]),
+    ("t: 12 ms dt: 10 ms ax: 3 g ay: 4 g az: 5 g gx: 4 dps",
+     ["t (ms)", "dt (ms)", "ax (g)", "ay (g)", "az (g)", "gx (dps)"])])
+def test_the_word_of_a_unit_before_each_axis_is_a_part_of_its_name(
+    line: str, names: list[str]
+) -> None:
+    assert names_of_sample([line]) == names

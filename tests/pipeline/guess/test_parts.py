@@ -1,0 +1,91 @@
+"""One recording in several files: a pose that was cut, files that go on or overlap, cut rows."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from tests.pipeline.guess.evening import Evening
+from tests.pipeline.guess.hand_log import hand_log
+from tests.pipeline.guess.text_rows import si_rows, write_lines
+from tests.sessions import pipeline, run_without_page
+
+HEAD = "time_s,ax_m_s2,ay_m_s2,az_m_s2,gx_rad_s,gy_rad_s,gz_rad_s"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[str]:
+    """A log of 18 rests with turns between them, as lines."""
+    return [",".join(row) for row in si_rows(hand_log(rate_hz=50.0))]
+
+
+@pytest.mark.parametrize(("cuts", "says"), [
+    ([(0, 1350), (1350, 2700)], "b.csv goes on where a.csv ends"),
+    ([(0, 1380), (1380, 2700)], "b.csv goes on where a.csv ends"),  # in a rest
+    ([(0, 1450), (1250, 2700)], "the first 200 rows of b.csv are the last ones of a.csv"),
+    ([(1250, 2700), (0, 1450)], "the first 200 rows of a.csv are the last ones of b.csv"),
+    ([(0, 900), (850, 1800), (1700, 2700)], "the first 100 rows of c.csv")])
+def test_files_that_go_on_or_overlap_are_one_log(
+    here: Path, capsys: pytest.CaptureFixture[str], rows: list[str],
+    cuts: list[tuple[int, int]], says: str,
+) -> None:
+    files = [write_lines(here / f"{name}.csv", [HEAD, *rows[begin:end]]).name
+             for name, (begin, end) in zip("abc", cuts, strict=False)]
+    assert pipeline("import", *files, "--output", "c.yaml") == 0
+    assert says in capsys.readouterr().err
+    accelerometer = run_without_page(here / "c.yaml")["accelerometer"]
+    assert accelerometer["n_poses"] == 18
+    assert {pose["label"].rpartition(" ")[0] for pose in accelerometer["poses"]} != {"a.csv"}
+
+
+@pytest.mark.parametrize("at", [0, 100])
+def test_files_whose_common_times_have_other_readings_are_not_joined(
+    here: Path, capsys: pytest.CaptureFixture[str], rows: list[str], at: int
+) -> None:
+    other = rows[1250:]
+    cells = other[at].split(",")
+    other[at] = ",".join([cells[0], "9.5", *cells[2:]])
+    for name, part in (("a", rows[:1450]), ("b", other)):
+        write_lines(here / f"{name}.csv", [HEAD, *part])
+    assert pipeline("import", "a.csv", "b.csv") == 4
+    assert "digit by digit" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("begin", "cut", "header"), [
+    (200, 2, True), (200, 2, False), (500, 1, False), (500, 1, True)])
+def test_a_first_row_that_begins_in_the_middle_of_its_time_is_left_out(
+    here: Path, capsys: pytest.CaptureFixture[str], rows: list[str], begin: int, cut: int,
+    header: bool,
+) -> None:
+    """The rest of the number is a time before the log, within its length."""
+    part = [rows[begin][cut:], *rows[begin + 1 :]]
+    write_lines(here / "a.csv", [HEAD, *part] if header else part)
+    assert pipeline("import", "a.csv", "--gyroscope-unit", "rad_s") == 0
+    said = capsys.readouterr()
+    assert f"left out: 1 of {2700 - begin}" in said.err
+    assert "pauses" not in said.out
+
+
+@pytest.mark.parametrize("parts", [2, 3, 4])
+def test_a_pose_that_is_cut_into_files_counts_once(
+    here: Path, capsys: pytest.CaptureFixture[str], parts: int
+) -> None:
+    files = [str(path.relative_to(here)) for path in
+             Evening(rate_hz=100.0).write(here, "rest", 0.0, 1)]
+    head, *rows = Path(files[3]).read_text("utf-8").splitlines()
+    cuts = [0, 500, 650, len(rows)] if parts > 2 else [0, 300, len(rows)]
+    shared = 40 * (parts == 4)  # the last rows of the file before
+    for i, (begin, end) in enumerate(pairwise(cuts)):
+        begin = max(begin - shared, 0)
+        Path(f"rest/p04_{i}.csv").write_text("\n".join([head, *rows[begin:end]]), "utf-8")
+        files.append(f"rest/p04_{i}.csv")
+    Path(files[3]).unlink()
+    assert pipeline("import", *sorted(set(files) - {files[3]})) == 0
+    assert "one pose that was cut; it counts once, by its longest part" in capsys.readouterr().out
+    assert run_without_page(here / "config.yaml")["accelerometer"]["n_poses"] == 18
