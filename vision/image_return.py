@@ -148,7 +148,8 @@ def _return_in_blocks(
     for parts in PARTS:  # the found period may be a multiple of a fractional one
         in_parts = returns_near(together, period / parts)
         often = THRESHOLDS.same * int(LATEST * f * parts / period)
-        if len(in_parts[0]) > often and in_parts[2].mean() > THRESHOLDS.same * shown.mean():
+        if len(in_parts[0]) > often and (  # of no returns there is no mean
+                in_parts[2].mean() * len(shown) > THRESHOLDS.same * shown.sum()):
             lags, count, shown = in_parts
             break
     mean = float(shown.mean()) if shown.size else 0.0

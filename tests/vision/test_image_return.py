@@ -261,3 +261,14 @@ def test_a_light_that_blinks_passes_by_nowhere() -> None:
     fit = PeriodicFit(frames[:, mask], FRAME_S * np.arange(FRAMES), 37 * FRAME_S, 0.01)
     fit.coefficients[1:] = 0  # as where they do not stand out from noise
     assert turning(fit.coefficients, mask) is None
+
+
+def test_a_film_without_a_peak_near_its_best_period_does_not_return() -> None:
+    """Of no returns there is no mean."""
+    rng = np.random.default_rng(534)
+    turned = 2 * np.pi * np.arange(44) / rng.uniform(16, 24)
+    shape = np.stack([np.cos(turned), np.sin(turned), np.cos(3 * turned)], axis=1)
+    waves = rng.uniform(0, 1, 3) * shape
+    film = waves @ rng.normal(0, 40, (3, 256)) + rng.normal(128, 20, (44, 256))
+    small = film.clip(0, 255).astype(np.uint8).reshape(44, 16, 16)
+    assert image_return(small, FRAME_S) is None

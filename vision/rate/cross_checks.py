@@ -13,6 +13,7 @@ import numpy as np
 
 from vision.geometry import FloatArray
 from vision.image_return import MOST_FRAMES, SAME_RETURN, ImageReturn, image_return
+from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.unwrap import frame_time
 
@@ -55,6 +56,18 @@ class CrossChecks:
     frame_count: FrameCount | None
     lag: ImageReturn | None
     second: ImageReturn | None
+
+    def warnings(self, source: str) -> tuple[str, ...]:
+        """A warning of another rotation."""
+        if self.second is None:
+            return ()
+        return (
+            f"{source}: two things turn in the frame at two rates, {self.by_stamps_rad_s / RPM:.4g}"
+            f" rpm and {self.second.rate_rad_s / RPM:.4g} rpm ± "
+            f"{self.second.sd_s / self.second.period_s:.1%}. The rate is that of the first, which "
+            f"shows more. If the sensor turns with the second, cover the first or state the rim of "
+            f"the second (--rim, or plate: centre_px, radii_px).",
+        )
 
 
 @dataclass(frozen=True, eq=False)

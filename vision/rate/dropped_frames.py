@@ -5,11 +5,11 @@ the angle leaps by k frame times. The clock of the stamps stepped: by any time, 
 Or the angle is mismeasured there: that of a plate with little texture at one angle jumps there,
 once per turn, and drifts back.
 
-The sizes come from one fit of all jumps beside an even rotation, or beside one that changes slowly
-where that explains more; each is as large as it is seen, and goes if none is likelier. What
-separates the clock from the plate: the error of the angle at each place of the plate repeats with
-every turn, so that the time of a turn, t_i - t(θ_i - 2π), is free of it, and contains the jumps
-within the turn, of size J_j, that are errors of the times:
+The sizes come from one fit of all jumps beside a rotation that drifts evenly; each is as large as
+it is seen, and goes if none is likelier. What separates the clock from the plate: the error of the
+angle at each place of the plate repeats with every turn, so that the time of a turn, t_i - t(θ_i -
+2π), is free of it, and contains the jumps within the turn, of size J_j, that are errors of the
+times:
 
     t_i - t(θ_i - 2π) = P - T Σ_j A_j J_j [jump j within the turn] + noise,   A_j = 1 or 0.
 
@@ -29,9 +29,10 @@ from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
 from vision.rate.angle_levels import THRESHOLDS as LEVELS
-from vision.rate.least_squares import SLOW_WAVES, correlation_time, independent
 from vision.rate.least_squares import THRESHOLDS as FIT
+from vision.rate.least_squares import correlation_time, independent
 from vision.rate.steady_part import FEWEST_FRAMES
+from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.unwrap import waves_per_turn
 
 NEITHER, NEITHER_SD = 0.5, 0.5  #: share before the data, and its sd; 1 and 0 are as likely
@@ -98,6 +99,39 @@ class DroppedFrames:
         span_s = float(np.ptp(self.angle.time_s))
         return float(np.abs(self.size) @ doubt) * self.angle.frame_s / span_s
 
+    def warnings(self, source: str) -> tuple[str, ...]:
+        """A warning of the jumps, with their causes."""
+        angle, is_time = self.angle, self.probability >= 0.5
+        if not len(self.size):
+            return ()
+        jumps = (f"{source}: the angle jumps by {np.abs(self.size).sum():.3g} frame time(s) in "
+                 f"all, at about {np.degrees(self.at_rad) % 360:.0f}° of plate angle")
+        if self.sd_of_rate > STEADY.trend:
+            odds = np.average(self.probability, weights=np.abs(self.size))
+            return (f"{jumps}. This clip cannot determine whether frames were dropped or the angle "
+                    f"is mismeasured there (the odds of dropped frames are {odds:.0%}); the sd "
+                    f"covers both ({self.sd_of_rate:.2%} of the rate). Film over more turns, or "
+                    f"put a bold mark near the rim.",)
+        if not is_time.any():
+            return (f"{jumps}, and returns within a turn. No frame is missing: the angle is "
+                    f"mismeasured there. The rate uses the time stamps as they are. Film the whole "
+                    f"plate, with a mark near the rim.",)
+        causes = []
+        if self.count:
+            causes.append(
+                f"the recorder dropped {self.count} frame(s) without a gap in the time stamps "
+                f"({self.count / len(angle.time_s):.1%}): the angle jumps by whole frame times. "
+                f"Their time was put back.")
+        if angle.stepped.any():
+            steps = [f"{1e3 * angle.frame_s * by:+.0f} ms at {at:.1f} s"
+                     for by, at in zip(-angle.dropped[angle.stepped], angle.time_s[angle.stepped],
+                                       strict=True)]
+            causes.append(
+                f"the clock of the time stamps steps by {' and '.join(steps)}, or that and whole "
+                f"turns of the plate: the angle jumps there by no whole number of frame times. The "
+                f"rate is fitted beside it.")
+        return (f"{source}: {' '.join(causes)}",)
+
 
 def dropped_frames(angle: PlateAngle) -> DroppedFrames:
     """Find the jumps of the angle, and the cause of each.
@@ -141,22 +175,14 @@ def _sizes(
     past = np.cumsum(shown)[at - 1]
     at = at[(past > 0) & (np.diff(np.append(past, shown.sum())) > 0)]
     per_frame = float(median(np.diff(angle.angle_rad) / np.diff(angle.index)))
-    phase = np.pi * (time - time[0]) / np.ptp(time)
-    even = np.column_stack([np.ones_like(time), time, waves_per_turn(angle.angle_rad)])
-    slow = np.cos(np.arange(2, 2 + 2 * SLOW_WAVES) * phase[:, None])
-    bases = [independent(even)[shown], independent(np.column_stack([even, slow]))[shown]]
+    base = independent(np.column_stack([np.ones_like(time), time, time**2,
+                                        waves_per_turn(angle.angle_rad)]))[shown]
     passed = (np.flatnonzero(shown)[:, None] >= at).astype(float)
     y = angle.angle_rad[shown]
     while True:
-        fits = []
-        for base in bases:
-            x = np.column_stack([passed, base])
-            beta = np.linalg.lstsq(x, y)[0]
-            rest = y - x @ beta
-            size_of_rest = np.log(max(rest @ rest, np.finfo(float).tiny))
-            fits.append((len(y) * size_of_rest + x.shape[1] * np.log(len(y)),  # Schwarz
-                         x, beta, rest))
-        _, x, beta, rest = min(fits, key=lambda fit: fit[0])
+        x = np.column_stack([passed, base])
+        beta = np.linalg.lstsq(x, y)[0]
+        rest = y - x @ beta
         variance = rest @ rest / max(len(y) - len(beta), 1)
         if variance >= (t.hides * per_frame) ** 2:
             return None

@@ -1,13 +1,11 @@
 """From a phase track to the plate's rate and its uncertainty.
 
-The rate is the slope of the angle against time, fitted together with a once- and a
-twice-per-revolution wave (omitted, they bias the slope through the partial last turn), with the
-lag of frames that the encoder predicted from earlier ones alone, and with the time of dropped
-frames added. This treatment is always active. The *stated* model is
-``constant_rate`` and the terms that the user added: residual, its size and the diagnosis refer to
-it, so that the right term has a visible effect, while the rate does not depend on it. Only
-``rate_drift`` enters the fit of the rate when it is added; it does not change the mean rate and
-removes the drift from the uncertainty.
+The rate is the mean over the clip of the slope of the angle against time. It is fitted together
+with a once- and a twice-per-revolution wave (omitted, they bias the slope through the partial last
+turn), with an even drift, with the lag of frames that the encoder predicted from earlier ones
+alone, and with the time of dropped frames added. This treatment is always active. The *stated*
+model is ``constant_rate`` and the terms that the user added: residual, its size and the diagnosis
+refer to it, so that the right term has a visible effect, while the rate does not depend on it.
 """
 
 from collections.abc import Sequence
@@ -22,26 +20,19 @@ from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
 from vision.rate.all_terms import diagnose_all
 from vision.rate.camera_roll import camera_roll
-from vision.rate.checks import refuse, warnings
+from vision.rate.checks import Seen, refuse, warnings
 from vision.rate.cross_checks import CrossChecks, PictureReturns, cross_check
 from vision.rate.diagnosis import PhaseDiagnosis
 from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
-from vision.rate.seen import Seen
 from vision.rate.slow_camera import FrameTimes, frame_times
-from vision.rate.steady_part import (
-    FEWEST_FRAMES,
-    WHOLE,
-    ClipPart,
-    MovingEnds,
-    rate_beside_transients,
-    the_steady_part,
-)
+from vision.rate.slow_changes import MovingEnds, slow_rate
+from vision.rate.steady_part import FEWEST_FRAMES, WHOLE, ClipPart, the_steady_part
 from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
     StatedFit,
-    design,
+    column_of,
     fit_rate,
     fit_stated,
     without_lag,
@@ -204,22 +195,17 @@ def _measured(
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm, returns)
     dropped = dropped_frames(continuous_angle(track, stamps, aliases.chosen_rad_s))
     angle = dropped.angle
-    seen = Seen(track, rate_history(angle, dropped.stray), dropped)
+    fit, x, base, always = fit_rate(track, angle, aliases.chosen_rad_s)
+    mean = slow_rate(fit, x, angle.angle_rad, base.time_s, column_of("rate_drift", base, always),
+                     ends)
+    seen = Seen(track, dropped, rate_history(angle, dropped.stray), mean, fit.noise)
     refuse(seen)
-    fit, base, always = fit_rate(
-        track, angle, aliases.chosen_rad_s, with_drift="rate_drift" in stated
-    )
-    rate, sd = float(fit.beta[1]), float(fit.sd[1])
-    seen = replace(seen, scatter_rad=fit.noise, rate_rad_s=rate)
-    refuse(seen)
-    if any(ends):
-        x = design(always, base, base.time_s)
-        rate, sd = rate_beside_transients(fit, x, angle.angle_rad, base.time_s, ends)
+    rate = mean.rate_rad_s
     angle = without_lag(angle, fit, base, always)
     exposure = exposure_drift(track, angle, rate)
     roll = camera_roll(track)
     parts = (
-        sd,
+        mean.sd_rad_s,
         dropped.sd_of_rate * rate,
         exposure.relative_sd * rate if exposure else 0.0,
         frames.relative_sd * rate,
@@ -227,7 +213,6 @@ def _measured(
         roll.rate_rad_s,
     )
     checks = cross_check(angle, rate, returns)
-    seen = replace(seen, rate_rad_s=rate, others=checks)
     uncertainty = RateUncertainty(
         image_rad_s=float(np.linalg.norm(parts)),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,
@@ -249,7 +234,9 @@ def _measured(
             *track.notes,
             *frames.warnings,
             *aliases.warnings,
+            *dropped.warnings(track.source),
             *warnings(seen),
+            *checks.warnings(track.source),
             *exposure_warnings(track.source, exposure),
             *roll.warnings(track.source, rate),
         ),

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.numbers import median
-from vision.phase_track import PhaseTrack
+from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
 from vision.rate.angle_levels import THRESHOLDS as PRIOR
 from vision.rate.steady_part import FEWEST_FRAMES, ClipPart
@@ -75,15 +75,20 @@ class FrameTimes:
                        repetitions=self.repetitions[chosen])
 
     @cached_property
+    def angle(self) -> PlateAngle | None:
+        """The angle at these times; None if too few frames can be used."""
+        if usable(self.track).sum() < FEWEST_FRAMES:
+            return None
+        return continuous_angle(self.track, self.time_s, rough_rate(self.track, self.time_s))
+
+    @cached_property
     def levels(self) -> AngleLevels:
         """The jumps of the angle at these times, numbered as the track's frames, and their odds."""
-        if usable(self.track).sum() < FEWEST_FRAMES:
+        if self.angle is None:
             none = np.zeros(0, np.intp)
             return AngleLevels(none, none > 0, -np.inf)
-        rough = rough_rate(self.track, self.time_s)
-        angle = continuous_angle(self.track, self.time_s, rough)
-        levels = angle_levels(angle)
-        return replace(levels, jumps=angle.index[levels.jumps])
+        levels = angle_levels(self.angle)
+        return replace(levels, jumps=self.angle.index[levels.jumps])
 
     @cached_property
     def scatter_rad(self) -> float:
@@ -92,14 +97,12 @@ class FrameTimes:
         For a well visible plate that changes its speed, the noise of a frame; infinite if too few
         frames can be used.
         """
-        if usable(self.track).sum() < FEWEST_FRAMES:
+        if self.angle is None:
             return np.inf
-        rough = rough_rate(self.track, self.time_s)
-        angle = continuous_angle(self.track, self.time_s, rough)
-        history = rate_history(angle)
+        history = rate_history(self.angle)
         if np.ptp(history.rate_rad_s) > CHANGES * abs(median(history.rate_rad_s)):
             return history.phase_noise_rad
-        return scatter_about_even(angle)
+        return scatter_about_even(self.angle)
 
     @property
     def warnings(self) -> tuple[str, ...]:

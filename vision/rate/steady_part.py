@@ -1,19 +1,10 @@
 """The part of a clip in which the plate turns steadily: between the motor's start and its stop.
 
 The rate from turn to turn stays within a small range there, has no trend, and no other part of the
-clip is steady at another rate. A motor approaches its rate ever more slowly; the rest of this
-transient at the beginning of the part lowers the rate. The angle then contains, besides the line
-and the waves, at either end,
-
-    θ(t) = ... + a e^(-(t - t_0)/τ)
-
-with a and τ unknown. The rates for all τ are averaged with their posterior probabilities (Hoeting
-et al., Bayesian model averaging, 1999), so that the sd includes the uncertainty of τ. The shortest
-τ are equivalent to no transient.
+clip is steady at another rate.
 """
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +13,9 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.numbers import RPM
 from vision.phase_track import RateHistory
-from vision.rate.least_squares import LeastSquares, least_squares
+from vision.rate.slow_changes import MovingEnds
 
 FEWEST_FRAMES = 12  #: frames of a part; two per parameter of the phase's model
-TIME_CONSTANTS = 8  #: numerical: tried at either end; 6 or 12 give the same
 
 
 @dataclass(frozen=True)
@@ -45,24 +35,15 @@ class SteadyPartThresholds:
     other : float
         Relative difference from which another steady part has another speed, and change in a clip
         that is refused. Fact: the scale of a sensor calibrated against a mean rate errs by as much.
-    peak_to_peak : float
-        Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
-        independent values (Tippett), and a margin for the heavy tails of late stamps.
-    longest : float
-        Longest time constant of a transient, as a share of the part. Derived: within four time
-        constants 98 % have decayed, and the line beside it is visible.
     """
 
     within: float = 0.002
     turns: float = 3.0
     trend: float = 0.001
     other: float = 0.01
-    peak_to_peak: float = 8.0
-    longest: float = 0.25
 
 
 THRESHOLDS = SteadyPartThresholds()
-MovingEnds = tuple[bool, bool]  # whether the plate has another rate before and after the part
 
 
 @dataclass(frozen=True)
@@ -121,19 +102,13 @@ class SteadyPart:
         )
 
 
-def noise_of_turns(history: RateHistory) -> float:
-    """Relative range of the rate from turn to turn due to the noise of the angles alone."""
-    return float(THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi))
-
-
 def steady_parts(history: RateHistory) -> list[SteadyPart]:
     """Parts that are steady for some turns, the longest first; they do not overlap."""
-    within = max(THRESHOLDS.within, noise_of_turns(history))
     # The rates are means over a turn, half a turn apart.
     fewest = round(2 * THRESHOLDS.turns) - 1
     free = np.ones(len(history.rate_rad_s), bool)
     parts = []
-    while (run := _longest(history.rate_rad_s, within, free)) is not None:
+    while (run := _longest(history.rate_rad_s, free)) is not None:
         first, last = run
         free[max(first - 1, 0) : last + 2] = False
         if last - first + 1 < fewest:
@@ -149,16 +124,15 @@ def steady_parts(history: RateHistory) -> list[SteadyPart]:
 
 
 def the_steady_part(history: RateHistory) -> SteadyPart | None:
-    """The steady part, None without one, with two of different rates, or if it is the clip."""
+    """The steady part of a clip with another rate elsewhere; None with two of different rates."""
     parts = steady_parts(history)
     if not parts:
         return None
     best = parts[0]
-    if any(abs(part.rate_rad_s / best.rate_rad_s - 1) > THRESHOLDS.other for part in parts):
-        return None
-    whole = history.angle.time_s
-    beyond = max(best.start_s - whole[0], whole[-1] - best.stop_s)
-    return best if beyond > np.pi / abs(best.rate_rad_s) else None
+    far, others = (
+        np.abs(np.asarray(rates) / best.rate_rad_s - 1) > THRESHOLDS.other
+        for rates in (history.rate_rad_s, [part.rate_rad_s for part in parts]))
+    return best if far.any() and not others.any() else None
 
 
 def steady_advice(history: RateHistory) -> str:
@@ -173,9 +147,7 @@ def steady_advice(history: RateHistory) -> str:
     return f"It is steady {named}: measure one such part alone (--from, --to, or from_s, to_s)."
 
 
-def _longest(
-    rate: FloatArray, within: float, free: NDArray[np.bool_]
-) -> tuple[int, int] | None:
+def _longest(rate: FloatArray, free: NDArray[np.bool_]) -> tuple[int, int] | None:
     """First and last of the longest run of free rates whose range is small, None without one."""
     best: tuple[int, int] | None = None
     start = 0
@@ -183,7 +155,7 @@ def _longest(
         if not free[stop]:
             start = stop + 1
             continue
-        while np.ptp(rate[start : stop + 1]) > within * abs(rate[stop]):
+        while np.ptp(rate[start : stop + 1]) > THRESHOLDS.within * abs(rate[stop]):
             start += 1
         if best is None or stop - start > best[1] - best[0]:
             best = (start, stop)
@@ -196,51 +168,3 @@ def _has_trend(rate: FloatArray) -> bool:
     rest = rate - rate.mean() - slope * x
     sd = float(np.sqrt(2 * (rest @ rest) / max(len(rate) - 2, 1) / (x @ x)))  # turns overlap
     return abs(slope) > max(THRESHOLDS.trend * abs(float(rate.mean())), 4 * sd)
-
-
-def rate_beside_transients(
-    fit: LeastSquares,
-    x: FloatArray,
-    y: FloatArray,
-    time_s: FloatArray,
-    ends: MovingEnds,
-) -> tuple[float, float]:
-    """The rate, fitted jointly with the transients of a start or a stop.
-
-    Parameters
-    ----------
-    fit : LeastSquares
-        Fit of the part, without transients; rows that it set aside stay aside.
-    x : array, shape (n, k)
-        Its columns; column 1 is the time.
-    y : array, shape (n,)
-        Angle, rad.
-    time_s : array, shape (n,)
-        Times of the rows, s.
-    ends : (bool, bool)
-        Whether there may be a transient at the beginning, and at the end.
-
-    Returns
-    -------
-    rate, sd : float
-        rad/s, the rate signed.
-    """
-    x, y, time_s = x[fit.used], y[fit.used], time_s[fit.used]
-    fits = [least_squares(np.column_stack([x, *pair]), y) for pair in _transients(time_s, ends)]
-    best = min(fits, key=lambda one: one.noise)
-    noise, rates, sds = np.array([(one.noise, one.beta[1], one.sd[1]) for one in fits]).T
-    # Likelihood, for the number of independent rows.
-    weight = (noise / best.noise) ** (-len(y) / best.correlation_time)
-    weight /= weight.sum()
-    rate = float(weight @ rates)
-    return rate, float(np.sqrt(weight @ (sds**2 + (rates - rate) ** 2)))
-
-
-def _transients(time_s: FloatArray, ends: MovingEnds) -> list[tuple[FloatArray, ...]]:
-    """Possible transients at the ends with another rate: decays of every time constant."""
-    length = float(time_s[-1] - time_s[0])
-    step = length / (len(time_s) - 1)
-    decays = np.geomspace(2 * step, THRESHOLDS.longest * length, TIME_CONSTANTS)
-    before = [(np.exp(-(time_s - time_s[0]) / tau),) for tau in decays] if ends[0] else [()]
-    after = [(np.exp(-(time_s[-1] - time_s) / tau),) for tau in decays] if ends[1] else [()]
-    return [first + last for first, last in product(before, after)]

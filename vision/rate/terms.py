@@ -26,7 +26,7 @@ ROUNDS, STAYS = 8, 1e-3  #: rounds at most; sds of the rate within which it stay
 CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
 FORWARD_PREDICTION = "forward_prediction"
-ALWAYS = ("once_per_rev", "twice_per_rev", FORWARD_PREDICTION)
+ALWAYS = ("once_per_rev", "twice_per_rev", "rate_drift", FORWARD_PREDICTION)
 UNITS = {
     "once_per_rev": "rad",
     "twice_per_rev": "rad",
@@ -82,8 +82,8 @@ class Regressors:
 
 def regressors(track: PhaseTrack, angle: PlateAngle, rate_rad_s: float) -> Regressors:
     """Inputs of the columns, at a signed rate."""
-    time = angle.repaired_time_s - angle.repaired_time_s.mean()
-    line = rate_rad_s * time + angle.angle_rad.mean()
+    time = angle.repaired_time_s - angle.repaired_time_s[[0, -1]].mean()
+    line = rate_rad_s * time + (angle.angle_rad - rate_rad_s * time).mean()
     return Regressors(
         time_s=time,
         stamp_s=angle.time_s - angle.time_s.mean(),
@@ -121,8 +121,8 @@ def design(terms: Sequence[str], base: Regressors, time_s: FloatArray) -> FloatA
 
 
 def fit_rate(
-    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float, *, with_drift: bool
-) -> tuple[LeastSquares, Regressors, tuple[str, ...]]:
+    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float
+) -> tuple[LeastSquares, FloatArray, Regressors, tuple[str, ...]]:
     """Fit the rate jointly with the terms that are always fitted, until the line converges.
 
     The line places the waves, and if they are large, misplaced ones bias it.
@@ -133,13 +133,11 @@ def fit_rate(
     angle : PlateAngle
     rate_rad_s : float
         Near the rate, signed.
-    with_drift : bool
-        Fit ``rate_drift`` as well.
 
     Returns
     -------
-    fit : LeastSquares, base : Regressors
-        β of constant, rate and the fitted terms; the regressors at the line.
+    fit : LeastSquares, x : array, shape (u, k), base : Regressors
+        β of constant, rate and the fitted terms; their columns and regressors at the line.
     always : tuple of str
         The terms of ``ALWAYS`` that this clip separates.
 
@@ -156,40 +154,44 @@ def fit_rate(
             x = design((*always, term), base, base.time_s)
             if independent(x).shape[1] == x.shape[1]:
                 always = (*always, term)
-        fit, always = _fit(always, ("rate_drift",) if with_drift else (), base, angle)
+        fit, x, always = _fit(always, base, angle)
         before, rate_rad_s = rate_rad_s, float(fit.beta[1])
         if abs(rate_rad_s - before) < STAYS * float(fit.sd[1]):
             break
-    return fit, base, always
+    return fit, x, base, always
 
 
 def _fit(
-    always: tuple[str, ...], besides: tuple[str, ...], base: Regressors, angle: PlateAngle
-) -> tuple[LeastSquares, tuple[str, ...]]:
-    """The fit, and the terms of ``always`` that it can separate on the frames not set aside."""
+    always: tuple[str, ...], base: Regressors, angle: PlateAngle
+) -> tuple[LeastSquares, FloatArray, tuple[str, ...]]:
+    """The fit, its columns, and the terms of ``always`` that the frames not set aside separate."""
     # The sizes of the steps of a clock are known no better than by the fit.
     past = np.cumsum(angle.stepped)
     steps = (past[:, None] >= np.arange(1, past[-1] + 1)).astype(float)
-    x = np.column_stack([design((*always, *besides), base, base.time_s), steps])
+    x = np.column_stack([design(always, base, base.time_s), steps])
     try:
-        return least_squares(x, angle.angle_rad), always
+        return least_squares(x, angle.angle_rad), x, always
     except np.linalg.LinAlgError:
         if angle.stepped.any():
-            return _fit(always, besides, base, replace(angle, stepped=angle.stepped & False))
+            return _fit(always, base, replace(angle, stepped=angle.stepped & False))
         if not always:
             raise
-        return _fit(always[:-1], besides, base, angle)
+        return _fit(always[:-1], base, angle)
 
 
 def without_lag(
     angle: PlateAngle, fit: LeastSquares, base: Regressors, always: tuple[str, ...]
 ) -> PlateAngle:
     """The angle without the lag of forward-predicted frames."""
-    if FORWARD_PREDICTION not in always:
-        return angle
-    before = design(always[: always.index(FORWARD_PREDICTION)], base, base.time_s)
-    lag = float(fit.beta[before.shape[1]])
-    return replace(angle, angle_rad=angle.angle_rad - lag * base.forward)
+    at = column_of(FORWARD_PREDICTION, base, always)
+    return replace(angle, angle_rad=angle.angle_rad - fit.beta[at] * base.forward) if at else angle
+
+
+def column_of(term: str, base: Regressors, always: tuple[str, ...]) -> int:
+    """First column of a term in the design of these terms; 0 without it."""
+    if term not in always:
+        return 0
+    return len(design(always[: always.index(term)], base, base.time_s).T)
 
 
 @dataclass(frozen=True, eq=False)

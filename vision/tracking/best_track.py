@@ -8,7 +8,7 @@ import numpy as np
 
 from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused, more_telling
 from vision.numbers import FASTEST_USUAL
-from vision.rate.seen import THRESHOLDS as CHECKS
+from vision.rate.checks import THRESHOLDS as CHECKS
 from vision.rate.slow_camera import frame_times
 from vision.rate.unwrap import rough_rate
 
