@@ -114,6 +114,17 @@ def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
     assert sds[1] == pytest.approx(sds[0], rel=0.05)
 
 
+@pytest.mark.parametrize("turns", [1, 2, 3, 8])
+def test_the_waves_that_few_turns_take_out_do_not_make_a_mean_look_certain(turns: int) -> None:
+    """White noise on the turning plate: over one turn its batches showed a third of it."""
+    variance, samples = [], round(turns * 2 * np.pi / OMEGA * RATE_HZ)
+    for seed in range(60):
+        turning = log(np.random.default_rng([seed, 6]), samples / RATE_HZ,
+                      gyr=np.array([OMEGA, 0, 0]))
+        variance.append(average_pose(turning, SPECS, OMEGA).gyroscope.variance)
+    assert np.mean(variance) == pytest.approx(0.004**2 / samples, rel=0.15)
+
+
 def test_logged_columns_are_averaged_over_the_same_samples() -> None:
     mean = average_pose(log(np.random.default_rng(0)), SPECS)
     assert mean.columns["temperature_c"] == pytest.approx(30 + 0.01 * 3.995)
