@@ -16,6 +16,9 @@ LARGEST_DRIFT = 0.02
 """Share of gravity by which a low-cost accelerometer drifts between its calibration and its use.
 Fact: 0.02 %/K of gain and 0.5 to 0.9 mg/K of offset (MPU-6050) make 1.4 to 2.2 % over 20 K."""
 
+LARGEST_SI = 1e9
+"""Reading, m/s² or rad/s, of no sensor. Fact: shock accelerometers end at 1e6 m/s²."""
+
 Encoding = Literal["offset-binary", "twos-complement", "unsigned-twos-complement", "si"]
 
 

@@ -23,6 +23,7 @@ from calib.effects.needs import lacking
 from calib.errors import Undetermined, UnusableLog
 from calib.fit.triad.correction import Correction
 from calib.poses.conditions import OTHER_TRIAD, Conditions
+from calib.poses.data_sheet import LARGEST_SI
 from calib.poses.imu_log import BoolArray, FloatArray, ImuLog
 from calib.poses.past import past_columns
 from calib.poses.triad_kind import PerKind
@@ -37,7 +38,6 @@ BLOCK = 20_000  #: rows corrected at a time
 OUTPUT: Mapping[str, tuple[tuple[str, ...], int]] = PerKind(lambda kind: (
     tuple(f"{column}_{kind.sheet_units[0]}" for column in kind.columns),
     8 if kind.name == "gyroscope" else 6))
-LARGEST_SI = 1e9  #: m/s² and rad/s
 SATURATED = "saturated"  #: 1 in samples with an axis at the end of its range, else 0
 MOST_DECIMALS = 6  #: decimals of time and of further columns
 

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from calib.consistency.data_sheet import SHEET_TOLERANCE
 from calib.diagnosis.population.pool import FALSE_ALARM, Pool
 from calib.diagnosis.population.random_effects import RandomEffects
 from calib.errors import FitFailed
 from calib.fit.least_squares.result import MISFIT_P_VALUE
 from calib.lot import CalibratedBlock, SensorPoses, calibrate_blocks, pool_of_lot, station_errors
-from calib.poses.imu_log import AXES, Triad
+from calib.poses.data_sheet import TriadSpec
+from calib.poses.imu_log import AXES, FloatArray, Triad
 from calib.rounding import with_sd
 from pipeline.errors import DONE, FIT_FAILED, UNDETERMINED
 from pipeline.fleet.finish import FleetSummary, write_lot
@@ -61,7 +63,9 @@ def run_lot(sets: LotSets, output: Path, limits: Limits | None = None) -> FleetS
     return write_lot(
         f"Lot {output.absolute().name}", table, pooled, output, limits=limits,
         more={triad: {"stations": _stations_json(stations.get(triad))} for triad in sets.triads},
-        notes=[_station_line(triad, errors) for triad, errors in stations.items()])
+        notes=[*(_station_line(triad, errors) for triad, errors in stations.items()),
+               *(line for triad in sets.triads
+                 if (line := _gain_line(triad, table[table["triad"] == triad], sets.spec(triad))))])
 
 
 def _parts(sets: LotSets, triad: Triad) -> "Iterator[DataFrame]":
@@ -72,7 +76,8 @@ def _parts(sets: LotSets, triad: Triad) -> "Iterator[DataFrame]":
             yield _rows(triad, block, sets.model(triad).names)
         for name, error in block.refusals.items():
             refused[name] = FIT_FAILED if isinstance(error, FitFailed) else UNDETERMINED, str(error)
-    refused |= {name: (UNDETERMINED, reason) for name, reason in sets.refusals.items()}
+    refused |= {name: (UNDETERMINED, reason)
+                for (one, name), reason in sets.refusals.items() if one == triad}
     for name, (code, reason) in refused.items():
         yield _frame(triad, [name], exit_code=code, reason=one_line(reason))
 
@@ -92,13 +97,27 @@ def _frame(triad: Triad, sensors: Sequence[str], **columns: Any) -> "DataFrame":
     return DataFrame({"session": sensors, "sensor": sensors, "triad": triad, **columns})
 
 
+def _gain_line(triad: Triad, rows: "DataFrame", spec: TriadSpec) -> str:
+    """The sensors whose gains are far from the data sheet's; empty where there are none."""
+    gain = _scales(rows) * spec.nominal_scale
+    off = rows["sensor"][np.abs(gain - 1).max(axis=1) > SHEET_TOLERANCE]
+    return "" if off.empty else (
+        f"{triad}: {count(off.size, 'sensor')} ({off.iloc[0]} first) with a gain more than "
+        f"{100 * SHEET_TOLERANCE:.0f} % off the data sheet's. Either their range is another one, "
+        f"or their reference is wrong by that factor and the scale with it.")
+
+
+def _scales(rows: "DataFrame") -> FloatArray:
+    """Scales of sensors, (S, 3), counts per SI unit; NaN for those that are refused."""
+    return np.column_stack([column(rows, f"{PARAMETERS[2]}_{axis}") for axis in AXES])
+
+
 def _stations(rows: "DataFrame") -> Stations | None:
     """Deviation of the gains of each station from the lot's; None where there are not two."""
     used = rows[rows["exit_code"] == DONE]
     if not len(used) or not used["station"].any():
         return None
-    scale = np.column_stack([column(used, f"{PARAMETERS[2]}_{axis}") for axis in AXES])
-    return station_errors(list(used["station"]), scale)
+    return station_errors(list(used["station"]), _scales(used))
 
 
 def _stations_json(stations: Stations | None) -> Json | None:

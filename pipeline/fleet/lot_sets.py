@@ -1,8 +1,9 @@
 """From the rows of a table to the pose sets of a triad, sensor by sensor.
 
-The first sensor with a sequence of poses is processed as a session (:mod:`pipeline.stages`): its
-references, sds and checks are those of ``pipeline run``. Another with the same poses in the same
-runs differs from it in its measurements alone.
+The first sound sensor with a sequence of poses is processed as a session (:mod:`pipeline.stages`):
+its references, sds and checks are those of ``pipeline run``. Another with the same poses in the
+same runs differs from it in its measurements alone, and is processed so where their size shows that
+a session would be refused.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from calib.errors import CalibrationError
+from calib.errors import CalibrationError, Undetermined
 from calib.fit.least_squares.solver import fit_sets
 from calib.fit.model import Model
 from calib.fit.triad.correction import Correction
@@ -28,6 +29,7 @@ from calib.poses.averaging.pose_mean import (
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, IntArray, Triad
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import PLAUSIBLE_RATIO
 from pipeline.config.load import Config, config_from
 from pipeline.config.sensor import sensor_specs
 from pipeline.config.yaml_text import YamlSource, read_source
@@ -92,15 +94,15 @@ class LotSets:
         The plate's, by setting.
     allow_python : bool
         Whether Python files that the design names for effects may run.
-    refusals : dict of str to str
-        Why the rows of a sensor are no poses, by its name.
+    refusals : dict of (str, str) to str
+        Why the rows of a sensor are no poses, by the triad and its name.
     """
 
     design: Config
     table: Path
     rates: Mapping[str, SettingRate]
     allow_python: bool = False
-    refusals: dict[str, str] = field(default_factory=dict)
+    refusals: dict[tuple[Triad, str], str] = field(default_factory=dict)
     _passed: set[Triad] = field(default_factory=set)
 
     @classmethod
@@ -143,7 +145,7 @@ class LotSets:
         needed = [name for one in self.triads for prefix in ("", SD)
                   for name in triad_columns(one, prefix)]
         settings = {setting.rate for setting in sections_by_setting(self.design)}
-        examples: dict[tuple[Triad, Pattern], _Example | str] = {}
+        examples: dict[tuple[Triad, Pattern], _Example] = {}
         for sensors in sensor_blocks(
                 self.table, needed, settings, is_sorted=triad in self._passed):
             _require_numbers(sensors, needed, self.table)
@@ -158,20 +160,23 @@ class LotSets:
 
     def _block(
         self, triad: Triad, sensors: Sequence[SensorRows],
-        examples: dict[tuple[Triad, Pattern], _Example | str],
+        examples: dict[tuple[Triad, Pattern], _Example],
         corrections: Mapping[str, Correction],
     ) -> list[SensorPoses]:
         block = []
         for rows in sensors:
             key = triad, (rows.pose, rows.run)
-            if key not in examples:
-                examples[key] = self._example(triad, rows)
-            example = examples[key]
-            if isinstance(example, str):
-                self.refusals[rows.sensor] = example
-            else:
-                poses = self._measured(triad, example, rows, corrections.get(rows.sensor))
+            try:
+                if key not in examples:
+                    examples[key] = self._example(triad, rows)
+                poses = self._measured(triad, examples[key], rows, corrections.get(rows.sensor))
+                size = np.linalg.norm(poses.reading, axis=1)[~poses.reference.is_null]
+                typical = np.median(size / poses.reference.magnitude[~poses.reference.is_null])
+                if not 1 / PLAUSIBLE_RATIO < typical < PLAUSIBLE_RATIO:
+                    self._example(triad, rows)
                 block.append(SensorPoses(rows.sensor, poses, rows.station))
+            except CalibrationError as error:
+                self.refusals[triad, rows.sensor] = str(error)
         return block
 
     def _corrections(self, block: Sequence[SensorPoses]) -> dict[str, Correction]:
@@ -185,8 +190,14 @@ class LotSets:
             for k, i in enumerate(fits.index)
         }
 
-    def _example(self, triad: Triad, rows: SensorRows) -> _Example | str:
-        """The poses of a sensor as in a session, or the reason why there are none."""
+    def _example(self, triad: Triad, rows: SensorRows) -> _Example:
+        """The poses of a sensor as in a session.
+
+        Raises
+        ------
+        CalibrationError
+            They are refused there, or are of other runs than the design's.
+        """
         specs = {name: self.spec(name) for name in self.triads}
         means = tabled_poses(rows.pose, rows.numbers, specs)
         recordings, places = {}, {}
@@ -197,29 +208,26 @@ class LotSets:
             recordings[setting] = Recording(tuple(means[i] for i in index), (_begin(rows),),
                                             np.arange(len(index)))
             places[setting.rate] = index
-        try:
-            if triad == "accelerometer":
-                assert self.design.site is not None
-                of_triad = accelerometer_poses(
-                    self.design, Recordings(recordings), gravity_of(self.design.site))
-            else:
-                plates = {name: rate.plate for name, rate in self.rates.items()}
-                of_triad = gyroscope_poses(self.design, plates, Recordings(recordings), None)
-            return _Example(of_triad.used, np.concatenate(
-                [places[run] for run, _ in of_triad.recorded]))
-        except CalibrationError as error:
-            return str(error)
-        except KeyError:
-            wanted = ", ".join(setting.rate for setting in sections_by_setting(self.design))
-            return (f"its rows are of the runs {', '.join(dict.fromkeys(rows.run))}, and the "
-                    f"design has {wanted}.")
+        wanted = [setting.rate for setting in sections_by_setting(self.design)]
+        if places.keys() != set(wanted):
+            raise Undetermined(f"its rows are of the runs {', '.join(dict.fromkeys(rows.run))}, "
+                               f"and the design has {', '.join(wanted)}.")
+        if triad == "accelerometer":
+            assert self.design.site is not None
+            of_triad = accelerometer_poses(
+                self.design, Recordings(recordings), gravity_of(self.design.site))
+        else:
+            plates = {name: rate.plate for name, rate in self.rates.items()}
+            of_triad = gyroscope_poses(self.design, plates, Recordings(recordings), None)
+        return _Example(of_triad.used, np.concatenate(
+            [places[run] for run, _ in of_triad.recorded]))
 
     def _measured(
         self, triad: Triad, example: _Example, rows: SensorRows, accelerometer: Correction | None
     ) -> PoseSet:
         """The example with the measurements of this sensor."""
         at, poses = example.rows, example.poses
-        measured = {name: nominal_means(rows.numbers, name, self.spec(name))
+        measured = {name: nominal_means(rows.pose, rows.numbers, name, self.spec(name))
                     for name in self.triads}
         reading, sd = measured[triad]
         force = measured["accelerometer"][0][at] if "accelerometer" in measured else poses.force

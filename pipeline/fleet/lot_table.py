@@ -66,7 +66,8 @@ def sensor_blocks(
         names = columns[SENSOR]
         begins = np.flatnonzero(np.append(True, names[1:] != names[:-1]))
         rest = {name: values[begins[-1] :] for name, values in columns.items()}
-        yield _split(columns, begins, ended, path, only)
+        if len(begins) > 1:
+            yield _split(columns, begins, ended, path, only)
     if not rest:
         raise UnreadableInput(f"{path.name}: has no row; one for each pose of each sensor is "
                               f"expected.")
@@ -83,6 +84,8 @@ def _split(
     for first, last in pairwise(begins):
         part, n = slice(first, last), int(last - first)
         sensor = str(columns[SENSOR][first])
+        if not sensor.strip():
+            raise UnreadableInput(f"{path.name}: a row has no name in its column `{SENSOR}`.")
         if ended is not None:
             if sensor in ended:
                 raise UnreadableInput(

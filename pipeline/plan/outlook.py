@@ -93,6 +93,8 @@ def plan_of(config: Config, allow_python: bool = False) -> Iterator[TriadPlan]:
     ------
     ConfigError, UnreadableInput
         A log, a table of means or a user-defined effect cannot be read.
+    UnusableLog
+        A table contains a mean that no sensor reads.
     Undetermined
         By the recorded poses: too short, saturated, or moved.
     """

@@ -122,7 +122,7 @@ def require_planned(config: Config) -> None:
     ------
     Undetermined
         With what is missing, and what to change.
-    ConfigError, UnreadableInput
+    ConfigError, UnreadableInput, UnusableLog
         As :func:`pipeline.plan.outlook.plan_of`.
     """
     if config.record is None:

@@ -27,6 +27,8 @@ def read_pose_means(section: PosesSection, folder: Path, specs: Specs) -> list[P
     ------
     UnreadableInput
         A table cannot be read, or an sd or a number of samples is not positive.
+    UnusableLog
+        A mean that no sensor reads.
     """
     return [mean for i, path in enumerate(section.means)
             for table in read_tables(path, section.columns_of(i))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from calib.poses.checks.pose_checks import check_range
 from calib.poses.data_sheet import TriadSpec
 from calib.poses.imu_log import TRIADS, FloatArray, Triad
 from calib.poses.samples.converter_steps import printed_unit
@@ -111,13 +112,21 @@ def is_read(name: str) -> bool:
 
 
 def nominal_means(
-    columns: Mapping[str, FloatArray], triad: Triad, spec: TriadSpec
+    labels: Sequence[str], columns: Mapping[str, FloatArray], triad: Triad, spec: TriadSpec
 ) -> tuple[FloatArray, FloatArray]:
     """Means of a triad and their sds by the data sheet, SI, each (n, 3); NaN for no stated sds.
 
     An sd includes the rounding of the means to their printed digits.
+
+    Raises
+    ------
+    UnusableLog
+        A mean that the converter cannot give.
     """
     printed = np.column_stack([columns[name] for name in triad_columns(triad)])
+    counts = spec.signed(printed)
+    farthest = int(np.abs(counts - spec.nominal_bias_counts).max(axis=1).argmax())
+    check_range(labels[farthest], triad, counts[farthest], spec)
     stated = _stated_sds(columns, triad)
     samples = columns.get(SAMPLES, np.ones(len(printed)))
     digits = printed_unit(printed) / np.sqrt(12)
@@ -144,8 +153,13 @@ def tabled_poses(
         Readings as logged, ``time_s`` in s, and any further column.
     specs : mapping of triad to TriadSpec
         The data sheets of the triads to read.
+
+    Raises
+    ------
+    UnusableLog
+        A mean that a converter cannot give.
     """
-    triads = {triad: _means(columns, triad, spec)
+    triads = {triad: _means(labels, columns, triad, spec)
               for triad, spec in specs.items() if set(triad_columns(triad)) <= columns.keys()}
     nothing = [NOT_LOGGED] * len(labels)
     force, rate = (triads.pop(triad, nothing) for triad in TRIADS)
@@ -160,13 +174,13 @@ def tabled_poses(
 
 
 def _means(
-    columns: Mapping[str, FloatArray], triad: Triad, spec: TriadSpec
+    labels: Sequence[str], columns: Mapping[str, FloatArray], triad: Triad, spec: TriadSpec
 ) -> list[TriadMean]:
     scatter = (_stated_sds(columns, triad) * spec.nominal_scale) ** 2
     if SAMPLES not in columns:
         scatter = np.full_like(scatter, np.nan)
     return [TriadMean(m, sd**2, s)
-            for m, sd, s in zip(*nominal_means(columns, triad, spec), scatter, strict=True)]
+            for m, sd, s in zip(*nominal_means(labels, columns, triad, spec), scatter, strict=True)]
 
 
 def on_one_clock(means: Sequence[PoseMean]) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from calib.errors import Remedy, Undetermined, UnusableLog
 from calib.numbers import MEDIAN_OF_NORMAL
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import LARGEST_SI, TriadSpec
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
 from calib.poses.samples.batches import PARTS, batch_means
 
@@ -88,7 +88,7 @@ def _noise(means: FloatArray) -> float:
 
 
 def check_range(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:
-    """Refuse counts (t, 3) outside the converter's range.
+    """Refuse counts (t, 3) outside the converter's range, or of a size that no sensor reads.
 
     Raises
     ------
@@ -106,6 +106,10 @@ def check_range(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> 
             f"State encoding and bits as the data sheet has them.",
             Remedy("data_sheet", triad),
         )
+    largest = max(-lowest, highest) * spec.nominal_scale
+    if largest >= LARGEST_SI:
+        raise UnusableLog(f"{label}: the {triad} reads {largest:.3g} {SI_UNIT[triad]}, "
+                          f"which no sensor does. Correct the damaged row.")
 
 
 def check_counts(label: str, triad: str, counts: FloatArray, spec: TriadSpec) -> None:

@@ -151,8 +151,9 @@ def test_a_sensor_without_enough_poses_leaves_the_others_alone(
     (lambda c: c | {"sd_acc_x": np.zeros(180)}, "a positive number is expected"),
     (lambda c: c | {"station": np.tile(["north", "south"], 90)}, "of the stations north, south"),
     (lambda c: {name: values[:0] for name, values in c.items()}, "has no row"),
+    (lambda c: c | {"sensor": np.full(180, " ")}, "has no name in its column `sensor`"),
 ], ids=["a column is absent", "not sorted", "not a number", "an sd of nothing", "two stations",
-        "empty"])
+        "empty", "nameless"])
 def test_a_spoilt_table_is_refused(
     spoil: Any, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -171,3 +172,32 @@ def test_of_several_settings_the_table_says_which(tmp_path: Path) -> None:
         next(sensor_blocks(tmp_path / "lot.csv", ["acc_x"], {"stopped", "33rpm"}))
     block = next(sensor_blocks(tmp_path / "lot.csv", ["acc_x"], {"33rpm"}))
     assert block[0].run == ("33rpm",) * 18
+
+
+@pytest.mark.parametrize(("factor", "reason"), [
+    (0.0, "reads 0 m/s²"), (9.0, "counts run from"), (1.6, None)])
+@pytest.mark.parametrize("spoilt", [0, 3])
+def test_each_sensor_of_a_lot_is_checked_as_in_a_session(
+    tmp_path: Path, spoilt: int, factor: float, reason: str | None,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Beyond the converter or far from gravity one is refused alone; a wrong gain is told."""
+    lot = accelerometers(6)
+    columns = lot_columns(lot)
+    for axis in "xyz":
+        columns[f"acc_{axis}"][18 * spoilt : 18 * (spoilt + 1)] *= factor
+    assert run(tmp_path, lot, columns) == 0
+    rows = pyarrow.parquet.read_table(tmp_path / "out/fleet.parquet").to_pylist()
+    refused = [row for row in rows if row["exit_code"]]
+    told = f"1 sensor (unit_{spoilt:06d} first) with a gain more than 30 % off the data sheet's"
+    assert (told in capsys.readouterr().out) == (reason is None)
+    assert [row["sensor"] for row in refused] == [f"unit_{spoilt:06d}"] * (reason is not None)
+    assert all(reason in row["reason"] for row in refused)
+
+
+def test_a_lot_of_refused_sensors_is_a_table_of_reasons(tmp_path: Path) -> None:
+    lot = accelerometers(1)
+    few = {name: values[:5] for name, values in lot_columns(lot).items()}
+    assert run(tmp_path, lot, few) == 4
+    assert "5 poses give" in pyarrow.parquet.read_table(
+        tmp_path / "out/fleet.parquet").to_pylist()[0]["reason"]

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from calib.errors import UnusableLog
 from calib.planning.prospect import Prospect
 from pipeline.cli import main
 from pipeline.config.load import load_config
@@ -105,6 +106,21 @@ def test_sds_of_samples_are_divided_by_their_number(tmp_path: Path) -> None:
     outcome = run(tmp_path, f"{WITH_SD},samples", table)
     assert outcome.triad("accelerometer") is not None
     np.testing.assert_allclose(outcome.triad("accelerometer").calibration.fit.poses.sd, SD)
+
+
+@pytest.mark.parametrize("damaged", [1e10, 1e300])
+@pytest.mark.parametrize(
+    "unit", ["unit: m_s2", "full_scale_g: 2, bits: 16, encoding: offset-binary"])
+def test_a_mean_that_no_sensor_reads_is_refused_with_its_row(
+    damaged: float, unit: str, tmp_path: Path
+) -> None:
+    rows = means(2)
+    rows[4, 1] = damaged
+    np.savetxt(tmp_path / "means.csv", rows, delimiter=",", header=HEAD, comments="")
+    config = tmp_path / "config.yaml"
+    config.write_text((SESSION % "means: means.csv").replace("unit: m_s2", unit))
+    with pytest.raises(UnusableLog, match=r"means.csv row 5: (the )?accelerometer (reads|counts)"):
+        run_stages(load_config(config), RunContext())
 
 
 def test_repeated_attitudes_show_the_noise_that_was_not_stated(tmp_path: Path) -> None:
