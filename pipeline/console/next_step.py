@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from calib.diagnosis.next_measurement.advice import DIRECTIONS
+from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.wording import minutes_of
 from calib.poses.attitudes import direction_name
 from pipeline.console.answers import NEW_FILES, answers_of, untold_of
@@ -18,7 +19,7 @@ def next_lines(outcome: Outcome, folder: Path) -> Iterator[str]:
     """The next step, after the logged columns that no diagnosis of what is missing looked at."""
     for result in outcome.triads:
         aside = result.diagnosis.aside if outcome.config.covariates is None else ()
-        if aside and result.diagnosis.explanation.standing != "good":
+        if aside and result.diagnosis.verdict is not Code.NOTHING_MISSING:
             yield f"{result.triad}: {aside_text(aside)}"
     yield next_line(outcome, folder)
 

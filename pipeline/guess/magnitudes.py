@@ -25,6 +25,7 @@ TENTHS_OF_MG = 10_000.0  #: fact: whole numbers for 1 g of loggers that drop the
 MISTAKEN = ((BNO055_PER_G, 1000.0, 1024.0), (1000 * STANDARD_GRAVITY_M_S2, TENTHS_OF_MG))
 """Facts: whole numbers for 1 g that differ by no more than scale errors: of a BNO055, mg, and 12
 bits over ±2 g; mm/s² and tenths of mg."""
+MPU_PER_G = (16384.0, 8192.0, 4096.0, 2048.0)  #: facts: an MPU-6050's ±2, 4, 8 and 16 g
 COUNTS_PER_G = (16384, TENTHS_OF_MG, 8192, 4096, 2048, 1024, BNO055_PER_G, 512, 256)
 """Facts: 16 bits over ±2, 4, 8 and 16 g; tenths of mg; 12 bits over ±2 and 4 g; 100 counts per m/s²
 of a BNO055; 10 bits over ±2 g."""

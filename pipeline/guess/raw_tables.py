@@ -24,7 +24,8 @@ STATED_RATE = re.compile(
     r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
     r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)|\bat ([0-9.]+) ?hz\b", re.IGNORECASE)
 STATED_PERIOD = re.compile(
-    r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b", re.IGNORECASE)
+    r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b"
+    r"|\bwf_increment\s*[,:=\s]\s*([0-9.]+)", re.IGNORECASE)
 IN_SI = {**dict.fromkeys(ACCELEROMETER, " (m/s^2)"), **dict.fromkeys(GYROSCOPE, " (rad/s)")}
 """Units behind our names of columns, of formats that state them."""
 
@@ -127,7 +128,7 @@ def _text_table(text: LogText) -> RawTable:
     stated = STATED_RATE.search(above)
     rate_hz = text.rate_hz or (float(stated.group(1) or stated.group(2)) if stated else None)
     if rate_hz is None and (period := STATED_PERIOD.search(above)):
-        rate_hz = 1 / (float(period[1]) * our_name(f"time_{period[2]}")[1])
+        rate_hz = 1 / (float(period[1] or period[3]) * our_name(f"time_{period[2] or 's'}")[1])
     lost, columns = columns_of_text(text)
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row. A row of "

@@ -10,6 +10,7 @@ from calib.poses.imu_log import TEMPERATURE, TRIADS, FloatArray, ImuLog
 from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock, without_ends, without_repeats
+from pipeline.guess.magnitudes import MPU_PER_G
 from pipeline.guess.pool import REST_S, are_apart, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
@@ -28,6 +29,7 @@ from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
 from pipeline.logs.join import join_logs
 from pipeline.stages.session_logs import CELSIUS
+from pipeline.text.formatting import count
 
 SHOWN = 8  #: columns that a message names
 MOST_MEANS = 500  #: largest number of pose means: at ten seconds each, an hour and a half; tuned
@@ -72,12 +74,12 @@ class TableGuess:
             if len(pauses):
                 longest = pauses[step[pauses].argmax()]
                 at_s = self.clock.time_s[longest] - self.clock.time_s[0]
-                yield (f"its clock pauses {len(pauses)} times, for {step[pauses].sum():.3g} s in "
-                       f"all; the longest pause begins after {at_s:.3g} s and lasts "
-                       f"{step[longest]:.3g} s. Nothing is logged in it")
+                yield (f"its clock pauses {count(len(pauses), 'time')}, for "
+                       f"{step[pauses].sum():.3g} s in all; the longest pause begins after "
+                       f"{at_s:.3g} s and lasts {step[longest]:.3g} s. Nothing is logged in it")
         force = self.accelerometer
-        is_raw = force and force.encoding and "unit" not in dict(force.sheet)
-        for name in self.further if is_raw else ():
+        per_g = dict(force.sheet).get("counts_per_g") if force and force.encoding else None
+        for name in self.further if per_g in MPU_PER_G else ():
             words = self.table.columns[name]
             warmth = words / WORDS_PER_K + WORD_0_C
             if read_name(name).quantity == "temperature" and _is_within(warmth, INDOORS_C):
@@ -86,8 +88,8 @@ class TableGuess:
                        f"temperature_c with {name} / {WORDS_PER_K} + {WORD_0_C} for sizes per "
                        f"kelvin")
         if self.table.lost:
-            yield (f"{self.table.lost} of its {self.table.lost + self.table.rows} lines are no "
-                   f"samples and are left out")
+            yield (f"lines that are no samples and are left out: {self.table.lost} of "
+                   f"{self.table.lost + self.table.rows}")
 
     @property
     def misses(self) -> Iterator[str]:

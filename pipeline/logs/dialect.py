@@ -11,6 +11,7 @@ DELIMITERS = ("\t", ";", "|", ",")
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 FLAGS = re.compile(r"(?<=[A-Za-z])\|(?=[A-Za-z])")  #: a bar between words of a cell: ``ANGLE|ARM``
 COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: not part of a name: ``Tick#``, ``Run #1``
+NUMPY = re.compile(r"\bnp\.(?:float|u?int)\d+\(([^()]*)\)")  #: a number as NumPy 2 shows it
 LOST = "#!"  #: comment sign of a line of numbers that is no sample
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 WATCH = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")  #: minutes, seconds and a fraction

@@ -4,7 +4,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
@@ -20,22 +19,21 @@ from pipeline.logs.dialect import (
     split_cells,
 )
 from pipeline.logs.header import MISSING_TRIAD, our_names, wrong_header
-from pipeline.logs.header_words import read_name, spelled_unit
+from pipeline.logs.header_lines import best_names, wide_names, with_units
 
 COMMENT_SIGNS = ("#", "//", "%")
 #: Comment of MT Manager; missing in some exports, so never assumed.
 UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
 #: Largest number of lines of a head; settings above the header ("Fs,100") take a few lines.
 LONGEST_HEAD = 200
-MOST_NAMES = 4  #: fact: lines of names, units, comments and kinds of Origin and of Campbell loggers
 FEWEST_COUNTED = 10  #: number of first rows whose numbers show that a column counts them; chosen
 LONGEST_FOOTER = 100  #: largest number of lines of text and sums below the rows
-OTHER_UNITS = ("deg", "ut", "µt", "gauss", "hz", "-", "hpa", "pa", "")  #: units of other columns
 FEWEST_NUMBERS = 3  #: least number of numbers in a row: a triad
 #: Comment signs that count as a name before the others; C is Fortran's.
 OF_COMMENTS = ("", "#", "//", "%", "C", "c", "!", "*")
 REMARKS = ("comment", "comments", "remark", "notes")
 """Names of a last column of LabVIEW, which rows omit if it is empty."""
+Shape = tuple[int, bool | None]
 
 @dataclass(frozen=True)
 class Head:
@@ -68,7 +66,7 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     """
     header: tuple[int, list[str]] | None = None
     above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
-    usual: tuple[int, bool] | None = None
+    usual: Shape | None = None
     begin, rate_hz = _start_and_rate(lines)
     for i, line in enumerate(lines[begin:LONGEST_HEAD], begin):
         text = _stripped(line)
@@ -85,17 +83,19 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
         elif not comment and (header or _is_row(text, columns)):
             dialect = dialect_of(text)
             row = dialect.cells(text)
-            if header is None:
-                usual = usual or _usual_shape(lines)
-            if header is None and usual not in (None, _shape(dialect, row)):
-                continue  # a setting, or the end of a truncated line
             if header and width_of_numbers(text) == 0:
-                continue  # a line of units, or the title of the rows
+                above.append((i, cells))  # a line of units, or the title of the rows
+                continue
+            usual, shape = usual or _usual_shape(lines), _shape(dialect, row)
+            if usual not in (None, shape) and (header is None or shape[1] is False):
+                continue  # a setting, or the end of a truncated line
             if dialect.delimiter:  # words separated by blanks are not the header of such rows
                 above = [line for line in above if delimiter_of(lines[line[0]])]
             above = [(at, names) for at, names in above if len(names) != len(row) - 1
                      or delimiter_of(lines[at].lstrip("#/% ")) == dialect.delimiter]
-            above = [(at, _wide_names(lines[at], names, len(row))) for at, names in above]
+            above = [(at, wide_names(lines[at], names, len(row))) for at, names in above]
+            if header and columns is not None:  # the names without units are asked for
+                above = []
             return _head(i, header, above, len(row), rate_hz)
         else:
             above.append((i, cells))
@@ -106,12 +106,6 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
 def _stripped(line: str) -> str:
     """A line without blanks around it; a leading tab ends an empty cell, as pandas writes it."""
     return line.rstrip().lstrip(" ")
-
-
-def _wide_names(line: str, names: list[str], width: int) -> list[str]:
-    """``names``, or, as many as cells in a row, those between two blanks: "t [s]  Acc. X [mg]"."""
-    wide = re.split(r"\s{2,}", line.strip())
-    return wide if delimiter_of(line) is None and len(wide) == width else names
 
 
 def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
@@ -128,9 +122,9 @@ def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
     return (1 + len(rows), rate_hz) if is_so else (0, None)
 
 
-def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
+def _usual_shape(lines: Sequence[str]) -> Shape | None:
     """The most frequent shape of rows in the second half of a text; None without rows."""
-    shapes: Counter[tuple[int, bool]] = Counter()
+    shapes: Counter[Shape] = Counter()
     for line in map(_stripped, lines[len(lines) // 2 :][:LONGEST_HEAD]):
         dialect = dialect_of(line)
         cells = dialect.cells(line)
@@ -139,9 +133,9 @@ def _usual_shape(lines: Sequence[str]) -> tuple[int, bool] | None:
     return shapes.most_common(1)[0][0] if shapes else None
 
 
-def _shape(dialect: Dialect, cells: Sequence[str]) -> tuple[int, bool]:
-    """Number of cells of a row, and whether the first is a number or a time."""
-    return len(cells), bool(cells) and is_time(dialect.decimal_points(cells[0]))
+def _shape(dialect: Dialect, cells: Sequence[str]) -> Shape:
+    """Number of cells of a row, and whether the first is a number or a time; None if empty."""
+    return len(cells), is_time(dialect.decimal_points(cells[0])) if cells and cells[0] else None
 
 
 def _head(
@@ -153,40 +147,13 @@ def _head(
 ) -> Head:
     fitting = [(at, names) for at, names in above
                if len(without_sign(names, width) or ()) in (width, width - 1)]
-    if header is None and fitting:
-        header = _best_names(fitting)
+    if header is not None:
+        header = with_units(*header, [names for at, names in fitting if at > header[0]])
+    elif fitting:
+        header = best_names(fitting)
     if header is None:
         return Head(first, None, first, rate_hz)
     return Head(first, header[1], header[0], rate_hz)
-
-
-def _best_names(fitting: Sequence[tuple[int, list[str]]]) -> tuple[int, list[str]]:
-    """The line above the rows, or two lines joined, in which most names are known, with the units
-    of a line of units."""
-    units = [(at, names) for at, names in fitting[1:] if _are_units(names)][-1:]
-    rows = [row for row in fitting[-MOST_NAMES:] if row not in units]
-    joined = [(at, [" ".join(dict.fromkeys(filter(None, pair))) for pair in zip(
-        names, below, strict=True)]) for (_, names), (at, below) in pairwise(rows)
-        if len(names) == len(below)]
-    at, names = max([*joined, *rows], key=lambda row: (
-        sum(read_name(name).quantity != "" for name in row[1]), row in rows, row[0]))
-    for _, cells in units:
-        names = [f"{name} ({_bare_unit(unit)})" if unit else name
-                 for name, unit in zip(names, cells, strict=False)]
-    return at, names
-
-
-def _are_units(names: Sequence[str]) -> bool:
-    """Whether most cells of a line are units, or words of a row that names its units."""
-    units = [unit for unit in map(_bare_unit, names)
-             if spelled_unit(unit) or unit.lower() in (*OTHER_UNITS, "units", "unit")]
-    return len(units) > len(names) / 2 and any(map(spelled_unit, units))
-
-
-def _bare_unit(cell: str) -> str:
-    """``[m/s^2]`` -> ``m/s^2``; brackets inside a unit stay."""
-    text = cell.strip()
-    return text[1:-1].strip() if text[:1] in "([" and text[-1:] in ")]" else text
 
 
 def width_of_numbers(line: str) -> int:

@@ -21,12 +21,13 @@ from pipeline.logs.dialect import (
 )
 from pipeline.logs.head import (
     COMMENT_SIGNS,
+    FEWEST_COUNTED,
     FEWEST_NUMBERS,
     LONGEST_HEAD,
-    MOST_NAMES,
     find_head,
     is_time,
 )
+from pipeline.logs.header_lines import MOST_NAMES
 from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import MOST_KINDS
 
@@ -40,7 +41,8 @@ device differ by 1e-4, and one in whole seconds misses less than one second in a
 STAMP = re.compile(
     r"(?<![A-Za-z])(?:tv_)?(n|nano|u|micro|m|milli)?s(?:ecs?|econds?)?$", re.IGNORECASE)
 """The end of the name of whole seconds, or of their parts: ``stamp.sec`` and ``stamp.nanosec``."""
-DIGITS = {"n": 9, "nano": 9, "u": 6, "micro": 6, "m": 3, "milli": 3}  #: facts: of the parts
+PARTS = re.compile(r"(\d|.*[\d:]\d)\.(\d{1,9})")  #: a time up to its seconds, and parts of a second
+DIGITS = {"m": 3, "milli": 3, "u": 6, "micro": 6, "n": 9, "nano": 9}  #: facts: of the parts
 LEAST_WHOLE = 0.9  #: least share of the times of one value at which all others are there
 
 
@@ -157,13 +159,22 @@ def with_names_in_header(lines: list[str]) -> list[str]:
 
 def with_whole_stamps(lines: list[str]) -> list[str]:
     """``lines`` with the seconds of each time stamp and their parts in one number, where its header
-    names a column for each: parts alone do not show a pause of seconds."""
+    names a column for each: parts alone do not show a pause of seconds. Where the parts have lost
+    their zeros (``12.5`` for 5 ms), as the steps back show, they have them again."""
     head = find_head(lines)
+    if head.first is None:
+        return lines
+    if (place := _without_zeros(lines[head.first :][:SHOWN])) is not None:
+        (column, digits), sign = place, delimiter_of(lines[head.first])
+        return [*lines[: head.first], *(
+            _joined([_padded(cell, digits) if i == column else cell
+                     for i, cell in enumerate(split_cells(line, sign))], sign or " ")
+            for line in lines[head.first :])]
     ends = [(i, match, match.string[: match.start()]) for i, name in enumerate(head.names or ())
             if (match := STAMP.search(name))]
     pair = next(((i, j, DIGITS[part[1].lower()]) for (i, whole, one), (j, part, other)
                  in pairwise(ends) if not whole[1] and part[1] and one == other), None)
-    if pair is None or head.first is None:
+    if pair is None:
         return lines
     (whole, part, digits), sign = pair, delimiter_of(lines[head.first])
     rows = [*lines]
@@ -174,6 +185,29 @@ def with_whole_stamps(lines: list[str]) -> list[str]:
             cells[whole] += f".{cells[part]:0>{digits}}"
             rows[at] = _joined(cells, sign or " ")
     return rows
+
+
+def _without_zeros(lines: Sequence[str]) -> tuple[int, int] | None:
+    """The column of times whose parts of a second are printed without leading zeros, and the digits
+    of these: only with them do the times not step back. None if there is none."""
+    rows = [split_cells(line, delimiter_of(line)) for line in lines]
+    for column in range(min(map(len, rows)) if len(rows) >= FEWEST_COUNTED else 0):
+        cells = [row[column] for row in rows]
+        parts = [match[2] for cell in cells if (match := PARTS.fullmatch(cell))]
+        if len(parts) < len(cells) or len({*map(len, parts)}) == 1:
+            continue
+        digits = next(able for able in DIGITS.values() if able >= max(map(len, parts)))
+        steps = ([other - one for one, other in pairwise(times) if one is not None
+                  and other is not None] for times in (
+            map(_seconds, cells), (_seconds(_padded(cell, digits)) for cell in cells)))
+        if min(next(steps), default=0.0) < 0 <= min(next(steps), default=-1.0):
+            return column, digits
+    return None
+
+
+def _padded(cell: str, digits: int) -> str:
+    match = PARTS.fullmatch(cell)
+    return f"{match[1]}.{match[2]:0>{digits}}" if match else cell
 
 
 def _column_of_names(rows: Sequence[Sequence[str]], column: int) -> tuple[int, list[str]] | None:

@@ -25,6 +25,7 @@ SLOT = re.compile(
     rf"(?:(?:{DATE}[ T])?{CLOCK}(?!\w|:\d)|{DATE}(?![\w.])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal
 IN_BRACKETS = re.compile(r"[\[({][^\])}]*+[\])}]")
+LABELS = re.compile(r"\{\w+=[^}]*\}")  #: what a database tells one series from others by
 AROUND = " \t:=<>()[]{}/\"',;|#$%*&-"
 BEHIND = {"[": "]", "(": ")"}
 APART = str.maketrans(':{"<>', "     ")  #: signs between the words of a name: of keys inside keys
@@ -43,7 +44,7 @@ def names_of_header(form: str, above: str) -> list[str]:
     sign = max(DELIMITERS, key=form.count)
     whole = IN_BRACKETS.sub(lambda vector: vector[0].replace(sign, " "), form)
     cells, names = whole.split(sign), [name.strip(' "') for name in above.split(sign)]
-    if len(cells) != len(names) or len(cells) < 2 or SLOT.search(above):
+    if len(cells) != len(names) or len(cells) < 2 or SLOT.search(LABELS.sub("", above)):
         return []
     named: list[str] = []
     for cell, name in zip(cells, names, strict=True):

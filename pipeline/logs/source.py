@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.files import may_never_end
-from pipeline.logs.dialect import delimiter_of, split_cells
+from pipeline.logs.dialect import NUMPY, delimiter_of, split_cells
 from pipeline.logs.head import FEWEST_NUMBERS, LONGEST_HEAD, width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.memory import largest_text, too_large
@@ -35,6 +35,8 @@ NO_BLANK = re.compile(r"(\.\d++)(?=[-+]\d*+\.\d)")
 """Boundary of two decimal numbers of fixed width without a blank before the second one's sign."""
 QUOTED_THOUSANDS = re.compile(r'"[-+]?\d{1,3}(?:,\d{3})+\.\d+"')
 """A number as spreadsheets group it; its point shows that the commas separate thousands."""
+IN_BRACKETS = re.compile(r"(?<=[,;\t])\((\d+\.?\d*)\)(?=[,;\t\r\n]|$)")
+"""A negative number as accountants write it, alone in its cell."""
 MOST_ZEROS = 0.001  #: largest share of zero bytes in a text, as a port begins with
 SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
 """Error values of a spreadsheet, whose ``#`` begins no comment."""
@@ -188,8 +190,12 @@ def decimal_numbers(text: str) -> str:
         text = THOUSANDS.sub("", MINUS.sub("-", text)).translate(DRAWN)
     if '"' in text:
         text = QUOTED_THOUSANDS.sub(lambda number: number[0].replace(",", ""), text)
+    if ",(" in text or ";(" in text or "\t(" in text:
+        text = IN_BRACKETS.sub(r"-\1", text)
     if "#" in text:
         text = SPREADSHEET_ERROR.sub("nan", text)
+    if "np." in text:
+        text = NUMPY.sub(r"\1", text)
     text = NO_BLANK.sub(r"\1 ", text)
     if "0x" in text or "0X" in text:
         text = REGISTER.sub(lambda register: _signed(register[0]), text)

@@ -33,6 +33,7 @@ from pipeline.stages.session_logs import (
     Setting,
     sections_by_setting,
 )
+from pipeline.text.formatting import count
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate also read the same; no design repeats one so often."""
@@ -237,7 +238,8 @@ def _search_recording(
         means, turning = _parted_by_rate(means, elsewhere)
         skipped += [(mean.label.removeprefix(f"{log.label} "), "the plate or the hand turned it")
                     for mean in turning if not elsewhere]
-    notes = [*filter(None, [frozen]), *stray_notes, *(f"Left out: {error}" for error in refused)]
+    notes = [*filter(None, [frozen]), *stray_notes, *(
+        f"Left out beside {count(len(means), 'pose')}: {error}" for error in refused)]
     notes += _skipped_notes(log, intervals, skipped, len(means), rate_rad_s)
     return Recording(tuple(means), (float(log.time_s[0]),), np.arange(len(means)), tuple(notes),
                      excluded=excluded)

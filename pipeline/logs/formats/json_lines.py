@@ -16,7 +16,7 @@ import numpy as np
 
 from calib.poses.imu_log import AXES
 from pipeline.errors import UnreadableInput
-from pipeline.logs.dialect import is_number, seconds_of
+from pipeline.logs.dialect import NUMPY, is_number, seconds_of
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import LEAST_TURNS, MOST_KINDS
@@ -125,7 +125,7 @@ def _object(line: str) -> Any:
         return json.loads(line)
     except json.JSONDecodeError:
         with suppress(ValueError, SyntaxError, MemoryError, RecursionError):
-            return ast.literal_eval(line.strip())
+            return ast.literal_eval(NUMPY.sub(r"\1", line.strip()))
         raise
 
 

@@ -16,7 +16,7 @@ from pipeline.text.names import DISTRIBUTION
 BAG_FOLDER_MARK = "metadata.yaml"  #: file that marks a folder as a ROS 2 bag
 BAG_SUFFIX = ".db3"  #: suffix of a database that is a ROS 2 bag
 HEAD_BYTES = 16  #: the longest mark below has 15; JSON may have blanks before its brace
-JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{")
+JSON_BEGINS = re.compile(rb"\s*(\[\s*)?\{\s*(?:[\"'}]|$)")  #: a name without quotes is no JSON
 
 
 @dataclass(frozen=True)

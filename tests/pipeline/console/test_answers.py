@@ -153,6 +153,10 @@ def test_what_is_missing_may_follow_a_column_that_was_not_looked_at(caused: Outc
     assert [line] == [*next_lines(caused, Path("out"))]
     chosen = beside.config.model_copy(update={"covariates": ("temperature_c",)})
     assert [line] == [*next_lines(replace(beside, config=chosen), Path("out"))]
+    complete = replace(beside, triads=tuple(  # one whose gyroscope never turned is not "good"
+        replace(each, diagnosis=replace(each.diagnosis, verdict=Code.NOTHING_MISSING))
+        for each in beside.triads))
+    assert len([*next_lines(complete, Path("out"))]) == 1
 
 
 @pytest.mark.parametrize(("verdict", "notes"), [(Code.NOISE, 1), (Code.UNKNOWN, 1),

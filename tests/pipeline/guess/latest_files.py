@@ -163,13 +163,85 @@ def bytes_of_a_bus(folder: Path, log: HandLog) -> Foreign:
                                            for i, octet in enumerate(octets))])])
 
 
+def properties_above(folder: Path, log: HandLog) -> Foreign:
+    """LabVIEW's TDMS as a table: what holds for each channel stands above it, with its name in a
+    column of its own; numbers among it are no readings."""
+    above = {"Group": "IMU", "Channel": "", "wf_start_time": "03/11/2024 10:11:12 AM",
+             "wf_increment": 1 / log.rate_hz, "wf_samples": len(log.time_s)}
+    lines = [",".join([name, *[str(value)] * 6]) for name, value in above.items()]
+    lines[1] = "Channel," + ",".join(f"{name} {axis}" for name in ("Acc", "Gyro") for axis in "XYZ")
+    lines.insert(2, "unit_string,g,g,g,deg/s,deg/s,deg/s")
+    rows = [",".join(["", *row[1:]]) for row in si_rows(log, 1 / G, 1 / DEG)]
+    return Foreign([write_lines(folder / "tdms.csv", [*lines, *rows])], 1 / G, 1 / DEG)
+
+
+def milliseconds_without_zeros(folder: Path, log: HandLog) -> Foreign:
+    """`printf("%d.%d", s, ms)`: 12.20 is followed by 12.40, and 12.980 by 13.0."""
+    rows = [",".join([f"10:11:{int(t):02d}.{round(1000 * t) % 1000}", *row[1:]])
+            for t, row in zip(log.time_s, si_rows(log, 1 / G, 1 / DEG), strict=True)]
+    return Foreign([write_lines(folder / "rtc.csv", ["time,ax,ay,az,gx,gy,gz", *rows])], 1 / G,
+                   1 / DEG)
+
+
+def nanoseconds_without_zeros(folder: Path, log: HandLog) -> Foreign:
+    """`f"{stamp.secs}.{stamp.nsecs}"`."""
+    rows = [",".join([f"{1_700_000_000 + int(t)}.{round(1e9 * t) % 10**9}", *row[1:]])
+            for t, row in zip(log.time_s, si_rows(log), strict=True)]
+    return Foreign([write_lines(folder / "ros.csv", ["stamp,ax,ay,az,gx,gy,gz", *rows])])
+
+
+def numbers_of_numpy(folder: Path, log: HandLog) -> Foreign:
+    """A dictionary as Python prints it where NumPy 2 made its numbers."""
+    names = ("t", "ax", "ay", "az", "gx", "gy", "gz")
+    rows = ["{" + ", ".join(f"'{name}': np.float64({value})" for name, value in zip(
+        names, row, strict=True)) + "}" for row in si_rows(log)]
+    return Foreign([write_lines(folder / "print.txt", rows)])
+
+
+def objects_without_quotes(folder: Path, log: HandLog) -> Foreign:
+    """`console.log` of an object: it begins as JSON does, and its names have no quotes."""
+    rows = [f"{{\n  t: {t},\n  acc: {{ x: {x}, y: {y}, z: {z} }},\n"
+            f"  gyro: {{ x: {p}, y: {q}, z: {r} }}\n}}" for t, x, y, z, p, q, r in si_rows(log)]
+    return Foreign([write_lines(folder / "console.txt", rows)])
+
+
+def negative_in_brackets(folder: Path, log: HandLog) -> Foreign:
+    """As accountants' spreadsheets write them."""
+    rows = [",".join(f"({v[1:]})" if v[0] == "-" else v for v in row) for row in si_rows(log)]
+    return Foreign([write_lines(folder / "book.csv", ["t,ax,ay,az,gx,gy,gz", *rows])])
+
+
+def series_with_labels(folder: Path, log: HandLog) -> Foreign:
+    """Grafana: labels with numbers in the names, units in the cells, a file for each rest."""
+    head = ",".join(["Time", *(f"{name}_{axis} {{board=esp32-1}}" for name in ("acc", "gyr")
+                               for axis in "xyz")])
+    units = ["g"] * 3 + ["cdps"] * 3
+    rows = np.column_stack([log.acc / G, 100 * log.gyr / DEG])
+    return Foreign([write_lines(folder / f"p{i:02d}.csv", [head, *(
+        ",".join([f"2024-03-11 10:11:{t:06.3f}", *(
+            f"{v:.4f} {unit}" for v, unit in zip(row, units, strict=True))])
+        for t, row in zip(log.time_s[log.rest == i], rows[log.rest == i], strict=True))])
+        for i in range(18)], 1 / G, 100 / DEG)
+
+
+def units_below_known_names(folder: Path, log: HandLog) -> Foreign:
+    """A file for each rest: nothing turns gravity, and the unit stands in the second line alone."""
+    rows = np.column_stack([1000 * log.time_s, log.acc / G, 100 * log.gyr / DEG])
+    head = ["time,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", "ms,g,g,g,cdps,cdps,cdps"]
+    return Foreign([write_lines(folder / f"p{i:02d}.csv", [*head, *(
+        ",".join(f"{v:.5f}" for v in row) for row in rows[log.rest == i])]) for i in range(18)],
+        1 / G, 100 / DEG)
+
+
 LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         a_number_a_line, counts_a_line, labels_from_the_first_line, sign_extended,
         quoted_thousands, zero_bytes,
         poses_beside_each_other, a_field_after_another, topics_of_a_broker,
         two_units_of_a_message, rows_of_other_widths, messages_of_a_vehicle,
-        a_clock_beside_every_channel, logcat)
+        a_clock_beside_every_channel, logcat, properties_above, milliseconds_without_zeros,
+        nanoseconds_without_zeros, numbers_of_numpy, units_below_known_names,
+        objects_without_quotes, negative_in_brackets, series_with_labels)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),

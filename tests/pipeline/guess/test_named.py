@@ -131,6 +131,14 @@ def test_a_temperature_beside_readings_in_a_unit_is_no_word_of_a_register(tmp_pa
     assert not [doubt for doubt in guess.doubts if "register map" in doubt]
 
 
+def test_counts_of_no_range_of_an_mpu_have_no_temperature_by_its_map(tmp_path: Path) -> None:
+    """An ADIS16470 has 800 counts per g, and tenths of a degree."""
+    files = Evening(range_g=32768 / 800).write(tmp_path, "rest", 0.0, 1)
+    doubts = guess_session(guess_files(files, None)[0]).doubts
+    assert any("no usual unit or range" in doubt for doubt in doubts)
+    assert not [doubt for doubt in doubts if "register map" in doubt]
+
+
 def test_poses_in_files_of_json_are_those_of_one_logger(tmp_path: Path) -> None:
     """Acceleration without gravity reads alike in every rest, as a gyroscope does; its name says
     what it is. The angles of a browser are about z, x and y."""

@@ -28,7 +28,7 @@ def test_a_found_pose_that_moved_is_left_out_and_named(
     _one_long_log(session, tilted=4)
     assert pipeline("run", session) == 0
     warning = capsys.readouterr().err
-    assert warning.startswith("warning: Left out: long.csv")
+    assert warning.startswith("warning: Left out beside 17 poses: long.csv")
     assert "the sensor moved" in warning
     found = results_in(session.with_suffix(".run"))
     assert found["accelerometer"]["n_poses"] == 17
