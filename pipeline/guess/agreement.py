@@ -12,7 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-from calib.consistency.data_sheet import gain_off_the_sheet
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import LIES_STILL, called_accelerometers, listed, why_no_log
@@ -144,7 +143,7 @@ def _too_short(guess: SessionGuess, table: TableGuess) -> str:
 def implausible(outcome: Outcome) -> str | None:
     """Reason why an outcome cannot be right although it fits; None if it is plausible."""
     for result in outcome.triads:
-        spec, triad = result.calibration.spec, result.triad
+        triad = result.triad
         reference = result.calibration.fit.poses.reference.magnitude
         size = float(np.sqrt(np.mean(reference**2)))
         share = result.comparison.residual_rms / size if size else 0.0
@@ -157,6 +156,4 @@ def implausible(outcome: Outcome) -> str | None:
         if not size and misfit > LARGEST_WANDER**2:
             return (f"the {triad}'s poses at rest scatter by {misfit**0.5:.0f} times their own "
                     f"noise, which no bias does. Its columns are another sensor's, or it moved.")
-        if off := next(gain_off_the_sheet(result.calibration.parameters, spec, triad), ""):
-            return off
     return None

@@ -13,7 +13,6 @@ from pipeline.guess.agreement import disagreements, implausible, unused_accelero
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import listed
 from pipeline.guess.session import SessionGuess
-from pipeline.logs.clock import ASSUMED_HZ
 from pipeline.stages.run import Outcome
 from pipeline.text.names import short_name
 
@@ -70,12 +69,8 @@ def checked_config(
                 continue
             return CheckedConfig(without, outcome, (f"the {triad} is left out: {error}",),
                                  implausible(outcome))
-        fault = str(error)
-        if any(not table.clock.is_known and not table.are_means for table in guess.tables):
-            fault = (f"{fault} The file states no sample rate, and {ASSUMED_HZ:g} Hz is no more "
-                     f"than usual: state it by --rate-hz.")
         text = "" if isinstance(error, Undetermined) else config_text(guess, path.parent, choices)
-        return CheckedConfig(text, None, (), fault)
+        return CheckedConfig(text, None, (), str(error))
 
 
 def _of_sound_poses(

@@ -69,23 +69,19 @@ def guess_clock(
     note, lacks, unused = "", ClockGuess.lacks, ""
     if stated_hz is None:
         for name in _candidates(columns):
-            ticks, continued = continued_clock(unwrapped_ticks(columns[name]))
+            ticks, _ = continued_clock(unwrapped_ticks(columns[name]))  # `run` tells of its steps
             ours, factor = our_name(name)
             if ours == TIME and (np.diff(ticks) > 0).all() and (
                     rows < 2 or "s" in likely_units(float(np.median(np.diff(ticks))) * factor)):
                 unit = next((unit for unit in SECONDS_PER if SECONDS_PER[unit] == factor), None)
-                return ClockGuess(name, unit, None, ticks * factor,
-                                  "its name is a known program's", "; ".join(continued))
-            if not np.isfinite(ticks).all():
-                continue
+                return ClockGuess(name, unit, None, ticks * factor, "its name is a known program's")
             step = np.diff(ticks)
             if len(step) and not step.any():
                 lacks = f"'{name}' reads {ticks[0]:.10g} in every row, a clock that stands still"
                 unused = name
             unit, because, doubt = _unit(name, ticks)
             if unit is not None and (step > 0).all():
-                return ClockGuess(name, unit, None, ticks * SECONDS_PER[unit], because,
-                                  "; ".join(filter(None, [doubt, *continued])))
+                return ClockGuess(name, unit, None, ticks * SECONDS_PER[unit], because, doubt)
             is_named = read_name(name).quantity == "time" or bool(_epoch_units(ticks[0]))
             if unit is not None and is_named and (step > 0).any():
                 ticking = int((step > 0).sum())

@@ -190,19 +190,19 @@ def why_no_log(table: RawTable) -> str:
     for triple in called:
         values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]
-        if len(values) and is_direction(values):
+        if not len(values):
+            continue
+        if is_direction(values):
             return ("all its readings have the length 1, so they were normalised and show no "
                     "scale; record the raw readings")
-        if len(values) and not values.any():
-            return "all its readings are 0: the sensor did not answer. Check wiring and supply"
         stuck = [name for name in triple if np.nanmax(table.columns[name]) == np.nanmin(
             table.columns[name])]
-        if len(values) and 0 < len(stuck) < len(triple):
-            return (f"{' and '.join(stuck)} reads {table.columns[stuck[0]][0]:g} in every row and "
-                    f"the other axes scatter: the axis is dead, or its column is another's. Check "
-                    f"its wiring, and what writes the log")
+        if stuck:
+            return (f"{' and '.join(stuck)} reads {table.columns[stuck[0]][0]:g} in every row, "
+                    f"which no sensor does that answers: it is dead, or the column is another's. "
+                    f"Check its wiring, and what writes the log")
         unit = FORCE_UNITS.get(read_name(triple[0]).unit, STANDARD_GRAVITY_M_S2)
-        if len(values) and typical_length(values) < REMOVED * STANDARD_GRAVITY_M_S2 / unit:
+        if typical_length(values) < REMOVED * STANDARD_GRAVITY_M_S2 / unit:
             return ("gravity is removed from its readings (half of them are shorter than "
                     f"{typical_length(values):.2g}), and what is left shows no scale; record the "
                     "acceleration with gravity (Sensor Logger: Total Acceleration or Accelerometer "

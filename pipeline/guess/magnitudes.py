@@ -186,8 +186,6 @@ def rate_scales(encoding: str, beside_per_g: float) -> tuple[float, ...]:
 
     ``beside_per_g`` is the accelerometer's scale, units per g, which identifies a BNO055.
     """
-    if encoding == OFFSET_BINARY:
-        return OFFSET_COUNTS_PER_DEG_S
     units = tuple(UNITS_PER_DEG_S.values())
     if encoding and math.isclose(beside_per_g, BNO055_PER_G):
         return (BNO055_PER_DEG_S, *units)

@@ -16,7 +16,6 @@ from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.head import width_of_numbers
 from pipeline.logs.header_words import read_name
 from pipeline.logs.row_kinds import MOST_KINDS
-from pipeline.logs.sentence_names import SLOT
 from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
 from pipeline.text.names import word
@@ -94,14 +93,9 @@ def why_no_table(lines: Sequence[str], beside: Sequence[Path] = ()) -> str:
             f"`paste -d '{delimiter_of(shown[-1]) or ','}' {' '.join(map(word, axes))} >log.csv` "
             f"if their rows have the same times, else by `pandas.merge_asof()` over these. If each "
             f"row names its axis, bring the names into the header, as `pivot()` does in pandas")
-    of_numbers = [line.lstrip("#! ") for line in shown if len(SLOT.findall(line)) >= len(AXES)]
-    if 2 * len(of_numbers) > len(shown):
-        samples = " and ".join(f"'{line[:LONGEST_SHOWN]}'" for line in of_numbers[-2:])
-        return (f"its lines of numbers have no common form, as {samples}. Write a row for each "
-                f"sample, as in `time_s,acc_x,acc_y,acc_z`, or keep the lines of one sensor by "
-                f"`grep`")
-    return (f"no line holds three numbers; the last one is '{last}'. Is it a log? Readings are "
-            f"expected as a table, one row for each sample, as in `time_s,acc_x,acc_y,acc_z`")
+    return (f"its lines are no rows of three numbers in one form; the last one is '{last}'. Is it "
+            f"a log? Readings are expected as a table, one row for each sample, as in "
+            f"`time_s,acc_x,acc_y,acc_z`")
 
 
 def fault_of_rows(text: LogText) -> str:

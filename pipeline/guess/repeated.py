@@ -57,9 +57,8 @@ def _are_alternatives(one: TableGuess, other: TableGuess, two_sensors: bool) -> 
     both = any(getattr(one, triad) and getattr(other, triad) for triad in TRIADS)
     together = one.path.parent == other.path.parent and two_sensors
     since_1970 = min(one.clock.time_s[0], other.clock.time_s[0]) > EPOCH_S[0]
-    of_one_clock = since_1970 or (together and one.clock.is_known and other.clock.is_known)
-    return (both and of_one_clock and not (one.are_means or other.are_means)
-            and one.clock.overlaps(other.clock) and not _move_apart(one, other))
+    return (both and (since_1970 or together) and one.clock.overlaps(other.clock)
+            and not _move_apart(one, other))
 
 
 def _move_apart(one: TableGuess, other: TableGuess) -> bool:
@@ -104,9 +103,8 @@ def without_continuations(tables: Sequence[TableGuess]) -> tuple[list[TableGuess
 def _goes_on(one: TableGuess, other: TableGuess) -> bool:
     """Whether a table begins when another ends, in the same attitude and motion, or with its last
     rows."""
-    if (one.are_means or other.are_means or one.path == other.path
-            or (one.accelerometer, one.gyroscope) != (other.accelerometer, other.gyroscope)
-            or None in (one.clock.column, other.clock.column)):
+    if None in (one.clock.column, other.clock.column) or (
+            one.accelerometer, one.gyroscope) != (other.accelerometer, other.gyroscope):
         return False
     first, second = one.log(), other.log()
     shared = shared_rows(first, second) if first and second else None

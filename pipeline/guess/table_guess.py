@@ -122,12 +122,12 @@ class TableGuess:
 
     def turns_clockwise(self, beside: "TableGuess") -> bool:
         """Whether the rate points down by the accelerometer of ``beside``; False without one."""
-        if self.gyroscope is None or beside.accelerometer is None:
+        log = joined_log(beside, self)
+        if log is None:
             return False
-        rate, force = self.rate(), beside.si(beside.accelerometer)
-        if len(rate) == len(force):  # sample by sample, since a log may hold many attitudes
-            return bool(np.median((rate * force).sum(axis=1)) < 0)
-        return bool(np.median(rate, axis=0) @ np.median(force, axis=0) < 0)
+        rate = log.gyroscope - (0.0 if self.rate_bias is None else self.rate_bias)
+        # Sample by sample, since a log may hold many attitudes.
+        return bool(np.median((rate * log.accelerometer).sum(axis=1)) < 0)
 
     def turn(self, tables: Sequence["TableGuess"]) -> Turn | None:
         """Turns of gravity in its accelerometer, or in that of another of ``tables`` at the same

@@ -46,7 +46,6 @@ FASTEST_RAD_S = math.radians(4000.0)  #: fact: the widest range of a MEMS gyrosc
 QUIETEST_RAD_S, NOISIEST_RAD_S = 1e-4, 0.03
 """Range of the noise of one sample of a gyroscope: 0.006 °/s, a third of that of a phone, to 2 °/s,
 ten times that of an MPU-6050."""
-NOISIEST_STATED = 10 * NOISIEST_RAD_S  #: the same where a name states the unit, and a motor runs
 
 SHORTEST_LOG_S = 10.0  #: least duration of a log with turns between rests: six poses; a judgement
 
@@ -150,7 +149,7 @@ def gyroscope_in(
     because = ("their names" if called(words) == "gyr" else "their file"
                if rate.pool.hint == "gyr" else "they read as one beside the accelerometer")
     stated = RATE_UNITS.get(words.unit, 0.0)
-    largest, noise, whole = size_of(rate.values)
+    largest, _, whole = size_of(rate.values)
     if not encoding and whole and accelerometer and accelerometer.encoding == "twos-complement":
         encoding = "twos-complement"  # a few counts at rest are not recognised by size
     turn = rate.turns(force) if force else None
@@ -159,7 +158,7 @@ def gyroscope_in(
                if turn and turn.is_sure and turn.axes != OWN else "")
     seen = turn.si_per_unit if turn and turn.is_exact and rate.pool.has_clock else None
     if stated and (1 / LOOSEST < seen / stated < LOOSEST if seen else not whole or (
-            largest * stated < FASTEST_RAD_S and noise * stated < NOISIEST_STATED)):
+            largest * stated < FASTEST_RAD_S)):
         return rate_triad(rate.columns, math.radians(1) / stated, "",
                           f"{because}, which state the unit", mounted)
     doubt = f"its names state {UNIT_WORDS[words.unit]}, in which " + (

@@ -24,6 +24,7 @@ MOST_WRAPS = 3.0  #: largest number of wraps over that expected by the usual ste
 USUAL_STEPS = 20.0  #: largest step that is no pause, in usual steps
 FEWEST_TO_SHOW = 10  #: least number of rows of which the first and the last may stand apart; chosen
 
+CLOCK_FACES = (1.0, 1e3, 1e6)  #: facts: parts of a second in which a clock face is written
 SECONDS_AT_A_TURN = 58  #: fact: least seconds shown just before a new minute, to a second
 
 SLOWEST_HZ, FASTEST_HZ = 0.4, 40_000.0
@@ -179,13 +180,16 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
 
 def _without_clock_face(ticks: FloatArray) -> FloatArray:
     """Seconds of the day for times (t,) like 100059.99, followed by 100100.00, as satellite
-    receivers write them; other times unchanged."""
-    hours, minutes, seconds = ticks // 10_000, ticks // 100 % 100, ticks % 100
-    turns = np.flatnonzero(np.diff(minutes))
-    is_face = len(turns) and (minutes < 60).all() and (seconds < 60).all() and (hours < 24).all()
-    if not is_face or np.median(np.diff(ticks)) > 1 or (seconds[turns] < SECONDS_AT_A_TURN).any():
-        return ticks
-    return np.asarray(3600 * hours + 60 * minutes + seconds)
+    receivers write them, or their thousandths or millionths; other times unchanged."""
+    for parts in CLOCK_FACES:
+        seconds, whole = ticks / parts % 100, ticks // parts // 100
+        hours, minutes = whole // 100, whole % 100
+        turns = np.flatnonzero(np.diff(minutes))
+        is_face = len(turns) and (minutes < 60).all() and (seconds < 60).all() and (
+            hours < 24).all() and np.median(np.diff(ticks)) <= parts
+        if is_face and (seconds[turns] >= SECONDS_AT_A_TURN).all():
+            return np.asarray(parts * (3600 * hours + 60 * minutes + seconds))
+    return ticks
 
 
 def likely_units(step: float) -> list[TimeUnit]:

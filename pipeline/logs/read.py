@@ -32,9 +32,6 @@ from pipeline.logs.tables import TextTable, tables_in
 from pipeline.logs.text import MOST_LACKING, log_text, numbers_of
 from pipeline.text.names import word
 
-MOST_DISTINCT = 0.9
-"""Least share of distinct rows in a log without copies of its own rows. A judgement: the readings
-of a board that was reset differ by noise, whatever its clock does."""
 TABLES = 6  #: tables that a message lists
 
 
@@ -196,8 +193,6 @@ def _imu_log(table: LogTable, stated: StatedClock, label: str) -> ImuLog:
     table, repeats = _without_repeats(table)
     time_s, notes = sample_times(
         table.label, table.values, table.time_factor, stated, table.rate_hz, table.place)
-    if notes:
-        _require_no_copy(table)
     values = dict(table.values)
     absent = np.full((len(time_s), 3), np.nan)
     triads = {triad: np.column_stack([values.pop(name) for name in triad])
@@ -215,16 +210,6 @@ def _without_ends(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
     return (table, ()) if kept.all() else (table.at(np.flatnonzero(kept)), (
         f"first or last rows whose times are far from those of the others, and that are left out: "
         f"{(~kept).sum()} of {len(kept)}",))
-
-
-def _require_no_copy(table: LogTable) -> None:
-    """Refuse a log that repeats its times and readings, because it was joined to itself."""
-    rows = np.column_stack([table.values[name] for name in READINGS if name in table.values])
-    distinct = len(np.unique(rows, axis=0))
-    if distinct < MOST_DISTINCT * len(rows):
-        raise UnreadableInput(
-            f"{table.label}: {len(rows) - distinct} of its {len(rows)} rows stand in it twice, "
-            "times and readings alike. The file was joined to itself; delete the second copy.")
 
 
 def repeated_rows(time: FloatArray, columns: Sequence[FloatArray]) -> NDArray[np.bool_]:

@@ -68,7 +68,7 @@ def names_of_sample(sample: Sequence[str]) -> list[str]:
             titles = [(depth, title) for depth, title in titles if depth < indent]
             titles.append((indent, line.strip(AROUND)))
             continue
-        for name in _names_of_line(line, len(sample) > 1):
+        for name in _names_of_line(line):
             lone = name.lower() in AXES
             above = [title for depth, title in titles if depth < indent or lone]
             if lone and not above and named and named[-1][-1:].lower() in AXES:
@@ -88,21 +88,18 @@ def numbered(names: Sequence[str]) -> list[str]:
     return every
 
 
-def _names_of_line(line: str, one_of_many: bool) -> list[str]:
+def _names_of_line(line: str) -> list[str]:
     """Names from the words before the numbers; two more numbers without words are further axes.
 
-    A single axis belongs to the name before it, a unit after the last of three numbers to all. In a
-    line that is one of many of a sample, words in the cell before a number are its name too.
+    A single axis belongs to the name before it, a unit after the last of three numbers to all.
     """
     labels: list[str] = []
     units: dict[int, str] = {}
     *parts, last = SLOT.split(line)
-    cells = [[" ".join(PAIR.sub("", cell).translate(APART).strip(AROUND).split())
-              for cell in re.split(r"[,;|]", part)] for part in parts]
-    in_front = _units_in_front([names[-1] for names in cells])
-    for part, (*before, words) in zip(parts, cells, strict=True):
-        if one_of_many and not words:
-            words = next((cell for cell in reversed(before) if cell and not spelled_unit(cell)), "")
+    names = [" ".join(PAIR.sub("", re.split(r"[,;|]", part)[-1]).translate(APART).strip(
+        AROUND).split()) for part in parts]
+    in_front = _units_in_front(names)
+    for part, words in zip(parts, names, strict=True):
         words += "".join(BEHIND[sign] for sign in BEHIND if words.count(sign) > words.count(
             BEHIND[sign]))
         behind, _, others = words.partition(" ")

@@ -215,9 +215,7 @@ def _words_without_prefix(text: str) -> int:
 
 
 def _last_signed(run: str, count: int) -> str:
-    """A run of words whose last ``count`` are registers, if it has digits."""
-    if not DIGIT.search(run):
-        return run
+    """A run of words whose last ``count`` are registers."""
     parts = re.split(r"(\W+)", run)
     first = max(len(parts) + 1 - 2 * count, 0)
     parts[first::2] = map(_signed, parts[first::2])

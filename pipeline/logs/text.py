@@ -215,8 +215,6 @@ def numbers_of(text: LogText) -> FloatArray:
         table = np.loadtxt(rows, delimiter="\t" if text.is_rewritten else text.dialect.delimiter,
                            ndmin=2, usecols=None if all_wanted else wanted,
                            quotechar='"' if '"' in rows[0] else None)
-        if table.shape[1] != len(wanted):
-            raise ValueError("ragged rows")
         full = np.full((len(table), len(text.names)), np.nan)
         full[:, wanted] = table
         lost = np.zeros(len(full), bool)

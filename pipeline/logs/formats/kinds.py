@@ -64,6 +64,9 @@ OTHERS: Mapping[bytes, str] = {
     b"\xfa\xff": "the bytes of an Xsens. `pipeline record` reads them; export a text with MT "
                  "Manager",
     b"%PDF": "a PDF",
+    **{mark: f"packed by {name}. Unpack it, and import the log in it" for mark, name in (
+        (b"BZh", "bzip2"), (b"\xfd7zXZ", "xz"), (b"(\xb5/\xfd", "Zstandard"),
+        (b"7z\xbc\xaf", "7-Zip"), (b"Rar!", "RAR"))},
     b"SQLite format 3": "a database of SQLite. Write its table as text, for example by `sqlite3 "
                         "-header -csv FILE 'select * from imu' > imu.csv` (`.tables` lists the "
                         "tables), and import that",

@@ -21,8 +21,6 @@ def tables(path: Path) -> list[FileTable]:
 
 def _columns(name: str, value: object) -> dict[str, np.ndarray]:
     """Columns of an array, or of the arrays in a struct."""
-    if isinstance(value, np.ndarray) and value.dtype == object and value.size == 1:
-        value = value.item()
     if isinstance(value, np.ndarray):
         return columns_of_array(name, value)
     arrays: dict[str, np.ndarray] = {}

@@ -183,6 +183,15 @@ def milliseconds_without_zeros(folder: Path, log: HandLog) -> Foreign:
                    1 / DEG)
 
 
+def clock_face(folder: Path, log: HandLog) -> Foreign:
+    """101159980, followed by 101200000: hours, minutes, seconds and milliseconds in one number."""
+    times = [f"10{11 + int(t) // 60}{t % 60:06.3f}".replace(".", "") for t in log.time_s + 20]
+    rows = [",".join([t, *row[1:]])
+            for t, row in zip(times, si_rows(log, 1 / G, 1 / DEG), strict=True)]
+    return Foreign([write_lines(folder / "face.csv", ["time,ax,ay,az,gx,gy,gz", *rows])], 1 / G,
+                   1 / DEG)
+
+
 def nanoseconds_without_zeros(folder: Path, log: HandLog) -> Foreign:
     """`f"{stamp.secs}.{stamp.nsecs}"`."""
     rows = [",".join([f"{1_700_000_000 + int(t)}.{round(1e9 * t) % 10**9}", *row[1:]])
@@ -240,7 +249,7 @@ LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
         poses_beside_each_other, a_field_after_another, topics_of_a_broker,
         two_units_of_a_message, rows_of_other_widths, messages_of_a_vehicle,
         a_clock_beside_every_channel, logcat, properties_above, milliseconds_without_zeros,
-        nanoseconds_without_zeros, numbers_of_numpy, units_below_known_names,
+        clock_face, nanoseconds_without_zeros, numbers_of_numpy, units_below_known_names,
         objects_without_quotes, negative_in_brackets, series_with_labels)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {

@@ -34,7 +34,7 @@ def hold(path: Path, column: int, number: str = "") -> None:
 
 @pytest.mark.parametrize(("column", "says"), [
     (-1, "gyroscope is left out: gyroscope z is dead: 'GyZ' reads 17 in every row"),
-    (2, "AcY reads 17 in every row and the other axes scatter: the axis is dead"),
+    (2, "AcY reads 17 in every row, which no sensor does that answers: it is dead"),
 ])
 def test_a_dead_axis_is_named_and_not_what_follows_from_it(
     files: list[Path], column: int, says: str, capsys: pytest.CaptureFixture[str]
@@ -67,7 +67,7 @@ def test_of_a_dead_accelerometer_at_rest_no_configuration_is_written(
         hold(path, 1, "17")
     assert pipeline("import", *files[:18]) == 4
     said = capsys.readouterr().err
-    assert said.startswith("no configuration was written: rest/p01.csv: AcX reads 17 in every row")
+    assert said.startswith("no configuration was written: rest/p01.csv: AcX reads 17 in every row,")
     assert "Then import all logs again." in said
     assert not Path("config.yaml").exists()
 

@@ -233,6 +233,7 @@ def test_a_missing_library_names_the_command_that_installs_it(
 @pytest.mark.parametrize(("content", "says"), [
     (b"H Product:Blackbox flight data recorder", "blackbox_decode"),
     (b"\xd0\xcf\x11\xe0" + bytes(20), "Save the sheet as CSV"),
+    (b"BZh91AY&SY", "is packed by bzip2. Unpack it"),
     (b"PK\x03\x04" + bytes(40), "archive is damaged"),
     (b"{\"acc_x\": 1}\n{\"acc_x\"", ":2: is no JSON"),
     (struct.pack("<7s", b"ULog\x01\x12\x35") + bytes(9), "PX4 log"),
