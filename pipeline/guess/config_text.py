@@ -18,6 +18,7 @@ from pipeline.guess.session import RECORD_SD, PoseSource, SessionGuess
 from pipeline.guess.table_guess import TableGuess
 from pipeline.guess.units import TriadGuess
 from pipeline.logs.clock import ASSUMED_HZ
+from pipeline.logs.columns import SECONDS_PER, TIME, our_name
 from pipeline.logs.header_words import read_name
 
 #: Sd of gravity at an unknown place on Earth: 9.780 at the equator, 9.832 at the poles.
@@ -180,7 +181,12 @@ def _names(source: PoseSource, folder: Path) -> list[str]:
 
 
 def _clock(source: PoseSource) -> list[str]:
-    """The line with the sample rate of tables of which none has times; at rest none is needed."""
+    """The line with the sample rate of tables of which none has times; at rest none is needed. Or
+    that with the unit of times that is not that of their name, as of ``time_ms`` in seconds."""
+    clock = source.tables[0].clock
+    if clock.column and clock.unit and our_name(clock.column) not in (
+            (clock.column, 1.0), (TIME, SECONDS_PER[clock.unit])):
+        return [f"time_unit: {clock.unit}"]
     without = [table.clock for table in source.tables if table.clock.column is None]
     if len(without) < len(source.tables):
         return []

@@ -223,9 +223,10 @@ def _require_sense(label: str, time_s: FloatArray, factor: float) -> None:
     likely = (f"The column is likely in {' or '.join(units)}: write `time_unit: {units[0]}` beside "
               f"the file" if units else "Write `time_unit: ms` (or us, ns) beside the file where "
               "the column is in another unit")
+    right = ", or `time_unit: s` if the seconds are right" * (units[:1] != ["s"])
     raise UnreadableInput(
         f"{label}: its clock makes no sense: {len(time_s)} samples in {length:.4g} s are "
         f"{rate_hz:.3g} samples per second; sensors are logged at {USUAL_HZ[0]:g} to "
         f"{USUAL_HZ[1]:g}. "
-        f"{likely}, or `time_unit: s` if the seconds are right."
+        f"{likely}{right}."
     )

@@ -242,6 +242,13 @@ def units_below_known_names(folder: Path, log: HandLog) -> Foreign:
         1 / G, 100 / DEG)
 
 
+def units_that_cannot_be(folder: Path, log: HandLog) -> Foreign:
+    """A header that was left as it was when the numbers were converted."""
+    head = "time_ms,ax_mg,ay_mg,az_mg,gx_dps,gy_dps,gz_dps"
+    rows = [",".join(row) for row in si_rows(log, 1 / G, 1 / DEG)]
+    return Foreign([write_lines(folder / "converted.csv", [head, *rows])], 1 / G, 1 / DEG)
+
+
 LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         a_number_a_line, counts_a_line, labels_from_the_first_line, sign_extended,
@@ -250,7 +257,8 @@ LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
         two_units_of_a_message, rows_of_other_widths, messages_of_a_vehicle,
         a_clock_beside_every_channel, logcat, properties_above, milliseconds_without_zeros,
         clock_face, nanoseconds_without_zeros, numbers_of_numpy, units_below_known_names,
-        objects_without_quotes, negative_in_brackets, series_with_labels)
+        objects_without_quotes, negative_in_brackets, series_with_labels,
+        units_that_cannot_be)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),

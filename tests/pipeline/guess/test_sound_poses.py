@@ -1,7 +1,9 @@
 """Poses and axes without a reading: each is named and left out, and the others are calibrated."""
 
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.pipeline.guess.evening import Evening
@@ -132,3 +134,43 @@ def test_a_setting_whose_poses_mostly_fail_is_no_setting(
         hold(path, -1)
     assert pipeline("import", *files) == 0
     assert "the gyroscope is left out: " in " ".join(capsys.readouterr().err.split())
+
+
+def change(path: Path, axes: slice, readings: Callable[[np.ndarray], np.ndarray]) -> None:
+    """Write ``readings`` of all columns in the place of some of them."""
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    table[:, axes] = np.rint(readings(table))
+    np.savetxt(path, table, "%d", ",", header=Evening.header, comments="")
+
+
+def test_files_of_two_sensors_together_cannot_be_right(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files[:18:2]:
+        change(path, slice(1, 4), lambda table: 1.3 * table[:, 1:4])
+    assert pipeline("import", *files[:18]) == 4
+    said = capsys.readouterr().err
+    assert "it cannot be right: the accelerometer's poses differ from gravity by 1" in said
+    assert "files of two sensors or ranges together" in said
+
+
+def test_a_field_under_the_names_of_a_gyroscope_is_no_bias(
+    files: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A magnetometer reads another number in every attitude, a hundred times its noise and more."""
+    rng = np.random.default_rng(0)
+    for path in files[:18]:
+        change(path, slice(5, 8), lambda table: rng.normal(
+            np.roll(table[:, 1:4], 1, axis=1).mean(axis=0) / 27, 1.5, (len(table), 3)))
+    assert pipeline("import", *files[:18], "--gyroscope-range", "250") == 4
+    assert "Its columns are another sensor's, or it moved" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("axes", [slice(2, 3), slice(1, 4)])
+def test_axes_that_read_one_number_are_told_whatever_their_number(
+    files: list[Path], axes: slice, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in files[:18]:
+        change(path, axes, lambda table: 0 * table[:, axes])
+    assert pipeline("import", *files[:18]) in (3, 4)
+    assert "reads 0 in every row, which no sensor does that answers" in capsys.readouterr().err
