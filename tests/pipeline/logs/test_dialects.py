@@ -115,6 +115,13 @@ def test_an_axis_that_reads_gravity_has_the_sign_of_the_specific_force(tmp_path:
     np.testing.assert_array_equal(log.accelerometer, -ACC)
 
 
+def test_a_log_at_one_kilohertz_in_milliseconds_is_not_one_of_an_hour(tmp_path: Path) -> None:
+    """One row a second alone would be slow and possible."""
+    path = write(tmp_path, HEAD + "".join(f"{i},1,2,3\n" for i in range(3000)))
+    with pytest.raises(UnreadableInput, match=r"makes no sense.*`time_unit: ms`"):
+        read_log(path)
+
+
 @pytest.mark.parametrize(("scale", "unit"), [(1e3, "ms"), (1e6, "us"), (1e9, "ns")])
 def test_a_clock_that_makes_no_sense_names_the_likely_unit(
     tmp_path: Path, scale: float, unit: TimeUnit
