@@ -132,7 +132,7 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     # A unit in the name settles it; of several, the time of the sample comes before others.
     named.sort(key=lambda name: (read_name(name).unit == "", "sample" not in name.lower(),
                                  "tick" in name.lower()))
-    since_1970 = [name for name, values in columns.items() if name not in named
+    since_1970 = [name for name, values in columns.items() if name not in named and len(values) > 1
                   and _epoch_units(values[0]) and np.median(np.diff(values)) > 0]
     if named or since_1970:
         return [*named, *since_1970]
