@@ -6,6 +6,7 @@ them, and from there on the change only goes forward: the next command that find
 it.
 """
 
+import errno
 import json
 import os
 import stat
@@ -78,6 +79,20 @@ def require_no_link(path: Path) -> None:
             f"{path}: is a link to {os.readlink(path)}, and the file there would be replaced. "
             f"Remove the link, or choose another name with --output."
         )
+
+
+def require_writable(folder: Path) -> None:
+    """Refuse a folder that is not there and cannot be made, or in which nothing can be written.
+
+    Raises
+    ------
+    UnwritableOutput
+    """
+    place = next(each for each in (folder, *folder.parents) if each.exists())
+    if not place.is_dir():
+        raise _unwritable(folder, NotADirectoryError())
+    if not os.access(place, os.W_OK):
+        raise _unwritable(folder, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
 
 
 def write_together(contents: Mapping[Path, str | bytes], journal: Path) -> None:

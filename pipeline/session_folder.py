@@ -16,8 +16,15 @@ from filelock import FileLock, Timeout
 
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError, UnwritableOutput
-from pipeline.files import finish_interrupted, remove_parts, require_no_link, write_together
+from pipeline.files import (
+    finish_interrupted,
+    remove_parts,
+    require_no_link,
+    require_writable,
+    write_together,
+)
 from pipeline.results.history import HISTORY_NAME
+from pipeline.results.inputs import require_own_results
 from pipeline.results.names import REPORT_MARK, REPORT_NAME, RESULTS_NAME
 
 BYTE_ORDER_MARK = "\ufeff"  #: some editors begin a file with it; it is not text
@@ -31,7 +38,8 @@ def _nobody(_folder: Path) -> None:
 
 @contextmanager
 def working_on(
-    path: Path, output: Path | None = None, on_wait: Callable[[Path], None] = _nobody
+    path: Path, output: Path | None = None, on_wait: Callable[[Path], None] = _nobody, *,
+    replaces: bool | None = False,
 ) -> Iterator[tuple[Config, Path]]:
     """The configuration ``path`` and the folder of its results, for one command alone.
 
@@ -43,13 +51,16 @@ def working_on(
         Folder of the results, instead of the configuration's.
     on_wait : callable
         Told the folder when another command is working on it.
+    replaces : bool or None
+        Whether files in the folder that are not of this session may be replaced; None where the
+        command writes none.
 
     Raises
     ------
     ConfigError
-        As :func:`pipeline.config.load.load_config`.
+        As :func:`pipeline.config.load.load_config` and :func:`require_place`.
     UnwritableOutput
-        The folder cannot be written.
+        As :func:`require_place`.
     """
     config = load_config(path)
     folder = output or config.output_folder
@@ -63,7 +74,10 @@ def working_on(
         files = [config.source.path, *(folder / name for name in OUTPUTS)]
         finish_interrupted(folder / JOURNAL_NAME, files)
         remove_parts([*files, folder / JOURNAL_NAME])
-        yield load_config(path), folder  # read again: the command before may have changed it
+        config = load_config(path)  # again: the command before may have changed it
+        if replaces is not None:
+            require_place(config, folder, replaces)
+        yield config, folder
     finally:
         lock.release()
 
@@ -86,14 +100,24 @@ def _lock(folder: Path) -> FileLock:
     return FileLock(locks / name)
 
 
-def require_own_files(folder: Path, force: bool = False) -> None:
-    """Refuse to replace files in ``folder`` that `pipeline run` did not write.
+def require_place(config: Config, folder: Path, replaces: bool = False) -> None:
+    """Refuse a folder that cannot be written or holds other files, before work and not after it.
 
     Raises
     ------
+    ConfigError
+        Unless it ``replaces`` them, the folder has the results of another configuration.
     UnwritableOutput
-        Naming the file.
+        The folder cannot be written, or, unless it ``replaces`` them, has files that `pipeline run`
+        did not write.
     """
+    _require_own_files(folder, replaces)
+    if not replaces:
+        require_own_results(folder, config)
+
+
+def _require_own_files(folder: Path, force: bool) -> None:
+    require_writable(folder)
     for name in OUTPUTS:
         require_no_link(folder / name)
     if force:

@@ -21,6 +21,7 @@ from calib.poses.averaging.pose_mean import TIME, triad_columns
 from calib.poses.conditions import Conditions
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.pose_set import PoseSet
+from calib.spelling import nearest_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,7 +76,17 @@ class Calibration:
         return calibrated(self.poses, (*self.model, *effects), self.candidates, self.options)
 
     def remove(self, *names: str) -> "Calibration":
-        """The calibration without these effects."""
+        """The calibration without these effects.
+
+        Raises
+        ------
+        CalibrationError
+            One of them is not in the model.
+        """
+        listed = [display.name_of(one) for one in self.model]
+        if absent := set(names) - set(listed):
+            wrong = min(absent)
+            raise CalibrationError(f"'{wrong}' is not in the model{nearest_name(wrong, listed)}")
         kept = tuple(one for one in self.model if display.name_of(one) not in names)
         return calibrated(self.poses, kept, self.candidates, self.options)
 

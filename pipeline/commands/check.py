@@ -55,6 +55,7 @@ def _checked(path: Path) -> "tuple[Config, Rehearsal]":
     from pipeline.config.yaml_text import read_source
     from pipeline.errors import MissingFiles
     from pipeline.plan.so_far import require_planned
+    from pipeline.session_folder import require_place
     from pipeline.stages.rehearsal import rehearse
 
     source = read_source(path)
@@ -64,4 +65,5 @@ def _checked(path: Path) -> "tuple[Config, Rehearsal]":
         require_planned(config_from(source, files_may_be_missing=True))
         raise
     require_planned(loaded)
+    require_place(loaded, loaded.output_folder)
     return loaded, rehearse(loaded)

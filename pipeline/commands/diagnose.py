@@ -41,7 +41,7 @@ def command(config: Path, allow_python: bool, as_json: bool, quiet: bool) -> Non
     from pipeline.session_folder import working_on
     from pipeline.text.names import command as typed
 
-    with working_on(config, on_wait=say_waiting) as (session, folder):
+    with working_on(config, on_wait=say_waiting, replaces=None) as (session, folder):
         outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),
                             bars=not quiet)
     if as_json:

@@ -75,7 +75,7 @@ def _is_run(path: Path, output: Path | None, allow_python: bool) -> bool:
     from pipeline.session_folder import working_on
     from pipeline.workbench.session_files import SessionFiles
 
-    with working_on(path, output) as (config, folder):
+    with working_on(path, output, replaces=None) as (config, folder):
         may_run = allow_python or not any(one.python for one in config.effects.values())
         return may_run and SessionFiles(path, folder).is_run()
 

@@ -43,14 +43,10 @@ def command(
     from pipeline.commands.interaction.run_with_progress import run_shown, say_waiting
     from pipeline.console.next_step import next_lines
     from pipeline.report.page import outputs_of
-    from pipeline.results.inputs import require_own_results
     from pipeline.results.names import REPORT_NAME, RESULTS_NAME
-    from pipeline.session_folder import require_own_files, working_on, write_session
+    from pipeline.session_folder import working_on, write_session
 
-    with working_on(config, output, say_waiting) as (session, folder):
-        require_own_files(folder, force)
-        if not force:
-            require_own_results(folder, session)
+    with working_on(config, output, say_waiting, replaces=force) as (session, folder):
         outcome = run_shown(session, folder, allow_python, lines=not (quiet or as_json),
                             bars=not quiet)
         if not (quiet or as_json):

@@ -253,7 +253,8 @@ def _commands(outcome: Outcome, result: TriadResult, folder: str) -> tuple[str, 
     """The commands of the next step."""
     config, step = outcome.config.source.path, result.diagnosis.explanation.step
     if step == "apply":
-        return (f"{command('apply', folder)} {LOG}", command("export", folder, "--to", "arduino"))
+        place = Path(folder)
+        return (f"{command('apply', place)} {LOG}", command("export", place, "--to", "arduino"))
     offered = result.diagnosis.offered(result.diagnosis.name or "")
     add = (command("add", config, f"{result.triad}.{offered}"),)
     if step == "add":

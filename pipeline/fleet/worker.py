@@ -149,7 +149,8 @@ def _failure(
 def _run(task: FleetTask, key: str) -> SessionRecord:
     """Every stage; results, report and evidence in the session's folder of the fleet."""
     session, clock = task.session, StageClock()
-    with working_on(session.config, folder_of(task.output, session.name)) as (config, folder):
+    place = folder_of(task.output, session.name)
+    with working_on(session.config, place, replaces=None) as (config, folder):
         context = RunContext(folder / "cache", allow_python=task.allow_python)
         outcome = run_stages(config, context, clock.on_result)
         clock.lap("end")

@@ -22,7 +22,7 @@ from pipeline.report.page_templates import page_templates
 from pipeline.results.json_values import Json
 from pipeline.results.names import REPORT_NAME
 from pipeline.served.serve import answering, beside, events, script, scripts, template
-from pipeline.session_folder import require_own_files, working_on, write_session
+from pipeline.session_folder import working_on, write_session
 from pipeline.stages.run import Outcome
 from pipeline.workbench.chart_columns import chart_columns
 from pipeline.workbench.clip_player import ClipPlayer
@@ -121,7 +121,6 @@ class Workbench:
             The run refuses it; nothing is written.
         """
         with working_on(self.path, self.output) as (config, folder):
-            require_own_files(folder)
             write_session(folder, outputs_of(self.run(config, folder), folder))
         return {}
 

@@ -1,7 +1,7 @@
 """Files that are dropped on a page: kept apart and hidden until they are used."""
 
 from collections.abc import AsyncIterator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
@@ -91,9 +91,9 @@ class Dropped:
             raise ConfigError(f"{name}: is neither a log nor a clip by its name; not taken.")
         if path.exists() or len(self.files) >= MOST_FILES:
             raise ConfigError(f"{name}: is there already, or there are {MOST_FILES} files.")
-        path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(f"{path.name}{PART}")
         try:
+            path.parent.mkdir(parents=True, exist_ok=True)
             with part.open("wb") as file:
                 async for chunk in chunks:
                     self._bytes += len(chunk)
@@ -102,8 +102,11 @@ class Dropped:
                                           f"{MOST_BYTES >> 30} GB.")
                     file.write(chunk)
             part.replace(path)
+        except OSError as error:
+            raise UnwritableOutput(f"{name}: cannot be kept ({error.strerror}).") from error
         finally:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):
+                part.unlink()
 
     @property
     def logs(self) -> list[Path]:

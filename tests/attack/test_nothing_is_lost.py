@@ -14,7 +14,7 @@ import pytest
 
 from tests.attack.case import is_consistent
 from tests.paths import ROOT
-from tests.sessions import pipeline
+from tests.sessions import accelerometer_alone, pipeline
 
 ADD = ("add", "CONFIG", "accelerometer.bias_drift", "--anyway")
 #: Forks for each line "step N CONFIG"; the fork is killed at the N-th renaming, or before the N-th
@@ -218,6 +218,30 @@ def test_export_and_run_replace_only_what_commands_wrote(
     assert (mine / "report.html").read_text() == "<p>my own"
     assert pipeline("export", folder, "--to", "kalibr", "--output", mine, "--force") == 0
     assert pipeline("export", folder, "--to", "kalibr", "--output", mine) == 0
+
+
+@pytest.mark.parametrize("command", [
+    ADD, ("add", "CONFIG", "--auto"), ("remove", "CONFIG", "accelerometer.misalignment"),
+    ("exclude", "CONFIG", "accelerometer.pose_01"), ("check", "CONFIG")])
+def test_no_command_replaces_a_page_that_a_run_did_not_write(
+    command: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nor begins to work for a folder that cannot be made."""
+    config = accelerometer_alone(tmp_path)
+    folder = config.with_suffix(".run")
+    shutil.rmtree(folder, ignore_errors=True)
+    typed = [config if word == "CONFIG" else word for word in command]
+    folder.write_text("mine")
+    assert pipeline(*typed) == 2
+    said = capsys.readouterr()
+    assert (said.out, "a folder on the way there is a file" in said.err) == ("", True)
+    folder.unlink()
+    folder.mkdir()
+    (folder / "report.html").write_text("<p>my own")
+    assert pipeline(*typed) == 2
+    said = capsys.readouterr()
+    assert (said.out, "was not written by `pipeline run`" in said.err) == ("", True)
+    assert (folder / "report.html").read_text() == "<p>my own"
 
 
 def test_a_journal_of_somebody_else_moves_nothing(alone: Path, tmp_path: Path) -> None:

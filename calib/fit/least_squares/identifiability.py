@@ -258,7 +258,8 @@ def misfitting_sizes(equations: Equations, rows: WhitenedRows) -> Refusals:
 
 def _wrong_size(equations: Equations, share: float) -> CalibrationError:
     triad = equations.poses.triad
-    if not equations.terms.reference:
+    scatters = any(each.drawn and "plate" in each.needs for each in equations.model.effects)
+    if not equations.terms.reference and not scatters:
         return Contradiction(
             f"{triad}: no gain fits all poses: fitted, their typical reading "
             f"is {share:.2g} times the stated reference. The references of some poses "
@@ -267,7 +268,7 @@ def _wrong_size(equations: Equations, share: float) -> CalibrationError:
         )
     return FitFailed(
         f"the fit of the {triad} ended at {share:.2g} times the stated "
-        f"reference: an effect on the reference has taken the gains along with it. Remove it: "
-        f"these poses cannot separate it from the scale.",
+        f"reference: an effect on the reference, or on its scatter, has taken the gains along with "
+        f"it. Remove it: these poses cannot separate it from the scale.",
         Remedy("remove_effect", triad),
     )

@@ -33,7 +33,6 @@ from pipeline.next_change import (
 )
 from pipeline.report.page import outputs_of
 from pipeline.results.history import HISTORY_NAME
-from pipeline.results.inputs import require_own_results
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import CACHE_NAME, RunContext
 from pipeline.stages.run import Outcome, average_session
@@ -196,7 +195,6 @@ def _why_unchanged(outcome: Outcome) -> str:
 
 def write_change(config: Config, before: Outcome | None, after: Outcome, folder: Path) -> None:
     """Write the configuration and its results together; the history begins with those before."""
-    require_own_results(folder, config)
     if before is not None and not (folder / HISTORY_NAME).exists():
         write_session(folder, outputs_of(before, folder))
     write_session(folder, outputs_of(after, folder), config, after.config.source.text)

@@ -135,6 +135,8 @@ def test_a_wrong_effect_is_answered_with_the_nearest() -> None:
         found.plot("gsens")
     with pytest.raises(CalibrationError, match="there are: bias, scale"):
         found.plot("zzz")
+    with pytest.raises(CalibrationError, match=r"'skale' is not in the model .*mean 'scale'"):
+        found.remove("bias", "skale")
 
 
 def test_too_few_poses_are_refused() -> None:

@@ -140,6 +140,10 @@ def test_before_apply_is_said_what_another_log_does_not_tell(
     assert next_line(settled, tmp_path).splitlines() == [
         "accelerometer: left out", "gyroscope: left out",
         f"next: pipeline apply {tmp_path} LOG --output FILE"]
+    monkeypatch.chdir(tmp_path)
+    Path("-c").mkdir()
+    Path("-c/results.json").touch()
+    assert next_line(settled, Path("-c")).endswith("pipeline apply ./-c LOG --output FILE")
 
 
 def test_what_is_missing_may_follow_a_column_that_was_not_looked_at(caused: Outcome) -> None:

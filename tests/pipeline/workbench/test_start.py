@@ -90,6 +90,7 @@ def test_a_file_is_bounded_and_kept_whole_or_not_at_all(started: Opened) -> None
     assert brought(asked, "big.csv", b"", Content_Length=str(2 * GIGABYTE)) == 413
     assert brought(asked, "a.csv", b"1,2,3\n") == 200
     assert brought(asked, "a.csv", b"4,5,6\n") == 422  # is there already
+    assert brought(asked, "a.csv/b.csv", b"4,5,6\n") == 422  # no folder
     assert asked.ask("/bring/b.csv", "POST", b"1", Cookie=asked.cookie)[0] == 403  # no origin
     assert brought(asked, "clip.mp4", b"no clip") == 200
     status, answer = asked.post("/guess", {})

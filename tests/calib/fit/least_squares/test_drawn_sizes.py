@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from calib.effects.catalogue import BASE
-from calib.errors import Undetermined
+from calib.errors import FitFailed, Remedy, Undetermined
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.solver import fit
 from calib.fit.model import Model
@@ -88,6 +88,19 @@ def test_a_wander_without_a_clock_is_refused() -> None:
     poses = replace(rich_poses("gyroscope", 0), time_s=np.full(130, np.nan))
     with pytest.raises(Undetermined, match="'bias_wander' cannot be evaluated: the logs' clocks"):
         fit(poses, Model.of((*BASE, "bias_wander")))
+
+
+def test_a_scatter_of_the_rate_that_took_the_gains_along_is_the_cause_that_is_named() -> None:
+    """The references of an error that follows gravity are sound: the effect that was added is not.
+    """
+    true = rich_poses("gyroscope", 0)
+    error = true.force @ np.random.default_rng(0).normal(size=(3, 3)).T
+    poses = noisy(replace(true, reading=true.reading + 100 * SD["gyroscope"] * error / error.std()),
+                  0)
+    assert fit(poses, Model.of(BASE)).chi2 > 0
+    with pytest.raises(FitFailed, match=r"or on its scatter, has taken the gains along") as failed:
+        fit(poses, Model.of((*BASE, "rate_scatter")))
+    assert failed.value.remedy == Remedy("remove_effect", "gyroscope")
 
 
 def test_a_second_fit_of_widened_poses_widens_them_once() -> None:
