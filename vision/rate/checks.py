@@ -18,7 +18,7 @@ from vision.rate.dropped_frames import THRESHOLDS as DROPPED
 from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.slow_changes import SlowRate
 from vision.rate.steady_part import THRESHOLDS as STEADY
-from vision.rate.steady_part import steady_advice
+from vision.rate.steady_part import noise_of_turns, steady_advice
 
 #: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
 #: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
@@ -37,9 +37,6 @@ class CheckThresholds:
         Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
         Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
         not the refusal.
-    peak_to_peak : float
-        Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
-        independent values (Tippett), and a margin for the heavy tails of late stamps.
     leaps : float
         Share of the rate in all that is not the usual one within a turn. Between two equal marks
         that are taken for one (0.5, derived) and noise (0.2, seen in films).
@@ -56,7 +53,6 @@ class CheckThresholds:
 
     turns: float = 1.0
     stopped: float = 0.5
-    peak_to_peak: float = 8.0
     leaps: float = 0.35
     wandering: float = 5.0
     mostly: float = 0.5
@@ -101,8 +97,8 @@ class Seen:
         if len(self.rates) < 2:
             return 0.0
         shown = float(np.ptp(self.rates) / max(abs(median(self.rates)), 1e-9))
-        noise = THRESHOLDS.peak_to_peak * 2 * self.history.phase_noise_rad / (2 * np.pi)
-        return max(shown * (shown >= noise), abs(self.mean.change) - 2 * self.mean.change_sd)
+        return max(shown * (shown >= noise_of_turns(self.history)),
+                   abs(self.mean.change) - 2 * self.mean.change_sd)
 
     @cached_property
     def step_rad(self) -> float:

@@ -1,7 +1,8 @@
 """The mean rate of a clip beside slow changes of it: an even drift, the end of a start or a stop.
 
 The rate of a motor that warms up drifts, and the angle contains c t²/2 besides the line and the
-waves. A motor that starts approaches its rate ever more slowly; what is left of that at the
+waves; c has a Gaussian prior, without which it stands in a clip of two turns for whatever bends the
+angle. A motor that starts approaches its rate ever more slowly; what is left of that at the
 beginning of the steady part lowers the rate. The angle then contains, at either end,
 
     θ(t) = ... + a e^(-(t - t_0)/τ)
@@ -17,8 +18,11 @@ from itertools import product
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.rate.least_squares import LeastSquares, least_squares
+from vision.rate.least_squares import LeastSquares, correlation_time, least_squares
 
+USUAL_CHANGE = 0.003
+"""Sd of the even relative change over a clip before the data. Judgement: a third of the largest one
+of a constant rate."""
 TIME_CONSTANTS = 8  #: numerical: tried at either end; 6 or 12 give the same
 LONGEST = 0.25
 """Longest time constant of a transient, as a share of the part. Derived: within four time constants
@@ -55,11 +59,21 @@ def slow_rate(
     ends : (bool, bool)
         Whether there may be a transient at the beginning, and at the end.
     """
-    rate, sd = float(fit.beta[1]), float(fit.sd[1])
     length = float(np.ptp(time_s))
     if not any(ends):
-        change = length / rate * np.array([fit.beta[drift], fit.sd[drift]]) * (drift > 0)
-        return SlowRate(rate, sd, float(change[0]), abs(float(change[1])))
+        rate, sd = float(fit.beta[1]), float(fit.sd[1])
+        if not drift:
+            return SlowRate(rate, sd, 0.0, 0.0)
+        known = fit.cov[drift] / (fit.cov[drift, drift] + (USUAL_CHANGE * rate / length) ** 2)
+        beta = fit.beta - known * fit.beta[drift]
+        rest = (angle_rad - x @ beta)[fit.used]
+        wider = (rest @ rest) * correlation_time(rest) / (
+            (fit.residual[fit.used] ** 2).sum() * fit.correlation_time)
+        variance = max(wider, 1.0) * np.diag(fit.cov - np.outer(known, fit.cov[drift]))
+        sd, slope_sd = np.sqrt(variance[[1, drift]])
+        rate = float(beta[1])
+        return SlowRate(rate, float(sd), float(beta[drift] / rate * length),
+                        float(slope_sd / abs(rate) * length))
     x, y, time_s = x[fit.used], angle_rad[fit.used], time_s[fit.used]
     x = np.delete(x, drift, axis=1) if drift else x
     decays = np.geomspace(2 * length / (len(y) - 1), LONGEST * length, TIME_CONSTANTS)

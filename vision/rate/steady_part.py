@@ -35,12 +35,16 @@ class SteadyPartThresholds:
     other : float
         Relative difference from which another steady part has another speed, and change in a clip
         that is refused. Fact: the scale of a sensor calibrated against a mean rate errs by as much.
+    peak_to_peak : float
+        Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
+        independent values (Tippett), and a margin for the heavy tails of late stamps.
     """
 
     within: float = 0.002
     turns: float = 3.0
     trend: float = 0.001
     other: float = 0.01
+    peak_to_peak: float = 8.0
 
 
 THRESHOLDS = SteadyPartThresholds()
@@ -102,13 +106,19 @@ class SteadyPart:
         )
 
 
+def noise_of_turns(history: RateHistory) -> float:
+    """Relative range of the rate from turn to turn due to the noise of the angles alone."""
+    return float(THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi))
+
+
 def steady_parts(history: RateHistory) -> list[SteadyPart]:
     """Parts that are steady for some turns, the longest first; they do not overlap."""
+    within = max(THRESHOLDS.within, noise_of_turns(history))
     # The rates are means over a turn, half a turn apart.
     fewest = round(2 * THRESHOLDS.turns) - 1
     free = np.ones(len(history.rate_rad_s), bool)
     parts = []
-    while (run := _longest(history.rate_rad_s, free)) is not None:
+    while (run := _longest(history.rate_rad_s, within, free)) is not None:
         first, last = run
         free[max(first - 1, 0) : last + 2] = False
         if last - first + 1 < fewest:
@@ -147,7 +157,9 @@ def steady_advice(history: RateHistory) -> str:
     return f"It is steady {named}: measure one such part alone (--from, --to, or from_s, to_s)."
 
 
-def _longest(rate: FloatArray, free: NDArray[np.bool_]) -> tuple[int, int] | None:
+def _longest(
+    rate: FloatArray, within: float, free: NDArray[np.bool_]
+) -> tuple[int, int] | None:
     """First and last of the longest run of free rates whose range is small, None without one."""
     best: tuple[int, int] | None = None
     start = 0
@@ -155,7 +167,7 @@ def _longest(rate: FloatArray, free: NDArray[np.bool_]) -> tuple[int, int] | Non
         if not free[stop]:
             start = stop + 1
             continue
-        while np.ptp(rate[start : stop + 1]) > THRESHOLDS.within * abs(rate[stop]):
+        while np.ptp(rate[start : stop + 1]) > within * abs(rate[stop]):
             start += 1
         if best is None or stop - start > best[1] - best[0]:
             best = (start, stop)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.chance import spread_bounds
+from tests.vision.mixed_tracks import mixed_track
 from tests.vision.motor_tracks import motor_track
 from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
 from vision.errors import RateRefused
@@ -65,6 +66,13 @@ def test_a_change_that_noise_hides_from_turn_to_turn_is_told() -> None:
     track = phase_track(time, drifting(time, 16.67, -0.012), noise_rad=8.6e-3)
     with pytest.raises(RateRefused, match="does not turn steadily"):
         measure_rate(track, timebase=CLOCK)
+
+
+def test_of_less_than_two_turns_no_drift_stands_for_frames_that_are_mismeasured() -> None:
+    """Without a prior the drift follows them, and the plate was said to be unsteady."""
+    track = mixed_track((6121, 118))
+    rate = measure_rate(track.track, timebase=CLOCK)
+    assert abs(rate.rate_rad_s - abs(track.rate_rad_s)) < 4 * rate.sd_rad_s
 
 
 def test_a_plate_that_drifts_evenly_has_no_steady_part() -> None:
