@@ -23,6 +23,7 @@ from vision.rate.steady_part import noise_of_turns, steady_advice
 #: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
 #: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
 SHOWN = 3
+FEWEST_STRETCHES = 3  #: least number of averages in a clip; derived: two have no middle one
 
 
 @dataclass(frozen=True)
@@ -84,21 +85,29 @@ class Seen:
     scatter_rad: float
 
     @cached_property
-    def rates(self) -> FloatArray:
-        """Rates from turn to turn without strays, (m,) in rad/s; most of them are positive."""
-        rate = self.history.rate_rad_s
+    def rates(self) -> tuple[FloatArray, float]:
+        """Rates from turn to turn, (m,) in rad/s, and the relative range of noise alone.
+
+        Most of them are positive; strays are left out, and they are averaged over enough turns to
+        show an unsteady plate above the noise of single frames.
+        """
+        rate, noise = self.history.rate_rad_s, noise_of_turns(self.history)
         if len(rate) >= 5:
             rate = median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
-        return np.asarray(rate * (np.sign(median(rate)) or 1.0))
+        # The mean over n windows of a turn, half a turn apart, retains the noise of two frames at
+        # either end, over n half turns.
+        span = min(int(np.ceil(noise / STEADY.other)), len(rate) // FEWEST_STRETCHES) or 1
+        rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
+        return rate * (np.sign(median(rate)) or 1.0), noise / span
 
     @cached_property
     def change(self) -> float:
         """Relative change of the rate, from turn to turn or evenly, as far as it is no noise."""
-        if len(self.rates) < 2:
+        rates, noise = self.rates
+        if len(self.history.rate_rad_s) < 2:
             return 0.0
-        shown = float(np.ptp(self.rates) / max(abs(median(self.rates)), 1e-9))
-        return max(shown * (shown >= noise_of_turns(self.history)),
-                   abs(self.mean.change) - 2 * self.mean.change_sd)
+        shown = float(np.ptp(rates) / max(abs(median(rates)), 1e-9))
+        return max(shown * (shown >= noise), abs(self.mean.change) - 2 * self.mean.change_sd)
 
     @cached_property
     def step_rad(self) -> float:
@@ -152,7 +161,7 @@ def warnings(seen: Seen) -> tuple[str, ...]:
 
 
 def _says_unsteady(seen: Seen) -> str:
-    rate, history = seen.rates, seen.history
+    rate, history = seen.rates[0], seen.history
     if rate.min() < -THRESHOLDS.stopped * rate.max():
         kind = "changes its direction"
     elif rate[-1] < THRESHOLDS.stopped * rate.max():

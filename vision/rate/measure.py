@@ -171,7 +171,7 @@ def measure_rate(
     if history is not None and part == WHOLE:
         steady = the_steady_part(history)
     if history is not None and steady is not None and (
-            refusal or any(steady.moving_ends(history))):
+            refusal or any(steady.moving_ends(history)[:2])):
         with suppress(RateRefused):
             chosen = frames.part(ClipPart(steady.start_s, steady.stop_s))
             rate = _measured(chosen, timebase, nominal_rpm, stated, steady.moving_ends(history))
@@ -187,7 +187,7 @@ def _measured(
     timebase: Timebase,
     nominal_rpm: float | None,
     stated: tuple[str, ...],
-    ends: MovingEnds = (False, False),
+    ends: MovingEnds = (False, False, False),
 ) -> RateMeasurement:
     track, stamps = frames.track, frames.time_s
     _require_usable(track)

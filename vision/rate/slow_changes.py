@@ -7,8 +7,8 @@ beginning of the steady part lowers the rate. The angle then contains, at either
 
     θ(t) = ... + a e^(-(t - t_0)/τ)
 
-with a and τ unknown, and no drift that these do not follow. The rates for all τ are averaged with
-their posterior probabilities (Hoeting et al., Bayesian model averaging, 1999), so that the sd
+with a and τ unknown, and no drift but one of most of the clip. The rates for all τ are averaged
+with their posterior probabilities (Hoeting et al., Bayesian model averaging, 1999), so that the sd
 includes the uncertainty of τ. The shortest τ are equivalent to no transient.
 """
 
@@ -27,7 +27,8 @@ TIME_CONSTANTS = 8  #: numerical: tried at either end; 6 or 12 give the same
 LONGEST = 0.25
 """Longest time constant of a transient, as a share of the part. Derived: within four time constants
 98 % have decayed, and the line beside it is visible."""
-MovingEnds = tuple[bool, bool]  # whether the plate has another rate before and after the part
+#: Whether the plate has another rate before and after the part, and drifts within it.
+MovingEnds = tuple[bool, bool, bool]
 
 
 @dataclass(frozen=True)
@@ -56,11 +57,11 @@ def slow_rate(
         Angles, and times of the rows.
     drift : int
         The column of the drift; 0 without one.
-    ends : (bool, bool)
-        Whether there may be a transient at the beginning, and at the end.
+    ends : MovingEnds
+        Whether there may be a transient at the beginning, and at the end; and a drift beside them.
     """
     length = float(np.ptp(time_s))
-    if not any(ends):
+    if not any(ends[:2]):
         rate, sd = float(fit.beta[1]), float(fit.sd[1])
         if not drift:
             return SlowRate(rate, sd, 0.0, 0.0)
@@ -75,16 +76,24 @@ def slow_rate(
         return SlowRate(rate, float(sd), float(beta[drift] / rate * length),
                         float(slope_sd / abs(rate) * length))
     x, y, time_s = x[fit.used], angle_rad[fit.used], time_s[fit.used]
-    x = np.delete(x, drift, axis=1) if drift else x
+    if drift and not ends[2]:
+        x = np.delete(x, drift, axis=1)
     decays = np.geomspace(2 * length / (len(y) - 1), LONGEST * length, TIME_CONSTANTS)
     transients = [[np.exp(-from_end / tau)[:, None] for tau in decays] if moves else [x[:, :0]]
-                  for from_end, moves in zip((time_s - time_s[0], time_s[-1] - time_s), ends,
+                  for from_end, moves in zip((time_s - time_s[0], time_s[-1] - time_s), ends[:2],
                                              strict=True)]
     fits = [least_squares(np.column_stack([x, *pair]), y) for pair in product(*transients)]
     best = min(fits, key=lambda one: one.noise)
-    noise, rates, sds = np.array([(one.noise, one.beta[1], one.sd[1]) for one in fits]).T
     # Likelihood, for the number of independent rows.
-    weight = (noise / best.noise) ** (-len(y) / best.correlation_time)
+    weight = np.array([one.noise / best.noise for one in fits]) ** (
+        -len(y) / best.correlation_time)
     weight /= weight.sum()
-    rate = float(weight @ rates)
-    return SlowRate(rate, float(np.sqrt(weight @ (sds**2 + (rates - rate) ** 2))), 0.0, 0.0)
+
+    def averaged(column: int) -> tuple[float, float]:
+        values, sds = np.array([(one.beta[column], one.sd[column]) for one in fits]).T
+        mean = float(weight @ values)
+        return mean, float(np.sqrt(weight @ (sds**2 + (values - mean) ** 2)))
+
+    rate, sd = averaged(1)
+    slope, slope_sd = averaged(drift) if ends[2] else (0.0, 0.0)
+    return SlowRate(rate, sd, slope / rate * length, slope_sd / abs(rate) * length)

@@ -1,7 +1,7 @@
 """The part of a clip in which the plate turns steadily: between the motor's start and its stop.
 
-The rate from turn to turn stays within a small range there, has no trend, and no other part of the
-clip is steady at another rate.
+The rate from turn to turn stays within a small range there, has no trend besides the even drift of
+the clip, and no other part of the clip is steady at another rate.
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.numbers import RPM
+from vision.numbers import RPM, median
 from vision.phase_track import RateHistory
-from vision.rate.slow_changes import MovingEnds
+from vision.rate.slow_changes import LONGEST, MovingEnds
 
 FEWEST_FRAMES = 12  #: frames of a part; two per parameter of the phase's model
 
@@ -86,16 +86,17 @@ WHOLE = ClipPart()
 
 @dataclass(frozen=True)
 class SteadyPart:
-    """Seconds of the clip, and the mean rate between them, signed."""
+    """Seconds of the clip, the mean rate between them, signed, and whether it drifts evenly."""
 
     start_s: float
     stop_s: float
     rate_rad_s: float
+    drifts: bool
 
     def moving_ends(self, history: RateHistory) -> MovingEnds:
         """Whether the first and the last turn of the clip have another rate: a start, a stop."""
         other = np.abs(history.rate_rad_s[[0, -1]] / self.rate_rad_s - 1) > THRESHOLDS.other
-        return bool(other[0]), bool(other[1])
+        return bool(other[0]), bool(other[1]), self.drifts
 
     def warning(self, source: str, clip_s: float) -> str:
         """A warning that only this part of a clip is measured."""
@@ -117,8 +118,9 @@ def steady_parts(history: RateHistory) -> list[SteadyPart]:
     # The rates are means over a turn, half a turn apart.
     fewest = round(2 * THRESHOLDS.turns) - 1
     free = np.ones(len(history.rate_rad_s), bool)
+    even = _without_drift(history.rate_rad_s)
     parts = []
-    while (run := _longest(history.rate_rad_s, within, free)) is not None:
+    while (run := _longest(even, within, free)) is not None:
         first, last = run
         free[max(first - 1, 0) : last + 2] = False
         if last - first + 1 < fewest:
@@ -128,8 +130,8 @@ def steady_parts(history: RateHistory) -> list[SteadyPart]:
         begins, ends = float(history.angle.time_s[0]), float(history.angle.time_s[-1])
         start = begins if first == 0 else float(history.time_s[first])
         stop = ends if last == len(free) - 1 else float(history.time_s[last])
-        if not _has_trend(history.rate_rad_s[first : last + 1]):
-            parts.append(SteadyPart(start, stop, rate))
+        if not _has_trend(even[first : last + 1]):
+            parts.append(SteadyPart(start, stop, rate, even is not history.rate_rad_s))
     return parts
 
 
@@ -155,6 +157,18 @@ def steady_advice(history: RateHistory) -> str:
         for part in sorted(parts, key=lambda part: part.start_s)
     )
     return f"It is steady {named}: measure one such part alone (--from, --to, or from_s, to_s)."
+
+
+def _without_drift(rate: FloatArray) -> FloatArray:
+    """Rates without an even drift of most of the clip, as far as it is no wow and no start."""
+    later, usual = max(len(rate) // 4, 1), abs(float(median(rate)))
+    near = np.abs(np.abs(rate) - usual) < THRESHOLDS.other * usual
+    change = (rate[later:] - rate[:-later])[near[later:] & near[:-later]]
+    if near.mean() < 1 - LONGEST or not len(change):
+        return rate
+    trend = float(median(change)) / later * (np.arange(len(rate)) - len(rate) / 2)
+    is_drift = THRESHOLDS.within < np.ptp(trend) / usual < THRESHOLDS.other
+    return rate - trend if is_drift else rate
 
 
 def _longest(

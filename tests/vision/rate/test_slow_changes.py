@@ -51,13 +51,29 @@ def test_the_sds_of_a_mean_rate_and_of_its_change_are_those_of_repeated_measurem
         angle = drifting(time, 33.3, change) + 5e-3 * rng.standard_normal(len(time))
         middle = time - time.mean()
         x = np.column_stack([np.ones_like(time), middle, middle**2 / 2])
-        mean = slow_rate(least_squares(x, angle), x, angle, middle, 2, (False, False))
+        mean = slow_rate(least_squares(x, angle), x, angle, middle, 2, (False, False, False))
         pulls.append([(mean.rate_rad_s - 33.3 * RPM) / mean.sd_rad_s,
                       (mean.change - change) / mean.change_sd])
     rms = np.sqrt(np.mean(np.square(pulls), axis=0))
     low, high = spread_bounds(len(pulls))
     assert (low < rms).all()
     assert (rms < high).all()
+
+
+@pytest.mark.parametrize("change", [-0.004, 0.006])
+def test_a_plate_that_starts_and_then_drifts_is_measured_after_the_start(change: float) -> None:
+    """It was refused: what drifts had no steady part."""
+    time, _ = steady(33.3, seconds=60.0, fps=30)
+    fine = np.arange(0, 60, 1e-3)
+    started = 1 - np.exp(-np.maximum(fine - 1, 0) / 0.7)
+    rates = 33.3 * RPM * started * (1 + change * (fine / 60 - 0.5))
+    angle = np.interp(time, fine, np.cumsum(rates) * 1e-3)
+    rate = measure_rate(phase_track(time, angle, noise_rad=NOISE), timebase=CLOCK)
+    middle_s = rate.history.angle.time_s[[0, -1]].mean()
+    true = 33.3 * RPM * (1 + change * (middle_s / 60 - 0.5))
+    assert abs(rate.rate_rad_s - true) < 3 * rate.sd_rad_s < 3e-5 * true
+    assert "turns steadily from" in rate.warnings[0]
+    assert "evenly, within the clip" in rate.warnings[1]
 
 
 def test_a_change_that_noise_hides_from_turn_to_turn_is_told() -> None:
