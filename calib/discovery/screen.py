@@ -7,6 +7,7 @@ projection and the evidence are those of the table of hypotheses.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -79,7 +80,7 @@ class FormulaScreen:
         if text not in self._values:
             read = read_expression(text)
             more = past_columns(self._at.columns, self._at.time_s, read.pasts)
-            at = self._at.with_columns({**self._at.columns, **more}) if more else self._at
+            at = replace(self._at, columns={**self._at.columns, **more}) if more else self._at
             self._values[text] = read(at)
         return self._values[text]
 

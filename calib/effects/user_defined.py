@@ -236,7 +236,7 @@ def fault_of_user_effect(effect: Effect, at: Conditions) -> str | None:
     if bad.any():
         absent = [name for name in effect.logged if not np.isfinite(at.column(name)).all()]
         why = (f"The column {absent[0]} is not complete there" if absent else
-               "Is it defined there (logarithms, roots, divisions)")
+               "A logarithm, a root or a quotient may have no value there")
         return f"is not a number in {int(bad.sum())} of {n} poses. {why}"
     if n > 1 and not np.allclose(effect.evaluate(at.take(slice(None, None, 2))), columns[::2]):
         return "changes in a pose when other poses are left out; each must depend on itself only"

@@ -90,14 +90,6 @@ class Conditions(Rows):
         return Conditions(vector, self.magnitude, self.force, self.spin_rad_s, self.time_s,
                           self.previous, self.vibration, self.columns)
 
-    def with_columns(self, columns: Mapping[str, FloatArray]) -> "Conditions":
-        """The same conditions with other logged columns, (n,) each by name."""
-        return replace(self, columns=columns)
-
-    def with_previous(self, previous: FloatArray) -> "Conditions":
-        """The same conditions after other previous poses, ``previous`` (n, 3)."""
-        return replace(self, previous=previous)
-
     def as_in_a_log(self, time_s: float | FloatArray) -> "Conditions":
         """The same conditions as far as samples tell them: no pose before, quiet, no plate.
 

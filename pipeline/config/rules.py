@@ -221,8 +221,9 @@ def broken_rules(values: Values) -> Iterator[tuple[PathTo, str]]:
 def empty_keys(value: object, path: PathTo = ()) -> Iterator[tuple[PathTo, str]]:
     """Keys with nothing after the colon."""
     if value is None:
-        yield path, f"nothing stands after '{path_text(path[-1:]) or '-'}:'; give a value, or " \
-                    "delete the key"
+        empty = (f"nothing stands after '{name}:'; give a value, or delete the key"
+                 if (name := path_text(path[-1:])) else "an entry of the list is empty")
+        yield path, empty
     items = value.items() if isinstance(value, dict) else enumerate(
         value if isinstance(value, list) else ())
     for key, child in items:

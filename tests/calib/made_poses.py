@@ -131,7 +131,7 @@ def read_through(
     matrix, offset = linear_form(model, theta)
     to_axes = np.linalg.inv(matrix / np.diag(matrix))  # T of eq. (2): unit upper triangular
     before = poses.conditions(true, true @ to_axes.T).previous
-    held = Equations.of(poses, Model.of(())).conditions(true).with_previous(before)
+    held = replace(Equations.of(poses, Model.of(())).conditions(true), previous=before)
     linear = true.copy()
     for effect in model.acting_on("sensor"):
         size = theta[model.slices()[effect.name]]

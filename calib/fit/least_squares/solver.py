@@ -186,7 +186,8 @@ def memory_change(fit: Fit) -> float:
     solved = fit.poses.conditions(fit.rows.vector, fit.sensed).previous
     at = equations.conditions(fit.rows.vector)
     before, after = (
-        sensor_columns(terms.sensor.effects, at.with_previous(previous), fit.shapes, fit.rows.axes)
+        sensor_columns(terms.sensor.effects, replace(at, previous=previous), fit.shapes,
+                       fit.rows.axes)
         for previous in (equations.at_start.previous, solved)
     )
     error = combined(after - before, fit.theta[terms.sensor.index])

@@ -1,7 +1,7 @@
 """Conditions at which effects are evaluated, and the terms of the rows that the model decides."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -63,7 +63,7 @@ class Surroundings(Rows):
         """The conditions at the start, after the vectors :attr:`sensed` in the poses before."""
         at = joined([poses.conditions(self.vector[rows], self.sensed[rows])
                      for poses, rows in zip(self.sets, self._rows, strict=True)])
-        return at if self.previous is None else at.with_previous(self.previous)
+        return at if self.previous is None else replace(at, previous=self.previous)
 
     @cached_property
     def probes(self) -> Conditions:

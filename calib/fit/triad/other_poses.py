@@ -69,4 +69,4 @@ def _past(calibration: TriadCalibration, at: Conditions) -> dict[str, FloatArray
 
 
 def _with(at: Conditions, columns: dict[str, FloatArray]) -> Conditions:
-    return at.with_columns({**at.columns, **columns})
+    return replace(at, columns={**at.columns, **columns})

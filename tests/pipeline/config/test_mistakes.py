@@ -77,6 +77,8 @@ MISTAKES = [
     ("device: xsens-mti", "device: lines", 33, "pattern: is missing"),
     ("poses: 18}", "pattern: '{acc_x}'}", 33, "only for `device: lines`"),
     ("xsens-mti, port: COM3", "lines, pattern: '{acc_x},{acc_y}'", 33, "acc_z missing"),
+    ("covariates: [temperature_c, supply_v]", "covariates: [temperature_c, null]", 34,
+     "an entry of the list is empty"),
 ]
 
 
