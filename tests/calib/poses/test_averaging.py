@@ -114,6 +114,23 @@ def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
     assert sds[1] == pytest.approx(sds[0], rel=0.05)
 
 
+@pytest.mark.parametrize(("off", "largest"), [(0.005, 1.02), (-0.03, 1.02), (0.06, None)])
+def test_gravity_that_goes_round_tells_the_rate_that_is_stated_wrongly(
+    off: float, largest: float | None
+) -> None:
+    """At a rate 0.5 % off its wave was left in the readings and looked like noise."""
+    time_s = np.arange(2000) / RATE_HZ
+    wave = 1.4 * np.stack([np.cos(OMEGA * time_s), np.sin(OMEGA * time_s), 0 * time_s], axis=1)
+    leaning = log(np.random.default_rng(5), 20.0, wave, np.tile([0.0, 0.0, OMEGA], (2000, 1)))
+    right = average_pose(leaning, SPECS, OMEGA).accelerometer
+    if largest is None:  # another speed of the plate is no error of the rate
+        with pytest.raises(Undetermined, match="was moved on the turning plate"):
+            average_pose(leaning, SPECS, OMEGA * (1 + off))
+        return
+    told = average_pose(leaning, SPECS, OMEGA * (1 + off)).accelerometer
+    assert (told.scatter < largest * right.scatter).all()
+
+
 @pytest.mark.parametrize("turns", [1, 2, 3, 8])
 def test_the_waves_that_few_turns_take_out_do_not_make_a_mean_look_certain(turns: int) -> None:
     """White noise on the turning plate: over one turn its batches showed a third of it."""
