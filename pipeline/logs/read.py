@@ -219,13 +219,24 @@ def repeated_rows(time: FloatArray, columns: Sequence[FloatArray]) -> NDArray[np
 
 
 def _without_repeats(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
-    """The table without rows that a logger has written twice, and a note on their number."""
+    """The table without rows that are there twice, and a note on their number: a logger wrote them
+    again, or a file was put together from parts that overlap."""
     if TIME not in table.values:
         return table, ()
-    rows = repeated_rows(table.values[TIME], [
-        table.values[name] for name in (*ACCELEROMETER, *GYROSCOPE) if name in table.values])
+    columns = [table.values[name] for name in (TIME, *ACCELEROMETER, *GYROSCOPE)
+               if name in table.values]
+    rows = repeated_rows(columns[0], columns[1:])
+    every, begin = np.column_stack(columns), 0
+    for at in np.flatnonzero(np.diff(every[:, 0]) < 0) + 1:
+        count = int((every[begin:at, 0] >= every[at, 0]).sum())
+        again = every[at : at + count]
+        same = (every[at - count : at][: len(again)] == again).all(axis=1)
+        end = at + int(np.r_[~same, True].argmax())
+        if end == len(every) or every[end, 0] > every[at - 1, 0]:
+            rows[at:end] = True
+        begin = at
     return (table.at(np.flatnonzero(~rows)), (
-        f"rows that repeat the row before and are left out: {rows.sum()} of {len(rows)}",)
+        f"rows that repeat those before and are left out: {rows.sum()} of {len(rows)}",)
     ) if rows.any() else (table, ())
 
 

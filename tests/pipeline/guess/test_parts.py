@@ -44,6 +44,26 @@ def test_files_that_go_on_or_overlap_are_one_log(
     assert {pose["label"].rpartition(" ")[0] for pose in accelerometer["poses"]} != {"a.csv"}
 
 
+@pytest.mark.parametrize(("cuts", "twice"), [
+    ([(0, 1450), (1250, 2700)], 200),  # parts that overlap
+    ([(0, 2700), (0, 2700)], 2700),  # the file twice
+    ([(0, 1450), (1250, 1400), (1450, 2700)], 150),  # a block that was copied
+    ([(0, 2700), (2500, 2600)], 100),  # another at the end
+])
+@pytest.mark.parametrize("header", [False, True])
+def test_rows_that_a_file_holds_twice_count_once(
+    here: Path, capsys: pytest.CaptureFixture[str], rows: list[str],
+    cuts: list[tuple[int, int]], twice: int, header: bool,
+) -> None:
+    lines = [line for i, (begin, end) in enumerate(cuts)
+             for line in ([HEAD] if header or i == 0 else []) + rows[begin:end]]
+    write_lines(here / "a.csv", lines)
+    assert pipeline("import", "a.csv") == 0
+    assert (f"rows that repeat those before and are left out: {twice} of {2700 + twice}"
+            in capsys.readouterr().err)
+    assert run_without_page(here / "a.yaml")["accelerometer"]["n_poses"] == 18
+
+
 @pytest.mark.parametrize("at", [0, 100])
 def test_files_whose_common_times_have_other_readings_are_not_joined(
     here: Path, capsys: pytest.CaptureFixture[str], rows: list[str], at: int

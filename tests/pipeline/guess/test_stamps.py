@@ -112,7 +112,7 @@ def test_rows_that_repeat_the_one_before_are_no_samples_and_the_clock_is_used(
                "acc_y,acc_z,gyr_x,gyr_y,gyr_z")
     read = read_log(ours)
     np.testing.assert_allclose(read.time_s, log.time_s, atol=1e-9)
-    assert read.notes == (f"rows that repeat the row before and are left out: "
+    assert read.notes == (f"rows that repeat those before and are left out: "
                           f"{times.sum() - len(times)} of {times.sum()}",)
 
 
