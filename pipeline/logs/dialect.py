@@ -14,6 +14,7 @@ COMMENT = re.compile(r"^#|(?<![A-Za-z])#(?!\d)")  #: not part of a name: ``Tick#
 NUMPY = re.compile(r"\bnp\.(?:float|u?int)\d+\(([^()]*)\)")  #: a number as NumPy 2 shows it
 LOST = "#!"  #: comment sign of a line of numbers that is no sample
 CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
+DAYS = re.compile(r"(\d+) days? \+?(.+)")  #: before a time, in a difference of pandas
 WATCH = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")  #: minutes, seconds and a fraction
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
@@ -113,8 +114,9 @@ def seconds_of(cell: str) -> float | None:
     (60.25, 86401.0, 65.25)
     """
     text = cell.strip().strip('"')
-    if match := CLOCK.fullmatch(text):
-        return _day_seconds(match)
+    days = DAYS.fullmatch(text)
+    if match := CLOCK.fullmatch(days[2] if days else text):
+        return 86_400.0 * int(days[1] if days else 0) + _day_seconds(match)
     if match := WATCH.fullmatch(text):
         return 60.0 * int(match[1]) + float(match[2].replace(",", "."))
     if match := NAMED_MONTH.fullmatch(text):

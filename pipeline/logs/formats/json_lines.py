@@ -35,7 +35,7 @@ def tables(path: Path) -> list[FileTable]:
     """
     text = path.read_text(encoding="utf-8-sig")
     with suppress(json.JSONDecodeError):
-        value = json.loads(text)
+        value = json.loads(text, object_hook=_without_numbers)
         if recordings := [*_recordings(value)]:
             return [table for name, rows in recordings for table in _table(name, rows)]
         lists = {name: inner for name, inner in value.items() if isinstance(inner, list)
@@ -44,6 +44,12 @@ def tables(path: Path) -> list[FileTable]:
             return [table for name, inner in lists.items() for table in _table(name, inner)]
         return _table(path.stem, [*_rows(value)])
     return _table(path.stem, [*_samples(path, text)])
+
+
+def _without_numbers(value: dict[str, Any]) -> Any:
+    """The values of an object whose names only number them, as pandas writes a column."""
+    are_numbered = len(value) >= FEWEST_ROWS and all(map(str.isdecimal, value))
+    return [*value.values()] if are_numbered else value
 
 
 def _recordings(value: Any) -> Iterator[tuple[str, list[Any]]]:
@@ -141,8 +147,9 @@ def _rows(value: Any) -> Iterator[Any]:
         yield from (dict(zip(long, row, strict=True)) for row in zip(*long.values(), strict=True))
         return
     lists = [inner for inner in _flat(value).values() if isinstance(inner, list) and inner]
-    longest = max(lists, key=len, default=[])
-    if not longest or not isinstance(longest[0], dict | list):
+    longest = max((inner for inner in lists if isinstance(inner[0], dict | list)), key=len,
+                  default=[])
+    if not longest:
         yield value
         return
     names = next((named for inner in lists if len(named := _names(inner)) == len(longest[0])), None)

@@ -1,5 +1,6 @@
 """Logs of whole classes: a number a line, the same labels from the first line on."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -249,6 +250,30 @@ def units_that_cannot_be(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "converted.csv", [head, *rows])], 1 / G, 1 / DEG)
 
 
+NAMES = ("t", "ax", "ay", "az", "gx", "gy", "gz")
+
+
+def differences_of_pandas(folder: Path, log: HandLog) -> Foreign:
+    """`0 days 00:00:01.02`."""
+    rows = [",".join([f"0 days 00:00:{float(t):09.6f}", *row]) for t, *row in si_rows(log)]
+    return Foreign([write_lines(folder / "delta.csv", [",".join(NAMES), *rows])])
+
+
+def split_of_pandas(folder: Path, log: HandLog) -> Foreign:
+    """`to_json(orient="split")`: the numbers of the rows are a list too, and as long."""
+    rows = [[float(v) for v in row] for row in si_rows(log)]
+    whole = {"columns": NAMES, "index": [*range(len(rows))], "data": rows}
+    return Foreign([write_lines(folder / "split.json", [json.dumps(whole)])])
+
+
+def columns_of_pandas(folder: Path, log: HandLog) -> Foreign:
+    """`to_json()`: each value under the number of its row."""
+    columns = zip(*si_rows(log), strict=True)
+    whole = {name: {str(i): float(v) for i, v in enumerate(column)}
+             for name, column in zip(NAMES, columns, strict=True)}
+    return Foreign([write_lines(folder / "columns.json", [json.dumps(whole)])])
+
+
 LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         a_number_a_line, counts_a_line, labels_from_the_first_line, sign_extended,
@@ -258,7 +283,7 @@ LATEST: dict[str, Callable[[Path, HandLog], Foreign]] = {
         a_clock_beside_every_channel, logcat, properties_above, milliseconds_without_zeros,
         clock_face, nanoseconds_without_zeros, numbers_of_numpy, units_below_known_names,
         objects_without_quotes, negative_in_brackets, series_with_labels,
-        units_that_cannot_be)
+        units_that_cannot_be, differences_of_pandas, split_of_pandas, columns_of_pandas)
 }
 LATEST_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "axes_apart": (an_axis_a_file, "paste -d ',' .*'.*x 1.txt' .*'.*z 1.txt' >log.csv"),
