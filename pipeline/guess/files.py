@@ -17,11 +17,12 @@ from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.sensor_files import hint_of, names_of_sensors
 from pipeline.guess.table_guess import SHOWN, TableGuess, guess_tables
 from pipeline.guess.triads import Triple, possible_triples, triples_by_name
-from pipeline.logs.clock import ASSUMED_HZ
+from pipeline.logs.clock import ASSUMED_HZ, FEWEST_TO_SHOW
 from pipeline.logs.header_words import read_name
 from pipeline.logs.source import is_corrected, require_uncorrected
 from pipeline.stages.context import RunContext
 from pipeline.stages.rate import ClipToFollow, SettingRate, follow_clips, measure_setting
+from pipeline.text.formatting import count
 
 #: Suffixes of clips; fact.
 CLIPS = {".mp4", ".mov", ".avi", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".3gp", ".wmv"}
@@ -190,17 +191,18 @@ def why_no_log(table: RawTable) -> str:
     for triple in called:
         values = np.column_stack([table.columns[name] for name in triple])
         values = values[np.isfinite(values).all(axis=1)]
-        if not len(values):
-            continue
+        if len(values) < FEWEST_TO_SHOW:
+            return (f"it has {count(len(values), 'row')} of readings, too few to tell a sensor by. "
+                    f"Record the pose again, for some seconds")
         if is_direction(values):
             return ("all its readings have the length 1, so they were normalised and show no "
                     "scale; record the raw readings")
         stuck = [name for name in triple if np.nanmax(table.columns[name]) == np.nanmin(
             table.columns[name])]
         if stuck:
-            return (f"{' and '.join(stuck)} reads {table.columns[stuck[0]][0]:g} in every row, "
-                    f"which no sensor does that answers: it is dead, or the column is another's. "
-                    f"Check its wiring, and what writes the log")
+            numbers = " and ".join(f"{name} reads {table.columns[name][0]:g}" for name in stuck)
+            return (f"{numbers} in every row, which no sensor does that answers: it is dead, or "
+                    f"the column is another's. Check its wiring, and what writes the log")
         unit = FORCE_UNITS.get(read_name(triple[0]).unit, STANDARD_GRAVITY_M_S2)
         if typical_length(values) < REMOVED * STANDARD_GRAVITY_M_S2 / unit:
             return ("gravity is removed from its readings (half of them are shorter than "

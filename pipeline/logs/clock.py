@@ -22,7 +22,7 @@ FEWEST_ROWS = 100
 time or the next pose it runs on for a second or more; a misplaced row is one row."""
 MOST_WRAPS = 3.0  #: largest number of wraps over that expected by the usual step; a judgement
 USUAL_STEPS = 20.0  #: largest step that is no pause, in usual steps
-FEWEST_TO_SHOW = 10  #: least number of rows of which the first and the last may stand apart; chosen
+FEWEST_TO_SHOW = 10  #: least number of rows that show a sensor, or which row stands apart; chosen
 
 CLOCK_FACES = (1.0, 1e3, 1e6)  #: facts: parts of a second in which a clock face is written
 SECONDS_AT_A_TURN = 58  #: fact: least seconds shown just before a new minute, to a second

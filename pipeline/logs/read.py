@@ -226,7 +226,7 @@ def _without_repeats(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
     columns = [table.values[name] for name in (TIME, *ACCELEROMETER, *GYROSCOPE)
                if name in table.values]
     rows = repeated_rows(columns[0], columns[1:])
-    every, begin = np.column_stack(columns), 0
+    every, begin = np.column_stack(columns), np.intp(0)
     for at in np.flatnonzero(np.diff(every[:, 0]) < 0) + 1:
         count = int((every[begin:at, 0] >= every[at, 0]).sum())
         again = every[at : at + count]

@@ -143,6 +143,15 @@ def test_a_log_that_makes_no_calibration_says_why(
     assert not (here / "bad.yaml").exists()
 
 
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_a_file_of_few_rows_is_too_short_to_tell_a_sensor_by(
+    here: Path, rows: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "short.csv").write_text("t,ax,ay,az\n" + "0.1,0.1,0.2,9.8\n" * rows, "utf-8")
+    assert main(["import", "short.csv"]) == 3
+    assert "too few to tell a sensor by" in capsys.readouterr().err
+
+
 def test_a_table_of_something_else_is_no_log(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:
