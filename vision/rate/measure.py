@@ -161,24 +161,22 @@ def measure_rate(
     """
     stated = _stated_terms(model)
     frames = frame_times(track, timebase.times(track))
-    refusal: RateRefused | None = None
+    rate, refusal = None, None
     try:
         rate = _measured(frames.part(part), timebase, nominal_rpm, stated)
-        history: RateHistory | None = rate.history
     except RateRefused as error:
-        refusal, history = error, error.history
-    steady = None
-    if history is not None and part == WHOLE:
-        steady = the_steady_part(history)
-    if history is not None and steady is not None and (
-            refusal or any(steady.moving_ends(history)[:2])):
+        refusal = error
+    history = rate.history if rate else refusal.history if refusal else None
+    steady = the_steady_part(history) if history and part == WHOLE else None
+    if history and steady and (refusal or any(steady.moving_ends(history)[:2])):
         with suppress(RateRefused):
             chosen = frames.part(ClipPart(steady.start_s, steady.stop_s))
             rate = _measured(chosen, timebase, nominal_rpm, stated, steady.moving_ends(history))
             warning = steady.warning(track.source, float(frames.time_s[-1]))
             return replace(rate, warnings=(warning, *rate.warnings))
-    if refusal is not None:
+    if refusal:
         raise refusal
+    assert rate
     return rate
 
 

@@ -31,7 +31,8 @@ class SteadyPartThresholds:
         trend over three.
     trend : float
         Largest relative change of the rate from its beginning to its end, beyond four sds of it,
-        and in a clip without a warning. Fact: ten times a poor clock (100 ppm).
+        and in a clip without a warning; a larger one of most of the clip is a drift. Fact: ten
+        times a poor clock (100 ppm).
     other : float
         Relative difference from which another steady part has another speed, and change in a clip
         that is refused. Fact: the scale of a sensor calibrated against a mean rate errs by as much.
@@ -167,7 +168,7 @@ def _without_drift(rate: FloatArray) -> FloatArray:
     if near.mean() < 1 - LONGEST or not len(change):
         return rate
     trend = float(median(change)) / later * (np.arange(len(rate)) - len(rate) / 2)
-    is_drift = THRESHOLDS.within < np.ptp(trend) / usual < THRESHOLDS.other
+    is_drift = THRESHOLDS.trend < np.ptp(trend) / usual < THRESHOLDS.other
     return rate - trend if is_drift else rate
 
 
