@@ -30,6 +30,7 @@ SMOOTH = 0.3
 judgement: half a swing fits into it, and steeper functions cost what they take more."""
 
 CURVED = "temperature_bias_curve"  #: the listed curve
+AND_READING = "and what the axes sense"  #: how the errors of the axes follow a column besides
 IN_A_CURVE = "in a curve"  #: how a bias or a gain follows a column by a line and a square
 LAGS_S = (30.0, 45.0, 70.0, 100.0, 150.0, 220.0, 330.0, 500.0, 750.0, 1100.0, 1700.0, 2500.0,
           3800.0, 5600.0)
@@ -38,7 +39,8 @@ Derived: the log with neighbouring lags agrees to 0.99 and more. Half as many ov
 change 1 of 55 verdicts, twice as many none (``tests.bench.diagnosis_thresholds``)."""
 
 LIMITS = (0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
-"""Readings, over the largest, from which an axis responds differently: a dead band, a limit.
+"""Readings, over the largest, from which an axis responds differently: a dead band, a limit; and
+steps from the reading before, a backlash.
 Numerical: any other is within a factor of 1.4 of one; poses hardly show smaller ones."""
 
 #: axes whose components are multiplied
@@ -98,7 +100,8 @@ Form = Sequence[tuple[str, Course]]
 def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
     """Covariates of unknown functions, and their forms."""
     poses, s = fit.poses, fit.equations.conditions(fit.rows.vector).vector
-    each_axis = s / max(float(np.linalg.norm(s, axis=1).max()), NO_LENGTH)
+    length = max(float(np.linalg.norm(s, axis=1).max()), NO_LENGTH)
+    each_axis = s / length
     covariates = {"time_s": poses.time_s, "spin_rad_s": poses.spin_rad_s}
     covariates |= {name: poses.columns[name] for name in columns}
     for name, values in covariates.items():
@@ -108,6 +111,8 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
         yield name, [("", Course.of_size(shapes))]
         yield name, [("", Course.of_bias(shapes))]
         yield name, [("", Course.of_gain(shapes, each_axis))]
+        if _has_room(fit, by_both := _by_axes_and(values, each_axis)):
+            yield name, [(AND_READING, by_both)]
         if name in columns and not (name == TEMPERATURE and bends(poses, EFFECTS[CURVED])):
             curve = line_and_square(values)
             yield name, [(IN_A_CURVE, Course.of_bias(curve))]
@@ -116,14 +121,23 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
     if np.ptp(each_axis, axis=0).all():
         yield ATTITUDE, [("", _by_own_axis(each_axis))]
         yield ATTITUDE, _within(each_axis)
+        if _has_room(fit, by_others := _by_other_axes(each_axis)):
+            yield ATTITUDE, [("", by_others)]
     if poses.triad in EFFECTS[SQUARED].triads and np.isfinite(poses.force).all():
         yield ATTITUDE, [("", _by_products_of_force(poses.force))]
     if np.isfinite(poses.time_s).all():
         if TEMPERATURE in columns and np.ptp(poses.columns[TEMPERATURE]) > 0:
             yield TEMPERATURE, _with_a_lag(poses.time_s, poses.columns[TEMPERATURE])
-        previous = _previous(fit)
-        if previous.any():
-            yield "previous", [("", Course(previous))]
+        before = fit.equations.at_start.previous / length
+        if np.isfinite(before).all() and before.any():
+            # One that saturates is ``hysteresis``, with a width of its own.
+            yield "previous", [("", Course(np.stack([before, before**2], axis=1)))]
+            yield "previous", _by_approach(each_axis - before)
+
+
+def _has_room(fit: Fit, course: Course) -> bool:
+    """Whether the rows leave more than ``course`` has parameters; else it is any noise."""
+    return course.values[0].size < fit.dof
 
 
 def _with_a_lag(time_s: FloatArray, warmth: FloatArray) -> Form:
@@ -153,6 +167,23 @@ def _by_own_axis(each_axis: FloatArray) -> Course:
     return Course.of_axis(np.stack([each[:, -count:] for each in functions], axis=2))
 
 
+def _by_other_axes(each_axis: FloatArray) -> Course:
+    """Errors of each axis by the cube of what the two others sense.
+
+    Of their squares a magnitude shows the products of two axes, ``cross_quadratic``.
+    """
+    return Course(np.stack([np.roll(each_axis**3, by, axis=1) for by in (1, 2)], axis=1))
+
+
+def _by_axes_and(values: FloatArray, each_axis: FloatArray) -> Course:
+    """Errors of each axis by the square and the cube of what it senses, by these times a line in
+    ``values`` (n,), and by what every axis senses times that line.
+    """
+    line, bent = line_and_square(values)[:, :1], [each_axis**2, each_axis**3]
+    every = [*(np.roll(each_axis, by, axis=1) for by in range(3)), *bent]
+    return Course.of_axis(np.stack([*bent, *(line * each for each in every)], axis=1))
+
+
 def _within(each_axis: FloatArray) -> Form:
     """Errors of each axis that grow with what it senses (n, 3) within a limit and not beyond.
 
@@ -172,14 +203,10 @@ def _by_products_of_force(force: FloatArray) -> Course:
     return Course.of_bias(up[:, PAIRS[0]] * up[:, PAIRS[1]])
 
 
-def _previous(fit: Fit) -> FloatArray:
-    """Memory of the pose before on each axis: its value and the square of it, (n, 2, 3).
+def _by_approach(step: FloatArray) -> Form:
+    """Errors of each axis by the side from which it came, over its last ``step`` (n, 3), no unit.
 
-    One that saturates is ``hysteresis``, with a width of its own.
+    That is a backlash: it grows with the step up to its width and no further.
     """
-    previous = fit.equations.at_start.previous
-    largest = float(np.abs(previous).max()) if np.isfinite(previous).all() else 0.0
-    if largest == 0.0:
-        return np.zeros((len(previous), 0, 3))
-    share = previous / largest
-    return np.stack([share, share**2], axis=1)
+    return [(f"by the side from which it comes, within {limit:g}",
+             Course(np.clip(step / limit, -1, 1)[:, None, :])) for limit in LIMITS]

@@ -26,6 +26,7 @@ from calib.diagnosis.verdict.kinds_of_noise import (
     told_apart,
     unexplained_noise,
 )
+from calib.effects.catalogue import SECOND_WARM_UP, WARM_UP, find_effect
 from calib.fit.noise_size import FORMULA_ERROR
 from calib.fit.rows.model_terms import follows_vector
 from calib.fit.validation.leave_one_out import compare
@@ -152,7 +153,7 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
             if not joint.explains:  # a formula is off by what is left, and more looks like another
                 rest = np.sqrt(joint.fit.weight @ joint.fit.rows.residual**2)
                 whole = [each for each in sure if rest <= FORMULA_ERROR * size[each.name]
-                         or not _is_part(posterior, each)]
+                         or not _is_part(posterior, each, joint)]
                 if len(whole) < len(sure):
                     sure = whole
                     continue
@@ -164,18 +165,24 @@ def _named(posterior: Posterior) -> tuple[list[Inclusion], Refit | None]:
     return [], None
 
 
-def _is_part(posterior: Posterior, each: Inclusion) -> bool:
-    """Whether it is part of an unknown function beside it in the leading set.
+def _is_part(posterior: Posterior, each: Inclusion, joint: Refit) -> bool:
+    """Whether it is part of an unknown function beside it in the leading set, and no name.
 
     The sum of two functions of what an axis senses is one function of it, of which the effect is
-    a term; so is a gain that follows a column or time in a line beside one that does in a bend.
+    a term; so is a bias, or a gain, that follows time in a line beside one that does in a bend.
     """
     h = posterior.first[each.name]
     function = ANY_FUNCTION + h.covariate
     if h.effect is None or function not in posterior.names(posterior.lead):
         return False
+    errs = posterior.what_errs(function)
     of_vector = follows_vector(h.effect, posterior.base.equations.at_start)
-    return of_vector and posterior.what_errs(function) != BIAS
+    if errs and (errs == BIAS) == of_vector:
+        return False
+    if h.name != WARM_UP:
+        return True
+    both = refit(joint.fit, [find_effect(SECOND_WARM_UP)])  # which is listed beside the first alone
+    return both is None or not both.explains
 
 
 def refit_of(posterior: Posterior, names: Sequence[str]) -> Refit | None:

@@ -100,6 +100,42 @@ def test_what_follows_the_attitude_is_told(
     assert said in verdict.text
 
 
+def before(poses: PoseSet) -> FloatArray:
+    """What the axes sensed in the pose before, over the largest, (n, 3)."""
+    order = np.argsort(poses.time_s)
+    sensed = np.zeros_like(poses.reading)
+    sensed[order[1:]] = of_axes(poses)[order[:-1]]
+    return sensed
+
+
+def warmth(poses: PoseSet) -> FloatArray:
+    """The logged temperature about its mean, over half of its range, (n, 1)."""
+    values = poses.columns["temperature_c"][:, None]
+    return np.asarray(2 * (values - values.mean()) / np.ptp(values))
+
+
+@pytest.mark.parametrize(("error", "name"), [
+    (lambda p: 200 * warmth(p) * UNLIKE * of_axes(p) ** 3, "temperature_c"),
+    (lambda p: 60 * warmth(p) * UNLIKE * np.roll(of_axes(p), 1, axis=1), "temperature_c"),
+    (lambda p: 60 * UNLIKE * np.tanh(4 * np.roll(of_axes(p), 1, axis=1)), "attitude"),
+    (lambda p: 30 * UNLIKE * np.tanh(3 * (of_axes(p) - before(p))), "previous"),
+], ids=["cubic by warmth", "cross gain by warmth", "cross axis", "backlash"])
+def test_an_error_of_two_things_is_an_unknown_function(
+    error: Callable[[PoseSet], FloatArray], name: str
+) -> None:
+    """They were told as noise without any shape, or as the listed effect that is part of them."""
+    poses = noisy(rich_poses("gyroscope", 7), 7)
+    verdict = diagnosed(poses, error(poses))
+    assert (verdict.verdict, verdict.name) == ("unknown", name)
+
+
+def test_a_warm_up_is_no_name_beside_another_function_of_time() -> None:
+    """A swing that fades: its first term was named, and a function of time beside it."""
+    poses = noisy(rich_poses("gyroscope", 7), 7)
+    time = (poses.time_s - poses.time_s.min()) / np.ptp(poses.time_s)
+    verdict = diagnosed(poses, 60 * (np.exp(-3 * time) * np.sin(9 * time))[:, None] * UNLIKE)
+    assert (verdict.verdict, verdict.name) == ("unknown", "time_s")
+
 
 def test_a_drift_of_the_gain_is_no_name_beside_another_function_of_time() -> None:
     """A nonlinearity that grows with time: its first term was named, and a function beside it."""
