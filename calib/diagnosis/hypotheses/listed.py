@@ -37,6 +37,7 @@ ANY_FUNCTION = "~"
 """Prefix of the covariate of an unknown function, which separates it from effects' names."""
 
 BIAS = "bias"  #: what errs in a course of the bias
+GAIN = "gain"  #: what errs in a course of the gain
 OWN_AXIS = "error of each axis"  #: what errs in a function of what an axis senses
 ATTITUDE = "attitude"  #: what a function is of, where it is of how the sensor lies
 COVARIATES = {"time": "time_s", "plate": "spin_rad_s"}
@@ -74,7 +75,7 @@ class Course:
     @classmethod
     def of_gain(cls, values: FloatArray, each_axis: FloatArray) -> "Course":
         """A gain with the courses ``values`` (n, k) on all of ``each_axis`` (n, 3)."""
-        return cls(values[:, :, None] * each_axis[:, None, :], errs="gain")
+        return cls(values[:, :, None] * each_axis[:, None, :], errs=GAIN)
 
     @classmethod
     def of_axis(cls, values: FloatArray) -> "Course":

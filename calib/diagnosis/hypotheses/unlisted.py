@@ -136,8 +136,8 @@ def _forms(fit: Fit, columns: tuple[str, ...]) -> Iterator[tuple[str, Form]]:
 
 
 def _has_room(fit: Fit, course: Course) -> bool:
-    """Whether the rows leave more than ``course`` has parameters; else it is any noise."""
-    return course.values[0].size < fit.dof
+    """Whether ``course`` leaves more of the rows than it takes; else it may be any noise."""
+    return bool(2 * course.values[0].size < fit.dof)
 
 
 def _with_a_lag(time_s: FloatArray, warmth: FloatArray) -> Form:

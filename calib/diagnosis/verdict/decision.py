@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import expit
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE, BIAS, Hypothesis, held
+from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE, BIAS, GAIN, Hypothesis, held
 from calib.diagnosis.hypotheses.unlisted import seen_far_apart
 from calib.diagnosis.search.entry import Inclusion
 from calib.diagnosis.search.posterior import Posterior
@@ -177,7 +177,7 @@ def _is_part(posterior: Posterior, each: Inclusion, joint: Refit) -> bool:
         return False
     errs = posterior.what_errs(function)
     of_vector = follows_vector(h.effect, posterior.base.equations.at_start)
-    if errs and (errs == BIAS) == of_vector:
+    if errs == (BIAS if of_vector else GAIN):
         return False
     if h.name != WARM_UP:
         return True
