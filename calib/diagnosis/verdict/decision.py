@@ -14,7 +14,15 @@ import numpy as np
 from scipy.special import expit
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.diagnosis.hypotheses.listed import ANY_FUNCTION, ATTITUDE, BIAS, GAIN, Hypothesis, held
+from calib.diagnosis.hypotheses.listed import (
+    ANY_FUNCTION,
+    ATTITUDE,
+    BIAS,
+    GAIN,
+    OWN_AXIS,
+    Hypothesis,
+    held,
+)
 from calib.diagnosis.hypotheses.unlisted import seen_far_apart
 from calib.diagnosis.search.entry import Inclusion
 from calib.diagnosis.search.posterior import Posterior
@@ -169,15 +177,18 @@ def _is_part(posterior: Posterior, each: Inclusion, joint: Refit) -> bool:
     """Whether it is part of an unknown function beside it in the leading set, and no name.
 
     The sum of two functions of what an axis senses is one function of it, of which the effect is
-    a term; so is a bias, or a gain, that follows time in a line beside one that does in a bend.
+    a term, also where it follows a column besides; so is a bias, or a gain, that follows time in a
+    line beside one that does in a bend.
     """
     h = posterior.first[each.name]
-    function = ANY_FUNCTION + h.covariate
-    if h.effect is None or function not in posterior.names(posterior.lead):
+    if h.effect is None:
         return False
-    errs = posterior.what_errs(function)
     of_vector = follows_vector(h.effect, posterior.base.equations.at_start)
-    if errs == (BIAS if of_vector else GAIN):
+    beside = {name: posterior.what_errs(name) for name in posterior.names(posterior.lead)
+              if name.startswith(ANY_FUNCTION)}
+    same = beside.get(ANY_FUNCTION + h.covariate)
+    if same in (None, BIAS if of_vector else GAIN) and not (
+            of_vector and OWN_AXIS in beside.values()):
         return False
     if h.name != WARM_UP:
         return True

@@ -129,6 +129,14 @@ def test_an_error_of_two_things_is_an_unknown_function(
     assert (verdict.verdict, verdict.name) == ("unknown", name)
 
 
+def test_a_function_of_the_reading_is_no_name_beside_one_of_the_reading_and_time() -> None:
+    """Another gain for positive readings that grows with time: it was named, as if it stood."""
+    poses = noisy(rich_poses("gyroscope", 7), 7)
+    time = (poses.time_s - poses.time_s.min()) / np.ptp(poses.time_s)
+    verdict = diagnosed(poses, 100 * time[:, None] ** 2 * UNLIKE * np.abs(of_axes(poses)))
+    assert (verdict.verdict, verdict.name) == ("unknown", "time_s")
+
+
 def test_a_warm_up_is_no_name_beside_another_function_of_time() -> None:
     """A swing that fades: its first term was named, and a function of time beside it."""
     poses = noisy(rich_poses("gyroscope", 7), 7)
