@@ -154,7 +154,7 @@ def test_an_expression_is_shown_against_the_one_quantity_in_it_or_against_its_te
 
 
 def test_of_two_missing_effects_each_is_shown_beside_the_other(tmp_path: Path) -> None:
-    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
+    design = rich_design().scaled(seconds=0.6, sample_rate=0.5)
     hidden = (draw_effect("hysteresis", "gyroscope", 20.0, design, 3),
               draw_effect("direction_dependent_rate", "gyroscope", 20.0, design, 3))
     written = write_session(tmp_path, simulate(design, 3, hidden), film=False)
@@ -169,7 +169,7 @@ def test_of_two_missing_effects_each_is_shown_beside_the_other(tmp_path: Path) -
 
 
 def test_an_effect_on_the_reference_is_shown_run_by_run_in_ppm(tmp_path: Path) -> None:
-    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
+    design = rich_design().scaled(seconds=0.6, sample_rate=0.5)
     hidden = draw_effect("direction_dependent_rate", "gyroscope", 20.0, design, 4)
     written = write_session(tmp_path, simulate(design, 4, (hidden,)), film=False)
     outcome = run_stages(load_config(written.config), RunContext())

@@ -122,6 +122,7 @@ def test_the_axis_grows_for_residuals_that_it_could_not_show(
     page.write_text(report_html(run_stages(load_config(config), RunContext()), ()), "utf-8")
     with browser.tab() as tab:
         tab.open(page)
+        tab.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true })")
         before = tab.evaluate(STATE)
         tab.click(BOX.format("g_sensitivity"))
         without = tab.evaluate(STATE)
