@@ -264,7 +264,7 @@ def test_a_light_that_blinks_passes_by_nowhere() -> None:
 
 
 def test_a_film_without_a_peak_near_its_best_period_does_not_return() -> None:
-    """Of no returns there is no mean."""
+    """There is no mean of no returns."""
     rng = np.random.default_rng(534)
     turned = 2 * np.pi * np.arange(44) / rng.uniform(16, 24)
     shape = np.stack([np.cos(turned), np.sin(turned), np.cos(3 * turned)], axis=1)

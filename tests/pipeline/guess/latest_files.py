@@ -216,7 +216,7 @@ def objects_without_quotes(folder: Path, log: HandLog) -> Foreign:
 
 
 def negative_in_brackets(folder: Path, log: HandLog) -> Foreign:
-    """As accountants' spreadsheets write them."""
+    """Numbers in brackets, which accountants write for negative ones."""
     rows = [",".join(f"({v[1:]})" if v[0] == "-" else v for v in row) for row in si_rows(log)]
     return Foreign([write_lines(folder / "book.csv", ["t,ax,ay,az,gx,gy,gz", *rows])])
 

@@ -77,7 +77,7 @@ def test_a_plate_that_starts_and_then_drifts_is_measured_after_the_start(change:
 
 
 def test_a_change_that_noise_hides_from_turn_to_turn_is_told() -> None:
-    """Of three turns that scatter by half a degree the rates differ by more than a per cent."""
+    """The rates of three turns that scatter by half a degree differ by more than a per cent."""
     time = np.arange(240) / 25
     track = phase_track(time, drifting(time, 16.67, -0.012), noise_rad=8.6e-3)
     with pytest.raises(RateRefused, match="does not turn steadily"):
