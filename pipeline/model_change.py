@@ -25,6 +25,7 @@ from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY
 from pipeline.text.names import nearest_names
 
+ALL_THE_SAME = "To add it all the same, for its upper limit or to compare, add --anyway."
 RunConfig = Callable[[Config], Outcome]
 CONSTANT_RATE = ("constant_rate",)
 
@@ -180,16 +181,20 @@ def require_addable(result: TriadResult, target: Target, anyway: bool = False) -
             f"{target}: these data cannot see it; bias, scale, misalignment and the effects in "
             f"the model take up all of it. {_next_measurement(result, [name])}"
         )
-    candidate = next((c for c in diagnosis.ranking if c.name == name and c.kind == "listed"), None)
     # An effect that a verdict names can be added; `note_on` lists its alternatives.
-    if candidate is None or diagnosis.named_class(name) or anyway:
+    if anyway or not diagnosis.is_guess(name):
         return
+    candidate = diagnosis.listed[name]
     if candidate.aliases:
         raise Undetermined(
             f"{target}: looks the same as {_quoted(candidate.aliases)} in these data; adding it "
             f"would be a guess. {_next_measurement(result, [name, *candidate.aliases])} To go on "
             f"with '{name}' all the same, add --anyway."
         )
+    raise Undetermined(
+        f"{target}: these data do not show it: the odds are "
+        f"{np.exp(-candidate.log_evidence):.2g} : 1 against it. {ALL_THE_SAME}"
+    )
 
 
 def overruled(change: ModelChange) -> str:
@@ -200,7 +205,7 @@ def overruled(change: ModelChange) -> str:
             require_addable(before, change.target)
         _require_seen(change)
     except Undetermined as refused:
-        return str(refused).partition(" To go on with")[0].partition(" To add it all the same")[0]
+        return str(refused).partition(" To go on with")[0].partition(f" {ALL_THE_SAME}")[0]
     return ""
 
 
@@ -231,30 +236,24 @@ def _require_seen(change: ModelChange) -> None:
     Raises
     ------
     Undetermined
-        With both errors, what noise alone makes of them, and the largest parameter in its sds.
+        With both errors.
     """
     target = change.target
     results = [result_of(outcome, target) for outcome in (change.before, change.after)]
     if results[0] is None or results[1] is None:
         return
     before, after = results[0], results[1]
-    fit = after.calibration.fit
-    effect = next(each for each in fit.model.effects if each.name == target.name)
+    effects = after.calibration.fit.model.effects
+    effect = next(each for each in effects if each.name == target.name)
     if effect.drawn or before.diagnosis.named_class(target.name) or (
             after.comparison.predicts_better_than(before.comparison)):
         return
     unit, factor = DISPLAY[before.triad]
-    error, noise, error_before, noise_before = (
-        f"{size * factor:.3g} {unit}" for each in (after.comparison, before.comparison)
-        for size in (each.loo_rms, each.loo_noise))
-    where = fit.model.slices()[target.name]
-    size, sd = np.abs(fit.theta[where]), np.sqrt(np.diag(fit.cov)[where])
-    in_sd = float(np.max(size[sd > 0] / sd[sd > 0], initial=0.0))
+    error, error_before = (f"{each.comparison.loo_rms * factor:.3g} {unit}"
+                           for each in (after, before))
     raise Undetermined(
-        f"{target}: these data do not show it: poses that take no part in the fit are predicted no "
-        f"better. The leave-one-out error would be {error} with it ({noise} by noise alone) and is "
-        f"{error_before} without ({noise_before}), and its largest parameter would be {in_sd:.1f} "
-        f"sd. To add it all the same, for its upper limit or to compare, add --anyway."
+        f"{target}: poses that take no part in the fit are predicted no better with it: the "
+        f"leave-one-out error would be {error} and is {error_before}. {ALL_THE_SAME}"
     )
 
 
@@ -262,12 +261,13 @@ def _next_measurement(
     result: TriadResult, names: list[str], title: str = "What would allow it"
 ) -> str:
     """The measurement that would make ``names`` visible or separate them."""
-    sizes = {c.name: c.size for c in result.diagnosis.ranking if c.kind == "listed"}
     try:
         effects = [find_effect(name) for name in names]
     except CalibrationError:  # a user-defined effect has no page
         return "Record poses in which its columns change while everything else stays."
-    rivals = [Rival(effect, sizes.get(effect.name)) for effect in effects]
+    listed = result.diagnosis.listed
+    rivals = [Rival(effect, listed[effect.name].size if effect.name in listed else None)
+              for effect in effects]
     advice = settling_block(
         result.calibration.fit, lambda then: chance_of_a_name(then, rivals),
         result.calibration.spec.full_scale,

@@ -126,6 +126,11 @@ class Diagnosis:
             following and f"next: {following}"]))
 
     @property
+    def listed(self) -> dict[str, Candidate]:
+        """Candidates of the listed and own effects by name, the most probable first."""
+        return {c.name: c for c in self.ranking if c.kind == "listed"}
+
+    @property
     def addable(self) -> tuple[str, ...]:
         """The named effects that can be added as they are: no other has the same signature."""
         if self.explanation.step == "add" and self.verdict is Code.NOISE and self.name:
@@ -137,6 +142,13 @@ class Diagnosis:
         """All members of the named class of ``name``; empty without one."""
         classes = (each.members for each in self.inclusion if each.name in self.names)
         return next((members for members in classes if name in members), ())
+
+    def is_guess(self, name: str) -> bool:
+        """Whether to add ``name`` is a guess: no verdict names it, and others look the same, or the
+        odds are against it by itself and among what may be missing."""
+        one = self.listed.get(name)
+        return one is not None and not self.named_class(name) and bool(
+            one.aliases or one.log_evidence <= 0 and one.probability < 0.5)
 
     def offered(self, name: str) -> str:
         """The effect to add for ``name``: of those that look the same, one that samples of another
@@ -164,8 +176,7 @@ class Diagnosis:
         """Upper limits of the effects that were tested and are not named."""
         return tuple(
             Limit(c.name, float((np.abs(c.size) + CONSTANTS.limit_sd * c.sd).max()), c.unit)
-            for c in self.ranking
-            if c.kind == "listed" and c.name not in self.names and c.size.size
+            for c in self.listed.values() if c.name not in self.names and c.size.size
         )
 
 

@@ -181,8 +181,7 @@ def _not_in_the_model(fit: Fit, diagnosis: Diagnosis) -> list[Effect]:
     logged = np.isfinite(fit.poses.force).all() or not fit.poses.spin_rad_s.all()
     by_gravity = () if logged else (
         name for name in diagnosis.unavailable if EFFECTS[name].needs == ("force",))
-    listed = (each.name for each in diagnosis.ranking if each.kind == "listed")
-    names = dict.fromkeys((*diagnosis.blind, *listed, *by_gravity))
+    names = dict.fromkeys((*diagnosis.blind, *diagnosis.listed, *by_gravity))
     return [EFFECTS[name] for name in names if name in EFFECTS and name not in fit.model.names
             and (EFFECTS[name].belongs_to == "sensor" or EFFECTS[name].in_square)]
 

@@ -230,9 +230,14 @@ def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":
     ------
     UnusableLog
         They are of different triads, or of different data sheets.
+    TypeError
+        One of them is no calibration.
     """
     from pandas import DataFrame
 
+    for item in (one, other):
+        if not isinstance(item, Calibration):
+            raise TypeError(f"two calibrations are compared, and one is {item!r}.")
     if one.triad != other.triad:
         raise UnusableLog(f"one calibration is of the {one.triad}, the other of the {other.triad}: "
                           "compare two of the same triad.")

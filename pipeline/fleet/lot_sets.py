@@ -32,8 +32,8 @@ from calib.poses.pose_set import PoseSet
 from calib.poses.reference import PLAUSIBLE_RATIO
 from pipeline.config.load import Config, config_from
 from pipeline.config.sensor import sensor_specs
-from pipeline.config.yaml_text import YamlSource, read_source
-from pipeline.errors import UnreadableInput
+from pipeline.config.yaml_text import PathTo, YamlSource, read_source
+from pipeline.errors import ConfigError, UnreadableInput
 from pipeline.fleet.lot_table import SensorRows, sensor_blocks
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates
@@ -58,16 +58,24 @@ def load_design(path: Path, table: Path) -> Config:
 
 
 def _with_table(source: YamlSource, table: str) -> YamlSource:
+    """The design whose poses are those of ``table``; it may not name poses of its own."""
     values: dict[str, Any] = dict(source.values)
-    poses = {"means": table}
+    poses, own = {"means": table}, list[PathTo]()
     for triad in TRIADS:
         section = values.get(triad)
         if isinstance(section, dict) and isinstance(section.get("runs"), list):
-            runs = [{"poses": poses, **run} if isinstance(run, dict) else run
+            own += [(triad, "runs", i, "poses") for i, run in enumerate(section["runs"])
+                    if isinstance(run, dict) and "poses" in run]
+            runs = [{**run, "poses": poses} if isinstance(run, dict) else run
                     for run in section["runs"]]
             values[triad] = {**section, "runs": runs}
         elif isinstance(section, dict):
-            values[triad] = {"poses": poses, **section}
+            own += [(triad, "poses")] if "poses" in section else []
+            values[triad] = {**section, "poses": poses}
+    if own:
+        raise ConfigError(*(source.problem(path, "a design has no poses of its own: they are the "
+                                           "rows of the table. Take the key out.")
+                            for path in own))
     return replace(source, values=values)
 
 

@@ -148,6 +148,9 @@ class Workbench:
         session = self.session()
         source = session.source(read_state(question.get("state")))
         if effect := question.get("own"):
+            if not isinstance(effect, dict):
+                raise ConfigError("an effect of your own has a name and a formula; load the page "
+                                  "again.")
             source = with_own_effect(source, effect, _triad(effect.get("triad")))
         with working_on(self.path, self.output) as (config, folder):
             if config.source.text != session.config.source.text:

@@ -14,7 +14,7 @@ from tests.attack.judged import Judged
 #: Claim -> narrow pattern of the sentence that makes it; the first that matches counts.
 SENTENCES = {
     "failed reading": r"are no measurement",
-    "frozen": r": froze: |: stands still: |frozen blocks, in which| stands still at ",
+    "frozen": r": froze: |: stands still: |frozen blocks?, in which| stands still at ",
     "clipped": r"is saturated: |the axis is clipped there",
     "moved": r": the sensor moved: |: the sensor was moved on|: the sensor was shaken",
     "unsteady": r"the plate (sped up|slowed down) during",

@@ -18,7 +18,7 @@ from tests.world.write import write_session
 
 SAMPLE_RATE = 0.5  #: of the designs' rates, to halve the time
 FASTEST_RAD_S = 4.0  #: of the rich design, with an offset; a smaller range has the paper's alone
-REMARKS = ("are short", "frozen blocks")
+REMARKS = ("are short", "frozen block")
 """Warnings that a sound session may have: what a pose was too short for, readings held."""
 
 

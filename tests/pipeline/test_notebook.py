@@ -106,6 +106,8 @@ def test_calibrations_of_different_data_sheets_are_not_compared(
     in_si = calib.calibrate(9.81 * axes + rng.normal(0, 0.002, axes.shape), gravity=9.81)
     with pytest.raises(UnusableLog, match="a count of the one is no count of the other"):
         calib.compare(loaded.accelerometer, in_si)
+    with pytest.raises(TypeError, match="two calibrations"):
+        calib.compare(loaded.accelerometer, 3)  # type: ignore[arg-type]
 
 
 def test_rates_are_said_in_a_line(loaded: "pipeline.LoadedSession") -> None:

@@ -93,8 +93,9 @@ def without_frozen(
         )
     edges = np.flatnonzero(np.diff(np.concatenate([[False], frozen, [False]]).astype(np.int8)))
     blocks = list(zip(edges[::2], edges[1::2], strict=True))
-    note = (f"{log.label}: {len(blocks)} frozen blocks, in which the logger wrote one reading "
-            f"again and again (rows {_listed(blocks)}); {int(frozen.sum())} of {len(frozen)} "
+    plural = "s" if len(blocks) > 1 else ""
+    note = (f"{log.label}: {len(blocks)} frozen block{plural}, in which the logger wrote one "
+            f"reading again and again (rows {_listed(blocks)}); {int(frozen.sum())} of {len(frozen)} "
             f"samples are left out.")
     if turning:
         ends = [0, *(stop for _, stop in blocks)], [*(start for start, _ in blocks), len(frozen)]

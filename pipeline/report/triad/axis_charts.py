@@ -61,8 +61,8 @@ def axis_charts(refits: Refits) -> tuple[AxisCharts, ...]:
     """The panels of every effect worth showing: the verdict's first, then the covariates'."""
     result = refits.result
     leading = list(_leading(result))
-    offered = [c.name for c in result.diagnosis.ranking
-               if c.kind == "listed" and c.probability >= CONSTANTS.least_offered]
+    offered = [c.name for c in result.diagnosis.listed.values()
+               if c.probability >= CONSTANTS.least_offered]
     charts: list[AxisCharts] = []
     model = result.calibration.fit.model.names
     known: set[tuple[str, ...]] = set()  # a column and an effect of it have the same panels
@@ -87,8 +87,8 @@ def _leading(result: TriadResult) -> Iterator[str]:
     """The effects that the verdict names, or else those that were added to the model."""
     diagnosis = result.diagnosis
     if diagnosis.verdict in (Code.EFFECT, Code.AMBIGUOUS):
-        listed = {c.name for c in diagnosis.ranking if c.kind == "listed"}
-        yield from (name for name in (*diagnosis.names, *diagnosis.group) if name in listed)
+        yield from (name for name in (*diagnosis.names, *diagnosis.group)
+                    if name in diagnosis.listed)
     if diagnosis.verdict is Code.UNKNOWN:
         if diagnosis.name in result.calibration.fit.poses.columns:
             yield f"{OF_COLUMN}{diagnosis.name}"

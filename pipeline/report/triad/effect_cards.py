@@ -81,8 +81,7 @@ def _card(
 ) -> Json:
     """View of one effect; ``size`` is None where nothing was fitted."""
     result, entry = refits.result, entries.get(effect.name)
-    candidate = next((c for c in result.diagnosis.ranking
-                      if c.kind == "listed" and c.name == effect.name), None)
+    candidate = result.diagnosis.listed.get(effect.name)
     standing = _standing(result, effect)
     seen = entry is not None and entry["reason"] is None
     shape = fingerprint(refits, effect.name) if seen else None

@@ -42,9 +42,8 @@ def refit_json(refits: Refits, config: Path) -> Json:
     result, fit = refits.result, refits.run.fit
     unit, factor = DISPLAY[result.triad]
     names = tickable(refits)
-    listed = {c.name: c for c in result.diagnosis.ranking if c.kind == "listed"}
-    guesses = [name for name in names if name in listed and listed[name].aliases
-               and not result.diagnosis.named_class(name)]
+    listed = result.diagnosis.listed
+    guesses = [name for name in names if result.diagnosis.is_guess(name)]
     entries = [_box_json(name, listed.get(name), refits, name in guesses) for name in names]
     paired = 0 if result.diagnosis.verdict is Code.NOTHING_MISSING else PAIRED
     rows = []
@@ -72,8 +71,7 @@ def refit_json(refits: Refits, config: Path) -> Json:
 
 def tickable(refits: Refits) -> list[str]:
     """Effects with a box: those of the model, then the candidates, the most probable first."""
-    listed = [c.name for c in refits.result.diagnosis.ranking if c.kind == "listed"]
-    return [name for name in dict.fromkeys([*refits.run.added, *listed])
+    return [name for name in dict.fromkeys([*refits.run.added, *refits.result.diagnosis.listed])
             if name in refits.run.added or refits.flipped(name) is not None]
 
 
@@ -154,7 +152,7 @@ def changes_json(
     config : Path
         The file that commands name.
     guesses : collection of str
-        Effects that look like others and that no verdict names.
+        Effects that `add` refuses unless the user insists.
     """
     triad = refitted.fit.poses.triad
     judgements, commands = [], []

@@ -51,7 +51,7 @@ def test_frozen_samples_are_left_out_and_named() -> None:
     readings[700:800] = readings[700]
     rest, note = without_frozen(log_of(readings), turning=False)
     assert len(rest.time_s) == 5000 - 99
-    assert note == ("log: 1 frozen blocks, in which the logger wrote one reading again and again "
+    assert note == ("log: 1 frozen block, in which the logger wrote one reading again and again "
                     "(rows 702-800); 99 of 5000 samples are left out.")
     turning, _ = without_frozen(log_of(readings), turning=True)
     assert turning.time_s[0] == 8.0  # the longest stretch without a gap

@@ -163,6 +163,19 @@ def test_a_spoilt_table_is_refused(
     assert not (tmp_path / "out/fleet.parquet").exists()
 
 
+def test_a_design_names_no_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They would take the place of the table's."""
+    lot = accelerometers(2)
+    write_lot(tmp_path / "lot.csv", lot_columns(lot))
+    write_design(tmp_path / "design.yaml", lot)
+    with (tmp_path / "design.yaml").open("a", encoding="utf-8") as design:
+        design.write("  poses: rest/*.csv\n")
+    assert main(["fleet", str(tmp_path / "lot.csv"), "--design", str(tmp_path / "design.yaml"),
+                 "--output", str(tmp_path / "out")]) == 2
+    assert "design.yaml:7: accelerometer.poses: a design has no poses" in " ".join(
+        capsys.readouterr().err.split())
+
+
 def test_of_several_settings_the_table_says_which(tmp_path: Path) -> None:
     """Else the poses on the turning plate would count as poses at rest."""
     columns = {name: values for name, values in lot_columns(accelerometers(2)).items()

@@ -100,6 +100,12 @@ def test_a_name_that_is_a_script_is_no_effect(asked: Asked) -> None:
     assert asked.post("/refit", {"triad": "gyroscope", "state": state([], [])}) == before
 
 
+def test_an_effect_of_ones_own_that_is_no_mapping_is_answered_with_a_sentence(asked: Asked) -> None:
+    status, answer = asked.post("/write", {"state": state([], []), "own": 3})
+    assert status == 422
+    assert "has a name and a formula" in str(answer["error"])
+
+
 @pytest.mark.parametrize("question", [
     [], "x", {"triad": "magnetometer", "state": {}}, {"triad": "gyroscope", "state": []},
     {"triad": "gyroscope", "state": {"triads": {"gyroscope": {"ticked": "x", "out": ["y"]}}}},
