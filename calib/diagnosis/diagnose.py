@@ -148,7 +148,7 @@ class Diagnosis:
         odds are against it by itself and among what may be missing."""
         one = self.listed.get(name)
         return one is not None and not self.named_class(name) and bool(
-            one.aliases or one.log_evidence <= 0 and one.probability < 0.5)
+            one.aliases or (one.log_evidence <= 0 and one.probability < 0.5))
 
     def offered(self, name: str) -> str:
         """The effect to add for ``name``: of those that look the same, one that samples of another

@@ -60,22 +60,22 @@ def load_design(path: Path, table: Path) -> Config:
 def _with_table(source: YamlSource, table: str) -> YamlSource:
     """The design whose poses are those of ``table``; it may not name poses of its own."""
     values: dict[str, Any] = dict(source.values)
-    poses, own = {"means": table}, list[PathTo]()
+    poses, refused = {"means": table}, list[PathTo]()
     for triad in TRIADS:
         section = values.get(triad)
         if isinstance(section, dict) and isinstance(section.get("runs"), list):
-            own += [(triad, "runs", i, "poses") for i, run in enumerate(section["runs"])
-                    if isinstance(run, dict) and "poses" in run]
+            refused += [(triad, "runs", i, "poses") for i, run in enumerate(section["runs"])
+                        if isinstance(run, dict) and "poses" in run]
             runs = [{**run, "poses": poses} if isinstance(run, dict) else run
                     for run in section["runs"]]
             values[triad] = {**section, "runs": runs}
         elif isinstance(section, dict):
-            own += [(triad, "poses")] if "poses" in section else []
+            refused += [(triad, "poses")] if "poses" in section else []
             values[triad] = {**section, "poses": poses}
-    if own:
+    if refused:
         raise ConfigError(*(source.problem(path, "a design has no poses of its own: they are the "
                                            "rows of the table. Take the key out.")
-                            for path in own))
+                            for path in refused))
     return replace(source, values=values)
 
 

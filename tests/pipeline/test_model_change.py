@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from calib.effects.catalogue import BASE
 from calib.diagnosis.diagnose import Diagnosis
+from calib.effects.catalogue import BASE
 from calib.errors import CalibrationError, Undetermined
 from pipeline.config.load import Config, load_config
 from pipeline.errors import ConfigError
@@ -108,12 +108,9 @@ def test_a_curve_takes_the_place_of_its_straight_line(copied: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "remove", "says"),
-    [
+    ("name", "remove", "says"), [
         ("bias", False, "is in the model already"),
-        ("cubic", True, r"is not in the model, which is \[bias, scale, misalignment\]"),
-    ],
-)
+        ("cubic", True, r"is not in the model, which is \[bias, scale, misalignment\]")])
 def test_changes_that_change_nothing_are_refused(
     drifting: Path, name: str, remove: bool, says: str
 ) -> None:
@@ -242,23 +239,12 @@ def test_the_history_begins_with_the_model_before_the_first_change(copied: Path)
     assert len(history.splitlines()) == 2
 
 
-def test_aliases_that_no_verdict_names_are_refused_unless_the_user_insists(
-    tmp_path: Path,
-) -> None:
-    config = load_config(write_session(tmp_path, simulate(PAPER, 3), film=False).config)
-    found = run(config).triad("gyroscope")
-    assert found is not None
-    assert found.diagnosis.named_class("asymmetry") == ()
-    target = read_target(config, "gyroscope.asymmetry")
-    with pytest.raises(Undetermined, match=r"(looks the same as|do not show it).*--anyway"):
-        require_addable(found, target)
-    require_addable(found, target, anyway=True)
-
-
-def test_a_step_that_noise_alone_suggests_is_refused_by_its_odds(tmp_path: Path) -> None:
+def test_a_guess_and_a_step_that_noise_alone_suggests_are_refused(tmp_path: Path) -> None:
     """The fit chooses the moment, so that the error of poses that were left out falls by 3.6 %."""
     config = load_config(write_session(tmp_path, simulate(PAPER, 505), film=False).config)
     found = run(config)
+    with pytest.raises(Undetermined, match=r"looks the same as .*'asymmetry'.* --anyway"):
+        change_model(config, read_target(config, "gyroscope.quadratic"), never_run, before=found)
     target = read_target(config, "accelerometer.bias_step")
     with pytest.raises(Undetermined, match=r"do not show it: the odds are \S+ : 1 .*--anyway"):
         change_model(config, target, never_run, before=found)
@@ -270,22 +256,15 @@ def test_a_step_that_noise_alone_suggests_is_refused_by_its_odds(tmp_path: Path)
     assert overruled(change).endswith("against it.")
 
 
-def test_an_effect_with_which_left_out_poses_are_predicted_no_better_is_refused(
+def test_an_effect_that_predicts_no_better_is_refused_and_may_still_be_tried(
     drifting: Path, drift_found: Outcome, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     config = load_config(drifting)
-    monkeypatch.setattr(Diagnosis, "is_guess", lambda *_: False)
-    with pytest.raises(Undetermined, match=r"no better with it: .* would be .* and is .*--anyway"):
-        change_model(config, read_target(config, "gyroscope.cubic"), run, before=drift_found)
-
-
-def test_an_effect_that_nothing_calls_for_may_still_be_tried(
-    copied: Path, drift_found: Outcome
-) -> None:
-    config = load_config(copied)
     target = read_target(config, "gyroscope.cubic")
-    with pytest.raises(Undetermined, match=r"do not show it: the odds are .*--anyway"):
-        change_model(config, target, run, before=drift_found)
+    with monkeypatch.context() as no_odds:
+        no_odds.setattr(Diagnosis, "is_guess", lambda *_: False)
+        with pytest.raises(Undetermined, match=r"no better with it: .* would be .*--anyway"):
+            change_model(config, target, run, before=drift_found)
     change = change_model(config, target, run, before=drift_found, anyway=True)
     assert change.after.triad("gyroscope") is not None
     assert "cubic" in change.after.triad("gyroscope").calibration.fit.model.names

@@ -95,8 +95,8 @@ def without_frozen(
     blocks = list(zip(edges[::2], edges[1::2], strict=True))
     plural = "s" if len(blocks) > 1 else ""
     note = (f"{log.label}: {len(blocks)} frozen block{plural}, in which the logger wrote one "
-            f"reading again and again (rows {_listed(blocks)}); {int(frozen.sum())} of {len(frozen)} "
-            f"samples are left out.")
+            f"reading again and again (rows {_listed(blocks)}); {int(frozen.sum())} of "
+            f"{len(frozen)} samples are left out.")
     if turning:
         ends = [0, *(stop for _, stop in blocks)], [*(start for start, _ in blocks), len(frozen)]
         start, stop = max(zip(*ends, strict=True), key=lambda span: span[1] - span[0])
