@@ -12,10 +12,9 @@ import numpy as np
 
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.image_return import SAME_RETURN
+from vision.image_return import SAME_RETURN, ImageReturn
 from vision.numbers import FASTEST_USUAL, RPM, median
 from vision.phase_track import PhaseTrack
-from vision.rate.cross_checks import PictureReturns
 from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
 
 REACH = 3  # least number of listed aliases on either side
@@ -80,7 +79,7 @@ class Aliases:
 
 def list_aliases(
     track: PhaseTrack, time_s: FloatArray, rough_rad_s: float, nominal_rpm: float | None,
-    returns: PictureReturns,
+    returns: ImageReturn | None,
 ) -> Aliases:
     """List the rates that fit the frames and choose one.
 
@@ -93,7 +92,7 @@ def list_aliases(
         The smallest rate, signed.
     nominal_rpm : float, optional
         Expected rate, turns per minute; the nearest rate is chosen.
-    returns : PictureReturns
+    returns : ImageReturn or None
         Without a nominal rate, a plate of equal parts gets the rate after whose turns its picture
         returns: print on its label, a scratch.
 
@@ -109,8 +108,8 @@ def list_aliases(
         step_s = np.full_like(step_s, frame_s)  # invalid stamps exclude no rate
     spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
     wanted = (nominal_rpm or 0.0) * RPM
-    if not wanted and track.plate.symmetry > 1 and returns.strongest is not None:
-        wanted = returns.strongest.rate_rad_s
+    if not wanted and track.plate.symmetry > 1 and returns is not None:
+        wanted = returns.rate_rad_s
     # With many equal parts the nominal rate may be farther away.
     reach = max(REACH, int(np.ceil(wanted / spacing)))
     rates = rough_rad_s + spacing * np.arange(-reach, reach + 1)

@@ -19,10 +19,8 @@ from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.slow_changes import SlowRate
 from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.steady_part import noise_of_turns, steady_advice
+from vision.rate.unwrap import leaps, mean_rate, usual_rate
 
-#: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
-#: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
-SHOWN = 3
 FEWEST_STRETCHES = 3  #: least number of averages in a clip; derived: two have no middle one
 
 
@@ -38,9 +36,6 @@ class CheckThresholds:
         Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
         Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
         not the refusal.
-    leaps : float
-        Share of the rate in all that is not the usual one within a turn. Between two equal marks
-        that are taken for one (0.5, derived) and noise (0.2, seen in films).
     wandering : float
         Scatter that is not noise, over the noise of single frames.
     mostly : float
@@ -54,7 +49,6 @@ class CheckThresholds:
 
     turns: float = 1.0
     stopped: float = 0.5
-    leaps: float = 0.35
     wandering: float = 5.0
     mostly: float = 0.5
     scattered_rad: float = 0.0122
@@ -113,13 +107,6 @@ class Seen:
     def step_rad(self) -> float:
         """Usual angle from frame to frame."""
         return float(median(np.abs(np.diff(self.history.angle.angle_rad))))
-
-    @cached_property
-    def usual_rad_s(self) -> float:
-        """Usual rate over three frames, signed: a recorder may show each twice or three times."""
-        angle = self.history.angle
-        turned, frames = (x[SHOWN:] - x[:-SHOWN] for x in (angle.angle_rad, angle.index))
-        return float(median(turned / frames)) / angle.frame_s
 
     @property
     def subject(self) -> str:
@@ -198,7 +185,7 @@ def _says_less_than_a_turn(seen: Seen) -> str:
 
 
 def _says_wandering(seen: Seen) -> str:
-    usual, whole = np.abs([seen.usual_rad_s, seen.mean.rate_rad_s]) / RPM
+    usual, whole = (abs(rate(seen.history.angle)) / RPM for rate in (usual_rate, mean_rate))
     scatter, noise, step = np.degrees(
         [seen.scatter_rad, seen.history.phase_noise_rad, seen.step_rad])
     return (
@@ -239,8 +226,7 @@ def _hides_drops(seen: Seen) -> float:
 def _wanders(seen: Seen) -> float:
     noise = max(DROPPED.hides * seen.step_rad,
                 THRESHOLDS.wandering * seen.history.phase_noise_rad)
-    leaps = 1 - seen.usual_rad_s / seen.mean.rate_rad_s
-    return max(seen.scatter_rad / noise, leaps / THRESHOLDS.leaps)
+    return max(seen.scatter_rad / noise, leaps(seen.history.angle))
 
 
 REFUSALS: tuple[Check, ...] = (

@@ -7,7 +7,6 @@ dropped frames, and are compared with the rate on these stamps, not averaged wit
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -70,49 +69,18 @@ class CrossChecks:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class PictureReturns:
-    """Returns of the picture in the frames of a track.
-
-    Attributes
-    ----------
-    track : PhaseTrack
-    time_s : array, shape (f,)
-        Stamps of all its frames, s.
+def strongest_return(track: PhaseTrack, time_s: FloatArray) -> ImageReturn | None:
+    """The return of the strongest variation; None without one, and if the times, (f,), are uneven.
     """
-
-    track: PhaseTrack
-    time_s: FloatArray
-
-    @cached_property
-    def frame_s(self) -> float:
-        """Time from frame to frame; NaN if they are not evenly spaced."""
-        frame_s = frame_time(self.time_s)
-        is_even = np.abs(np.diff(self.time_s) - frame_s).max() <= EVEN * frame_s
-        return frame_s if is_even else np.nan
-
-    @cached_property
-    def strongest(self) -> ImageReturn | None:
-        """The return of the strongest variation; None if nothing returns."""
-        if np.isnan(self.frame_s):
-            return None
-        return image_return(np.ascontiguousarray(self.track.thumbnail[:MOST_FRAMES, :, None]),
-                            self.frame_s, (1,))
-
-    def of_a_turn(self, turn_s: float) -> tuple[ImageReturn | None, ImageReturn | None]:
-        """The return after a turn of the plate, which takes ``turn_s``, or after another time."""
-        first = self.strongest
-        if first is None:
-            return None, None
-        # A plate of equal parts looks the same after each of them.
-        share = max(1, round(turn_s / first.period_s)) / max(1, round(first.period_s / turn_s))
-        turn = replace(first, period_s=share * first.period_s, sd_s=share * first.sd_s)
-        if abs(turn.period_s / turn_s - 1) <= SAME_RETURN:
-            return turn, None
-        return None, first if self.track.plate.symmetry == 1 else None  # returns of some parts
+    frame_s = frame_time(time_s)
+    if np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
+        return None
+    return image_return(np.ascontiguousarray(track.thumbnail[:MOST_FRAMES, :, None]), frame_s, (1,))
 
 
-def cross_check(angle: PlateAngle, rate_rad_s: float, returns: PictureReturns) -> CrossChecks:
+def cross_check(
+    angle: PlateAngle, rate_rad_s: float, returns: ImageReturn | None, symmetry: int
+) -> CrossChecks:
     """Measure the rate by other methods, for comparison.
 
     Parameters
@@ -121,11 +89,23 @@ def cross_check(angle: PlateAngle, rate_rad_s: float, returns: PictureReturns) -
         With the dropped frames counted.
     rate_rad_s : float
         The measured rate, signed.
-    returns : PictureReturns
+    returns : ImageReturn or None
+        Of the strongest variation.
+    symmetry : int
+        Number of times per turn that the plate looks the same: after each it may return.
     """
     repaired_s = float(np.ptp(angle.repaired_time_s))
     by_stamps = abs(rate_rad_s) * repaired_s / float(np.ptp(angle.time_s))
-    return CrossChecks(by_stamps, count_frames(angle), *returns.of_a_turn(2 * np.pi / by_stamps))
+    lag = second = None
+    if returns is not None:
+        turn_s = 2 * np.pi / by_stamps
+        share = max(1, round(turn_s / returns.period_s)) / max(1, round(returns.period_s / turn_s))
+        turn = replace(returns, period_s=share * returns.period_s, sd_s=share * returns.sd_s)
+        if abs(turn.period_s / turn_s - 1) <= SAME_RETURN:
+            lag = turn
+        elif symmetry == 1:
+            second = returns
+    return CrossChecks(by_stamps, count_frames(angle), lag, second)
 
 
 def count_frames(angle: PlateAngle) -> FrameCount | None:

@@ -20,8 +20,8 @@ from itertools import compress
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.rate.least_squares import independent, least_squares
-from vision.rate.terms import MEANING, TERMS, Regressors, columns, design
+from vision.rate.least_squares import least_squares
+from vision.rate.terms import ALWAYS, MEANING, TERMS, Regressors, columns, design
 
 TAUS = 2.0 ** np.arange(-5, 14)  # in units of the noise: the prior of an effect's size
 PRIOR_NONE, PRIOR_LISTED, PRIOR_UNKNOWN = 0.5, 0.35, 0.15  #: probabilities before the data; chosen
@@ -166,10 +166,10 @@ def diagnose(
 
 def _unit(base: Regressors, angle_rad: FloatArray, shapes: dict[str, FloatArray]) -> float:
     """Noise of an independent residual of the fullest model, which has every hypothesis."""
-    listed = design(("once_per_rev", "twice_per_rev", "rate_drift"), base, base.time_s)
+    x = np.concatenate([design(ALWAYS[:3], base, base.time_s), *shapes.values()], axis=1)
+    y = angle_rad - base.line_rad
     # A fast plate has few frames per turn, on which some of the waves look the same.
-    basis = independent(np.concatenate([listed, *shapes.values()], axis=1))
-    fit = least_squares(basis, angle_rad - base.line_rad)
+    fit = least_squares(x, y, y.std() / np.sqrt((x**2).mean(axis=0)))
     return float(fit.noise * np.sqrt(fit.correlation_time))
 
 

@@ -30,7 +30,7 @@ from vision.phase_track import BoolArray, PlateAngle
 from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
 from vision.rate.angle_levels import THRESHOLDS as LEVELS
 from vision.rate.least_squares import THRESHOLDS as FIT
-from vision.rate.least_squares import correlation_time, independent
+from vision.rate.least_squares import correlation_time
 from vision.rate.steady_part import FEWEST_FRAMES
 from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.unwrap import waves_per_turn
@@ -175,8 +175,8 @@ def _sizes(
     past = np.cumsum(shown)[at - 1]
     at = at[(past > 0) & (np.diff(np.append(past, shown.sum())) > 0)]
     per_frame = float(median(np.diff(angle.angle_rad) / np.diff(angle.index)))
-    base = independent(np.column_stack([np.ones_like(time), time, time**2,
-                                        waves_per_turn(angle.angle_rad)]))[shown]
+    base = np.column_stack([np.ones_like(time), time, time**2,
+                            waves_per_turn(angle.angle_rad)])[shown]
     passed = (np.flatnonzero(shown)[:, None] >= at).astype(float)
     y = angle.angle_rad[shown]
     while True:

@@ -9,25 +9,23 @@ from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray
 
 ROUNDS = 8  #: rounds of the weights; numerical limit
+SETTLED = 0.01  #: relative change of the variance of a row that ends them; numerical
 SLOW_WAVES = 4  # over the rows: slower ones act on the slope
+LEAST = 1e-12  #: variance of a row over that of all rows; numerical
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
 
 
 @dataclass(frozen=True)
 class FitThresholds:
-    """Limits for outliers and dependent columns.
+    """Limit for outliers.
 
     Attributes
     ----------
     outlier : float
         Robust sds. Derived: of 10⁵ Gaussian rows less than one lies beyond 4.5.
-    clear_span : float
-        Relative singular value below which two columns count as one. Tuned on
-        ``tests.bench.vision_films mixed`` (fast plates with few frames per turn).
     """
 
     outlier: float = 5.0
-    clear_span: float = 0.03
 
 
 THRESHOLDS = FitThresholds()
@@ -64,55 +62,53 @@ class LeastSquares:
         return np.sqrt(np.diag(self.cov))
 
 
-def least_squares(x: FloatArray, y: FloatArray) -> LeastSquares:
+def least_squares(
+    x: FloatArray, y: FloatArray, usual: FloatArray | None = None,
+    stray: BoolArray | None = None,
+) -> LeastSquares:
     """Fit, setting aside rows beyond five robust standard deviations.
 
     Parameters
     ----------
     x : array, shape (n, k)
     y : array, shape (n,)
+    usual : array, shape (k,), optional
+        Sd of each parameter before the data, about zero; infinite if nothing is known of it.
+    stray : array of bool, shape (n,), optional
+        Rows that are set aside in any case.
 
     Raises
     ------
     numpy.linalg.LinAlgError
-        The columns are linearly dependent.
-    """
-    scaled, scale = columns_of_unit_rms(x)
-    used = np.ones(len(y), bool)
-    for _ in range(ROUNDS):
-        beta, _, _, singular = np.linalg.lstsq(scaled[used], y[used])
-        if singular[-1] < RANK_TOLERANCE * singular[0]:
-            raise np.linalg.LinAlgError("columns are linearly dependent")
-        residual = y - scaled @ beta
-        spread = SD_PER_MAD * float(median(np.abs(residual[used])))
-        keep = np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12)
-        if np.array_equal(keep, used):
-            break
-        used = keep
-    freedom = max(int(used.sum()) - x.shape[1], 1)
-    noise = float(np.sqrt((residual[used] ** 2).sum() / freedom))
-    time = correlation_time(residual[used])
-    inverse = np.linalg.inv(scaled[used].T @ scaled[used])
-    cov = noise**2 * time * inverse / np.outer(scale, scale)
-    return LeastSquares(beta / scale, cov, residual, used, noise, time)
-
-
-def columns_of_unit_rms(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns (n, k) of any unit over their root mean squares, and these (k,), 1 for a zero
-    column.
+        The columns are linearly dependent, and nothing is known of their parameters.
     """
     rms = np.sqrt((x**2).mean(axis=0))
     scale = np.where(rms > 0, rms, 1.0)
-    return np.asarray(x / scale), np.asarray(scale)
-
-
-def independent(x: FloatArray) -> FloatArray:
-    """An orthonormal basis of the clear span of the columns, shape (n, rank)."""
-    scaled, _ = columns_of_unit_rms(x)
-    # From the small normal matrix: a singular value decomposition of all rows costs far more.
-    squared, axes = np.linalg.eigh(scaled.T @ scaled)
-    clear = squared > THRESHOLDS.clear_span**2 * squared[-1]
-    return np.asarray(scaled @ axes[:, clear] / np.sqrt(squared[clear]))
+    scaled = x / scale
+    known = np.zeros(x.shape[1]) if usual is None else 1 / (usual * scale)
+    possible = np.ones(len(y), bool) if stray is None else ~stray
+    used, variance = possible, 0.0
+    for _ in range(ROUNDS):
+        # What is known of a parameter before the data is one row more, as sure as the others.
+        prior = known * np.sqrt(max(variance, LEAST * float(y.var())))
+        rows = np.concatenate([scaled[used], np.diag(prior)])
+        beta, _, _, singular = np.linalg.lstsq(rows, np.append(y[used], np.zeros_like(prior)))
+        if singular[-1] < RANK_TOLERANCE * singular[0]:
+            raise np.linalg.LinAlgError("columns are linearly dependent")
+        inverse = np.linalg.inv(rows.T @ rows)
+        residual = y - scaled @ beta
+        determined = len(prior) - float(prior**2 @ np.diag(inverse))
+        noise = np.sqrt((residual[used] ** 2).sum() / max(used.sum() - determined, 1))
+        time = correlation_time(residual[used])
+        before, variance = variance, float(noise**2 * time)
+        spread = SD_PER_MAD * float(median(np.abs(residual[used])))
+        keep = possible & (np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12))
+        settled = not known.any() or abs(variance - before) < SETTLED * variance
+        if settled and np.array_equal(keep, used):
+            break
+        used = keep
+    cov = variance * inverse / np.outer(scale, scale)
+    return LeastSquares(beta / scale, cov, residual, used, float(noise), time)
 
 
 def correlation_time(residual: FloatArray) -> float:

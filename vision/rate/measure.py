@@ -21,7 +21,7 @@ from vision.rate.aliases import Aliases, list_aliases
 from vision.rate.all_terms import diagnose_all
 from vision.rate.camera_roll import camera_roll
 from vision.rate.checks import Seen, refuse, warnings
-from vision.rate.cross_checks import CrossChecks, PictureReturns, cross_check
+from vision.rate.cross_checks import CrossChecks, cross_check, strongest_return
 from vision.rate.diagnosis import PhaseDiagnosis
 from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
@@ -32,7 +32,6 @@ from vision.rate.terms import (
     CONSTANT_RATE,
     TERMS,
     StatedFit,
-    column_of,
     fit_rate,
     fit_stated,
     without_lag,
@@ -189,17 +188,16 @@ def _measured(
 ) -> RateMeasurement:
     track, stamps = frames.track, frames.time_s
     _require_usable(track)
-    returns = PictureReturns(track, stamps)
+    returns = strongest_return(track, stamps)
     aliases = list_aliases(track, stamps, rough_rate(track, stamps), nominal_rpm, returns)
     dropped = dropped_frames(continuous_angle(track, stamps, aliases.chosen_rad_s))
     angle = dropped.angle
-    fit, x, base, always = fit_rate(track, angle, aliases.chosen_rad_s)
-    mean = slow_rate(fit, x, angle.angle_rad, base.time_s, column_of("rate_drift", base, always),
-                     ends)
+    fit, x, base = fit_rate(track, angle, dropped.stray, aliases.chosen_rad_s)
+    mean = slow_rate(fit, x, angle.angle_rad, base, ends)
     seen = Seen(track, dropped, rate_history(angle, dropped.stray), mean, fit.noise)
     refuse(seen)
     rate = mean.rate_rad_s
-    angle = without_lag(angle, fit, base, always)
+    angle = without_lag(angle, fit, base)
     exposure = exposure_drift(track, angle, rate)
     roll = camera_roll(track)
     parts = (
@@ -210,7 +208,7 @@ def _measured(
         track.leaning_frames * angle.frame_s / float(np.ptp(angle.time_s)) * rate,
         roll.rate_rad_s,
     )
-    checks = cross_check(angle, rate, returns)
+    checks = cross_check(angle, rate, returns, track.plate.symmetry)
     uncertainty = RateUncertainty(
         image_rad_s=float(np.linalg.norm(parts)),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,

@@ -28,6 +28,7 @@ from vision.rate.steady_part import FEWEST_FRAMES, ClipPart
 from vision.rate.unwrap import (
     continuous_angle,
     frame_time,
+    leaps,
     rate_history,
     rough_rate,
     scatter_about_even,
@@ -103,6 +104,11 @@ class FrameTimes:
         if np.ptp(history.rate_rad_s) > CHANGES * abs(median(history.rate_rad_s)):
             return history.phase_noise_rad
         return scatter_about_even(self.angle)
+
+    @property
+    def leaps(self) -> bool:
+        """Whether the angle leaps at these times, or too few frames can be used."""
+        return self.angle is None or leaps(self.angle)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ import numpy as np
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle
-from vision.rate.least_squares import LeastSquares, independent, least_squares
+from vision.rate.least_squares import LeastSquares, least_squares
 from vision.rate.unwrap import waves_per_turn
 
 ROUNDS, STAYS = 8, 1e-3  #: rounds at most; sds of the rate within which it stays; numerical
@@ -27,6 +27,11 @@ CONSTANT_RATE = "constant_rate"
 TERMS = ("once_per_rev", "twice_per_rev", "rate_drift", "frame_steps", "rolling_shutter")
 FORWARD_PREDICTION = "forward_prediction"
 ALWAYS = ("once_per_rev", "twice_per_rev", "rate_drift", FORWARD_PREDICTION)
+DRIFT, LAG = 6, 7  #: columns of two of these beside the constant and the rate; definition
+#: Sds before the data, of the waves, rad: 4° of a centre or a view that is off, 1.8° of a camera
+#: tilted by 20°; of an even relative change over a clip (judgement: a third of the largest one of a
+#: constant rate); and of the lag of predicted frames, rad: some mrad at strong compression.
+USUAL_WAVES, USUAL_CHANGE, USUAL_LAG = (0.07, 0.03), 0.003, 0.005
 UNITS = {
     "once_per_rev": "rad",
     "twice_per_rev": "rad",
@@ -121,8 +126,8 @@ def design(terms: Sequence[str], base: Regressors, time_s: FloatArray) -> FloatA
 
 
 def fit_rate(
-    track: PhaseTrack, angle: PlateAngle, rate_rad_s: float
-) -> tuple[LeastSquares, FloatArray, Regressors, tuple[str, ...]]:
+    track: PhaseTrack, angle: PlateAngle, stray: BoolArray, rate_rad_s: float
+) -> tuple[LeastSquares, FloatArray, Regressors]:
     """Fit the rate jointly with the terms that are always fitted, until the line converges.
 
     The line places the waves, and if they are large, misplaced ones bias it.
@@ -131,67 +136,43 @@ def fit_rate(
     ----------
     track : PhaseTrack
     angle : PlateAngle
+    stray : array of bool, shape (u,)
+        Frames that are likely mismeasured.
     rate_rad_s : float
         Near the rate, signed.
 
     Returns
     -------
     fit : LeastSquares, x : array, shape (u, k), base : Regressors
-        β of constant, rate and the fitted terms; their columns and regressors at the line.
-    always : tuple of str
-        The terms of ``ALWAYS`` that this clip separates.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        Not even the line can be fitted.
+        β of constant, rate, the terms of ``ALWAYS`` and the steps of the clock; their columns and
+        regressors at the line.
     """
-    for _ in range(ROUNDS):
-        base = regressors(track, angle, rate_rad_s)
-        always: tuple[str, ...] = ()
-        for term in ALWAYS:
-            # A fast plate has few frames per turn, on which the waves may look the same.
-            x = design((*always, term), base, base.time_s)
-            if independent(x).shape[1] == x.shape[1]:
-                always = (*always, term)
-        fit, x, always = _fit(always, base, angle)
-        before, rate_rad_s = rate_rad_s, float(fit.beta[1])
-        if abs(rate_rad_s - before) < STAYS * float(fit.sd[1]):
-            break
-    return fit, x, base, always
-
-
-def _fit(
-    always: tuple[str, ...], base: Regressors, angle: PlateAngle
-) -> tuple[LeastSquares, FloatArray, tuple[str, ...]]:
-    """The fit, its columns, and the terms of ``always`` that the frames not set aside separate."""
     # The sizes of the steps of a clock are known no better than by the fit.
     past = np.cumsum(angle.stepped)
     steps = (past[:, None] >= np.arange(1, past[-1] + 1)).astype(float)
-    x = np.column_stack([design(always, base, base.time_s), steps])
-    try:
-        return least_squares(x, angle.angle_rad), x, always
-    except np.linalg.LinAlgError:
-        if angle.stepped.any():
-            return _fit(always, base, replace(angle, stepped=angle.stepped & False))
-        if not always:
-            raise
-        return _fit(always[:-1], base, angle)
+    for _ in range(ROUNDS):
+        base = regressors(track, angle, rate_rad_s)
+        x = np.column_stack([design(ALWAYS, base, base.time_s), steps])
+        fit = least_squares(x, angle.angle_rad, usual_sizes(base, x.shape[1]), stray)
+        before, rate_rad_s = rate_rad_s, float(fit.beta[1])
+        if abs(rate_rad_s - before) < STAYS * float(fit.sd[1]):
+            break
+    return fit, x, base
 
 
-def without_lag(
-    angle: PlateAngle, fit: LeastSquares, base: Regressors, always: tuple[str, ...]
-) -> PlateAngle:
+def usual_sizes(base: Regressors, count: int) -> FloatArray:
+    """Sd of each of the ``count`` parameters of a rate before the data, (count,), in its unit.
+
+    A step of the clock by more than half a turn looks like a smaller one.
+    """
+    drift = USUAL_CHANGE * abs(base.rate_rad_s) / float(np.ptp(base.time_s))
+    sizes = (np.inf, np.inf, *[USUAL_WAVES[0]] * 2, *[USUAL_WAVES[1]] * 2, drift, USUAL_LAG)
+    return np.array(sizes + (np.pi,) * (count - len(sizes)))
+
+
+def without_lag(angle: PlateAngle, fit: LeastSquares, base: Regressors) -> PlateAngle:
     """The angle without the lag of forward-predicted frames."""
-    at = column_of(FORWARD_PREDICTION, base, always)
-    return replace(angle, angle_rad=angle.angle_rad - fit.beta[at] * base.forward) if at else angle
-
-
-def column_of(term: str, base: Regressors, always: tuple[str, ...]) -> int:
-    """First column of a term in the design of these terms; 0 without it."""
-    if term not in always:
-        return 0
-    return len(design(always[: always.index(term)], base, base.time_s).T)
+    return replace(angle, angle_rad=angle.angle_rad - fit.beta[LAG] * base.forward)
 
 
 @dataclass(frozen=True, eq=False)

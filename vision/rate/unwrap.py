@@ -11,6 +11,12 @@ from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 LOCAL_STEPS = 31  # frames of a median, for a usual step
 BURST = 8.0  # least time of two steps in a burst, usual steps; otherwise it is two
 REGULAR = 0.1  # of the usual step, or turn: largest deviation of a regular one
+#: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
+#: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
+SHOWN = 3
+#: Share of the mean rate that is not the usual one. Between two equal marks that are taken for one
+#: (0.5, derived) and noise (0.2, seen in films).
+LEAPS = 0.35
 
 
 @dataclass(frozen=True)
@@ -116,6 +122,23 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
         stepped=np.zeros(len(good), bool),
         frame_s=frame_time(time_s),
     )
+
+
+def usual_rate(angle: PlateAngle) -> float:
+    """Usual rate over three frames, rad/s, signed: a recorder may show each three times."""
+    turned, frames = (x[SHOWN:] - x[:-SHOWN] for x in (angle.angle_rad, angle.index))
+    return float(median(turned / frames)) / angle.frame_s
+
+
+def leaps(angle: PlateAngle) -> bool:
+    """Whether much of the way is none of the usual rate, as from one equal mark to another."""
+    mean = mean_rate(angle)
+    return bool((mean - usual_rate(angle)) * np.sign(mean) > LEAPS * abs(mean))
+
+
+def mean_rate(angle: PlateAngle) -> float:
+    """Rate from the first frame to the last, rad/s, signed."""
+    return float((angle.angle_rad[-1] - angle.angle_rad[0]) / np.ptp(angle.repaired_time_s))
 
 
 def running_median(values: FloatArray, over: int) -> FloatArray:

@@ -4,13 +4,10 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
-import numpy as np
-
 from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused, more_telling
 from vision.numbers import FASTEST_USUAL
 from vision.rate.checks import THRESHOLDS as CHECKS
 from vision.rate.slow_camera import frame_times
-from vision.rate.unwrap import rough_rate
 
 if TYPE_CHECKING:
     from vision.phase_track import PhaseTrack
@@ -26,7 +23,8 @@ def best_track(name: str, tracks: "list[PhaseTrack | RateRefused]") -> "PhaseTra
     turning = [track for track in tracks if has_turns(track)]
     no_turn = next((each for each in tracks if isinstance(each, OnlyShifts | EqualReturns)), None)
     if no_turn is not None:
-        turning = [track for track in turning if is_explained(track) and not _leaps(track)]
+        turning = [track for track in turning if is_explained(track)
+                   and not frame_times(track, track.time_s).leaps]
     if turning:
         # If the times scatter and not the angles, all tracks scatter equally.
         allowed = CLEARLY * min(map(_scatter_rad, turning))
@@ -81,15 +79,10 @@ def is_explained(result: "PhaseTrack | RateRefused") -> bool:
 
 def is_good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
     """Whether a plate was tracked well enough to try no other method."""
-    if result is None or not has_turns(result) or _leaps(result):
+    if result is None or not has_turns(result):
         return False
-    return _scatter_rad(result) < CHECKS.scattered_rad
-
-
-def _leaps(track: "PhaseTrack") -> bool:
-    """Whether much of the way is none of the usual rate: from one equal mark to another."""
-    usual = abs(rough_rate(track, track.time_s)) * np.ptp(track.time_s) / (2 * np.pi)
-    return bool(usual < (1 - CHECKS.leaps) * track.apparent_turns)
+    times = frame_times(result, result.time_s)
+    return not times.leaps and times.scatter_rad < CHECKS.scattered_rad
 
 
 def _scatter_rad(track: "PhaseTrack") -> float:

@@ -80,6 +80,16 @@ def test_frames_that_are_mismeasured_do_not_make_an_even_plate_unsteady() -> Non
     assert told <= 2
 
 
+def test_two_frames_in_seven_that_are_mismeasured_do_not_make_the_angle_wander() -> None:
+    """The clip was refused: by the scatter of all frames they looked like the others."""
+    time, angle = steady(78.0, seconds=3.3, fps=25)
+    for at, away in ((5, 1.7), (17, -2.0), (29, 1.2), (41, 2.1), (53, -1.5), (65, 1.9)):
+        angle[at : at + 4] += away * 78.0 * RPM / 25
+    rate = measured(time, angle)
+    assert rate.frames.used == len(time) - 24
+    assert abs(rate.rate_rad_s - 78.0 * RPM) < 3 * rate.sd_rad_s < 3e-5 * rate.rate_rad_s
+
+
 def test_small_odds_in_many_frames_of_a_run_up_add_up_to_no_dropped_one() -> None:
     """They did in 13 of 60, within the turns that are steady."""
     counted = 0
@@ -242,7 +252,7 @@ def test_a_mark_that_is_taken_for_the_other_one_does_not_double_the_rate() -> No
     """Where two equal marks pass the visible half of a plate, each for half a turn."""
     time, angle = steady(10.0, seconds=14, fps=30)
     track = phase_track(time, -1.04 * np.mod(angle, np.pi), noise_rad=NOISE)
-    with pytest.raises(RateRefused, match=r"at 10\.4 rpm, and at 20 rpm in all: .* for another"):
+    with pytest.raises(RateRefused, match=r"at 10\.4 rpm, and at 18\.\d rpm in all.*for another"):
         measure_rate(track, timebase=CLOCK)
 
 

@@ -11,9 +11,10 @@ from tests.vision.motor_tracks import motor_track
 from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.geometry import FloatArray
-from vision.rate.least_squares import least_squares
 from vision.rate.measure import measure_rate
 from vision.rate.slow_changes import slow_rate
+from vision.rate.terms import fit_rate
+from vision.rate.unwrap import continuous_angle
 
 
 def drifting(time: FloatArray, rpm: float, change: float) -> FloatArray:
@@ -47,11 +48,11 @@ def test_the_sds_of_a_mean_rate_and_of_its_change_are_those_of_repeated_measurem
     for seed in range(80):
         rng = np.random.default_rng([seed, 33])
         time = np.arange(rng.integers(60, 600)) / 30
-        change = rng.choice([0.0, 0.02]) * rng.standard_normal()
-        angle = drifting(time, 33.3, change) + 5e-3 * rng.standard_normal(len(time))
-        middle = time - time.mean()
-        x = np.column_stack([np.ones_like(time), middle, middle**2 / 2])
-        mean = slow_rate(least_squares(x, angle), x, angle, middle, 2, (False, False, False))
+        change = 0.003 * rng.standard_normal()
+        track = phase_track(time, drifting(time, 33.3, change), noise_rad=5e-3, seed=seed)
+        angle = continuous_angle(track, time, 33.3 * RPM)
+        fit, x, base = fit_rate(track, angle, angle.stepped, 33.3 * RPM)
+        mean = slow_rate(fit, x, angle.angle_rad, base, (False, False))
         pulls.append([(mean.rate_rad_s - 33.3 * RPM) / mean.sd_rad_s,
                       (mean.change - change) / mean.change_sd])
     rms = np.sqrt(np.mean(np.square(pulls), axis=0))
