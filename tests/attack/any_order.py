@@ -46,20 +46,23 @@ def _with_a_full_disk(words: Sequence[object], stop_at: int) -> int:
     return code if code == 0 or calls < stop_at or stop_at == 0 else STOPPED
 
 
-def _killed(words: Sequence[object], stop_at: int) -> int:
-    """The same of a process that is killed there."""
+def killed(words: Sequence[object], step: str, stop_at: int) -> int:
+    """The exit code of a command in a process that is killed at the n-th ``step`` of its writes.
+
+    A step is ``replace``, the renaming of a file, or ``fsync``, what forces it to the disk.
+    """
     child = os.fork()
     if child == 0:
-        real, calls = os.replace, 0
+        real, calls = getattr(os, step), 0
 
-        def killed(*arguments: object) -> None:
+        def kill(*arguments: object) -> None:
             nonlocal calls
             calls += 1
             if calls == stop_at:
                 os.kill(os.getpid(), signal.SIGKILL)
-            real(*arguments)  # type: ignore[arg-type]
+            real(*arguments)
 
-        files.os.replace = killed  # type: ignore[attr-defined]
+        setattr(files.os, step, kill)  # type: ignore[attr-defined]
         os._exit(pipeline(*map(str, words)))
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
@@ -85,6 +88,11 @@ class AnyOrder(RuleBasedStateMachine):
         return {name: each for name, each in hashes(self.config.parent).items()
                 if name.endswith(".csv") and ".run/" not in name}
 
+    def _whole(self) -> dict[str, str]:
+        """All files but the unfinished ones of a killed command, which the next one takes away."""
+        return {name: each for name, each in hashes(self.config.parent).items()
+                if not name.endswith(files.PART)}
+
     def _stated(self) -> list[str]:
         text = self.config.read_text(encoding="utf-8")
         return list(yaml.safe_load(text)["accelerometer"]["model"])
@@ -93,22 +101,22 @@ class AnyOrder(RuleBasedStateMachine):
         path = self.config.with_suffix(".run") / "history.jsonl"
         return path.read_text(encoding="utf-8").splitlines()
 
-    def _typed(self, command: str, effect: str, stop_at: int, killed: bool) -> None:
+    def _typed(self, command: str, effect: str, stop_at: int, is_killed: bool) -> None:
         """Change the model; at a ``stop_at`` above 0 the disk is full from that write on.
 
-        Or the command is ``killed`` there, in a process of its own.
+        Or the command is killed there, in a process of its own.
         """
         self._finish()
-        before = hashes(self.config.parent)
+        before = self._whole()
         words = (command, self.config, f"accelerometer.{effect}",
                  *(("--anyway",) if command == "add" else ()))
-        code = _killed(words, stop_at) if killed else _with_a_full_disk(words, stop_at)
+        code = killed(words, "replace", stop_at) if is_killed else _with_a_full_disk(words, stop_at)
         assert code in (0, 2, 4, 5, STOPPED)
         changed = sorted({*self.model} ^ {effect})
         if code == 0:
             assert sorted(self._stated()) == changed
         elif code != STOPPED:  # refused: by the model, or by the poses
-            assert hashes(self.config.parent) == before
+            assert self._whole() == before
         self._accept(changed)
 
     def _accept(self, changed: list[str]) -> None:
@@ -117,13 +125,13 @@ class AnyOrder(RuleBasedStateMachine):
         if sorted(self._stated()) == changed:
             self.model, self.is_stale = self._stated(), False
 
-    @rule(effect=st.sampled_from(EFFECTS), stop_at=st.integers(0, 5), killed=st.booleans())
-    def add(self, effect: str, stop_at: int, killed: bool) -> None:
-        self._typed("add", effect, stop_at, killed)
+    @rule(effect=st.sampled_from(EFFECTS), stop_at=st.integers(0, 5), is_killed=st.booleans())
+    def add(self, effect: str, stop_at: int, is_killed: bool) -> None:
+        self._typed("add", effect, stop_at, is_killed)
 
-    @rule(effect=st.sampled_from(EFFECTS), stop_at=st.integers(0, 5), killed=st.booleans())
-    def remove(self, effect: str, stop_at: int, killed: bool) -> None:
-        self._typed("remove", effect, stop_at, killed)
+    @rule(effect=st.sampled_from(EFFECTS), stop_at=st.integers(0, 5), is_killed=st.booleans())
+    def remove(self, effect: str, stop_at: int, is_killed: bool) -> None:
+        self._typed("remove", effect, stop_at, is_killed)
 
     @rule(pose=st.integers(1, 18))
     def exclude(self, pose: int) -> None:

@@ -7,39 +7,16 @@ import shutil
 import signal
 import subprocess
 import sys
-from itertools import product
 from pathlib import Path
 
 import pytest
 
+from tests.attack.any_order import killed
 from tests.attack.case import is_consistent
 from tests.paths import ROOT
 from tests.sessions import accelerometer_alone, pipeline
 
 ADD = ("add", "CONFIG", "accelerometer.bias_drift", "--anyway")
-#: Forks for each line "step N CONFIG"; the fork is killed at the N-th renaming, or before the N-th
-#: forcing to the disk. The first command imports everything.
-KILLER = """
-import os, sys
-from pipeline import cli, files
-def kill_at(name, n):
-    count, real = 0, getattr(os, name)
-    def killed(*arguments):
-        nonlocal count
-        count += 1
-        if count == n:
-            os.kill(os.getpid(), 9)
-        return real(*arguments)
-    setattr(files.os, name, killed)
-cli.main(["run", sys.argv[1]])
-for line in sys.stdin:
-    step, n, config = line.rstrip().split(" ", 2)
-    child = os.fork()
-    if child == 0:
-        kill_at(step, int(n))
-        os._exit(cli.main([config if word == "CONFIG" else word for word in sys.argv[2:]]))
-    print("code", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
-"""
 WRITES = 5
 """Files of a model change: configuration, results, report, history and the journal of the four."""
 
@@ -48,39 +25,26 @@ def command(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "pipeline", *map(str, arguments)]
 
 
-def test_a_kill_at_any_write_leaves_all_or_nothing_to_the_next_command(
-    prepared_alone: Path, tmp_path: Path
+@pytest.mark.parametrize(("step", "n"), [
+    ("fsync", WRITES), ("replace", 3), ("fsync", WRITES + 1), ("replace", WRITES + 1)])
+def test_a_kill_at_a_write_leaves_all_or_nothing_to_the_next_command(
+    alone: Path, step: str, n: int
 ) -> None:
-    before = prepared_alone.read_bytes()
-    kills = {}
-    for step, n in product(("replace", "fsync"), range(1, WRITES + 2)):
-        shutil.copytree(prepared_alone.parent, tmp_path / f"{step}{n}")
-        kills[step, n] = tmp_path / f"{step}{n}" / prepared_alone.name
-    shutil.copytree(prepared_alone.parent, tmp_path / "first")
-    done = subprocess.run(
-        [sys.executable, "-c", KILLER, tmp_path / "first" / prepared_alone.name, *ADD], cwd=ROOT,
-        input="".join(f"{step} {n} {config}\n" for (step, n), config in kills.items()),
-        capture_output=True, text=True, check=True)
-    codes = [int(line[4:]) for line in done.stdout.splitlines() if line.startswith("code ")]
-    for ((step, n), config), code in zip(kills.items(), codes, strict=True):
-        assert code in (0, -signal.SIGKILL), (step, n, done.stderr)
-        killed = code != 0
-        assert killed or n > WRITES, (step, n)
-        assert pipeline("diagnose", config) == 0
-        assert is_consistent(config), (step, n)
-        if killed and step == "fsync":
-            assert config.read_bytes() == before
+    """Before and after the journal is in place; each write alone stands in test_files."""
+    before = alone.read_bytes()
+    code = killed([alone if word == "CONFIG" else word for word in ADD], step, n)
+    assert code == (-signal.SIGKILL if n <= WRITES else 0)
+    assert pipeline("diagnose", alone) == 0
+    assert is_consistent(alone)
+    assert (alone.read_bytes() == before) == (step == "fsync" and n <= WRITES)
 
 
-@pytest.mark.parametrize("step", ["replace", "fsync"])
-@pytest.mark.parametrize("n", range(1, WRITES + 1))
-def test_a_full_disk_or_an_interrupt_at_any_write_changes_both_or_neither(
-    alone: Path, monkeypatch: pytest.MonkeyPatch, step: str, n: int,
+@pytest.mark.parametrize(("step", "n", "fault"), [
+    ("fsync", WRITES, OSError(28, "No space left on device")), ("replace", 3, KeyboardInterrupt())])
+def test_a_full_disk_or_an_interrupt_at_a_write_changes_both_or_neither(
+    alone: Path, monkeypatch: pytest.MonkeyPatch, step: str, n: int, fault: BaseException,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Each of the two at every write, before or at the renaming in turn."""
-    is_interrupt = n % 2 == (step == "fsync")
-    fault = KeyboardInterrupt() if is_interrupt else OSError(28, "No space left on device")
     real, calls = getattr(os, step), 0
 
     def faulty(*arguments: object) -> object:

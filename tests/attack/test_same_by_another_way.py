@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 import yaml
 
 from tests.sessions import pipeline, results_in
@@ -18,21 +17,19 @@ from tests.world.designs import rich_design
 from tests.world.session import simulate
 from tests.world.write import write_session
 
-#: What a unit of the log is in counts of the simulated sensor, of both triads.
-UNITS = {"counts": (1.0, 1.0), "g and °/s": (16384.0, 131.072)}
+PER_G, PER_DEG_S = 16384.0, 131.072  #: counts of the simulated sensor
 MOST_SD = 0.7  #: of a parameter; what the ends of poses, which a search leaves out, move it by
 
 
-@pytest.mark.parametrize("unit", UNITS)
-def test_an_import_of_one_file_is_that_of_many(unit: str, tmp_path: Path) -> None:
+def test_an_import_of_one_file_is_that_of_many(tmp_path: Path) -> None:
     session = simulate(rich_design().scaled(sample_rate=0.3), 5)
     config = write_session(tmp_path / "session", session, film=False).config
     files = sorted((config.parent / "accelerometer").glob("*.csv"))
     header = files[0].read_text(encoding="utf-8").splitlines()[0]
     tables = [np.loadtxt(path, delimiter=",", skiprows=1) for path in files]
     for table, path in zip(tables, files, strict=True):
-        table[:, 1:4] /= UNITS[unit][0]
-        table[:, 4:7] /= UNITS[unit][1]
+        table[:, 1:4] /= PER_G
+        table[:, 4:7] /= PER_DEG_S
         _write(path, header, table)
     whole = tmp_path / "whole.csv"
     _write(whole, header, np.vstack(sorted(tables, key=lambda table: float(table[0, 0]))))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import stat
 from pathlib import Path
 
@@ -9,7 +10,13 @@ import pytest
 
 from pipeline import files
 from pipeline.errors import UnwritableOutput
-from pipeline.files import finish_interrupted, may_never_end, remove_parts, write_whole
+from pipeline.files import (
+    finish_interrupted,
+    may_never_end,
+    remove_parts,
+    write_together,
+    write_whole,
+)
 
 
 def test_text_and_bytes_are_written_as_they_are(tmp_path: Path) -> None:
@@ -36,6 +43,46 @@ def test_a_fault_leaves_the_old_file_and_nothing_else(
         write_whole(path, "new")
     assert [each.name for each in tmp_path.iterdir()] == ["results.json"]
     assert path.read_text() == "old"
+
+
+@pytest.mark.parametrize("fault", ["full disk", "interrupt", "kill"])
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+@pytest.mark.parametrize("n", range(1, 6))
+def test_a_fault_at_any_write_of_several_files_changes_all_or_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, n: int, fault: str
+) -> None:
+    """Four files and their journal; where it is in place the change goes forward."""
+    paths = [tmp_path / name for name in ("config.yaml", "results.json", "report.html", "history")]
+    journal, real, calls = tmp_path / ".unfinished.json", getattr(os, step), 0
+    for path in paths:
+        path.write_text("old")
+
+    def faulty(*arguments: object) -> object:
+        nonlocal calls
+        calls += 1
+        if calls == n and fault == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if calls == n:
+            raise KeyboardInterrupt if fault == "interrupt" else OSError(28, "No space left")
+        return real(*arguments)
+
+    monkeypatch.setattr(files.os, step, faulty)
+    if fault != "kill":
+        with pytest.raises((UnwritableOutput, KeyboardInterrupt)):
+            write_together(dict.fromkeys(paths, "new"), journal)
+    elif child := os.fork():
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+    else:
+        try:
+            write_together(dict.fromkeys(paths, "new"), journal)
+        finally:
+            os._exit(0)
+    monkeypatch.undo()
+    finish_interrupted(journal, paths)
+    remove_parts([*paths, journal])
+    expected = "new" if step == "replace" and n > 1 else "old"
+    assert [path.read_text() for path in paths] == [expected] * 4
+    assert {*tmp_path.iterdir()} == {*paths}
 
 
 def test_a_replaced_file_keeps_its_permissions(tmp_path: Path) -> None:
