@@ -18,7 +18,7 @@ from tests.world.designs import paper_design
 from tests.world.imu import mpu6050
 from tests.world.lot import LotPlan, draw_lot
 
-EVENINGS = 40
+EVENINGS = 20
 ALIKE = {
     "temperature_bias": {"temperature_bias", "bias_drift", "warm_up", "temperature_bias_curve",
                          "bias_wander"},
@@ -45,7 +45,7 @@ def test_what_rises_with_time_and_temperature_is_named_as_one_class(name: str) -
 def test_an_open_verdict_lists_all_members_of_a_class() -> None:
     lot = draw_lot(paper_design(mpu6050()),
                    LotPlan(EVENINGS, hidden="bias_drift", own_sd=(5.0, 5.0)), 33)
-    said = [diagnose(fit(poses, Model.of(BASE))) for poses in pose_sets_of(lot)[:20]]
+    said = [diagnose(fit(poses, Model.of(BASE))) for poses in pose_sets_of(lot)[:10]]
     listed = [(each, i) for each in said if each.verdict == "ambiguous"
               for i in each.inclusion if len(i.members) > 1 and i.probability > 0.1]
     assert listed

@@ -121,22 +121,22 @@ def test_three_soaks_name_what_an_accelerometer_hides(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["quadratic", "cross_quadratic", "scale_drift", "reference_drift"])
 def test_the_papers_own_poses_never_name_another_effect(name: str) -> None:
-    for seed in range(110, 114):
+    for seed in (110, 111):
         found = with_hidden(name, 10.0, PAPER, seed, "gyroscope")
         right = {name, "scale_drift"} if name == "reference_drift" else {name}
         assert found.verdict != "effect" or set(found.group) & right, f"seed {seed}: {found.text}"
 
 
 def test_the_sizes_two_sigma_interval_holds_the_truth() -> None:
-    """9 sessions of three effects, 45 parameters."""
+    """6 sessions of three effects, 30 parameters."""
     held = stated = 0
-    for seed in range(3):
+    for seed in range(2):
         for name in ("bias_drift", "g_sensitivity", "quadratic"):
             hidden = drawn(name, "gyroscope", 5.0, RICH, seed)
             assert hidden is not None
             found = run_trial(RICH, seed, "gyroscope", [hidden])
             held, stated = held + found.held, stated + found.stated
-    assert stated == 3 * (3 + 9 + 3)
+    assert stated == 2 * (3 + 9 + 3)
     assert held >= fewest_hits(stated, TWO_SIGMA)
 
 
@@ -145,10 +145,10 @@ def test_the_sizes_two_sigma_interval_holds_the_truth() -> None:
 
 @pytest.mark.parametrize("design", ["rich", "paper", "soak"])
 def test_clean_sessions_name_nothing(design: str) -> None:
-    """Real noise is correlated and so is this; 6 sessions, at most one doubt."""
-    said = [clean(design, seed).verdict for seed in range(6)]
+    """Real noise is correlated and so is this; 4 sessions, at most one doubt."""
+    said = [clean(design, seed).verdict for seed in range(4)]
     assert "effect" not in said
-    assert said.count("nothing_missing") >= 5
+    assert said.count("nothing_missing") >= 3
 
 
 def test_nothing_missing_says_how_well_the_noise_explains_the_residual() -> None:

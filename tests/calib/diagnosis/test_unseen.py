@@ -253,7 +253,7 @@ def test_scatter_that_leaves_all_open_is_stated_as_large_as_it_is() -> None:
     design, (poses, _), (spec, _) = simulated(3)
     triad, gravity = triad_of(design, "accelerometer"), design.site.gravity_m_s2
     ratios = []
-    for seed in range(6):
+    for seed in range(3):
         rng = np.random.default_rng(seed)
         scatter = 0.036 * rng.standard_normal((318, 3))
         assessed = assess(replace(poses, reading=poses.reading + scatter[:18]), MODEL, spec)
