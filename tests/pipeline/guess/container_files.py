@@ -7,7 +7,6 @@ import sqlite3
 import tarfile
 import zipfile
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +43,7 @@ def footer(folder: Path, log: HandLog) -> Foreign:
         "End of file"])], 1 / G, 1 / DEG)
 
 
-def blocks(folder: Path, log: HandLog) -> Foreign:
+def headed_blocks(folder: Path, log: HandLog) -> Foreign:
     """`Pose 3` and the header again above each block; times begin again in each.
 
     Nothing in rests shows the range of a gyroscope.
@@ -161,16 +160,6 @@ def quoted_thousands(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "sheet.csv", ["Seconds,AX,AY,AZ,GX,GY,GZ", *rows])])
 
 
-def home_assistant(folder: Path, log: HandLog) -> Foreign:
-    """A history: a value a row."""
-    out = ["entity_id,state,last_changed"]
-    for row in si_rows(log):
-        when = datetime.fromtimestamp(EPOCH_S, UTC) + timedelta(seconds=float(row[0]))
-        out += [f"sensor.imu_{name},{value},{when.isoformat()}" for name, value in zip(
-            ("accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"), row[1:], strict=True)]
-    return Foreign([write_lines(folder / "history.csv", out)])
-
-
 def diary(folder: Path, log: HandLog) -> Foreign:
     """A matrix as MATLAB shows it: a factor above few digits."""
     values = np.hstack([log.time_s[:, None], log.acc, log.gyr]) / 1000
@@ -184,15 +173,6 @@ def letters(folder: Path, log: HandLog) -> Foreign:
     counts = np.clip(counts_of(log), -32768, 32767).astype("<i2")
     return Foreign([write_lines(folder / "packets.txt", [
         base64.b64encode(row.tobytes()).decode() for row in counts])])
-
-
-def spreadsheet_xml(folder: Path, log: HandLog) -> Foreign:
-    """A cell a line."""
-    out = ['<?xml version="1.0"?>', "<Workbook>", '<Worksheet ss:Name="IMU"><Table>']
-    for row in si_rows(log):
-        out += ["<Row>", *(f'<Cell><Data ss:Type="Number">{v}</Data></Cell>' for v in row),
-                "</Row>"]
-    return Foreign([write_lines(folder / "book.xml", [*out, "</Table></Worksheet></Workbook>"])])
 
 
 def can_bus(folder: Path, log: HandLog) -> Foreign:
@@ -234,7 +214,7 @@ def zip_of_poses(folder: Path, log: HandLog) -> Foreign:
 
 CONTAINERS: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
-        korean, increments, footer, blocks, ros2_echo, micro_g, mqtt, feet, nested_header,
+        korean, increments, footer, headed_blocks, ros2_echo, micro_g, mqtt, feet, nested_header,
         micropython, units_inside, nine_unnamed, dmp, intervals, zip_of_poses)
 }
 CONTAINERS_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {

@@ -210,7 +210,7 @@ def samples_beside_each_other(folder: Path, log: HandLog) -> Foreign:
     return Foreign([path])
 
 
-def bytes_of_a_bus(folder: Path, log: HandLog) -> Foreign:
+def packets_of_a_bus(folder: Path, log: HandLog) -> Foreign:
     """A logic analyser's."""
     return Foreign([write_lines(folder / "spi.csv", ["Time [s],Packet ID,MOSI,MISO", *(
         f"{t:.9f},{i},0x{i % 256:02X},0x{i * 7 % 256:02X}" for i, t in enumerate(log.time_s))])])
@@ -235,5 +235,5 @@ LAB: dict[str, Callable[[Path, HandLog], Foreign]] = {
 LAB_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "samples_beside_each_other": (
         samples_beside_each_other, r"it has 300 columns .* Write a row for each sample"),
-    "bytes_of_a_bus": (bytes_of_a_bus, r"with their bytes in hexadecimal"),
+    "packets_of_a_bus": (packets_of_a_bus, r"with their bytes in hexadecimal"),
 }

@@ -46,7 +46,7 @@ def units_in_cells(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "display.txt", [head, *rows])], 1 / G, 1 / DEG)
 
 
-def nmea(folder: Path, log: HandLog) -> Foreign:
+def nmea_among_others(folder: Path, log: HandLog) -> Foreign:
     """Sentences with a checksum, and a receiver's among them."""
     bodies = [",".join(["PIMU", *row]) for row in si_rows(log)]
     rows = [f"${body}*{reduce(xor, body.encode()):02X}" for body in bodies]
@@ -210,7 +210,7 @@ def thousands(folder: Path, log: HandLog) -> Foreign:
 SENTENCES: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         idf_monitor, python_logging, wrapped_json, columns_of_json, japanese, vectors,
-        units_in_cells, nmea, witmotion_chinese, browser, aerospace, slow_gyroscope,
+        units_in_cells, nmea_among_others, witmotion_chinese, browser, aerospace, slow_gyroscope,
         ros2_csv, parts, bno055, whole_seconds, numbered_axes, g_force, arrow, xml,
         two_chips, two_boards, one_value_a_row)
 }

@@ -44,13 +44,12 @@ def test_files_that_go_on_or_overlap_are_one_log(
     assert {pose["label"].rpartition(" ")[0] for pose in accelerometer["poses"]} != {"a.csv"}
 
 
-@pytest.mark.parametrize(("cuts", "twice"), [
-    ([(0, 1450), (1250, 2700)], 200),  # parts that overlap
-    ([(0, 2700), (0, 2700)], 2700),  # the file twice
-    ([(0, 1450), (1250, 1400), (1450, 2700)], 150),  # a block that was copied
-    ([(0, 2700), (2500, 2600)], 100),  # another at the end
+@pytest.mark.parametrize(("cuts", "twice", "header"), [
+    ([(0, 1450), (1250, 2700)], 200, False),  # parts that overlap
+    ([(0, 2700), (0, 2700)], 2700, True),  # the file twice
+    ([(0, 1450), (1250, 1400), (1450, 2700)], 150, False),  # a block that was copied
+    ([(0, 2700), (2500, 2600)], 100, True),  # another at the end
 ])
-@pytest.mark.parametrize("header", [False, True])
 def test_rows_that_a_file_holds_twice_count_once(
     here: Path, capsys: pytest.CaptureFixture[str], rows: list[str],
     cuts: list[tuple[int, int]], twice: int, header: bool,
