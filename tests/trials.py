@@ -282,11 +282,6 @@ def follow_to_the_end(poses: PoseSet, most: int = 4) -> Loop:
     return Loop(tuple(added), tuple(groups), found, said)
 
 
-def without_columns(design: Design) -> Design:
-    """The same evening with no telemetry but temperature logged."""
-    return replace(design, columns={})
-
-
 def hidden_of(names: Sequence[str], triad: str, size: float, design: Design, seed: int) -> (
     list[Hidden] | None
 ):

@@ -2,7 +2,8 @@
 
 Each command runs in a process of its own, as a user's does, imports and report included; the
 fastest of ``REPEATS`` is shown, because everything else on the machine only ever adds time. Beside
-it stands its ratio to a process that only imports NumPy, SciPy's optimizers and OpenCV.
+it stands its ratio to a process that only imports NumPy, SciPy's optimizers and OpenCV; beside that
+of `pipeline --help`, which imports none of them, a bare Python.
 """
 
 import shutil
@@ -87,7 +88,8 @@ def write_log(path: Path) -> None:
 def main() -> None:
     """Print the table; exit 1 where a limit is exceeded."""
     late = False
-    floor = fastest_run(["-c", LIBRARIES])
+    bare, floor = fastest_run(["-c", "pass"]), fastest_run(["-c", LIBRARIES])
+    print(f"{seconds('--help'):6.2f} s  pipeline --help; {bare:.2f} s a bare Python")
     print(f"{floor:6.2f} s  imports of the libraries alone")
     with tempfile.TemporaryDirectory() as folder:
         for words, limit, took in measured(Path(folder)):

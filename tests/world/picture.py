@@ -106,14 +106,6 @@ class Picture:
                 )
         return (128 + cb).astype(np.float32), (128 + cr).astype(np.float32)
 
-    def phase_information(self, angle_rad: float, swept_rad: float) -> float:
-        """Σ(∂luma/∂θ)² over the picture: phase variance is at least noise² over this."""
-        h, step = self.scene.height_px, 2e-3
-        ahead, behind = (
-            self.luma(np.full(h, angle_rad + s), swept_rad).astype(float) for s in (step, -step)
-        )
-        return float((((ahead - behind) / (2 * step)) ** 2).sum())
-
     def _lit(self, picture: Image, part: tuple[slice, slice]) -> Image:
         """A part of the picture behind the tonearm, in the light of the room."""
         if self._arm is not None:

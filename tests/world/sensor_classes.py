@@ -10,7 +10,6 @@ import numpy as np
 
 from tests.world.imu import G_STANDARD, Sensor, Triad, mpu6050, mti
 
-UNFILTERED = 100.0  #: Hz; beyond half of the sample rate: samples are independent
 NOISE_BANDWIDTH = np.pi / 2  #: of a first-order low pass, in units of its corner
 
 
