@@ -1,6 +1,5 @@
 """data/docs/promises.md: every test that it names exists, and every promise names one."""
 
-import ast
 import re
 from pathlib import Path
 
@@ -15,9 +14,8 @@ UNTESTED = "## What it cannot detect"
 
 
 def test_every_promise_names_tests_that_exist() -> None:
-    there = {node.name for path in (ROOT / "tests").rglob("test_*.py")
-             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-             if isinstance(node, ast.FunctionDef)}
+    there = {name for path in (ROOT / "tests").rglob("test_*.py")
+             for name in re.findall(r"^def (test_\w+)", path.read_text("utf-8"), re.MULTILINE)}
     named = set(re.findall(r"`(test_\w+)`", PROMISES))
     assert named - there == set()
     for promise in re.split(r"\n- ", PROMISES[: PROMISES.index(UNTESTED)])[1:]:
