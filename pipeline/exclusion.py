@@ -12,7 +12,7 @@ from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import YamlSource
 from pipeline.errors import ConfigError
 from pipeline.stages.excluded_poses import PoseName, choose, chosen, short_names
-from pipeline.stages.poses import Recordings
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.session_logs import pose_labels
 from pipeline.text.names import command
 

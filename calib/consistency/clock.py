@@ -33,9 +33,8 @@ LEFT_SHARE = 0.1
 wave two turns away leaks less than 3 % into it."""
 
 LARGEST_CLOCK_ERROR = 0.05
-"""Relative error of the oscillator of a controller or sensor without a crystal, and largest
-difference of two clocks that is searched. A fact: internal RC oscillators are stated to 1 to 5 %
-over temperature."""
+"""Relative error of the oscillator of a controller or sensor without a crystal. A fact: internal RC
+oscillators are stated to 1 to 5 % over temperature."""
 
 FASTEST, SLOWEST = 6.0, 0.1
 """Range of the searched rates, in units of the stated one: 78 over 16 rpm is 4.7. Derived from the

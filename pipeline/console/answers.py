@@ -4,13 +4,14 @@ Each triad has an answer, and so have the clips of the plate where their rate mo
 The headline of the report, its sections and the last lines of ``pipeline run`` are made of these.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 
 import numpy as np
 
+from calib.consistency.clock_ratio import ClockRatio
 from calib.diagnosis.verdict.decision import Code
 from calib.diagnosis.verdict.explanation import Standing, Step
 from calib.diagnosis.verdict.wording import enumeration
@@ -67,7 +68,8 @@ def answers_of(outcome: Outcome, folder: str) -> tuple[Answer, ...]:
     """The answers on a session, the worst first; ``folder`` is that of its results."""
     config = outcome.config.source.path
     answers = [triad_answer(outcome, result, folder) for result in outcome.triads]
-    rates = rates_answer([*map(rate_verdict, outcome.rates.values())], config)
+    rates = (clocks_answer(outcome.recordings.clocks, config)
+             or rates_answer([*map(rate_verdict, outcome.rates.values())], config))
     if rates is not None:
         answers.append(rates)
     return tuple(sorted(answers, key=lambda answer: (
@@ -98,6 +100,23 @@ def _triads_text(answers: Sequence[Answer]) -> str:
 
 
 # --- the plate rates -----------------------------------------------------------------------------
+
+
+def clocks_answer(clocks: Mapping[str, ClockRatio], config: Path) -> Answer | None:
+    """The answer on the plate settings whose rate gravity contradicts in the logs; None without."""
+    told = {name: ratio for name, ratio in clocks.items() if ratio.contradicts}
+    if not told:
+        return None
+    largest = 100 * max(abs(ratio.difference) for ratio in told.values())
+    one = len(told) == 1
+    short = (f"The {'rate' if one else 'rates'} of {enumeration([*told], 'and')} "
+             f"{'contradicts' if one else 'contradict'} the logs by {largest:.2g} %.")
+    return Answer(
+        RATES, "open", short,
+        "Not certain: gravity goes round in the accelerometer at another rate.",
+        " ".join(ratio.warning(f"rate.{name}") for name, ratio in told.items()),
+        "Film the plate with the sensor on it, or state the rate at which it turned; then:",
+        "record", (command("run", config),))
 
 
 def rates_answer(verdicts: Sequence[RateVerdict], config: Path) -> Answer | None:

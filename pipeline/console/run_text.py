@@ -17,8 +17,8 @@ from pipeline.console.parameter_text import effect_rows, mounting_text, shown_ef
 from pipeline.model_change import ModelChange, result_of
 from pipeline.results.json_values import logged_unit
 from pipeline.results.triad import WORST_POSES
-from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.run import Outcome
 from pipeline.stages.triads import TriadResult
 from pipeline.text.formatting import DISPLAY, NAME_WIDTH, count, relative

@@ -37,8 +37,8 @@ from pipeline.errors import ConfigError, UnreadableInput
 from pipeline.fleet.lot_table import SensorRows, sensor_blocks
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates
-from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.references import gravity_of
 from pipeline.stages.session_logs import sections_by_setting
 from pipeline.stages.triad_poses import accelerometer_poses, gyroscope_poses

@@ -34,8 +34,8 @@ from pipeline.results.names import RESULTS_NAME
 from pipeline.results.write import results_of, results_text
 from pipeline.session_folder import working_on, write_session
 from pipeline.stages.context import RunContext
-from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.run import StageResult, run_stages
 from pipeline.stages.triads import TriadResult
 from pipeline.text.names import program_version

@@ -32,8 +32,8 @@ from pipeline.guess.speeds import NEAR_CLIP
 from pipeline.logs.clock import StatedClock
 from pipeline.logs.read import read_log
 from pipeline.logs.source import require_uncorrected
-from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.session_logs import measured_samples
 
 AS_READ = ("columns", "sample_rate_hz", "time_unit")  #: keys by which a log is read

@@ -13,7 +13,8 @@ from pipeline.config.load import Config
 from pipeline.config.schema import InstallationSection
 from pipeline.config.sensor import sensor_specs
 from pipeline.stages.pose_means import rest_reading
-from pipeline.stages.poses import Recordings, still_search
+from pipeline.stages.poses import still_search
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.references import Gravity
 from pipeline.stages.session_logs import read_logs
 

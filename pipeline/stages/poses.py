@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from calib.consistency.clock import require_whole_turns
+from calib.consistency.clock import gravity_wave, require_whole_turns
 from calib.consistency.clock_ratio import ClockRatio, clock_ratio
 from calib.errors import Undetermined
 from calib.poses.averaging.average_pose import average_pose, without_pause
@@ -16,7 +16,7 @@ from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import LARGEST_STILL_SHIFT
 from calib.poses.checks.stray_samples import without_strays
 from calib.poses.data_sheet import Specs
-from calib.poses.imu_log import ImuLog, IntArray
+from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.rests.rest_candidates import OF_ANOTHER_RUN, PLATE_STOOD
 from calib.poses.rests.static_intervals import StaticIntervals, find_still, list_stops
 from calib.poses.rests.still_search import StillSearch
@@ -28,6 +28,7 @@ from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, chosen
 from pipeline.stages.pose_means import read_pose_means
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.session_logs import (
     SessionLogs,
     Setting,
@@ -37,55 +38,6 @@ from pipeline.text.formatting import count
 
 SMALLEST_SHARE_AT_REST = 0.25
 """Poses of one attitude on a turning plate also read the same; no design repeats one so often."""
-
-
-@dataclass(frozen=True, eq=False)
-class Recording:
-    """The averaged poses of one setting.
-
-    ``starts_s`` are the start times of the log of each mean, or one value common to all;
-    ``warnings`` list the found poses that were left out; ``sense`` is the direction of the plate by
-    the accelerometer alone, +1 ccw, -1 cw, 0 unknown. ``places`` (n,) are the indices of ``means``
-    among all recorded poses, some of which the configuration excludes. ``clock`` compares the clock
-    of turning poses with that of their clip.
-    """
-
-    means: tuple[PoseMean, ...]
-    starts_s: tuple[float, ...]
-    places: IntArray
-    warnings: tuple[str, ...] = ()
-    sense: float = 0.0
-    excluded: tuple[ExcludedMean, ...] = ()
-    clock: ClockRatio | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Recordings:
-    """All poses of a session, averaged."""
-
-    by_setting: Mapping[Setting, Recording]
-
-    def of(self, section: RunSection) -> Recording:
-        """The recording of a section."""
-        return self.by_setting[Setting.of(section)]
-
-    @property
-    def origin_s(self) -> float:
-        """Start of the session: the earliest sample of all logs; 0 where no time is known."""
-        start_s = min(min(recording.starts_s) for recording in self.by_setting.values())
-        return start_s if math.isfinite(start_s) else 0.0
-
-    @property
-    def clocks(self) -> Mapping[str, ClockRatio]:
-        """Ratio of the logs' clock to that of the clips, by the rate's name, where known."""
-        return {setting.rate: recording.clock for setting, recording in self.by_setting.items()
-                if recording.clock is not None}
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """The warnings of all recordings, each once: two settings may use the same log."""
-        return tuple(dict.fromkeys(
-            w for recording in self.by_setting.values() for w in recording.warnings))
 
 
 def average_recordings(
@@ -154,19 +106,24 @@ def _averaged(
     if rate is not None and "accelerometer" in specs:
         others = {name: one.rate_rad_s for name, one in rates.items() if name != setting.rate}
         wave = require_whole_turns(setting.rate, used, turning, specs, others)
-    ratio = None
-    if wave is not None and rate is not None and rate.clips:
-        ratio = clock_ratio(used, turning, specs["accelerometer"])
+    ratio = None if wave is None or rate is None else _ratio(rate, used, turning, specs)
     means = average_poses(used, specs, [float(rate) for rate in turning])
     every = [log for one in session.values()
              for log in (*one.logs, *(log for _, log in one.excluded if log is not None))]
     excluded = tuple(
         ExcludedMean.of(label, int(i), log, every, specs, float(of_all[i]))
         for (label, log), i in zip(read.excluded, choice.excluded, strict=True))
-    if ratio and ratio.contradicts:
-        notes += (ratio.warning(f"rate.{setting.rate}"),)
-    return Recording(tuple(means), tuple(float(log.time_s[0]) for log in used), choice.kept, notes,
-                     sense=0.0 if wave is None else wave.sense, excluded=excluded, clock=ratio)
+    starts = tuple(float(log.time_s[0]) for log in used)
+    sense = 0.0 if wave is None else wave.sense
+    return Recording(tuple(means), starts, choice.kept, notes, sense, excluded).beside(
+        setting.rate, ratio)
+
+
+def _ratio(
+    rate: SettingRate, logs: Sequence[ImuLog], rate_rad_s: FloatArray, specs: Specs
+) -> ClockRatio | None:
+    return clock_ratio(logs, rate_rad_s, specs["accelerometer"], rate.sd_rad_s / rate.rate_rad_s,
+                       bool(rate.clips))
 
 
 def _pooled(recordings: Sequence[Recording]) -> Recording:
@@ -201,8 +158,16 @@ def _searched(
                 for log, _ in running]
     labels = [pose.label for one in searches for pose in one.logs]
     out = {labels[i] for i in chosen(labels, section, config).excluded}
-    return _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), elsewhere)
-                    for (log, frozen), search in zip(running, searches, strict=True)])
+    recording = _pooled([_search_recording(log, frozen, search, out, specs, abs(rate), elsewhere)
+                         for (log, frozen), search in zip(running, searches, strict=True)])
+    poses = {pose.label: pose for one in searches for pose in one.logs}
+    turning = [poses[mean.label] for mean in recording.means if mean.label in poses]
+    of_each = np.full(len(turning), abs(rate))
+    if not rate or "accelerometer" not in specs or not turning:
+        return recording
+    wave = gravity_wave(turning, of_each, specs["accelerometer"])
+    ratio = wave and wave.is_clear and _ratio(rates[setting.rate], turning, of_each, specs)
+    return recording.beside(setting.rate, ratio or None)
 
 
 def _signed_rate(setting: Setting, rates: Mapping[str, SettingRate]) -> float:

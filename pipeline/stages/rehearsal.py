@@ -27,8 +27,9 @@ from pipeline.config.sensor import sensor_specs
 from pipeline.config.types import STOPPED
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import stated_rate
-from pipeline.stages.poses import Recording, Recordings, average_recordings
+from pipeline.stages.poses import average_recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.references import gravity_of
 from pipeline.stages.run import check_session
 from pipeline.stages.session_logs import SessionLogs, Setting

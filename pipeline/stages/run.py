@@ -23,8 +23,9 @@ from pipeline.stages.context import RunContext
 from pipeline.stages.fittable import require_fittable
 from pipeline.stages.mounting import measure_mounting, reading_at_rest
 from pipeline.stages.plate_settings import measure_rates
-from pipeline.stages.poses import Recordings, average_recordings
+from pipeline.stages.poses import average_recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.session_logs import SessionLogs, read_session
 from pipeline.stages.triads import TriadResult, triad_input
 

@@ -36,7 +36,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import RunSection
 from pipeline.config.types import STOPPED
 from pipeline.stages.excluded_poses import ExcludedMean, ExcludedPose
-from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.references import Gravity, latitude_of
 
 Recorded = Sequence[tuple[Sequence[PoseMean], IntArray]]

@@ -34,7 +34,7 @@ from pipeline.config.load import Config
 from pipeline.config.schema import TriadFitSection
 from pipeline.config.sensor import triad_spec
 from pipeline.stages.excluded_poses import ExcludedPose
-from pipeline.stages.poses import Recordings
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.references import Gravity, certificate_of, gravity_of
 from pipeline.stages.triad_poses import (
     TriadPoses,

@@ -22,7 +22,7 @@ from pipeline.errors import ConfigError
 from pipeline.exclusion import PlacedPose, with_exclusions
 from pipeline.model_change import CONSTANT_RATE
 from pipeline.stages.excluded_poses import ExcludedMean, PoseName, short_names
-from pipeline.stages.poses import Recording, Recordings
+from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.session_logs import Setting
 
 PosesByLabel = Mapping[str, PlacedPose]

@@ -33,8 +33,9 @@ RATE_STEPS = 4  #: numerical limit: each squares the remaining error
 RIGHT_RATE = 2e-3
 """Relative. Derived: over five turns the wave is then out of step by less than a sixteenth of a
 radian at the ends, and its remainder looks like noise of a hundredth."""
-LARGEST_RATE_ERROR = 0.04
-"""Relative. Fact: gains of gyroscopes lie within it; another speed of the plate is farther."""
+LARGEST_RATE_ERROR = 0.1
+"""Relative. Fact: the pitch of a record player is set within 8 %, gains of gyroscopes are nearer,
+and another speed of the plate is farther."""
 LEAST_WAVE_M_S2 = 0.2  #: m/s²; derived: a plate that leans by a degree
 
 LARGEST_WOW = 0.2

@@ -11,8 +11,8 @@ from pipeline.config.load import Config
 from pipeline.console.rate_text import rate_line
 from pipeline.console.run_text import installation_line, recordings_line, triad_line
 from pipeline.stages.context import CACHE_NAME, RunContext
-from pipeline.stages.poses import Recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recordings
 from pipeline.stages.run import Outcome, StageResult, run_stages
 from pipeline.stages.triads import TriadResult
 

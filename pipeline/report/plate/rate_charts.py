@@ -74,6 +74,9 @@ def _facts(rate: SettingRate, clock: ClockRatio | None) -> Iterator[tuple[str, s
     """Names and values; the rate by the clock of the sensor's log where gravity shows it."""
     whole = rate.rate_rad_s
     yield "rate", f"{with_sd(whole, rate.sd_rad_s)} rad/s"
+    if clock is not None:
+        yield "difference by gravity in the sensor's log", with_minus_signs(
+            f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")
     if not rate.clips:
         return
     yield "uncertainty from the frames", relative(rate.image_sd_rad_s / whole)
@@ -110,9 +113,6 @@ def _facts(rate: SettingRate, clock: ClockRatio | None) -> Iterator[tuple[str, s
     yield from _speed_facts(rate.clips[worst], rate.sources[worst])
     rms = math.sqrt(float(np.mean([clip.fit.rms_rad**2 for clip in rate.clips])))
     yield "phase residual (RMS)", f"{math.degrees(rms):.3g}°"
-    if clock is not None:
-        yield "difference by gravity in the sensor's log", with_minus_signs(
-            f"{with_sd(clock.difference * PPM, clock.sd * PPM)} ppm")
 
 
 def _speed_facts(clip: "RateMeasurement", source: str) -> Iterator[tuple[str, str]]:

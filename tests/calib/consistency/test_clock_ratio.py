@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from calib.consistency.clock_ratio import ClockRatio, clock_ratio
 from calib.poses.imu_log import ImuLog
@@ -14,14 +15,17 @@ from tests.world.session import simulate
 FAST = 5e-4  #: of the clock of the simulated logs
 
 
-def ratio(design: Design, seed: int, fast: float = FAST) -> ClockRatio | None:
+def ratio(
+    design: Design, seed: int, fast: float = FAST, rate_sd: float = 1e-4, filmed: bool = True
+) -> ClockRatio | None:
     """The ratio of the two clocks in the turning run of a simulated evening."""
     session = simulate(design, seed)
     (run,) = (each for each in session.runs if each.run.motion is not None)
     logs = [ImuLog(pose.label, pose.time_s * (1 + fast), pose.accelerometer.astype(float),
                    pose.gyroscope.astype(float), {}) for pose in run.poses]
     rate = abs(session.rates[run.run.name].true_rad_s)
-    return clock_ratio(logs, np.full(len(logs), rate), spec_of(design.sensor.accelerometer, 50.0))
+    return clock_ratio(logs, np.full(len(logs), rate), spec_of(design.sensor.accelerometer, 50.0),
+                       rate_sd, filmed)
 
 
 def test_a_clock_that_is_off_is_found_with_an_honest_sd() -> None:
@@ -39,6 +43,18 @@ def test_a_clock_of_a_per_cent_contradicts() -> None:
     assert found is not None
     assert found.contradicts
     assert "the plate turned 1.00 ± 0.03 % slower" in found.warning("rate.slow")
+
+
+@pytest.mark.parametrize("fast", [-0.08, 0.03])
+def test_a_rate_that_is_stated_wrongly_contradicts_unless_its_sd_allows_it(fast: float) -> None:
+    wrong = ratio(paper_design(), 2, fast, rate_sd=1e-3, filmed=False)
+    assert wrong is not None
+    assert wrong.difference == pytest.approx(1 / (1 + fast) - 1, abs=5 * wrong.sd)
+    assert wrong.contradicts
+    assert "than stated" in wrong.warning("rate.slow")
+    rough = ratio(paper_design(), 2, fast, rate_sd=0.02, filmed=False)
+    assert rough is not None
+    assert not rough.contradicts
 
 
 def test_a_level_plate_says_nothing() -> None:

@@ -114,7 +114,8 @@ def test_what_comes_back_every_turn_does_not_count_as_noise() -> None:
     assert sds[1] == pytest.approx(sds[0], rel=0.05)
 
 
-@pytest.mark.parametrize(("off", "largest"), [(0.005, 1.02), (-0.03, 1.02), (0.06, None)])
+@pytest.mark.parametrize(("off", "largest"), [
+    (0.005, 1.02), (-0.03, 1.02), (0.09, 1.02), (0.2, None)])
 def test_gravity_that_goes_round_tells_the_rate_that_is_stated_wrongly(
     off: float, largest: float | None
 ) -> None:

@@ -12,8 +12,8 @@ from calib.poses.reference import PlateRate
 from pipeline.config.load import Config, load_config
 from pipeline.config.schema import GyroscopeSection, PosesSection, RunSection
 from pipeline.further.logs import Known
-from pipeline.stages.poses import Recording, Recordings
 from pipeline.stages.rate import SettingRate
+from pipeline.stages.recordings import Recording, Recordings
 from pipeline.stages.session_logs import Setting
 from tests.sessions import edit, pipeline, quick_session, results_in, rewrite_rows, typed
 

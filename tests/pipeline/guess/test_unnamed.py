@@ -186,6 +186,9 @@ def test_each_run_of_a_log_of_a_whole_evening_has_the_stops_at_its_own_speed(
     assert not [note for note in made.outcome.warnings if "left out" in note]
     runs = made.outcome.config.gyroscope.runs  # type: ignore[union-attr]
     assert [len(made.outcome.recordings.of(run).means) for run in runs] == [12] * len(rpms)
+    clocks = made.outcome.recordings.clocks.values()  # by gravity the plate is at its speed
+    assert clocks
+    assert all(abs(clock.difference) < 4 * clock.sd < 0.005 for clock in clocks)
     assert [guess.rate_rad_s for guess in guess.sources] == pytest.approx(
         [rpm * np.pi / 30 for rpm in rpms])
 

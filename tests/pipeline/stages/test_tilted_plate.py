@@ -1,6 +1,7 @@
 """Three minutes on a plate that leans, from logs to both triads."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline.config.load import load_config
+from pipeline.console.answers import RATES, answers_of
 from pipeline.errors import ConfigError
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
@@ -37,6 +39,21 @@ def test_both_triads_come_from_the_turning_plate(config: Path) -> None:
     assert after["diagnosis"]["verdict"] == "nothing_missing"
     values = np.degrees(after["effects"]["g_sensitivity"]["values"]) * 9.80665
     assert values == pytest.approx(G_SENSITIVITY_DEG_S_PER_G.ravel(), abs=0.06)
+
+
+def test_a_rate_that_is_stated_wrongly_is_told(config: Path) -> None:
+    text = config.read_text(encoding="utf-8")
+    (stated,) = re.findall(r"rate_rad_s: ([0-9.]+)", text)
+    wrong = config.with_name("wrong.yaml")
+    wrong.write_text(text.replace(stated, f"{1.01 * float(stated):.6f}"), encoding="utf-8")
+    outcome = run_stages(load_config(wrong), RunContext())
+    (told,) = (each for each in outcome.warnings if "slower than stated" in each)
+    assert "the plate turned 0.99 ± 0.0" in told
+    shorts = [each.short for each in answers_of(outcome, "") if each.subject == RATES]
+    assert shorts == ["The rate of 17rpm contradicts the logs by 0.99 %."]
+    sound = run_stages(load_config(config), RunContext())
+    assert not any("than stated" in each for each in sound.warnings)
+    assert not [each for each in answers_of(sound, "") if each.subject == RATES]
 
 
 def test_a_plan_has_the_rows_of_the_run(
