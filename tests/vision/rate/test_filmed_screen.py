@@ -39,7 +39,7 @@ def filmed(
     return clock_by_screen(measured(stamps, angle), "film.mp4", RATE, refresh_hz)
 
 
-@pytest.mark.parametrize("fps", [15.0, 24.0, 25.0, 29.97, 30.0, 60.0])
+@pytest.mark.parametrize("fps", [15.0, 24.0, 29.97, 60.0])
 def test_a_clock_80_ppm_fast_is_known_to_a_few_ppm_after_five_minutes(fps: float) -> None:
     """Screens off their 60 Hz by some hundred ppm, 12 of each frame rate."""
     rng = np.random.default_rng(round(fps))

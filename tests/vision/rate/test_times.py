@@ -93,6 +93,6 @@ def test_angles_are_more_probable_at_their_own_times() -> None:
 
 def test_two_defects_at_once_are_measured_or_told() -> None:
     """Tracks of which 4 could be measured and were refused, and 3 were beyond four sds."""
-    count = Counter(verdict(mixed_track((20, i)))[0] for i in range(100))
+    count = Counter(verdict(mixed_track((20, i)))[0] for i in range(50))
     assert count["beyond, unsaid"] == count["unsteady, unsaid"] == 0
-    assert count["within 2"] + count["unsteady, said"] > 95
+    assert count["within 2"] + count["unsteady, said"] > 47
