@@ -87,7 +87,7 @@ def copied(config: Path, folder: Path) -> Path:
     return folder / config.name
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def opened(written: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Opened]:
     """The session, opened; nobody writes it."""
     with opened_workbench(copied(written, tmp_path_factory.mktemp("opened"))) as opened:

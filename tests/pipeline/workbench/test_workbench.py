@@ -99,6 +99,8 @@ def test_the_whole_loop_in_one_window(tab: Tab, config: Path) -> None:
     tab.wait("window.before === undefined && document.readyState === 'complete'")
     found = results_in(config.with_suffix(".run"))["gyroscope"]
     assert found["loo_rms"] * SHOWN == float(without)  # to the last digit
+    tab.wait(f"{figure('loo')} === '{without}'")  # a run in a terminal updates the page
+    assert tab.evaluate(f"document.querySelector('{BOX.format('g_sensitivity')}').checked")
     history = (config.with_suffix(".run") / "history.jsonl").read_text("utf-8").splitlines()
     assert len(history) == 3  # run, written, run: opening is none, and writing is one step
 
@@ -150,15 +152,6 @@ def test_a_write_is_undone_step_by_step_and_the_file_changes_only_by_the_next_wr
     tab.wait(f"/was changed/.test({status})")
     assert config.read_text(encoding="utf-8").replace(", exclude: []", "") == before
     tab.wait(f"!{bar['redo']} && true")  # leads forth again, beyond the write
-
-
-def test_a_run_in_a_terminal_updates_the_page(tab: Tab, config: Path) -> None:
-    tab.evaluate("window.before = true")
-    assert pipeline("add", config, "gyroscope.g_sensitivity") == 0
-    tab.wait("window.before === undefined && document.readyState === 'complete'")
-    loo = results_in(config.with_suffix(".run"))["gyroscope"]["loo_rms"] * SHOWN
-    assert float(tab.wait(figure("loo"))) == loo
-    assert tab.evaluate(f"document.querySelector('{BOX.format('g_sensitivity')}').checked")
 
 
 def test_the_step_of_a_card_and_the_run_of_an_edited_file_need_no_terminal(
