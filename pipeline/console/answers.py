@@ -81,18 +81,22 @@ def headline(answers: Sequence[Answer]) -> Headline:
     triads = [answer for answer in answers if answer.subject != RATES]
     standings = {answer.standing for answer in answers} or {"open"}
     worst = next(standing for standing in WORST_FIRST if standing in standings)
-    rates = [answer.short for answer in answers if answer.subject == RATES]
-    return Headline(worst, " ".join([_triads_text(triads), *rates]))
+    rates = [answer for answer in answers if answer.subject == RATES]
+    is_sure = all(answer.step != "record" for answer in rates)
+    return Headline(worst, " ".join([_triads_text(triads, is_sure),
+                                     *(answer.short for answer in rates)]))
 
 
-def _triads_text(answers: Sequence[Answer]) -> str:
+def _triads_text(answers: Sequence[Answer], is_sure: bool) -> str:
+    """Summary of the triads; ``is_sure`` where nothing contradicts the rates of the plate."""
     if not answers:
         return "Only the rate of the plate was measured: the configuration contains no triad yet."
     good = [answer.subject for answer in answers if answer.standing == "good"]
     incomplete = [answer for answer in answers if answer.standing != "good"]
     if not incomplete:
         names = " and the ".join(good)
-        return f"The calibration is good: noise explains the residuals of the {names}."
+        is_good = "The calibration is good: noise" if is_sure else "Noise"
+        return f"{is_good} explains the residuals of the {names}."
     sentences = [f"The calibration of the {answer.subject} is not complete: {answer.short}."
                  for answer in incomplete]
     sentences += [f"The calibration of the {triad} is good." for triad in good]
@@ -110,11 +114,14 @@ def clocks_answer(clocks: Mapping[str, ClockRatio], config: Path) -> Answer | No
     largest = 100 * max(abs(ratio.difference) for ratio in told.values())
     one = len(told) == 1
     short = (f"The {'rate' if one else 'rates'} of {enumeration([*told], 'and')} "
-             f"{'contradicts' if one else 'contradict'} the logs by {largest:.2g} %.")
+             f"{'contradicts' if one else 'contradict'} the logs by {largest:.2g} %, and the "
+             f"scale of the gyroscope may be off by that.")
+    filmed = any(ratio.filmed for ratio in told.values())
     return Answer(
         RATES, "open", short,
         "Not certain: gravity goes round in the accelerometer at another rate.",
         " ".join(ratio.warning(f"rate.{name}") for name, ratio in told.items()),
+        "Film the plate in every pose; then:" if filmed else
         "Film the plate with the sensor on it, or state the rate at which it turned; then:",
         "record", (command("run", config),))
 

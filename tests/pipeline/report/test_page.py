@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from calib.consistency.clock_ratio import ClockRatio
 from calib.diagnosis.verdict.explanation import SIGNS
 from pipeline.config.load import load_config
-from pipeline.console.answers import Answer, headline, rates_answer
+from pipeline.console.answers import Answer, clocks_answer, headline, rates_answer
 from pipeline.console.rate_text import RateVerdict
 from pipeline.drawings.charts import nice_limit, tick_text, upward
 from pipeline.report.page import css_text, report_html
@@ -230,6 +231,17 @@ def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete()
         "rate.back.rate_drift",)
     assert "rate model of fast lacks a term" in top.text
     assert "stated" not in top.text
+
+
+def test_a_rate_that_gravity_contradicts_is_no_good_calibration() -> None:
+    told = clocks_answer({"slow": ClockRatio(-0.021, 1e-4, 1e-4, filmed=False),
+                          "fast": ClockRatio(0.001, 1e-4, 1e-4, filmed=True)}, Path("c.yaml"))
+    assert told is not None
+    top = headline([GOOD, told])
+    assert top.standing == "open"
+    assert top.text.startswith("Noise explains the residuals of the gyroscope. The rate of slow "
+                               "contradicts the logs by 2.1 %, and the scale")
+    assert clocks_answer({"fast": ClockRatio(0.001, 1e-4, 1e-4, filmed=True)}, Path("c")) is None
 
 
 def test_what_all_clips_decide_together_is_told_once() -> None:

@@ -50,7 +50,8 @@ def test_a_rate_that_is_stated_wrongly_is_told(config: Path) -> None:
     (told,) = (each for each in outcome.warnings if "slower than stated" in each)
     assert "the plate turned 0.99 ± 0.0" in told
     shorts = [each.short for each in answers_of(outcome, "") if each.subject == RATES]
-    assert shorts == ["The rate of 17rpm contradicts the logs by 0.99 %."]
+    assert shorts == ["The rate of 17rpm contradicts the logs by 0.99 %, "
+                      "and the scale of the gyroscope may be off by that."]
     sound = run_stages(load_config(config), RunContext())
     assert not any("than stated" in each for each in sound.warnings)
     assert not [each for each in answers_of(sound, "") if each.subject == RATES]
