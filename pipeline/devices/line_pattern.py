@@ -17,7 +17,7 @@ import re
 from dataclasses import dataclass
 
 from calib.poses.imu_log import TEMPERATURE
-from pipeline.devices.sample import AS_LABELLED, CLOCKS, DeviceClock, Sample, clock_among, sample_of
+from pipeline.devices.sample import AS_LABELLED, CLOCKS, Parser, Sample, clock_among, sample_of
 from pipeline.logs.columns import SKIP, missing_columns
 
 LONGEST_LINE = 1000  #: bytes; longer than the header of any logger met, and no line has no end
@@ -121,45 +121,25 @@ def _literal(text: str) -> str:
                    for part in re.split(r"(\s+)", text) if part)
 
 
-class LinePatternParser:
-    """Samples from lines of one pattern; see :class:`pipeline.devices.sample.Parser`."""
-
-    unit = AS_LABELLED
+class LinePatternParser(Parser):
+    """Samples from lines of one pattern."""
 
     def __init__(self, pattern: LinePattern) -> None:
         stamp = clock_among(pattern.names)
-        self.clock: DeviceClock | None = CLOCKS[stamp][0] if stamp else None
+        super().__init__(LineReader(), AS_LABELLED, CLOCKS[stamp][0] if stamp else None)
         self._pattern = pattern
-        self._lines = LineReader()
-        self._damaged = 0
-        self._read = 0
-        self._last = ""
+        self._fits = False
 
-    @property
-    def bad(self) -> int:
-        """Number of lines so far that do not fit the pattern."""
-        return self._lines.bad + self._damaged
-
-    @property
-    def advice(self) -> str:
-        """Advice where no line fits."""
-        if self._read or not self._last:
-            return ""
-        return (f"lines come, but none fits `pattern`; the last is '{self._last[:80]}', the "
-                f"pattern '{self._pattern.text}'")
-
-    def feed(self, data: bytes) -> list[Sample]:
-        """The samples that ``data`` completes."""
-        samples = []
-        for line in self._lines.feed(data):
-            values = self._pattern.values(line)
-            if values is None:
-                self._damaged += bool(line.strip())
-                self._last = line
-                continue
-            self._read += 1
-            samples.append(sample_of(values))
-        return samples
+    def _sample(self, line: str) -> Sample | None:
+        values = self._pattern.values(line)
+        if values is None:
+            self._damaged += bool(line.strip())
+            self.advice = "" if self._fits else (
+                f"lines come, but none fits `pattern`; the last is '{line[:80]}', the pattern "
+                f"'{self._pattern.text}'")
+            return None
+        self._fits, self.advice = True, ""
+        return sample_of(values)
 
 
 HEADER = "#turntable "

@@ -25,6 +25,7 @@ from pipeline.devices.sample import (
     COUNTS,
     MICROS,
     DeviceClock,
+    Parser,
     Sample,
     clock_among,
     sample_of,
@@ -136,8 +137,8 @@ BARE_LINES = 4
 sketches print one or two rows of six offsets before their first sample."""
 
 
-class Mpu6050TextParser:
-    """Samples from lines of text; see :class:`pipeline.devices.sample.Parser`.
+class Mpu6050TextParser(Parser):
+    """Samples from the lines of a sketch.
 
     Attributes
     ----------
@@ -146,12 +147,8 @@ class Mpu6050TextParser:
     """
 
     def __init__(self) -> None:
-        self.clock: DeviceClock | None = None
-        self.unit = COUNTS
-        self.advice = ""
+        super().__init__(LineReader(), COUNTS)
         self.settings: dict[str, float] = {}
-        self._lines = LineReader()
-        self._damaged = 0
         self._own = False
         self._table: HeaderTable | None = None
         self._dialect: SketchDialect | None = None
@@ -159,16 +156,6 @@ class Mpu6050TextParser:
         self._seen: set[int] = set()
         self._whole: set[int] = set()
         self._bare = 0
-
-    @property
-    def bad(self) -> int:
-        """Damaged lines so far."""
-        return self._lines.bad + self._damaged
-
-    def feed(self, data: bytes) -> list[Sample]:
-        """The samples that ``data`` completes."""
-        samples = (self._sample(line) for line in self._lines.feed(data))
-        return [sample for sample in samples if sample is not None]
 
     def _sample(self, line: str) -> Sample | None:
         stamped = ARDUINO_STAMP.match(line)

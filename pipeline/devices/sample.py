@@ -10,7 +10,7 @@ import math
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,32 +92,39 @@ def sample_of(values: Mapping[str, float]) -> Sample:
         if name not in (*CLOCKS, *ACCELEROMETER, *GYROSCOPE)))
 
 
-class Parser(Protocol):
-    """Converts bytes to samples."""
+class Parser:
+    """Converts bytes to samples: a reader finds the lines or messages, of which each may be one.
 
-    @property
-    def clock(self) -> DeviceClock | None:
-        """The device's clock; None where it sends no time, or before the first sample."""
-        ...
+    Attributes
+    ----------
+    clock : DeviceClock or None
+        The device's clock; None where it sends no time, or before the first sample.
+    unit : str
+        Unit of the readings: ``counts``, or a pair such as ``m/s², rad/s``.
+    advice : str
+        Advice where the stream is understood but unusable; empty otherwise.
+    """
 
-    @property
-    def unit(self) -> str:
-        """Unit of the readings: ``counts``, or a pair such as ``m/s², rad/s``."""
-        ...
+    def __init__(self, reader: Any, unit: str, clock: DeviceClock | None = None) -> None:
+        self.clock = clock
+        self.unit = unit
+        self.advice = ""
+        self._reader = reader
+        self._damaged = 0
 
     @property
     def bad(self) -> int:
-        """Damaged frames or lines so far."""
-        ...
-
-    @property
-    def advice(self) -> str:
-        """Advice where the stream is understood but unusable; empty otherwise."""
-        ...
+        """Damaged messages or lines so far."""
+        return int(self._reader.bad) + self._damaged
 
     def feed(self, data: bytes) -> list[Sample]:
         """The samples that ``data`` completes."""
-        ...
+        samples = map(self._sample, self._reader.feed(data))
+        return [sample for sample in samples if sample is not None]
+
+    def _sample(self, message: Any) -> Sample | None:
+        """The sample that a message or line completes, None where it completes none."""
+        raise NotImplementedError
 
 
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,7 @@ from typing import Literal
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.xsens import MtData2Parser, MtDataParser
+from pipeline.devices.xsens import XsensParser
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ i2cdevlib's MPU6050_raw, 9600 that of Arduino's own examples."""
 
 DEVICES: Mapping[str, Device] = {
     "xsens-mti": Device("Xsens MTi, legacy protocol, raw readings", (115200, 460800, 230400),
-                        "mtdata", lambda _: MtDataParser()),
+                        "mtdata", lambda _: XsensParser()),
     "xsens-mti-mtdata2": Device("Xsens MTi 1, 10, 100, 600 series, raw readings",
                                 (115200, 460800, 230400, 921600), "mtdata2",
-                                lambda _: MtData2Parser()),
+                                lambda _: XsensParser()),
     "mpu-6050": Device("MPU-6050 on an Arduino, lines of text", ARDUINO_BAUDS, None,
                        lambda _: Mpu6050TextParser()),
     "lines": Device("any lines of text, described by `pattern`", ARDUINO_BAUDS, None,

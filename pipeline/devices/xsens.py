@@ -17,9 +17,18 @@ import math
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from operator import mul
 
 from calib.poses.imu_log import TEMPERATURE
-from pipeline.devices.sample import CLOCK_MODULUS, COUNTS, NOT_SENT, DeviceClock, Sample, Triple
+from pipeline.devices.sample import (
+    CLOCK_MODULUS,
+    COUNTS,
+    NOT_SENT,
+    DeviceClock,
+    Parser,
+    Sample,
+    Triple,
+)
 
 PREAMBLE, BUS = 0xFA, 0xFF  #: fact: the first two bytes of every message of a single device
 START = bytes([PREAMBLE, BUS])
@@ -136,41 +145,6 @@ def raw_sample(words: tuple[int, ...], ticks: int | None) -> Sample:
     return Sample((a, b, c), (d, e, f), ticks, temperature)
 
 
-class MtDataParser:
-    """Samples of a legacy MTi in raw mode; see :class:`pipeline.devices.sample.Parser`."""
-
-    unit = COUNTS
-
-    def __init__(self) -> None:
-        self.clock: DeviceClock | None = None
-        self.advice = ""
-        self._frames = XbusReader()
-
-    @property
-    def bad(self) -> int:
-        """Damaged stretches of the stream so far."""
-        return self._frames.bad
-
-    def feed(self, data: bytes) -> list[Sample]:
-        """The samples that ``data`` completes."""
-        samples = []
-        for message in self._frames.feed(data):
-            if message.mid != MTDATA:
-                continue
-            if len(message.data) == RAW_COUNTED.size:
-                words = RAW_COUNTED.unpack(message.data)
-                self.clock = COUNTER
-                samples.append(raw_sample(words, words[10]))
-            elif len(message.data) == RAW.size:
-                samples.append(raw_sample(RAW.unpack(message.data), None))
-            else:
-                self.advice = (
-                    f"the MTi sends MTData of {len(message.data)} bytes, which is no raw output "
-                    f"(20 or 22 bytes); set output mode 0x4000, or let `pipeline record` set it"
-                )
-        return samples
-
-
 #: Facts of the protocol: the message identifier, and DataIDs.
 MTDATA2 = 0x36
 PACKET_COUNTER, SAMPLE_TIME_FINE = 0x1020, 0x1060  # 16 bits; ticks of 100 µs
@@ -194,45 +168,45 @@ def packets(data: bytes) -> Iterator[tuple[int, bytes]]:
         at += 3 + size
 
 
+#: Facts: the layouts of a real number, by the low bits of its DataID, and the units of its parts.
+#: In fixed point 16.32 the 32 bits of the fraction come first.
+REALS = ((">f", (1.0,)), (">i", (2.0**-20,)), (">Ih", (2.0**-32, 1.0)), (">d", (1.0,)))
+
+
 def reals(data_id: int, data: bytes) -> tuple[float, ...]:
     """The numbers of a packet in the format of its DataID; none where the size is wrong."""
-    form = data_id & 0x3
-    if form == 0:
-        return tuple(x for (x,) in struct.iter_unpack(">f", data)) if len(data) % 4 == 0 else ()
-    if form == 1:
-        if len(data) % 4:
-            return ()
-        return tuple(x / 2**20 for (x,) in struct.iter_unpack(">i", data))
-    if form == 2:  # the 32 bits of the fraction come before the 16 of the whole part
-        if len(data) % 6:
-            return ()
-        return tuple(whole + part / 2**32 for part, whole in struct.iter_unpack(">Ih", data))
-    return tuple(x for (x,) in struct.iter_unpack(">d", data)) if len(data) % 8 == 0 else ()
+    layout, units = REALS[data_id & 0x3]
+    if len(data) % struct.calcsize(layout):
+        return ()
+    return tuple(sum(map(mul, parts, units)) for parts in struct.iter_unpack(layout, data))
 
 
-class MtData2Parser:
-    """Samples of MTData2; see :class:`pipeline.devices.sample.Parser`."""
+class XsensParser(Parser):
+    """Samples of MTData in raw mode, and of MTData2."""
 
     def __init__(self) -> None:
-        self.clock: DeviceClock | None = None
-        self.unit = COUNTS
-        self.advice = ""
-        self._frames = XbusReader()
-        self._damaged = 0
+        super().__init__(XbusReader(), COUNTS)
 
-    @property
-    def bad(self) -> int:
-        """Damaged stretches of the stream, and messages whose packets do not fill them."""
-        return self._frames.bad + self._damaged
+    def _sample(self, message: Message) -> Sample | None:
+        read = {MTDATA: self._legacy, MTDATA2: self._packets}.get(message.mid)
+        return read(message.data) if read else None
 
-    def feed(self, data: bytes) -> list[Sample]:
-        """The samples that ``data`` completes."""
-        samples = (self._sample(message.data) for message in self._frames.feed(data)
-                   if message.mid == MTDATA2)
-        return [sample for sample in samples if sample is not None]
+    def _legacy(self, data: bytes) -> Sample | None:
+        """The sample of MTData, None where it is not in raw mode."""
+        if len(data) == RAW.size:
+            return raw_sample(RAW.unpack(data), None)
+        if len(data) == RAW_COUNTED.size:
+            words = RAW_COUNTED.unpack(data)
+            self.clock = COUNTER
+            return raw_sample(words, words[10])
+        self.advice = (
+            f"the MTi sends MTData of {len(data)} bytes, which is no raw output (20 or 22 bytes); "
+            f"set output mode 0x4000, or let `pipeline record` set it"
+        )
+        return None
 
-    def _sample(self, data: bytes) -> Sample | None:
-        """The sample of one message, None where it holds no triad."""
+    def _packets(self, data: bytes) -> Sample | None:
+        """The sample of MTData2, None where it holds no triad."""
         triads: dict[int, Triple] = {}
         columns: list[tuple[str, float]] = []
         raw: tuple[int, ...] | None = None

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.devices.xsens import MTDATA, RAW_COUNTED, MtDataParser, frame
+from pipeline.devices.xsens import MTDATA, RAW_COUNTED, XsensParser, frame
 from pipeline.record.serial_port import SerialPort
 from pipeline.record.store import RawFile
 from pipeline.record.stream import Stream
@@ -65,7 +65,7 @@ def sustained(seconds: float) -> None:
     line = SerialPort(port.name, BAUD)
     with tempfile.TemporaryDirectory() as folder:
         raw = RawFile(Path(folder) / "001.bin")
-        stream = Stream(MtDataParser(), BAUD / BITS_PER_BYTE / 27)
+        stream = Stream(XsensParser(), BAUD / BITS_PER_BYTE / 27)
         sender = threading.Thread(target=send_full_speed, args=(port, seconds, sent))
         cpu = time.process_time()
         sender.start()

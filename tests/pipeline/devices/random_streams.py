@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from pipeline.devices.line_pattern import LinePattern, LinePatternParser, sketch_line
 from pipeline.devices.mpu6050_text import Mpu6050TextParser
 from pipeline.devices.sample import Parser
-from pipeline.devices.xsens import MtData2Parser, MtDataParser, frame
+from pipeline.devices.xsens import XsensParser, frame
 
 PARSERS: dict[str, Callable[[], Parser]] = {
-    "xsens-mti": MtDataParser,
-    "xsens-mti-mtdata2": MtData2Parser,
+    "xsens-mti": XsensParser,
+    "xsens-mti-mtdata2": XsensParser,
     "mpu-6050": Mpu6050TextParser,
     "lines": lambda: LinePatternParser(
         LinePattern.stated("{time_s},{acc_x},{acc_y},{acc_z} {skip}")),

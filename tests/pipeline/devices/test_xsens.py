@@ -7,14 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from pipeline.devices.sample import Parser
 from pipeline.devices.xsens import (
     LONGEST_DATA,
     PACKET_COUNTER,
     Message,
-    MtData2Parser,
-    MtDataParser,
     XbusReader,
+    XsensParser,
     frame,
     packets,
 )
@@ -43,9 +41,9 @@ def test_a_frame_of_any_length_reads_back(length: int) -> None:
     assert reader.bad == 0
 
 
-@pytest.mark.parametrize("parser", [MtDataParser(), MtData2Parser()])
-def test_raw_readings_are_the_ten_words(parser: Parser) -> None:
-    bytes_ = RAW_SAMPLE if isinstance(parser, MtDataParser) else SAME_IN_MTDATA2
+@pytest.mark.parametrize("bytes_", [RAW_SAMPLE, SAME_IN_MTDATA2])
+def test_raw_readings_are_the_ten_words(bytes_: bytes) -> None:
+    parser = XsensParser()
     (sample,) = parser.feed(bytes_)
     assert sample.accelerometer == (33108, 33329, 36429)
     assert sample.gyroscope == (32786, 32429, 32499)
@@ -60,7 +58,7 @@ def test_raw_readings_are_the_ten_words(parser: Parser) -> None:
 def test_temperature_is_two_s_complement(word: str, celsius: float) -> None:
     data = bytearray(RAW_SAMPLE[4:-1])
     data[18:20] = bytes.fromhex(word)
-    (sample,) = MtDataParser().feed(frame(0x32, bytes(data)))
+    (sample,) = XsensParser().feed(frame(0x32, bytes(data)))
     assert dict(sample.columns)["temperature_c"] == celsius
 
 
@@ -69,7 +67,7 @@ def test_the_damaged_stream_yields_exactly_its_valid_frames(piece: int) -> None:
     data = captured("xsens_mtdata_raw_from_imu_tk", "dirty.bin").read_bytes()
     clean = captured("xsens_mtdata_raw_from_imu_tk", "clean.bin").read_bytes()
     events = json.loads(captured("xsens_mtdata_raw_from_imu_tk", "dirty.events.json").read_text())
-    whole, parser = MtDataParser(), MtDataParser()
+    whole, parser = XsensParser(), XsensParser()
     samples = [s for i in range(0, len(data), piece) for s in parser.feed(data[i : i + piece])]
     assert len(samples) == events["valid_frames_expected"] == 2963
     assert {*samples} <= {*whole.feed(clean)}
@@ -92,7 +90,7 @@ def test_all_checksums_of_the_captured_mtdata2_hold(session: int) -> None:
 
 @pytest.mark.parametrize("session", range(1, 5))
 def test_calibrated_readings_are_those_another_decoder_found(session: int) -> None:
-    parser = MtData2Parser()
+    parser = XsensParser()
     samples = parser.feed(captured("xsens_mtdata2_einride", f"{session}_output.bin").read_bytes())
     text = captured("xsens_mtdata2_einride", f"{session}_output.golden.head.txt").read_text()
     three = r"\n  X:(\S+)\n  Y:(\S+)\n  Z:(\S+)\n"
@@ -106,10 +104,10 @@ def test_calibrated_readings_are_those_another_decoder_found(session: int) -> No
 
 
 def test_output_without_readings_is_answered_with_what_to_do() -> None:
-    parser = MtData2Parser()
+    parser = XsensParser()
     parser.feed(captured("xsens_mtdata2_einride", "5_output.bin").read_bytes())
     assert "0xA010" in parser.advice
-    legacy = MtDataParser()
+    legacy = XsensParser()
     legacy.feed(frame(0x32, bytes(36)))
     assert "output mode 0x4000" in legacy.advice
 
@@ -124,7 +122,7 @@ def test_a_false_start_hides_no_message() -> None:
 
 
 def test_readings_that_are_no_numbers_are_damage() -> None:
-    parser = MtData2Parser()
+    parser = XsensParser()
     nan = np.array([math.nan, 0, 0], ">f4").tobytes()
     assert parser.feed(frame(0x36, bytes.fromhex("4020 0C") + nan)) == []
     assert parser.bad == 1

@@ -82,9 +82,9 @@ def test_all_bytes_and_both_clocks_are_kept(tmp_path: Path, six_faces: Session) 
     config = write_config(tmp_path, six_faces, "xsens-mti", more=", poses: 6")
     with playing(six_faces, "xsens-mti") as port:
         record(config, port)
-    from pipeline.devices.xsens import MtDataParser
+    from pipeline.devices.xsens import XsensParser
 
-    parser = MtDataParser()
+    parser = XsensParser()
     raw = (tmp_path / "config.record" / "raw" / "001.bin").read_bytes()
     samples = parser.feed(raw)
     pose = read_log(tmp_path / "acc" / "pose_01.csv")
