@@ -20,7 +20,7 @@ from pipeline.logs.clock import (
 from pipeline.logs.columns import SECONDS_PER, TIME, TimeUnit, our_name
 from pipeline.logs.head import FEWEST_NUMBERS
 from pipeline.logs.header_words import read_name
-from pipeline.logs.read import repeated_rows
+from pipeline.logs.read import repeats
 
 INTERVALS = {"dt", "deltat", "deltatime", "looptime", "interval", "period", "steptime"}
 """Names of a column of the times since the row before."""
@@ -85,10 +85,8 @@ def guess_clock(
             is_named = read_name(name).quantity == "time" or bool(_epoch_units(ticks[0]))
             if unit is not None and is_named and (step > 0).any():
                 ticking = int((step > 0).sum())
-                is_slow = len(step) > USUAL_STEPS * ticking and not np.array_equal(
-                    ticks, np.rint(ticks))
-                if is_slow or 2 * (step < 0).sum() > ticking:
-                    continue  # noise steps back as often, and only whole seconds tick so rarely
+                if 2 * (step < 0).sum() > ticking:
+                    continue  # noise steps back as often
                 rate = 1 / (_row_step(step) * SECONDS_PER[unit])
                 repeated = int((step <= 0).sum())
                 note = (f"'{name}' repeats or goes back {repeated} times, so it is not used")
@@ -149,14 +147,15 @@ def without_ends(columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
     return {name: values[kept[0]] for name, values in columns.items()} if kept else columns
 
 
-def without_repeats(columns: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Columns without the rows that a logger has written twice, if only these repeat a time."""
+def without_repeats(columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+    """Columns without the rows that are there twice, if only these repeat a time."""
     for name in _candidates(columns):
-        repeated = repeated_rows(columns[name], [
-            other for called, other in columns.items() if read_name(called).quantity != "counter"])
-        if repeated.any() and np.array_equal(repeated, np.diff(columns[name], prepend=np.nan) == 0):
-            return {called: other[~repeated] for called, other in columns.items()}
-    return dict(columns)
+        others = [values for called, values in columns.items()
+                  if called != name and read_name(called).quantity != "counter"]
+        again = repeats([columns[name], *others])
+        if again.any() and len(np.unique(columns[name][~again])) == (~again).sum():
+            return {called: values[~again] for called, values in columns.items()}
+    return columns
 
 
 def _epoch_units(ticks: float) -> list[TimeUnit]:

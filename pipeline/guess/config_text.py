@@ -10,7 +10,7 @@ import numpy as np
 from calib.earth import STANDARD_GRAVITY_M_S2
 from calib.effects.catalogue import BASE
 from calib.numbers import RPM
-from calib.poses.imu_log import TEMPERATURE, TRIADS
+from calib.poses.imu_log import TEMPERATURE, TRIADS, Triad
 from pipeline.config.file_patterns import names_of, relative_name
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_syntax import yaml_word
@@ -53,8 +53,7 @@ def config_text(guess: SessionGuess, folder: Path, choices: Choices) -> str:
             lines.append(f"  {name}: {_sheet(triad)}   # {_comment(triad.unit)}")
     lines += _covariates(guess)
     lines += ["", *_site(choices.site), *_rates(guess, folder)]
-    lines += _accelerometer(guess, folder, choices)
-    lines += _gyroscope(guess, folder, choices)
+    lines += [line for name in TRIADS for line in _triad(guess, name, folder, choices)]
     return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
 
 
@@ -105,34 +104,24 @@ def _rates(guess: SessionGuess, folder: Path) -> list[str]:
     return lines
 
 
-def _accelerometer(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
-    source = guess.at_rest
-    if reason := choices.left_out.get("accelerometer"):
-        return ["", f"# accelerometer: left out, since {_comment(reason)}"]
-    if source is None:
-        return []
-    poses = (["  runs:", *_run(source, folder)] if source.leans else
-             ["  poses:", *_poses(source, folder, "    ")])
-    return ["", "accelerometer:", *poses,
-            f"  model: [{', '.join(BASE)}]"]
-
-
-def _gyroscope(guess: SessionGuess, folder: Path, choices: Choices) -> list[str]:
-    if guess.scales:
-        return ["", f"# gyroscope: left out, since {_comment(open_scale_text(guess))}"]
-    able = [source for source in guess.sources if source.has("gyroscope") and source.rate]
-    if not able:
-        return []
-    if reason := choices.left_out.get("gyroscope"):
-        return ["", f"# gyroscope: left out, since {_comment(reason)}"]
-    turning = any(source.rate != STOPPED for source in able)
-    model = BASE if turning else ("bias",)
-    lines = ["", "gyroscope:", "  runs:"]
-    for source in able:
-        lines += _run(source, folder)
-    if not turning:
+def _triad(guess: SessionGuess, name: Triad, folder: Path, choices: Choices) -> list[str]:
+    """The section of a triad: the poses at rest of an accelerometer, all runs of a gyroscope."""
+    best = guess.at_rest
+    sources = ([best] if best else []) if name == "accelerometer" else [
+        source for source in guess.sources if source.has(name) and source.rate]
+    reason = open_scale_text(guess) if guess.scales and name == "gyroscope" else (
+        choices.left_out.get(name))
+    if reason or not sources:
+        return ["", f"# {name}: left out, since {_comment(reason)}"] if reason else []
+    as_runs = name == "gyroscope" or sources[0].leans
+    lines = ["", f"{name}:", f"  {'runs' if as_runs else 'poses'}:"]
+    for source in sources:
+        lines += _run(source, folder) if as_runs else _poses(source, folder, "    ")
+    model: Sequence[str] = BASE
+    if name == "gyroscope" and all(source.rate == STOPPED for source in sources):
         lines.append("  # All at rest: that shows the bias. A turning plate shows scale and "
                      "misalignment.")
+        model = ("bias",)
     return [*lines, f"  model: [{', '.join(model)}]"]
 
 

@@ -58,7 +58,7 @@ def guess_files(
     tables, without = _tables_of_files([path for path in files if path not in corrected])
     every = _alike(tables, guess_tables(tables, rate_hz))
     guesses = [guess for guess in every if guess is not None]
-    used = {guess.path.parent for guess in guesses}
+    used = {folder for guess in guesses for folder in guess.path.parents}
     passed_over = _not_used([
         table for table, guess in zip(tables, every, strict=True) if guess is None
         and (table.path.parent not in used or called_accelerometers(table)

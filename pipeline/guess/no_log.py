@@ -30,11 +30,9 @@ BYTES = re.compile(
     r"(?:[0-9A-Fa-f]{2}[ -]){5,}[0-9A-Fa-f]{2}(?!\w)(?!.*::)"
     r"|\b0x[0-9A-Fa-f]{2}[ ,;\t]+0x[0-9A-Fa-f]{2}\b")
 NOT_LINES_OF_NUMBERS = (
-    (re.compile(r"\b0x[0-9A-Fa-f]{2}\b"),
-     "its lines are the bytes of a bus, one by one. Decode them first, by the data sheet or an "
-     "analyser's script for the sensor, and import the table that comes of it"),
-    (re.compile(r"^[A-Za-z0-9+/]{12,}={0,2}$"),
-     "its lines are bytes in letters, as base64 writes them. Decode them first, and import the "
+    (re.compile(r"\b0x[0-9A-Fa-f]{2}\b|^[A-Za-z0-9+/]{12,}={0,2}$"),
+     "its lines are the bytes of a bus, one by one, or bytes in letters, as base64 writes them. "
+     "Decode them first, by the data sheet or an analyser's script for the sensor, and import the "
      "table that comes of it"),
     (re.compile(r"^\s*<.*>\s*$"),
      "it is XML or HTML. Open it in a spreadsheet or a browser, and save the table as CSV"),

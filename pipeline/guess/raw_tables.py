@@ -1,6 +1,5 @@
 """Files as tables of numbers under the names in the files, before any guess."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 from calib.poses.imu_log import AXES, BoolArray, FloatArray
 from pipeline.errors import NoReadings, UnreadableInput
 from pipeline.guess.no_log import fault_of_columns, fault_of_lines, fault_of_rows, why_no_table
-from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, bare, our_name
+from pipeline.logs.columns import ACCELEROMETER, GYROSCOPE, bare
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.formats.kinds import kind_of, split_member
 from pipeline.logs.head import find_head
@@ -18,14 +17,6 @@ from pipeline.logs.header_words import read_name
 from pipeline.logs.tables import TextTable, tables_in
 from pipeline.logs.text import LogText, columns_of_text, raw_text
 
-#: Sample rate in a logger's header lines: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
-#: "at 100 Hz".
-STATED_RATE = re.compile(
-    r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
-    r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*([0-9.]+)|\bat ([0-9.]+) ?hz\b", re.IGNORECASE)
-STATED_PERIOD = re.compile(
-    r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*([0-9.]+)\s*(ms|us|s)\b"
-    r"|\bwf_increment\s*[,:=\s]\s*([0-9.]+)", re.IGNORECASE)
 IN_SI = {**dict.fromkeys(ACCELEROMETER, " (m/s^2)"), **dict.fromkeys(GYROSCOPE, " (rad/s)")}
 """Units behind our names of columns, of formats that state them."""
 
@@ -124,11 +115,6 @@ def _rows_of_sensors(columns: Mapping[str, FloatArray]) -> BoolArray:
 
 
 def _text_table(text: LogText) -> RawTable:
-    above = "\n".join(text.lines[: text.first])
-    stated = STATED_RATE.search(above)
-    rate_hz = text.rate_hz or (float(stated.group(1) or stated.group(2)) if stated else None)
-    if rate_hz is None and (period := STATED_PERIOD.search(above)):
-        rate_hz = 1 / (float(period[1] or period[3]) * our_name(f"time_{period[2] or 's'}")[1])
     lost, columns = columns_of_text(text)
     if not columns:
         raise UnreadableInput(f"{text.path}: no column holds numbers in its first row. A row of "
@@ -138,5 +124,5 @@ def _text_table(text: LogText) -> RawTable:
     without_header = all(name.isdecimal() for name in columns)
     positions = tuple(name if name in columns else "" for name in text.names)
     names = find_head(text.lines).names or ()
-    return RawTable(text.path, columns, positions if without_header else (), rate_hz=rate_hz,
-                    header=tuple(map(bare, names)), lost=lost)
+    return RawTable(text.path, columns, positions if without_header else (),
+                    rate_hz=text.rate_hz, header=tuple(map(bare, names)), lost=lost)

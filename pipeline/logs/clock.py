@@ -165,17 +165,16 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
     """
     ticks = _without_clock_face(ticks)
     step = np.diff(ticks)
-    back = np.flatnonzero(step < 0)
-    if back.size == 0 or back.size == len(step):
-        return ticks
+    back = step < 0
     usual = float(np.median(step[step > 0])) if (step > 0).any() else 0.0
-    turned = np.zeros(len(ticks))
-    for i in back:
-        period = next((p for p in PERIODS if 0 < step[i] + p <= USUAL_STEPS * usual), None)
-        if period is None or len(back) > 1 + MOST_WRAPS * usual * len(step) / period:
-            return ticks  # noise, which steps back in half of the rows
-        turned[i + 1] = period
-    return np.asarray(ticks + np.cumsum(turned))
+    wraps = back.sum()
+    for period in PERIODS if wraps else ():
+        forward = step[back] + period
+        # Noise steps back in half of the rows.
+        if (forward > 0).all() and (forward <= USUAL_STEPS * usual).all() and (
+                wraps <= 1 + MOST_WRAPS * usual * len(step) / period):
+            return np.asarray(ticks + period * np.cumsum(np.r_[False, back]))
+    return ticks
 
 
 def _without_clock_face(ticks: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pipeline.errors import UnreadableInput
 from pipeline.logs.clock import EPOCH_S, FASTEST_HZ, SLOWEST_HZ
-from pipeline.logs.columns import ColumnNames, Renamed, missing_columns
+from pipeline.logs.columns import ColumnNames, Renamed, missing_columns, our_name
 from pipeline.logs.dialect import (
     Dialect,
     delimiter_of,
@@ -22,8 +22,14 @@ from pipeline.logs.header import MISSING_TRIAD, our_names, wrong_header
 from pipeline.logs.header_lines import best_names, wide_names, with_units
 
 COMMENT_SIGNS = ("#", "//", "%")
-#: Comment of MT Manager; missing in some exports, so never assumed.
-UPDATE_RATE = re.compile(r"Update Rate:\s*([0-9.]+)\s*Hz", re.IGNORECASE)
+#: Sample rate in a logger's header lines: "Fs,100", "sample_rate: 100 Hz", "Update Rate: 100.0Hz",
+#: "at 100 Hz".
+STATED_RATE = re.compile(
+    r"(?:\bfs\b|\bodr\b|(?:sample|sampling|update|output|measurement)[ _]?(?:rate|frequency|freq))"
+    r"(?:[ _]?\(?hz\)?)?\s*[,:=\s]\s*(\d+\.?\d*)|\bat (\d+\.?\d*) ?hz\b", re.IGNORECASE)
+STATED_PERIOD = re.compile(
+    r"\b(?:period|interval|delta[ _]?t|dt)\b\s*[,:=\s]\s*(\d+\.?\d*)\s*(ms|us|s)\b"
+    r"|\bwf_increment\s*[,:=\s]\s*(\d+\.?\d*)", re.IGNORECASE)
 #: Largest number of lines of a head; settings above the header ("Fs,100") take a few lines.
 LONGEST_HEAD = 200
 FEWEST_COUNTED = 10  #: number of first rows whose numbers show that a column counts them; chosen
@@ -72,8 +78,6 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
         text = _stripped(line)
         comment = text.startswith(COMMENT_SIGNS)
         if comment:
-            stated = UPDATE_RATE.search(text)
-            rate_hz = float(stated.group(1)) if stated else rate_hz
             text = text.lstrip("#/% ")
         cells = split_cells(text, delimiter_of(text))
         if not cells:
@@ -96,7 +100,7 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
             above = [(at, wide_names(lines[at], names, len(row))) for at, names in above]
             if header and columns is not None:  # the names without units are asked for
                 above = []
-            return _head(i, header, above, len(row), rate_hz)
+            return _head(i, header, above, len(row), rate_hz or _stated_rate(lines[:i]))
         else:
             above.append((i, cells))
     at, names = header or (above[-1] if above else (0, None))
@@ -120,6 +124,16 @@ def _start_and_rate(lines: Sequence[str]) -> tuple[int, float | None]:
     start, rate_hz = (float(cells[0]) for cells in rows)
     is_so = EPOCH_S[0] < start < EPOCH_S[1] and SLOWEST_HZ < rate_hz < FASTEST_HZ
     return (1 + len(rows), rate_hz) if is_so else (0, None)
+
+
+def _stated_rate(above: Sequence[str]) -> float | None:
+    """The sample rate that the lines above the rows state, Hz."""
+    text = "\n".join(above)
+    if rate := STATED_RATE.search(text):
+        return float(rate[1] or rate[2]) or None
+    period = STATED_PERIOD.search(text)
+    step = float(period[1] or period[3]) if period else 0.0
+    return 1 / (step * our_name(f"time_{period[2] or 's'}")[1]) if period and step else None
 
 
 def _usual_shape(lines: Sequence[str]) -> Shape | None:

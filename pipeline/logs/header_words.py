@@ -1,7 +1,7 @@
 """The meaning of a column's name: the quantity, the axis, the unit."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -52,8 +52,7 @@ TIME = {"time", "timestamp", "t", "ts", "stamp", "timeus", "timems", "sampleus",
         "secs", "second", "msec", "usec", "minutes", "zeit", "uhrzeit", "temps", "tiempo", "tempo",
         "zeitstempel", "hora", "heure", "tick", "ticks", "tstamp", "tijd", "czas", "время",
         "时间", "時間", "時刻", "tow"}
-CLOCK_WORDS = {"millis", "micros", "seconds", "sec", "secs", "second", "ms", "msec", "us", "usec",
-               "ns", "minutes"}
+CLOCK_WORDS = TIME & _UNIT.keys()
 COUNTER = {"packetcounter", "counter", "samplecounter", "n", "sample", "nsamples",
            "loopiteration", "index", "seq", "nr", "no", "row", "zeile", "id", "idx", "lfdnr", "#"}
 ACC = {"acc", "accel", "acceleration", "accelerometer", "accl", "a", "ac", "accx", "accsmooth",
@@ -158,6 +157,12 @@ is_other=False)
 def spelled_unit(text: str) -> str:
     """The unit that a text spells, empty if it spells none."""
     return _UNIT.get(text.strip().lower(), "")
+
+
+def axes_among(names: Iterable[str]) -> list[str]:
+    """The names of axes of an accelerometer or a gyroscope."""
+    return [name for name in names if (word := read_name(name)).axis is not None
+            and word.quantity in ("acc", "gyr")]
 
 
 def whole_triples(

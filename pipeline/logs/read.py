@@ -212,29 +212,22 @@ def _without_ends(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
         f"{(~kept).sum()} of {len(kept)}",))
 
 
-def repeated_rows(time: FloatArray, columns: Sequence[FloatArray]) -> NDArray[np.bool_]:
-    """Whether each row (t,) has the time and all readings of the row before."""
-    same = [np.diff(values, prepend=np.nan) == 0 for values in (time, *columns)]
-    return np.asarray(np.all(same, axis=0))
+def repeats(columns: Sequence[FloatArray]) -> NDArray[np.bool_]:
+    """Whether each row (t,) was there before, with its time, the first of ``columns``, and all
+    readings: a logger wrote it again, or a file was put together from parts that overlap."""
+    again = np.zeros(len(columns[0]), bool)
+    if len(np.unique(columns[0])) < len(again):
+        again[:] = True
+        again[np.unique(np.column_stack(columns), axis=0, return_index=True)[1]] = False
+    return again
 
 
 def _without_repeats(table: LogTable) -> tuple[LogTable, tuple[str, ...]]:
-    """The table without rows that are there twice, and a note on their number: a logger wrote them
-    again, or a file was put together from parts that overlap."""
+    """The table without rows that are there twice, and a note on their number."""
     if TIME not in table.values:
         return table, ()
-    columns = [table.values[name] for name in (TIME, *ACCELEROMETER, *GYROSCOPE)
-               if name in table.values]
-    rows = repeated_rows(columns[0], columns[1:])
-    every, begin = np.column_stack(columns), np.intp(0)
-    for at in np.flatnonzero(np.diff(every[:, 0]) < 0) + 1:
-        count = int((every[begin:at, 0] >= every[at, 0]).sum())
-        again = every[at : at + count]
-        same = (every[at - count : at][: len(again)] == again).all(axis=1)
-        end = at + int(np.r_[~same, True].argmax())
-        if end == len(every) or every[end, 0] > every[at - 1, 0]:
-            rows[at:end] = True
-        begin = at
+    rows = repeats([table.values[name] for name in (TIME, *ACCELEROMETER, *GYROSCOPE)
+                    if name in table.values])
     return (table.at(np.flatnonzero(~rows)), (
         f"rows that repeat those before and are left out: {rows.sum()} of {len(rows)}",)
     ) if rows.any() else (table, ())

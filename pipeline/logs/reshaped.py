@@ -7,7 +7,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import islice, pairwise, product
+from itertools import pairwise, product
 from random import Random
 
 from pipeline.logs.columns import SECONDS_PER
@@ -28,7 +28,7 @@ from pipeline.logs.head import (
     is_time,
 )
 from pipeline.logs.header_lines import MOST_NAMES
-from pipeline.logs.header_words import read_name
+from pipeline.logs.header_words import axes_among, read_name
 from pipeline.logs.row_kinds import MOST_KINDS
 
 SHOWN = 400  #: number of rows, drawn from the file, that show its columns
@@ -164,32 +164,32 @@ def with_whole_stamps(lines: list[str]) -> list[str]:
     head = find_head(lines)
     if head.first is None:
         return lines
-    if (place := _without_zeros(lines[head.first :][:SHOWN])) is not None:
-        (column, digits), sign = place, delimiter_of(lines[head.first])
-        return [*lines[: head.first], *(
-            _joined([_padded(cell, digits) if i == column else cell
-                     for i, cell in enumerate(split_cells(line, sign))], sign or " ")
-            for line in lines[head.first :])]
-    ends = [(i, match, match.string[: match.start()]) for i, name in enumerate(head.names or ())
-            if (match := STAMP.search(name))]
-    pair = next(((i, j, DIGITS[part[1].lower()]) for (i, whole, one), (j, part, other)
-                 in pairwise(ends) if not whole[1] and part[1] and one == other), None)
-    if pair is None:
-        return lines
-    (whole, part, digits), sign = pair, delimiter_of(lines[head.first])
-    rows = [*lines]
-    for at, line in enumerate(lines[head.first :], head.first):
+    sign, rows = delimiter_of(lines[head.first]), [*lines]
+    whole, part, digits = _without_zeros(lines[head.first :][:SHOWN]) or _seconds_and_parts(
+        head.names or ()) or (0, 0, 0)
+    for at, line in enumerate(lines[head.first :] if digits else (), head.first):
         cells = split_cells(line, sign)
-        if len(cells) > max(whole, part) and len(cells[part]) <= digits and (
-                cells[whole] + cells[part]).isdigit():
+        if len(cells) <= max(whole, part):
+            continue
+        if whole == part:
+            cells[whole] = _padded(cells[whole], digits)
+        elif len(cells[part]) <= digits and (cells[whole] + cells[part]).isdigit():
             cells[whole] += f".{cells[part]:0>{digits}}"
-            rows[at] = _joined(cells, sign or " ")
+        rows[at] = _joined(cells, sign or " ")
     return rows
 
 
-def _without_zeros(lines: Sequence[str]) -> tuple[int, int] | None:
-    """The column of times whose parts of a second are printed without leading zeros, and the digits
-    of these: only with them do the times not step back. None if there is none."""
+def _seconds_and_parts(names: Sequence[str]) -> tuple[int, int, int] | None:
+    """The columns of whole seconds and of their parts beside them, and the digits of these."""
+    ends = [(i, match, match.string[: match.start()]) for i, name in enumerate(names)
+            if (match := STAMP.search(name))]
+    return next(((i, j, DIGITS[part[1].lower()]) for (i, whole, one), (j, part, other)
+                 in pairwise(ends) if not whole[1] and part[1] and one == other), None)
+
+
+def _without_zeros(lines: Sequence[str]) -> tuple[int, int, int] | None:
+    """The column of times whose parts of a second are printed without leading zeros, twice, and the
+    digits of these: only with them do the times not step back. None if there is none."""
     rows = [split_cells(line, delimiter_of(line)) for line in lines]
     for column in range(min(map(len, rows)) if len(rows) >= FEWEST_COUNTED else 0):
         cells = [row[column] for row in rows]
@@ -201,7 +201,7 @@ def _without_zeros(lines: Sequence[str]) -> tuple[int, int] | None:
                   and other is not None] for times in (
             map(_seconds, cells), (_seconds(_padded(cell, digits)) for cell in cells)))
         if min(next(steps), default=0.0) < 0 <= min(next(steps), default=-1.0):
-            return column, digits
+            return column, column, digits
     return None
 
 
@@ -214,9 +214,8 @@ def _column_of_names(rows: Sequence[Sequence[str]], column: int) -> tuple[int, l
     """A column and the names of values in it; None if it holds no axes of an inertial sensor."""
     counts = Counter(row[column] for row in rows)
     kinds = [kind for kind, count in counts.items() if count > 1 and not is_number(kind)]
-    words = [read_name(kind) for kind in islice(kinds, MOST_KINDS + 1)]
-    axes = sum(word.axis is not None and word.quantity in ("acc", "gyr") for word in words)
-    return (column, kinds) if axes >= FEWEST_NUMBERS and len(kinds) <= MOST_KINDS else None
+    able = len(kinds) <= MOST_KINDS and len(axes_among(kinds)) >= FEWEST_NUMBERS
+    return (column, kinds) if able else None
 
 
 def _columns_of_value(

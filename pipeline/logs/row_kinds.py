@@ -7,14 +7,14 @@ board. Each kind becomes a table of its own; its rows keep their line numbers in
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import islice, pairwise
+from itertools import pairwise
 
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
 from pipeline.logs.dialect import Dialect, dialect_of
 from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS
-from pipeline.logs.header_words import ACC, GYR, read_name
+from pipeline.logs.header_words import ACC, GYR
 from pipeline.logs.sentence_names import MARK
 from pipeline.logs.sentences import form_of
 
@@ -23,9 +23,6 @@ MOST_KINDS = 12  #: largest number of sensors: those of a phone
 LEAST_TURNS = 0.25
 """Least share of rows whose board differs from that of the row before. A judgement: boards that
 send in turn change in half of the rows or more, the state of one board changes rarely."""
-IN_TURN = 0.7
-"""Least share of rows whose sensor is the usual successor of the last. A judgement: it is four of
-five for sensors that send in turn, one of two at most for a reading with a few values."""
 FARTHER = 5.0
 """Least ratio of the step between sensors to that within one plus the resolution. A judgement: the
 biases of two boards differ by ten times the noise in one of six axes, those of one board by 1."""
@@ -67,10 +64,8 @@ def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
         if len(_numbers(row, dialect)) >= FEWEST_NUMBERS:
             widths.setdefault(row[at], Counter())[len(row)] += 1
     kinds = {kind: width.most_common(1)[0][0] for kind, width in widths.items()}
-    tables = {kind: _of_kind(lines, dialect, at, kind, width, [*kinds])
-              for kind, width in sorted(kinds.items())}
-    named = [kind for kind, table in tables.items() if _names_a_sensor(kind, table, dialect)]
-    return {kind: tables[kind] for kind in named or tables} or {"": lines}
+    return {kind: _of_kind(lines, dialect, at, kind, width, [*kinds])
+            for kind, width in sorted(kinds.items())} or {"": lines}
 
 
 def _kinds_by_words(lines: Sequence[str], shown: Sequence[str]) -> Mapping[str, list[str]]:
@@ -112,15 +107,6 @@ def _of_kind(
     return kept
 
 
-def _names_a_sensor(kind: str, table: Sequence[str], dialect: Dialect) -> bool:
-    """Whether a kind or the names above its rows are those of an accelerometer or a gyroscope."""
-    head = [cells for line in islice(filter(None, table), EVENTS)
-            if not any(map(dialect.holds_number, cells := dialect.cells(line)))]
-    return kind.lower().startswith(("acc", "gyr")) or any(
-        read_name(cell).quantity in ("acc", "gyr") for cells in head for cell in cells
-        if cells[:1] == [kind] or kind not in cells)
-
-
 def _column_of_kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> int | None:
     """The column whose cell names the kind of each row; None if the rows are those of one sensor.
 
@@ -156,11 +142,8 @@ def take_turns(words: Sequence[str] | Sequence[float]) -> bool:
     kinds = {*words}
     if not 1 < len(kinds) <= min(MOST_KINDS, len(words) / 2) or "" in kinds:
         return False
-    follows = Counter(pairwise(words))
-    turns = sum(n for (one, other), n in follows.items() if one != other)
-    in_turn = sum(max((n for (one, _), n in follows.items() if one == kind), default=0)
-                  for kind in kinds)
-    return turns > LEAST_TURNS * len(words) and in_turn > IN_TURN * len(words)
+    turns = sum(one != other for one, other in pairwise(words))
+    return turns > LEAST_TURNS * len(words)
 
 
 def _jump_between(columns: FloatArray, words: Sequence[str]) -> bool:

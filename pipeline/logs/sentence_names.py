@@ -30,6 +30,7 @@ AROUND = " \t:=<>()[]{}/\"',;|#$%*&-"
 BEHIND = {"[": "]", "(": ")"}
 APART = str.maketrans(':{"<>', "     ")  #: signs between the words of a name: of keys inside keys
 PAIR = re.compile(r"(?<!\S)[^\s=]+=\w[^\s=]*(?!\S)")  #: a word with its key, as ``board=esp32``
+QUOTED = re.compile(r',"|",')  #: what is between a name, a number in quotes and its unit in cells
 MARK = "\0"  #: placeholder of a number
 
 
@@ -95,7 +96,7 @@ def _names_of_line(line: str) -> list[str]:
     """
     labels: list[str] = []
     units: dict[int, str] = {}
-    *parts, last = SLOT.split(line)
+    *parts, last = SLOT.split(QUOTED.sub(" ", line))
     names = [" ".join(PAIR.sub("", re.split(r"[,;|]", part)[-1]).translate(APART).strip(
         AROUND).split()) for part in parts]
     in_front = _units_in_front(names)
@@ -116,9 +117,6 @@ def _names_of_line(line: str) -> list[str]:
     if spelled_unit(behind := last.strip(AROUND)) or spelled_unit(
             behind := re.split(r"[,;|\s]", last.strip())[0].strip(AROUND)):
         units[len(labels) - 1] = behind
-    if len(labels) <= 2 and not labels[-1]:  # a time, a value, and its name in another cell
-        words = " ".join(re.findall(r"[^\W\d]\w*(?: ?\w+)*", " ".join(SLOT.split(line))))
-        labels = [*[""] * (len(labels) - 1), words]
     named: list[str] = []
     for label, unit in _by_groups(labels, units):
         named.append(f"{label} ({unit})" if unit and label else label)

@@ -22,7 +22,7 @@ from pipeline.logs.dialect import (
     seconds_of,
 )
 from pipeline.logs.head import FEWEST_NUMBERS
-from pipeline.logs.header_words import spelled_unit
+from pipeline.logs.header_words import axes_among, spelled_unit
 from pipeline.logs.sentence_names import (
     MARK,
     SLOT,
@@ -187,14 +187,16 @@ def _grow(stamps: Sequence[str]) -> bool:
 
 
 def _hide_numbers(lines: Sequence[str]) -> bool:
-    """Whether the lines are not a plain table: numbers that change have words, brackets or units in
-    their cells, or are fewer than a triad in most lines."""
+    """Whether the lines are not a plain table: the names of axes are in each line, numbers that
+    change have words, brackets or units in their cells, or are fewer than a triad in most lines."""
     if _most_are_rows(lines):
         return False
     plain = [without_colours(line) for line in lines]
     if any(map(LIST.search, plain)):
         return False
     dialects = [dialect_of(line) for line in plain]
+    if len(axes_among(dialects[-1].cells(plain[-1]))) >= FEWEST_NUMBERS:
+        return True
     hidden = [[*_hidden(line, dialect)] for line, dialect in zip(plain, dialects, strict=True)]
     numbers = [sum(map(dialect.holds_number, dialect.cells(line)))
                for line, dialect in zip(plain, dialects, strict=True)]

@@ -2,8 +2,11 @@
 
 import gzip
 import re
+import struct
 import zlib
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 from typing import BinaryIO
@@ -23,6 +26,10 @@ SIGNED = (4, 8)  #: fact: digits of registers of two and four bytes
 DIGIT = re.compile(r"\d")
 MIXED = re.compile(r"(?!\d+[eE]\d+$)(?=.*\d)(?=.*[A-Fa-f])\w+")
 """A word of digits and letters that is no number with an exponent: ``1e05``."""
+FOUR_BYTES = re.compile(r"(?<![\w.])(?:0[xX])?(?=\d*[A-Fa-f])([0-9A-Fa-f]{8})(?![\w.])")
+FLOATS = (1e-9, 1e9)
+"""Range of the numbers of IEEE 754 in four bytes. A fact: whole numbers of 24 bits with their sign
+before them are smaller than 1e-37 or larger than 1e38 in that format, or none."""
 SHOWN_LENGTH = 5000  #: number of last characters that show which of them hold letters
 FORTRAN = re.compile(r"(?<![\w.])([+-]?\d*\.\d*)[Dd]([+-]\d{1,3})(?!\w)")
 MINUS = re.compile(r"(?<![\w.])[\u2212\u2010-\u2014\uff0d](?=[\d.,])")
@@ -177,12 +184,15 @@ def _in_code_page(data: bytes) -> str:
 def decimal_numbers(text: str) -> str:
     """``text`` with registers, Fortran's exponents, an office's minuses and thousands converted.
 
-    Registers of two and four bytes are signed, as inertial sensors deliver them.
+    Registers of two and four bytes are signed, as inertial sensors deliver them, or numbers of
+    IEEE 754.
 
     >>> decimal_numbers("0x0010 0xFFFE"), decimal_numbers("-0.25D+01")
     ('16 -2', '-0.25E+01')
     >>> decimal_numbers("1200 00A0 F0FE 0A10"), decimal_numbers("1e05 2E05 1000")
     ('1200 160 -3842 2576', '1e05 2E05 1000')
+    >>> decimal_numbers("0x10 0x411D0000 0xBF000000 0x80000000")
+    '0x10 9.8125 -0.5 -0'
     >>> decimal_numbers('20,FFFFD25B,46,2F\\n40,FFFFD26D,5A,3\\n'), decimal_numbers('"-1,006.7"')
     ('20,-11685,70,47\\n40,-11667,90,3\\n', '"-1006.7"')
     """
@@ -197,10 +207,14 @@ def decimal_numbers(text: str) -> str:
     if "np." in text:
         text = NUMPY.sub(r"\1", text)
     text = NO_BLANK.sub(r"\1 ", text)
+    shown = text[-SHOWN_LENGTH:]
+    words = FOUR_BYTES.findall(shown)
+    are_floats = 2 * sum(_float_in(word) is not None for word in words) > len(words)
+    value = partial(_value, are_floats=are_floats)
     if "0x" in text or "0X" in text:
-        text = REGISTER.sub(lambda register: _signed(register[0]), text)
-    if count := _words_without_prefix(text[-SHOWN_LENGTH:]):
-        text = WORDS.sub(lambda run: _last_signed(run[0], count), text)
+        text = REGISTER.sub(lambda register: value(register[0]), text)
+    if count := _words_without_prefix(shown):
+        text = WORDS.sub(lambda run: _last_converted(run[0], count, value), text)
     return FORTRAN.sub(r"\1E\2", text) if "D+" in text or "D-" in text else text
 
 
@@ -214,19 +228,27 @@ def _words_without_prefix(text: str) -> int:
     return count if count >= FEWEST_NUMBERS else 0
 
 
-def _last_signed(run: str, count: int) -> str:
+def _last_converted(run: str, count: int, value: Callable[[str], str]) -> str:
     """A run of words whose last ``count`` are registers."""
     parts = re.split(r"(\W+)", run)
     first = max(len(parts) + 1 - 2 * count, 0)
-    parts[first::2] = map(_signed, parts[first::2])
+    parts[first::2] = map(value, parts[first::2])
     return "".join(parts)
 
 
-def _signed(register: str) -> str:
+def _value(register: str, are_floats: bool) -> str:
     digits = register.lower().removeprefix("0x")
+    if are_floats and len(digits) == SIGNED[-1] and (number := _float_in(digits)) is not None:
+        return f"{number:.9g}"
     half = 1 << (4 * len(digits) - 1)
     value = int(digits, 16)
     return str(value - 2 * half if value >= half and len(digits) in SIGNED else value)
+
+
+def _float_in(digits: str) -> float | None:
+    """The number of IEEE 754 in four bytes; None if it is none of a sensor."""
+    number: float = struct.unpack(">f", bytes.fromhex(digits))[0]
+    return number if number == 0 or FLOATS[0] < abs(number) < FLOATS[1] else None
 
 
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:

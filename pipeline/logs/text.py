@@ -119,9 +119,7 @@ def log_text(path: Path, lines: list[str], columns: ColumnNames | None) -> LogTe
     head = find_head(lines, columns)
     if head.first is None:
         raise no_rows(path, head)
-    dialect, cells = _first_row(path, lines, head)
-    lines = without_footer(lines, dialect, len(cells))
-    header = without_sign(head.names, len(cells), are_numbered(dialect, lines, head.first))
+    dialect, cells, lines, header = _frame(path, lines, head)
     names = named_columns(f"{path}:{head.names_line}", header, len(cells), columns,
                           ends_open=cells[-1] == "")
     read = [(name, factor) if name in READINGS or dialect.holds_number(cell) else (SKIP, 1.0)
@@ -140,13 +138,11 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
     head = find_head(lines)
     if head.first is None:
         return None
-    dialect, cells = _first_row(path, lines, head)
-    names = [bare(name) for name in without_sign(
-        head.names, len(cells), are_numbered(dialect, lines, head.first)) or ()]
+    dialect, cells, lines, header = _frame(path, lines, head)
+    names = [bare(name) for name in header or ()]
     if not any(names) or max(Counter(filter(None, names)).values()) > 1:  # repeated: no names
         names = [str(i) for i in range(1, len(cells) + 1)]
     names += [""] * (len(cells) - len(names))
-    lines = without_footer(lines, dialect, len(cells))
     rows = lines[head.first : head.first + DIALECT_ROWS]
     dated = date_column(dialect, cells, moving_columns(dialect, cells, rows))
     read = [name if name not in ("", *names[:i]) and (i == dated or dialect.holds_number(cell))
@@ -155,9 +151,12 @@ def raw_text(path: Path, lines: list[str]) -> LogText | None:
                    head.rate_hz, dated)
 
 
-def _first_row(path: Path, lines: list[str], head: Head) -> tuple[Dialect, list[str]]:
-    """The dialect of the rows below ``head``, and a representative cell of each column: the first
-    that is not empty, or one of text if the column has more than a few.
+def _frame(
+    path: Path, lines: list[str], head: Head
+) -> tuple[Dialect, list[str], list[str], Sequence[str] | None]:
+    """The dialect of the rows below ``head``; a representative cell of each column: the first that
+    is not empty, or one of text if the column has more than a few; the lines without a footer; and
+    the names of the columns.
 
     Points between thousands, and a second header of other columns, are refused.
     """
@@ -176,7 +175,9 @@ def _first_row(path: Path, lines: list[str], head: Head) -> tuple[Dialect, list[
             of_text = sum(not number for _, number in known) > MOST_LACKING * len(known)
             there = (cell for cell, number in known if number != of_text)
         cells[i] = next(there, cells[i])
-    return dialect, cells
+    lines = without_footer(lines, dialect, len(cells))
+    return dialect, cells, lines, without_sign(
+        head.names, len(cells), are_numbered(dialect, lines, first))
 
 
 def columns_of_text(text: LogText) -> tuple[int, dict[str, FloatArray]]:

@@ -140,19 +140,22 @@ def _rows(value: Any) -> Iterator[Any]:
     if not isinstance(value, dict):
         yield from value
         return
-    columns = dict(_columns("", value))
+    inside = {name: inner for name, inner in _flat(value).items()
+              if isinstance(inner, list) and inner}
+    samples = [inner for inner in inside.values() if isinstance(inner[0], dict | list)]
+    columns = {name: inner for name, inner in inside.items()
+               if not isinstance(inner[0], dict | list)}
     rows = max(map(len, columns.values()), default=0)
     long = {name: column for name, column in columns.items() if len(column) == rows}
     if len(long) >= len(AXES):
         yield from (dict(zip(long, row, strict=True)) for row in zip(*long.values(), strict=True))
         return
-    lists = [inner for inner in _flat(value).values() if isinstance(inner, list) and inner]
-    longest = max((inner for inner in lists if isinstance(inner[0], dict | list)), key=len,
-                  default=[])
+    longest = max(samples, key=len, default=[])
     if not longest:
         yield value
         return
-    names = next((named for inner in lists if len(named := _names(inner)) == len(longest[0])), None)
+    names = next((named for inner in inside.values()
+                  if len(named := _names(inner)) == len(longest[0])), None)
     if names is None and isinstance(longest[0], list) and not any(
             is_number(str(cell)) for cell in longest[0]):
         names, *longest = longest  # a table of a spreadsheet
@@ -182,16 +185,6 @@ def _names(value: list[Any]) -> list[str]:
     named = [f"{one['name']} ({one['units']})" if "units" in one else one["name"]
              for one in objects]
     return named or [one for one in value if isinstance(one, str)]
-
-
-def _columns(name: str, value: dict[str, Any]) -> Iterator[tuple[str, list[Any]]]:
-    """Every list of plain values in an object and its nested objects, with its name."""
-    for key, inner in value.items():
-        below = f"{name}.{key}" if name else key
-        if isinstance(inner, dict):
-            yield from _columns(below, inner)
-        elif isinstance(inner, list) and inner and not isinstance(inner[0], dict | list):
-            yield below, inner
 
 
 def _unrolled(rows: list[Any]) -> list[Any]:

@@ -1,4 +1,4 @@
-"""One text with the rows of several sensors in turn, as an app for phones writes them."""
+"""Rows of several sensors in turn in one text, as an app for phones writes them; files of two."""
 
 from pathlib import Path
 
@@ -109,3 +109,18 @@ def test_two_recordings_since_the_start_are_no_two_sensors_of_one(tmp_path: Path
     (source,) = guess.sources
     assert [table.path.name for table in source.tables] == [
         "first_accel.csv", "first_gyro.csv", "second_accel.csv", "second_gyro.csv"]
+
+
+@pytest.mark.parametrize(("gain", "offset_m_s2", "code"), [(1.015, 0.35, 4), (1.0, 0.02, 0)])
+def test_files_of_two_sensors_are_not_calibrated_as_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], gain: float, offset_m_s2: float, code: int
+) -> None:
+    """A bias that moves between two logs of one sensor is a finding, and no fault."""
+    names, files = "time_s,ax_m_s2,ay_m_s2,az_m_s2", []
+    for seed, (scale, bias) in enumerate(((1.0, 0.0), (gain, offset_m_s2))):
+        log = hand_log(seed, rate_hz=RATE_HZ)
+        files.append(tmp_path / f"{seed}.csv")
+        np.savetxt(files[-1], np.column_stack([log.time_s + 100 * seed, scale * log.acc + bias]),
+                   "%.5f", ",", header=names, comments="")
+    assert pipeline("import", *files, "--output", tmp_path / "c.yaml", "--latitude", "45") == code
+    assert ("files of two sensors" in capsys.readouterr().err) == (code == 4)

@@ -179,11 +179,20 @@ def thingspeak(folder: Path, log: HandLog) -> Foreign:
         "created_at,entry_id,field1,field2,field3,field4,field5,field6", *rows])], 1.0, 1 / DEG)
 
 
+def floats_in_hexadecimal(folder: Path, log: HandLog) -> Foreign:
+    """`Serial.print(*(uint32_t*)&ax, HEX)`: numbers of IEEE 754, and a clock in whole numbers."""
+    rows = [f"{round(1000 * t):X}," + ",".join(
+        f"{int(word):X}" for word in np.array(row, ">f4").view(">u4"))
+        for t, row in zip(log.time_s, np.hstack([log.acc, log.gyr]), strict=True)]
+    return Foreign([write_lines(folder / "port.txt", [
+        "millis,ax,ay,az,gx,gy,gz", *rows])], 1.0, 1.0)
+
+
 UNSEEN: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         mavlink_dump, nmea, line_protocol, markdown, html, yaml_lines, in_turn, json_arrays,
         minutes, unicode_text, typographic_minus, gals, revolutions, magnetometer_first,
-        named_directions, newest_first, thingspeak)
+        named_directions, newest_first, thingspeak, floats_in_hexadecimal)
 }
 UNSEEN_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "transposed": (transposed, "each row is a channel .*Transpose"),

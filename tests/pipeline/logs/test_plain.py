@@ -60,6 +60,7 @@ def test_a_log_that_leaves_a_question_is_not_plain(data: bytes) -> None:
 
 def test_messages_name_the_line_of_a_plain_log(tmp_path: Path) -> None:
     path = tmp_path / "late.csv"
-    path.write_bytes(written(*ROWS[:20], ROWS[10], *ROWS[20:30], *ROWS[11:]))
+    late = ROWS[10].replace("0.100,3", "0.100,4")  # with its readings it would count once
+    path.write_bytes(written(*ROWS[:20], late, *ROWS[20:]))
     with pytest.raises(UnreadableInput, match=r"late\.csv:\d+: "):
         read_log(path)
