@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tests.paths import REAL
-from tests.sessions import configured, pipeline, results_in
+from tests.sessions import configured, pipeline, results_in, run_without_page
 
 pytestmark = pytest.mark.skipif(not REAL.is_dir(), reason=f"no measured logs in {REAL}")
 
@@ -40,7 +40,7 @@ gyroscope:
   - rate: stopped
     poses: {XSENS.replace("    ", "      ")}
 """)
-    assert pipeline("run", config) == 0
+    run_without_page(config)
     return folder / "config.run"
 
 
@@ -86,8 +86,7 @@ accelerometer:
     columns: [time_s, acc_x, acc_y, acc_z]
     find: still
 """)
-    assert pipeline("run", config) == 0
-    found = results_in(tmp_path / "config.run")["accelerometer"]
+    found = run_without_page(config)["accelerometer"]
     assert found["parameters"]["bias_counts"] == pytest.approx([33123.8, 33275.2, 32364.5], abs=1)
 
 
@@ -124,8 +123,7 @@ accelerometer:
     sample_rate_hz: 100
     find: still
 """)
-    assert pipeline("run", config) == 0
-    found = results_in(tmp_path / "config.run")["accelerometer"]
+    found = run_without_page(config)["accelerometer"]
     assert found["parameters"]["bias_counts"] == pytest.approx(MIKOFF[name], abs=0.002)
     assert found["n_poses"] >= 18
     assert found["diagnosis"]["verdict"] != "effect"

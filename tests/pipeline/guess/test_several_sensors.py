@@ -9,7 +9,7 @@ from pipeline.console.import_text import guess_lines
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
 from tests.pipeline.guess.hand_log import hand_log
-from tests.sessions import pipeline
+from tests.sessions import pipeline, run_without_page
 
 LOST = 37  #: every so many lines one is lost
 RATE_HZ = 25.0
@@ -59,7 +59,7 @@ def test_a_log_of_all_sensors_is_corrected_by_the_tables_of_its_session(
 ) -> None:
     config = tmp_path / "c.yaml"
     assert pipeline("import", phone, "--output", config, "--latitude", "45") == 0
-    assert pipeline("run", config, "--quiet") == 0
+    run_without_page(config)
     again, out = write_phone(tmp_path / "again.txt"), tmp_path / "out.csv"
     assert pipeline("apply", tmp_path / "c.run", again, "--output", out) == 0
     assert out.read_text(encoding="utf-8").startswith("time_s,acc_x_m_s2,acc_y_m_s2,acc_z_m_s2,gyr")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.pipeline.guess.evening import Evening
-from tests.sessions import pipeline, results_in
+from tests.sessions import pipeline, results_in, run_without_page
 
 RPM = 100 / 3
 
@@ -81,8 +81,7 @@ def test_beside_a_dead_accelerometer_a_gyroscope_on_the_plate_is_calibrated(
         hold(path, 1, "17")
     assert pipeline("import", *files, "--gyroscope-range", "500") == 0
     assert "the accelerometer is left out: rest/p01.csv: AcX reads 17" in capsys.readouterr().err
-    assert pipeline("run", "config.yaml") == 0
-    assert [*results_in(Path("config.run"))["gyroscope"]["parameters"]]
+    assert [*run_without_page(Path("config.yaml"))["gyroscope"]["parameters"]]
 
 
 def test_an_axis_that_is_dead_in_a_stated_unit_is_no_file_in_another_unit(
@@ -122,8 +121,7 @@ def test_a_pose_that_is_to_be_recorded_again_costs_no_triad(
     words = " ".join(capsys.readouterr().err.split())
     for path in (files[20], files[25]):
         assert f"{path}: left out. {path}: stands still" in words
-    assert pipeline("run", here / "config.yaml", "--quiet") == 0
-    results = results_in(here / "config.run")
+    results = run_without_page(here / "config.yaml")
     assert (results["accelerometer"]["n_poses"], results["gyroscope"]["n_poses"]) == (18, 34)
 
 
