@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,12 +19,18 @@ from tests.world.sizes import draw_effect
 from tests.world.write import write_session
 
 
+def curved_session(folder: Path) -> Path:
+    """A gyroscope at rest and at two speeds, whose bias follows the square of a column."""
+    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
+    design = replace(design, runs=tuple(run for run in design.runs if run.name[0] != "m"))
+    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 3)
+    return write_session(folder, simulate(design, 3, (hidden,)), film=False).config
+
+
 def test_auto_goes_on_with_a_formula_where_no_listed_effect_fits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    design = rich_design().scaled(seconds=0.3)
-    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 3)
-    config = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False).config
+    config = curved_session(tmp_path)
     assert main(["add", str(config), "--auto"]) == 0
     errors = re.findall(r"^leave-one-out.* ([0-9.]+) +([0-9.]+)$", capsys.readouterr().out,
                         re.MULTILINE)
@@ -36,9 +43,7 @@ def test_auto_goes_on_with_a_formula_where_no_listed_effect_fits(
 def test_a_hidden_curve_in_a_column_of_any_name_is_found_written_and_added(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    design = rich_design().scaled(seconds=0.3, sample_rate=0.5)
-    hidden = draw_effect("column_squared:supply_v", "gyroscope", 30.0, design, 3)
-    config = write_session(tmp_path, simulate(design, 3, (hidden,)), film=False).config
+    config = curved_session(tmp_path)
     for log in tmp_path.rglob("*.csv"):
         text = log.read_text(encoding="utf-8")
         log.write_text(text.replace("supply_v", '"U {supply} [V], ö\'s"', 1), encoding="utf-8")
