@@ -39,7 +39,7 @@ from pipeline.logs.columns import (
     TIME,
     missing_columns,
 )
-from pipeline.logs.dialect import delimiter_of, split_cells
+from pipeline.logs.dialect import delimiter_of, is_number, split_cells
 from pipeline.logs.header import our_names
 from pipeline.logs.header_words import read_name
 
@@ -251,11 +251,8 @@ class Mpu6050TextParser(Parser):
 
 def _number(cell: str) -> float | None:
     """The finite number in a cell, or None."""
-    try:
-        value = float(cell)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) and "_" not in cell else None
+    value = float(cell) if is_number(cell) else math.nan
+    return value if math.isfinite(value) else None
 
 
 def _are_words(values: Mapping[str, float]) -> bool:

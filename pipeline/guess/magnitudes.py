@@ -174,7 +174,7 @@ def gravity_unit(
         unit == "counts" or (rests is not None and rests.misfit < ROUNDEST))
     if off > math.log(LOOSEST) and not (is_unusual and steady):
         return None
-    if is_unusual and steady and (unit == "counts" or off > math.log(LOOSEST)):
+    if is_unusual and steady and (encoding or unit == "counts" or off > math.log(LOOSEST)):
         unit, per_g = "counts", float(f"{length:.3g}")
     elif unit == "counts" and off >= GRAVITY_TOLERANCE:
         per_g = float(f"{length:.2g}")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from calib.poses.imu_log import AXES
-from pipeline.logs.dialect import delimiter_of, split_cells
+from pipeline.logs.dialect import SHOWN, delimiter_of, split_cells
 from pipeline.logs.formats.file_table import FileTable
 from pipeline.logs.head import width_of_numbers
 from pipeline.logs.header_words import read_name
@@ -20,7 +20,6 @@ from pipeline.logs.sentences import LIST
 from pipeline.logs.text import LogText
 from pipeline.text.names import word
 
-EVENTS = 200  #: rows that show whether a file is a list of events
 LONGEST_CHANNELS = 4
 """Ratio of the cells of a row to the number of rows above which each row is a channel. A judgement:
 a log has more samples than columns, and 60 columns at most."""
@@ -52,7 +51,7 @@ def fault_of_lines(lines: Sequence[str]) -> str:
         return ("its lines are messages of a bus or a port, with their bytes in hexadecimal. The "
                 "description of the device says what they mean. Decode them first, those of a CAN "
                 "bus for example by `cantools decode`, and import the table that comes of it")
-    rows = [LIST.findall(line) for line in lines[len(lines) // 2 :][:EVENTS]]
+    rows = [LIST.findall(line) for line in lines[len(lines) // 2 :][:SHOWN]]
     full = next((cells for cells in rows if len(cells) >= len(AXES)), None)
     if full and sum(len(cells) == len(full) for cells in rows) > len(rows) / 2:
         return (f"{len(full)} cells of each row hold {full[0].count('|') + 1} numbers each, as "
@@ -72,7 +71,7 @@ def fault_of_columns(table: FileTable) -> str:
 
 
 def _are_mostly(lines: Sequence[str], manner: re.Pattern[str]) -> bool:
-    shown = [line for line in lines[-EVENTS:] if line.strip()]
+    shown = [line for line in lines[-SHOWN:] if line.strip()]
     return sum(manner.search(line) is not None for line in shown) > len(shown) / 2
 
 
@@ -81,7 +80,7 @@ def why_no_table(lines: Sequence[str], beside: Sequence[Path] = ()) -> str:
     for manner, what in NOT_LINES_OF_NUMBERS:
         if _are_mostly(lines, manner):
             return what
-    shown = [line for line in lines[-EVENTS:] if line.strip()]
+    shown = [line for line in lines[-SHOWN:] if line.strip()]
     last = shown[-1].strip()[:LONGEST_SHOWN] if shown else ""
     axes = beside if len(beside) >= len(AXES) else [Path(f"{axis}.csv") for axis in AXES]
     if len(shown) > MOST_KINDS and 0 < width_of_numbers(shown[-1]) < len(AXES):
@@ -103,7 +102,7 @@ def fault_of_rows(text: LogText) -> str:
         return (f"the numbers are to be multiplied by {factor[1]}, which stands above them, and "
                 f"have lost digits so. Save the matrix itself, in MATLAB for example by "
                 f"`writematrix(m, 'log.csv')`, and import that")
-    rows = [split_cells(line, delimiter_of(line)) for line in islice(text.lines, EVENTS)]
+    rows = [split_cells(line, delimiter_of(line)) for line in islice(text.lines, SHOWN)]
     rows = [row for row in rows if row]
     named = [row[0] for row in rows if read_name(row[0]).quantity in ("acc", "gyr")]
     if len(named) >= len(AXES) and min(map(len, rows)) > LONGEST_CHANNELS * len(rows):

@@ -170,10 +170,9 @@ def unwrapped_ticks(ticks: FloatArray) -> FloatArray:
     wraps = back.sum()
     for period in PERIODS if wraps else ():
         forward = step[back] + period
-        # Noise steps back in half of the rows.
-        if (forward > 0).all() and (forward <= USUAL_STEPS * usual).all() and (
-                wraps <= 1 + MOST_WRAPS * usual * len(step) / period):
-            return np.asarray(ticks + period * np.cumsum(np.r_[False, back]))
+        if (forward > 0).all() and (forward <= USUAL_STEPS * usual).all():
+            is_noise = wraps > 1 + MOST_WRAPS * usual * len(step) / period
+            return ticks if is_noise else np.asarray(ticks + period * np.cumsum(np.r_[False, back]))
     return ticks
 
 

@@ -10,9 +10,10 @@ import re
 import numpy as np
 
 from pipeline.logs.columns import READINGS, TIME, missing_columns
+from pipeline.logs.dialect import SHOWN
 from pipeline.logs.formats.file_table import FileTable, TextFile
 from pipeline.logs.header_words import read_name
-from pipeline.logs.row_kinds import EVENTS, take_turns
+from pipeline.logs.row_kinds import take_turns
 
 NUMBERS = re.compile(rb"[0-9.,+\-eE\r\n]+")
 NO_NUMBER = re.compile(rb"[eE](?![-+])|\n\r?\n.")  #: digits of a register; an empty line
@@ -40,6 +41,6 @@ def plain_table(text: TextFile) -> FileTable | None:
         return None
     columns = dict(zip(names, table.T, strict=False))
     if table.shape[1] != len(names) or any(
-            take_turns(columns[name][-EVENTS:].tolist()) for name in others):
+            take_turns(columns[name][-SHOWN:].tolist()) for name in others):
         return None
     return FileTable(text.name, columns, FIRST_LINE)

@@ -12,6 +12,7 @@ from random import Random
 
 from pipeline.logs.columns import SECONDS_PER
 from pipeline.logs.dialect import (
+    SHOWN,
     Dialect,
     delimiter_of,
     dialect_of,
@@ -31,7 +32,6 @@ from pipeline.logs.header_lines import MOST_NAMES
 from pipeline.logs.header_words import axes_among, read_name
 from pipeline.logs.row_kinds import MOST_KINDS
 
-SHOWN = 400  #: number of rows, drawn from the file, that show its columns
 FEWEST_BLOCKS = 3  #: least number of blocks without times that are no axes of two sensors
 RUN = re.compile(r"\b(?:run|set|trial|latest)\b[ #]*\d*\s*:?", re.IGNORECASE)
 """The words of a name by which a logger tells its recordings apart: ``Run 1: Time (s)``."""

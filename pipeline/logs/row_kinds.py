@@ -12,13 +12,12 @@ from itertools import pairwise
 import numpy as np
 
 from calib.poses.imu_log import FloatArray
-from pipeline.logs.dialect import Dialect, dialect_of
+from pipeline.logs.dialect import SHOWN, Dialect, dialect_of
 from pipeline.logs.head import COMMENT_SIGNS, FEWEST_NUMBERS
 from pipeline.logs.header_words import ACC, GYR
 from pipeline.logs.sentence_names import MARK
 from pipeline.logs.sentences import form_of
 
-EVENTS = 400  #: number of last rows that show the kinds
 MOST_KINDS = 12  #: largest number of sensors: those of a phone
 LEAST_TURNS = 0.25
 """Least share of rows whose board differs from that of the row before. A judgement: boards that
@@ -47,10 +46,10 @@ def lines_by_kind(lines: list[str]) -> Mapping[str, list[str]]:
 
 
 def _first_kinds(lines: list[str]) -> Mapping[str, list[str]]:
-    if sum(SENTENCE.fullmatch(line) is not None for line in lines[-EVENTS:]) > EVENTS / 4:
+    if sum(SENTENCE.fullmatch(line) is not None for line in lines[-SHOWN:]) > SHOWN / 4:
         lines = [match[1].replace(";", ",") if (match := SENTENCE.fullmatch(line)) else f"# {line}"
                  for line in lines]
-    shown = [line for line in lines[-EVENTS:]
+    shown = [line for line in lines[-SHOWN:]
              if line.strip() and not line.startswith(COMMENT_SIGNS)]
     if not shown:
         return {"": lines}

@@ -15,6 +15,7 @@ import numpy as np
 from pipeline.logs.columns import TIME
 from pipeline.logs.dialect import (
     LOST,
+    SHOWN,
     Dialect,
     delimiter_of,
     dialect_of,
@@ -32,7 +33,6 @@ from pipeline.logs.sentence_names import (
     without_colours,
 )
 
-SHOWN = 400  #: number of last lines that show the forms; a message of ROS has 50 lines
 MOST_LINES = 100  #: largest number of lines of a sample
 LEAST_SHARE = 0.9
 """Least share of the lines with one form, or in one order; least correlation of one value of a

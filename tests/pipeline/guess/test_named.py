@@ -224,3 +224,14 @@ def test_a_number_behind_the_axis_is_that_of_the_board(tmp_path: Path) -> None:
     assert guess.accelerometer.columns == ("ax1", "ay1", "az1")
     assert "ax2, ay2, az2 may be an accelerometer's too" in guess.accelerometer.doubt
     assert not [*disagreements(guess)]
+
+
+def test_whole_numbers_in_no_usual_unit_are_counts_and_not_the_nearest_unit(tmp_path: Path) -> None:
+    """m/s² in 65536ths are 642,700 to a g, 1.56 times fewer than µg."""
+    log = hand_log(rate_hz=25.0)
+    rows = np.rint(np.column_stack([1000 * log.time_s, 65536 * log.acc]))
+    np.savetxt(tmp_path / "q16.csv", rows, "%d", ",", header="ms,ax,ay,az", comments="")
+    accelerometer = guessed(tmp_path / "q16.csv").accelerometer
+    assert accelerometer is not None
+    assert dict(accelerometer.sheet)["counts_per_g"] == pytest.approx(65536 * 9.80665, rel=0.02)
+    assert "no usual unit" in accelerometer.doubt
