@@ -188,11 +188,27 @@ def floats_in_hexadecimal(folder: Path, log: HandLog) -> Foreign:
         "millis,ax,ay,az,gx,gy,gz", *rows])], 1.0, 1.0)
 
 
+def names_in_the_rows(folder: Path, log: HandLog) -> Foreign:
+    """FitCSVTool: a name, a number in quotes and a unit for each field, under `Field 1,Value 1`."""
+    head = ["Type", "Local Number", "Message", *(
+        f"{part} {i}" for i in range(1, 6) for part in ("Field", "Value", "Units"))]
+    rows = [f'Data,{number},{name}_data,timestamp,"{912345678 + int(t)}",s,'
+            f'timestamp_ms,"{round(1000 * t) % 1000}",ms,' + ",".join(
+                f'calibrated_{part}_{axis},"{v:.4f}",{unit}' for axis, v in zip(
+                    "xyz", row, strict=True)) + ","
+            for t, a, w in zip(log.time_s, log.acc / G * 1000, log.gyr / DEG, strict=True)
+            for number, name, part, row, unit in ((3, "accelerometer", "accel", a, "mG"),
+                                                  (4, "gyroscope", "gyro", w, "deg/s"))]
+    return Foreign([write_lines(folder / "activity.csv", [
+        ",".join(head) + ",", 'Data,0,file_id,serial_number,"3941",' + 12 * ",", *rows])],
+        1000 / G, 1 / DEG)
+
+
 UNSEEN: dict[str, Callable[[Path, HandLog], Foreign]] = {
     tool.__name__: tool for tool in (
         mavlink_dump, nmea, line_protocol, markdown, html, yaml_lines, in_turn, json_arrays,
         minutes, unicode_text, typographic_minus, gals, revolutions, magnetometer_first,
-        named_directions, newest_first, thingspeak, floats_in_hexadecimal)
+        named_directions, newest_first, thingspeak, floats_in_hexadecimal, names_in_the_rows)
 }
 UNSEEN_REFUSED: dict[str, tuple[Callable[[Path, HandLog], Foreign], str]] = {
     "transposed": (transposed, "each row is a channel .*Transpose"),
