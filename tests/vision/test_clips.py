@@ -241,10 +241,10 @@ def test_a_slow_plate_before_a_fast_camera_is_learned_over_two_seconds_and_more(
     render: Render
 ) -> None:
     """All frames of its first turn would be too many to keep."""
-    motion = PlateMotion(20 * RPM)
-    path, _ = render(motion, small_scene(), seconds=4.2, fps=160)
+    motion = PlateMotion(16.67 * RPM)
+    path, _ = render(motion, small_scene(), seconds=4.2, fps=240)
     track = track_phase(path)
-    assert len(track.time_s) == 4.2 * 160
+    assert len(track.time_s) == 4.2 * 240
     rate = measure_rate(track, timebase=CLOCK)
     assert rate.frames.dropped == 0
     assert abs(rate.rate_rad_s / motion.rate_rad_s - 1) < 1e-4

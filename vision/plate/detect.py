@@ -46,8 +46,6 @@ class DetectionThresholds:
     smallest_area : float
         Least area of an ellipse over that of the frame: a plate of 50 pixels in a frame of 640.
         Tuned on tests.bench.clip_study small.
-    flattest : float
-        Least ratio of minor to major axis; a smaller one is more than 78° of tilt.
     opening : float
         Its size over the shorter side of the frame: cuts off tonearm and rod at the rim.
     misfit : float
@@ -61,7 +59,6 @@ class DetectionThresholds:
     """
 
     smallest_area: float = 0.004
-    flattest: float = 0.2
     opening: float = 0.02
     misfit: float = 0.02
     same: float = 0.06
@@ -162,7 +159,6 @@ def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
     h, w = shape[:2]
     return bool(
         np.isfinite([x, y, *axes]).all()
-        and min(axes) > THRESHOLDS.flattest * max(axes)
         and np.pi / 4 * axes[0] * axes[1] > THRESHOLDS.smallest_area * w * h
         and 0 < x < w
         and 0 < y < h

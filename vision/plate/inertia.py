@@ -23,9 +23,6 @@ class InertiaThresholds:
 
     Attributes
     ----------
-    smooth_rad : float
-        Largest median second difference from the coarse angle, rad: a plate has inertia. Tuned on
-        tests.bench.vision_films and the slow cameras of tests.vision.test_clips.
     slipping : float
         Slip over the rough rotation from which a stationary or slow object replaced the plate.
         Derived: half way between turning and stationary.
@@ -42,7 +39,6 @@ class InertiaThresholds:
         of the coarse template. Tuned on ``tests.bench.clip_study --only mark_leaves``.
     """
 
-    smooth_rad: float = 0.12
     slipping: float = 0.5
     far_rad: float = math.pi / 6
     near_rad: float = 0.05
@@ -54,13 +50,10 @@ THRESHOLDS = InertiaThresholds()
 
 
 def smooth(angle_rad: FloatArray, rough_rad: FloatArray) -> bool:
-    """Whether refined angles follow rough ones, both of shape (f,), without jumps."""
-    beyond = angle_rad - rough_rad
+    """Whether refined angles advance with rough ones, both of shape (f,)."""
     step = float(median(np.abs(np.diff(rough_rad))))
-    slip = abs(float(median(np.diff(beyond))))
-    # Stamps may be alternately early and late; then the plate advances evenly over two frames.
-    each, over_two = (float(median(np.abs(np.diff(beyond[::n], 2)))) for n in (1, 2))
-    return min(each, over_two) < THRESHOLDS.smooth_rad and slip < THRESHOLDS.slipping * step
+    slip = abs(float(median(np.diff(angle_rad - rough_rad))))
+    return slip < THRESHOLDS.slipping * step
 
 
 def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vision.geometry import FloatArray
-from vision.numbers import median, quantile
-from vision.plate.inertia import THRESHOLDS as INERTIA
+from vision.numbers import quantile
 from vision.plate.mark import symmetry
 from vision.plate.rotation import CoarseRotation
 from vision.plate.template import Alignment
@@ -73,8 +72,8 @@ def why_it_jumps(seen: Alignment, time_s: FloatArray) -> str:
             "a mat), and the frames cannot show how many of its parts pass from frame to frame. "
             "Put one mark on the plate that differs from the pattern (paper, tape) and film again."
         )
-    turned, bend = np.ptp(seen.angle_rad) / (2 * np.pi), np.diff(seen.angle_rad, 2)
-    if turned < 1 and median(np.abs(bend)) < INERTIA.smooth_rad:
+    turned = np.ptp(seen.angle_rad) / (2 * np.pi)
+    if turned < 1:
         return (f"what resembles a plate most turns by {turned:.2f} of a turn in "
                 f"{np.ptp(time_s):.1f} s, and a rate needs one at least. Film for a minute.")
     return (

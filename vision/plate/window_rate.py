@@ -36,19 +36,15 @@ SLOTS = 16  #: the length of the grid is a multiple of it, for the transform
 
 @dataclass(frozen=True)
 class WindowThresholds:
-    """Limits for rotation in a window. Tuned on tests.bench.vision_scenes unless stated otherwise.
+    """Limit for rotation in a window. Tuned on tests.bench.vision_scenes.
 
     Attributes
     ----------
     least_shown : float
         Least share of the energy that shows a direction, however slow the plate.
-    favour_slow : float
-        Share of the power subtracted at the fastest trial rate, so that a symmetric plate gets the
-        slowest of its aliases.
     """
 
     least_shown: float = 0.5
-    favour_slow: float = 0.1
 
 
 THRESHOLDS = WindowThresholds()
@@ -73,8 +69,6 @@ class WindowRate:
         order = np.arange(1, ORDERS + 1)
         self._time_s = time_s - time_s.mean()
         self._trial_rad_s = np.asarray(trial * between, float)
-        # The aliases of a plate that looks the same twice per turn tie; always take the slowest.
-        self._favour = 1 - THRESHOLDS.favour_slow * np.abs(self._trial_rad_s) / limit_rad_s
         each = self._length * (order - 1)[:, None]
         self._at_trial = np.outer(order, trial) % self._length + each
         self._apart = (np.subtract.outer(slot, slot) % self._length + each[:, None]).ravel()
@@ -92,7 +86,7 @@ class WindowRate:
         varying = spectra - spectra.mean(axis=-1, keepdims=True)
         varying *= np.sqrt(weight)[:, None]
         power = self._one_way_power(varying)
-        best = int((power * self._favour).argmax())
+        best = int(power.argmax())
         rate = float(self._trial_rad_s[best])
         if 0 < best < len(power) - 1:
             low, at, high = power[best - 1 : best + 2]

@@ -14,8 +14,7 @@ unknown shape; aliases, which look the same; blind, a term that these data canno
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import compress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,8 +40,6 @@ class PhaseDiagnosisThresholds:
         ``calib.diagnosis``.
     alias_correlation : float
         Canonical correlation above which two terms are one group. As in ``calib.diagnosis``.
-    clear_odds : float
-        Probability of the leader and its aliases from which they are named alone.
     clearly_less : float
         Residual of an alias over the leader's from which the alias is ruled out.
     smallest_share : float
@@ -53,7 +50,6 @@ class PhaseDiagnosisThresholds:
 
     blind_share: float = 0.02
     alias_correlation: float = 0.99
-    clear_odds: float = 0.9
     clearly_less: float = 1.25
     smallest_share: float = 0.02
     shape_share: float = 0.2
@@ -139,7 +135,9 @@ class PhaseDiagnosis:
 def diagnose(
     model: Sequence[str], base: Regressors, angle_rad: FloatArray, dropped: int
 ) -> PhaseDiagnosis:
-    """Diagnose the residual of the stated model.
+    """Diagnose the residual of the stated model: its missing term, and those missing beside it.
+
+    A term that looks the same as the named one is none of them.
 
     Parameters
     ----------
@@ -152,6 +150,21 @@ def diagnose(
     dropped : int
         Number of frames dropped silently; without any, ``frame_steps`` cannot be added.
     """
+    first = _named(model, base, angle_rad, dropped)
+    if first.verdict != "effect" or first.name is None:
+        return first
+    rest = diagnose((*model, first.name), base, angle_rad, dropped)
+    if rest.verdict != "effect" or rest.name is None or rest.name in first.group:
+        return first
+    further = (rest.name, *rest.further)
+    return replace(first, further=further, explanation=(
+        f"{first.explanation} Then {' and '.join(further)} {'are' if further[1:] else 'is'} "
+        f"missing too."))
+
+
+def _named(
+    model: Sequence[str], base: Regressors, angle_rad: FloatArray, dropped: int
+) -> PhaseDiagnosis:
     shapes = _unlisted(base)
     unit = _unit(base, angle_rad, shapes)
     stated, _ = np.linalg.qr(design(model, base, base.stamp_s))
@@ -246,11 +259,9 @@ def _decide(
     logs = [np.log(PRIOR_NONE)]
     logs += [np.log(PRIOR_LISTED / max(len(ranking), 1)) + c.log_evidence for c in seen]
     logs += [np.log(PRIOR_UNKNOWN / 2) + c.log_evidence for c in odd]
-    odds = np.exp(np.array(logs) - max(logs))
-    odds /= odds.sum()
     everything = (*ranking, *odd)
     rms = np.degrees(unit * np.sqrt(chi2 / len(r)))
-    best = int(odds.argmax())
+    best = int(np.argmax(logs))
     if best == 0:
         text = (f"Nothing is missing: what the model leaves, {rms:.3g}° rms, has no shape that a "
                 f"term would take away.")
@@ -261,8 +272,7 @@ def _decide(
             f"Something that follows {leader.name} is in the residual and no listed term has its "
             f"shape: it makes {leader.chi2_drop / chi2:.0%} of the variance of {rms:.3g}° rms."
         )
-        advice = SHAPE_NEXT[leader.name]
-        return PhaseDiagnosis("unknown", leader.name, (), text, advice, everything)
+        return PhaseDiagnosis("unknown", leader.name, (), text, SHAPE_NEXT[leader.name], everything)
     falls = (
         f"the phase residual falls from {rms:.3g}° to {np.degrees(leader.rms_after_rad):.3g}° rms"
     )
@@ -274,15 +284,6 @@ def _decide(
             f"({MEANING[group[0]]}; {MEANING[group[1]]}). With {leader.name} {falls}."
         )
         return PhaseDiagnosis("ambiguous", leader.name, group, text, apart, everything)
-    names = [c.name for c in seen + odd]
-    if odds[1:][[name in group for name in names]].sum() < THRESHOLDS.clear_odds:
-        likely = tuple(compress(names, odds[1:] > 0.05))
-        text = (
-            f"One of {', '.join(likely)} is missing, and this clip cannot determine which; with "
-            f"{leader.name} {falls}."
-        )
-        advice = "Film longer, over more turns."
-        return PhaseDiagnosis("ambiguous", leader.name, likely, text, advice, everything)
     text = f"{leader.name} is missing ({MEANING[leader.name]}): with it {falls}."
     for other in (c for c in ranking if c.name in leader.aliases):
         text += f" {other.name} alone would leave {np.degrees(other.rms_after_rad):.3g}°."
@@ -295,6 +296,5 @@ def _much_better(leader: TermCandidate, ranking: list[TermCandidate]) -> bool:
     The test is the size of the residual, not evidence: long clips would separate two nearly equal
     waves by view errors far smaller than either.
     """
-    others = [c for c in ranking if c.name in leader.aliases]
     limit = THRESHOLDS.clearly_less * leader.rms_after_rad
-    return all(c.rms_after_rad > limit for c in others)
+    return all(c.rms_after_rad > limit for c in ranking if c.name in leader.aliases)

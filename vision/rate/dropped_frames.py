@@ -15,8 +15,7 @@ times:
 
 And frames are dropped at any angle of the plate, errors occur at one: the resultant R of n jumps
 occurs by chance with the probability exp(-n R²) (Mardia and Jupp, Directional Statistics, 2000,
-section 6.3). Both together are the odds of each jump. The best determined one is decided first, and
-the others on that condition, as well as it is known.
+section 6.3). Both together are the odds of each jump.
 """
 
 from dataclasses import dataclass, replace
@@ -149,8 +148,9 @@ def dropped_frames(angle: PlateAngle) -> DroppedFrames:
     at, size, is_step = even
     resultant = complex(np.exp(1j * angle.angle_rad[at]).mean())
     before = 1 - len(at) * abs(resultant) ** 2  # 0 on average of uniform angles
-    shares = confirmed_shares(angle.without(levels.stray), angle.index[at], size)
-    probability = _probabilities(*shares, before)
+    share, cov = confirmed_shares(angle.without(levels.stray), angle.index[at], size)
+    odds = before + (share - NEITHER) / np.maximum(np.diag(cov), np.finfo(float).eps)  # 1 against 0
+    probability = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
     is_time = probability >= 0.5
     dropped, stepped = np.zeros(len(angle.time_s)), np.zeros(len(angle.time_s), bool)
     dropped[at[is_time]] = size[is_time]
@@ -252,28 +252,3 @@ def confirmed_shares(
     scatter = THRESHOLDS.amiss**2 * x.T @ x + np.eye(len(at))
     cov = np.linalg.inv(np.linalg.solve(scatter, x.T @ x) + np.linalg.inv(before[1]))
     return before[0] + cov @ np.linalg.solve(scatter, x.T @ rest), cov
-
-
-def _probabilities(mean: FloatArray, cov: FloatArray, before: float) -> FloatArray:
-    """Probability that each jump is one of the times, (j,), the best determined one first.
-
-    Parameters
-    ----------
-    mean : array, shape (j,)
-    cov : array, shape (j, j)
-        Of the shares, with the prior.
-    before : float
-        Log odds before the shares.
-    """
-    mean, cov, open_ = mean.copy(), cov.copy(), np.ones(len(mean), bool)
-    probability = np.zeros(len(mean))
-    while open_.any():
-        variance = np.maximum(np.diag(cov), np.finfo(float).eps)
-        odds = before + (mean - NEITHER) / variance  # of 1 against 0
-        j = int(np.argmax(np.where(open_, np.abs(odds), -1.0)))
-        probability[j] = 1 / (1 + np.exp(-np.clip(odds[j], -30, 30)))
-        gain, sure = cov[:, j] / variance[j], probability[j]
-        mean += gain * (sure - mean[j])
-        cov -= np.outer(gain, gain) * (variance[j] - sure * (1 - sure))
-        open_[j] = False
-    return probability

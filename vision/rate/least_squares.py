@@ -9,7 +9,6 @@ from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray
 
 ROUNDS = 8  #: rounds of the weights; numerical limit
-SETTLED = 0.01  #: relative change of the variance of a row that ends them; numerical
 SLOW_WAVES = 4  # over the rows: slower ones act on the slope
 LEAST = 1e-12  #: variance of a row over that of all rows; numerical
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
@@ -87,27 +86,27 @@ def least_squares(
     scaled = x / scale
     known = np.zeros(x.shape[1]) if usual is None else 1 / (usual * scale)
     possible = np.ones(len(y), bool) if stray is None else ~stray
-    used, variance = possible, 0.0
+    used = possible
     for _ in range(ROUNDS):
-        # What is known of a parameter before the data is one row more, as sure as the others.
-        prior = known * np.sqrt(max(variance, LEAST * float(y.var())))
-        rows = np.concatenate([scaled[used], np.diag(prior)])
-        beta, _, _, singular = np.linalg.lstsq(rows, np.append(y[used], np.zeros_like(prior)))
-        if singular[-1] < RANK_TOLERANCE * singular[0]:
-            raise np.linalg.LinAlgError("columns are linearly dependent")
-        inverse = np.linalg.inv(rows.T @ rows)
-        residual = y - scaled @ beta
-        determined = len(prior) - float(prior**2 @ np.diag(inverse))
-        noise = np.sqrt((residual[used] ** 2).sum() / max(used.sum() - determined, 1))
-        time = correlation_time(residual[used])
-        before, variance = variance, float(noise**2 * time)
+        prior = known * np.sqrt(LEAST * float(y.var()))
+        for _ in range(1 + bool(known.any())):  # the noise is that of a fit that hardly knows them
+            # What is known of a parameter before the data is one row more, as sure as the others.
+            rows = np.concatenate([scaled[used], np.diag(prior)])
+            beta, _, _, singular = np.linalg.lstsq(rows, np.append(y[used], np.zeros_like(prior)))
+            if singular[-1] < RANK_TOLERANCE * singular[0]:
+                raise np.linalg.LinAlgError("columns are linearly dependent")
+            inverse = np.linalg.inv(rows.T @ rows)
+            residual = y - scaled @ beta
+            determined = len(prior) - float(prior**2 @ np.diag(inverse))
+            noise = np.sqrt((residual[used] ** 2).sum() / max(used.sum() - determined, 1))
+            time = correlation_time(residual[used])
+            prior = known * max(noise * np.sqrt(time), np.sqrt(LEAST * float(y.var())))
         spread = SD_PER_MAD * float(median(np.abs(residual[used])))
         keep = possible & (np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12))
-        settled = not known.any() or abs(variance - before) < SETTLED * variance
-        if settled and np.array_equal(keep, used):
+        if np.array_equal(keep, used):
             break
         used = keep
-    cov = variance * inverse / np.outer(scale, scale)
+    cov = noise**2 * time * inverse / np.outer(scale, scale)
     return LeastSquares(beta / scale, cov, residual, used, float(noise), time)
 
 

@@ -18,11 +18,10 @@ from vision.errors import RateRefused
 from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.aliases import Aliases, list_aliases
-from vision.rate.all_terms import diagnose_all
 from vision.rate.camera_roll import camera_roll
 from vision.rate.checks import Seen, refuse, warnings
 from vision.rate.cross_checks import CrossChecks, cross_check, strongest_return
-from vision.rate.diagnosis import PhaseDiagnosis
+from vision.rate.diagnosis import PhaseDiagnosis, diagnose
 from vision.rate.dropped_frames import dropped_frames
 from vision.rate.exposure import exposure_drift, exposure_warnings
 from vision.rate.slow_camera import FrameTimes, frame_times
@@ -222,7 +221,7 @@ def _measured(
         aliases=aliases.about(rate),
         cross_checks=checks,
         history=seen.history,
-        diagnosis=diagnose_all(
+        diagnosis=diagnose(
             stated, base.rows(fit.used), angle.angle_rad[fit.used], dropped.count
         ),
         channel=track.plate.channel,

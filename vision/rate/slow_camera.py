@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
-from vision.numbers import median
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
 from vision.rate.angle_levels import THRESHOLDS as PRIOR
@@ -29,13 +28,11 @@ from vision.rate.unwrap import (
     continuous_angle,
     frame_time,
     leaps,
-    rate_history,
     rough_rate,
     scatter_about_even,
     usable,
 )
 
-CHANGES = 0.2  # of the usual rate, from turn to turn: a plate that starts, stops or is turned
 SLOPES, ZOOMS = 51, 6  #: numerical
 
 
@@ -95,15 +92,9 @@ class FrameTimes:
     def scatter_rad(self) -> float:
         """Robust sd of the angles about an even rotation with a wave once and twice per turn, rad.
 
-        For a well visible plate that changes its speed, the noise of a frame; infinite if too few
-        frames can be used.
+        Infinite if too few frames can be used.
         """
-        if self.angle is None:
-            return np.inf
-        history = rate_history(self.angle)
-        if np.ptp(history.rate_rad_s) > CHANGES * abs(median(history.rate_rad_s)):
-            return history.phase_noise_rad
-        return scatter_about_even(self.angle)
+        return np.inf if self.angle is None else scatter_about_even(self.angle)
 
     @property
     def leaps(self) -> bool:

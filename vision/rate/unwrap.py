@@ -21,19 +21,16 @@ LEAPS = 0.35
 
 @dataclass(frozen=True)
 class FrameThresholds:
-    """Limits for usable frames.
+    """Limit for usable frames.
 
     Attributes
     ----------
     unexplained : float
         Largest ratio of the unexplained to the explained power of a frame, over the usual ratio;
         with more, something is in the way.
-    least_unexplained : float
-        That ratio in a frame with negligible noise.
     """
 
     unexplained: float = 3.0
-    least_unexplained: float = 0.01
 
 
 THRESHOLDS = FrameThresholds()
@@ -43,7 +40,7 @@ def usable(track: PhaseTrack) -> BoolArray:
     """Frames in which the plate was seen well, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
     usual = float(median(track.quality[seen])) if seen.any() else 0.0
-    limit = THRESHOLDS.unexplained * max(float(_unexplained(usual)), THRESHOLDS.least_unexplained)
+    limit = THRESHOLDS.unexplained * _unexplained(usual)
     clear = (track.quality > 0) & (_unexplained(track.quality) <= limit)
     return seen & clear
 

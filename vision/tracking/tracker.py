@@ -50,15 +50,12 @@ class TrackerThresholds:
         which a frame shows no angle. Derived: from a quarter on its sd is at most twice the least.
     memory : float
         Weight of the newest frame in the running rate and the usual correlation.
-    longest_step : float
-        Largest step of Newton's method, samples of azimuth.
     """
 
     good_match: float = 0.75
     hidden_match: float = 0.5
     shown: float = 0.25
     memory: float = 0.05
-    longest_step: float = 8.0
 
 
 THRESHOLDS = TrackerThresholds()
@@ -212,7 +209,6 @@ class PlateTracker:
         The sharper a mark is, the nearer to it Newton's method must begin.
         """
         sample = 2 * np.pi / self._n
-        longest = THRESHOLDS.longest_step * sample
         angle = start_rad
         settled = False
         for _ in range(STEPS):
@@ -224,7 +220,6 @@ class PlateTracker:
             pull = np.vecdot(self._filter[part][:, column], difference).sum()
             # T(φ - θ) falls by ∂T/∂φ as θ grows.
             step = -float(pull - self._offset[part, turn]) / float(self._information[part, turn])
-            step = min(max(step, -longest), longest)
             angle = held + step
             if settled := abs(step) < LINEAR * sample:
                 break

@@ -85,6 +85,13 @@ def test_a_change_that_noise_hides_from_turn_to_turn_is_told() -> None:
         measure_rate(track, timebase=CLOCK)
 
 
+@pytest.mark.parametrize("track", [793, 909])
+def test_a_change_of_two_per_cent_in_a_turn_and_a_half_is_told(track: int) -> None:
+    """Where the noise was that of a fit which takes it to be as small as usual, it was hidden."""
+    rate = measure_rate(mixed_track((90417, track)).track, timebase=CLOCK)
+    assert any("the rate changes by" in text for text in rate.warnings)
+
+
 def test_of_less_than_two_turns_no_drift_stands_for_frames_that_are_mismeasured() -> None:
     """Without a prior the drift follows them, and the plate was said to be unsteady."""
     track = mixed_track((6121, 118))
