@@ -7,6 +7,7 @@ median of all their slopes (Theil and Sen): a third of the stretches may be late
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -92,7 +93,7 @@ def sample_of(values: Mapping[str, float]) -> Sample:
         if name not in (*CLOCKS, *ACCELEROMETER, *GYROSCOPE)))
 
 
-class Parser:
+class Parser(ABC):
     """Converts bytes to samples: a reader finds the lines or messages, of which each may be one.
 
     Attributes
@@ -122,9 +123,9 @@ class Parser:
         samples = map(self._sample, self._reader.feed(data))
         return [sample for sample in samples if sample is not None]
 
+    @abstractmethod
     def _sample(self, message: Any) -> Sample | None:
         """The sample that a message or line completes, None where it completes none."""
-        raise NotImplementedError
 
 
 FloatArray = NDArray[np.float64]
