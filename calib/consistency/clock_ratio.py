@@ -51,8 +51,8 @@ OF_CLIP = (
     "speed. A clip for each pose decides it, and `pipeline clock` measures the clock of the camera."
 )
 OF_STATED = (
-    "Either the rate is off by that, and the scale factors of the gyroscope with it, or the clock "
-    "of the sensor is. A clip of the plate decides it."
+    "Either the rate is off by that, or the clock of the sensor is. The sds of the gyroscope's "
+    "scales contain the difference. A clip of the plate decides it."
 )
 
 
@@ -73,6 +73,12 @@ class ClockRatio:
         """Whether the two clocks, or the two speeds, differ."""
         sd = math.hypot(self.sd, self.rate_sd)
         return abs(self.difference) > max(CERTAIN_SD * sd, CONTRADICTS)
+
+    @property
+    def doubt(self) -> float:
+        """Relative sd of a rate beside the stated one: their difference where they contradict each
+        other, since either may be right. The clock of a camera errs less than a sensor's."""
+        return abs(self.difference) if self.contradicts and not self.filmed else 0.0
 
     def warning(self, run: str) -> str:
         """Description of the contradiction, for the user."""

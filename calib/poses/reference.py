@@ -50,6 +50,10 @@ class PlateRate:
             return self
         return replace(self, rate_rad_s=self.rate_rad_s[places], sd_rad_s=self.sd_rad_s[places])
 
+    def doubted(self, relative: float) -> "PlateRate":
+        """The same with a further relative sd."""
+        return replace(self, sd_rad_s=np.hypot(self.sd_rad_s, relative * self.rate_rad_s))
+
 
 @dataclass(frozen=True)
 class CommonError:

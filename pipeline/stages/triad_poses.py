@@ -212,14 +212,15 @@ def gyroscope_poses(
     assert config.gyroscope is not None
     latitude = latitude_of(config.site)
     correct = correct_other_poses(accelerometer) if accelerometer else None
-    recorded = tuple((section.rate, recordings.of(section)) for section in config.gyroscope.runs)
-
     sections = config.gyroscope.runs
+    recorded = tuple((section.rate, recordings.of(section)) for section in sections)
+    doubts = {name: ratio.doubt for name, ratio in recordings.clocks.items()}
 
     def poses_of(item: Recorded) -> PoseSet:
         runs = []
         for section, (means, places) in zip(sections, item, strict=True):
-            plate = None if section.rate == STOPPED else rates[section.rate].of_poses(places)
+            plate = None if section.rate == STOPPED else (
+                rates[section.rate].of_poses(places).doubted(doubts.get(section.rate, 0.0)))
             runs.append(run_on_plate(
                 section.rate, means, plate, latitude, attitude_sd_rad(section)))
         poses = pose_set("gyroscope", runs, recordings.origin_s, correct)

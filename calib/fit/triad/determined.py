@@ -11,13 +11,16 @@ and r the residual, all whitened, the variance is Henderson's third estimator
 
     σ² = (rᵀ H r - k s²) / tr(Zᵀ M Z),   H the projector on M Z, k its rank,
 
-s² chi-square over its degrees of freedom within the runs, at least 1. With k + 1 runs it has only k
-degrees of freedom: Student's quantile keeps 68 % of the errors within one sd.
+s² chi-square over its degrees of freedom within the runs, at least 1. It counts where
+``rᵀ H r / k s²`` is no F ratio of noise: all rows together hardly show two rates that contradict
+each other. With k + 1 runs it has only k degrees of freedom: Student's quantile keeps 68 % of the
+errors within one sd.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.special import fdtrc, stdtrit
 
 from calib.fit.least_squares.result import MISFIT_P_VALUE, Fit
 from calib.fit.parameters import TriadParameters
@@ -90,8 +93,9 @@ def _each(p: TriadParameters, magnitude: float) -> Iterator[str]:
 
 
 SEEN_SHARE = 1e-3
-"""Share of a column of Z, squared, that the model must leave for it to count as seen. Numerical:
-the sum of all columns is the scale's and leaves about 1e-20 of itself, a run among others half."""
+"""Share of what the common errors leave of a column of Z, squared, that the model must leave for it
+to count as seen. Numerical: the sum of all columns is the scale's and leaves about 1e-6 of itself,
+a run among others half."""
 
 ONE_SD = 0.841345  #: normal distribution function at one sd; definition
 
@@ -107,27 +111,29 @@ def scatter_between_runs(fit: Fit) -> FloatArray:
     Returns
     -------
     array, shape (p, p)
-        Zero where the stated sds explain the residual, for an accelerometer and for a single run.
+        Zero where the stated sds explain the residual between the runs, for an accelerometer and
+        for a single run.
     """
     p = fit.model.size
     nothing = np.zeros((p, p))
     runs = _runs(fit)
-    if runs.shape[1] < 2 or fit.bounded_p_value >= MISFIT_P_VALUE:
+    if runs.shape[1] < 2:
         return nothing
     root = np.sqrt(fit.weight)
     q, r = np.linalg.qr(fit.weighted_jacobian)
+    common = q[:, : len(fit.eta)]
     of_runs = runs * root[:, None]
     shown = of_runs - q @ (q.T @ of_runs)
     u, singular, _ = np.linalg.svd(shown, full_matrices=False)
-    seen = singular**2 > SEEN_SHARE * (of_runs**2).sum(axis=0).max()
+    free = of_runs - common @ (common.T @ of_runs)
+    seen = singular**2 > SEEN_SHARE * (free**2).sum(axis=0).max()
     k = int(seen.sum())
     between = float(((u[:, seen].T @ (fit.rows.residual * root)) ** 2).sum())
-    within = max(1.0, (float(fit.weight @ fit.rows.residual**2) - between) / max(fit.dof - k, 1))
-    variance = (between - k * within) / float((singular**2).sum())
-    if k == 0 or variance <= 0:
+    rest = max(fit.dof - k, 1)
+    within = max(1.0, (float(fit.weight @ fit.rows.residual**2) - between) / rest)
+    if k == 0 or fdtrc(k, min(rest, fit.noise_dof), between / k / within) >= MISFIT_P_VALUE:
         return nothing
-    from scipy.special import stdtrit
-
+    variance = (between - k * within) / float((singular**2).sum())
     shift = fit.directions[:p] @ np.linalg.solve(r, q.T @ of_runs)  # (p, runs)
     return np.asarray(variance * float(stdtrit(k, ONE_SD)) ** 2 * shift @ shift.T)
 

@@ -54,6 +54,10 @@ def test_a_rate_that_is_stated_wrongly_is_told(config: Path) -> None:
                       "and the scale of the gyroscope may be off by that."]
     sound = run_stages(load_config(config), RunContext())
     assert not any("than stated" in each for each in sound.warnings)
+    wrong_one, right = (one.triads[-1].calibration.parameters for one in (outcome, sound))
+    assert wrong_one.scale_counts_per_unit * 1.01 == pytest.approx(
+        right.scale_counts_per_unit, rel=1e-3)
+    assert np.all(wrong_one.sd[2] * 1.2 > right.scale_counts_per_unit * 0.01)
     assert not [each for each in answers_of(sound, "") if each.subject == RATES]
 
 
