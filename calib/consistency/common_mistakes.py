@@ -16,6 +16,7 @@ from calib.fit.triad.correction import linear_form
 from calib.numbers import RPM
 from calib.poses.imu_log import BoolArray, FloatArray, Triad
 from calib.poses.pose_set import PoseSet
+from calib.poses.reference import PLAUSIBLE_RATIO
 
 SAME_RATE = 0.02
 """Relative difference of two plate rates that are too close for one to be mistaken for the other.
@@ -90,7 +91,8 @@ def block_mistakes(poses: PoseSet) -> Iterator[Mistake]:
     alone = len(runs_by_name(poses)) == 1
     for where, member in blocks(poses).items():
         at_rest = bool(poses.reference.is_null[member].all())
-        for matrix, words in CHANGED_AXES if at_rest else CHANGES.get(poses.triad, CHANGED_AXES):
+        changes = CHANGED_AXES if at_rest else CHANGES.get(poses.triad, CHANGED_AXES)
+        for matrix, words in _readable(changes, poses, member):
             yield _mistake(poses, matrix, member, f"{words} {where}", within=alone)
 
 
@@ -102,8 +104,25 @@ def odd_mistakes(poses: PoseSet, odd: BoolArray) -> Iterator[Mistake]:
     labels = [label for label, is_odd in zip(poses.label, odd, strict=True) if is_odd]
     changes = CHANGES.get(poses.triad, CHANGED_AXES) if len(labels) > 1 else FACTORS_ALONE.get(
         poses.triad, ())
-    for matrix, words in changes:
+    for matrix, words in _readable(changes, poses, odd):
         yield _mistake(poses, matrix, odd, f"{words} in {' and '.join(labels)}", within=True)
+
+
+def _readable(
+    changes: Sequence[tuple[FloatArray, str]], poses: PoseSet, member: BoolArray
+) -> Iterator[tuple[FloatArray, str]]:
+    """The changes after which the data sheet allows the readings of ``member``.
+
+    Readings that become a fiftieth of the reference leave a shifted bias as much less, and explain
+    every misfit.
+    """
+    turning = member & ~poses.reference.is_null
+    reading, magnitude = poses.reading[turning], poses.reference.magnitude[turning]
+    for matrix, words in changes:
+        ratio = np.median(np.linalg.norm(reading @ matrix.T, axis=1) / magnitude) if len(
+            magnitude) else 1.0
+        if 1 / PLAUSIBLE_RATIO < ratio < PLAUSIBLE_RATIO:
+            yield matrix, words
 
 
 def _mistake(

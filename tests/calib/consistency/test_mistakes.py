@@ -192,6 +192,14 @@ def test_a_missing_effect_is_no_mistake_in_the_files(
         require_one_sensor(read, MODEL, fitted)
 
 
+def test_another_zero_than_at_rest_is_no_other_unit() -> None:
+    poses = noisy(made_poses("gyroscope", (SLOW, 0.0), shared_sd=1e-4), 0)
+    turning = run(poses, "run 0")  # the chip takes its zero off at rest
+    zero = poses.reading[~turning].mean(axis=0) - np.outer(turning, [1e-2, -6e-3, 8e-3])
+    other = replace(poses, reading=poses.reading - zero)
+    require_no_mistake(other, MODEL, fit(other, MODEL))
+
+
 def test_a_run_by_another_sensor_is_told_by_its_gains() -> None:
     poses = session("gyroscope")
     other = turned(poses, np.diag([1.3, 1.0, 0.9]), run(poses, "run 1"))
