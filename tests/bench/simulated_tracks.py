@@ -1,7 +1,7 @@
 """Simulated phase tracks of every kind that the rate's thresholds decide on."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -210,16 +210,6 @@ def label(rng: np.random.Generator) -> Case:
     return Case("label", track, rate)
 
 
-def disagreeing(rng: np.random.Generator) -> Case:
-    """What lies around the plate turns at another rate."""
-    time, angle, rate, _ = _even(rng)
-    off = angle + rng.uniform(0.01, 0.03) * rate * time
-    track = phase_track(time, angle, noise_rad=1e-3)
-    other_track = phase_track(time, off)
-    track = replace(track, thumbnail=other_track.thumbnail)
-    return Case("disagreeing", track, rate, warning="two things turn")
-
-
 def aliased(rng: np.random.Generator) -> Case:
     """A rate beyond half the frame rate, chosen by the nominal one or by uneven stamps."""
     rpm = float(rng.uniform(500, 800))
@@ -235,7 +225,7 @@ def aliased(rng: np.random.Generator) -> Case:
 
 KINDS: tuple[Callable[[np.random.Generator], Case], ...] = (
     plain, wobble, drift, stop, shutter, dropped, mismeasured, noisy, wandering, late, repeated,
-    hidden, label, disagreeing, aliased, motor,
+    hidden, label, aliased, motor,
 )
 
 

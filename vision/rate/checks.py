@@ -15,7 +15,6 @@ from vision.geometry import FloatArray
 from vision.numbers import RPM, median
 from vision.phase_track import PhaseTrack, RateHistory
 from vision.rate.dropped_frames import THRESHOLDS as DROPPED
-from vision.rate.dropped_frames import DroppedFrames
 from vision.rate.slow_changes import SlowRate
 from vision.rate.steady_part import THRESHOLDS as STEADY
 from vision.rate.steady_part import noise_of_turns, steady_advice
@@ -64,7 +63,6 @@ class Seen:
     Attributes
     ----------
     track : PhaseTrack
-    dropped : DroppedFrames
     history : RateHistory
     mean : SlowRate
         Of the fit.
@@ -73,7 +71,6 @@ class Seen:
     """
 
     track: PhaseTrack
-    dropped: DroppedFrames
     history: RateHistory
     mean: SlowRate
     scatter_rad: float
@@ -220,7 +217,7 @@ def _says_scattered(seen: Seen) -> str:
 
 
 def _hides_drops(seen: Seen) -> float:
-    return seen.scatter_rad / (DROPPED.hides * seen.step_rad) * (seen.dropped.count == 0)
+    return seen.scatter_rad / (DROPPED.hides * seen.step_rad)
 
 
 def _wanders(seen: Seen) -> float:

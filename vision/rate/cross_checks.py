@@ -1,9 +1,8 @@
-"""Two other methods for the rate, less exact, that reveal an error of the first.
+"""Two other methods for the rate, less exact, for comparison with the first.
 
 The count of frames between alignments, and the return of the picture (``vision.image_return``),
-which uses no plate and no mark. A return after a time that is not a multiple or a part of a turn of
-the plate belongs to another rotation. Both use the time stamps unchanged, without the time of
-dropped frames, and are compared with the rate on these stamps, not averaged with it.
+which uses no plate and no mark. Both use the time stamps unchanged, without the time of dropped
+frames, and are compared with the rate on these stamps, not averaged with it.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +11,6 @@ import numpy as np
 
 from vision.geometry import FloatArray
 from vision.image_return import MOST_FRAMES, SAME_RETURN, ImageReturn, image_return
-from vision.numbers import RPM
 from vision.phase_track import PhaseTrack, PlateAngle
 from vision.rate.unwrap import frame_time
 
@@ -45,28 +43,13 @@ class CrossChecks:
     frame_count : FrameCount or None
         None with fewer than two alignments of the marks.
     lag : ImageReturn or None
-        Return after a turn of the plate; None if the frames have no clear return or the stamps are
-        not evenly spaced.
-    second : ImageReturn or None
-        Return of another rotation.
+        Return after a turn of the plate, or a multiple or a part of one; None without it, or if
+        the stamps are not evenly spaced.
     """
 
     by_stamps_rad_s: float
     frame_count: FrameCount | None
     lag: ImageReturn | None
-    second: ImageReturn | None
-
-    def warnings(self, source: str) -> tuple[str, ...]:
-        """A warning of another rotation."""
-        if self.second is None:
-            return ()
-        return (
-            f"{source}: two things turn in the frame at two rates, {self.by_stamps_rad_s / RPM:.4g}"
-            f" rpm and {self.second.rate_rad_s / RPM:.4g} rpm ± "
-            f"{self.second.sd_s / self.second.period_s:.1%}. The rate is that of the first, which "
-            f"shows more. If the sensor turns with the second, cover the first or state the rim of "
-            f"the second (--rim, or plate: centre_px, radii_px).",
-        )
 
 
 def strongest_return(track: PhaseTrack, time_s: FloatArray) -> ImageReturn | None:
@@ -78,9 +61,7 @@ def strongest_return(track: PhaseTrack, time_s: FloatArray) -> ImageReturn | Non
     return image_return(np.ascontiguousarray(track.thumbnail[:MOST_FRAMES, :, None]), frame_s, (1,))
 
 
-def cross_check(
-    angle: PlateAngle, rate_rad_s: float, returns: ImageReturn | None, symmetry: int
-) -> CrossChecks:
+def cross_check(angle: PlateAngle, rate_rad_s: float, returns: ImageReturn | None) -> CrossChecks:
     """Measure the rate by other methods, for comparison.
 
     Parameters
@@ -91,21 +72,17 @@ def cross_check(
         The measured rate, signed.
     returns : ImageReturn or None
         Of the strongest variation.
-    symmetry : int
-        Number of times per turn that the plate looks the same: after each it may return.
     """
     repaired_s = float(np.ptp(angle.repaired_time_s))
     by_stamps = abs(rate_rad_s) * repaired_s / float(np.ptp(angle.time_s))
-    lag = second = None
+    lag = None
     if returns is not None:
         turn_s = 2 * np.pi / by_stamps
         share = max(1, round(turn_s / returns.period_s)) / max(1, round(returns.period_s / turn_s))
         turn = replace(returns, period_s=share * returns.period_s, sd_s=share * returns.sd_s)
         if abs(turn.period_s / turn_s - 1) <= SAME_RETURN:
             lag = turn
-        elif symmetry == 1:
-            second = returns
-    return CrossChecks(by_stamps, count_frames(angle), lag, second)
+    return CrossChecks(by_stamps, count_frames(angle), lag)
 
 
 def count_frames(angle: PlateAngle) -> FrameCount | None:

@@ -48,14 +48,10 @@ class ExposureThresholds:
     brighter : float
         Relative change of the light in the frames. Fact: an auto-exposure corrects in steps of a
         third or a sixth of a stop, 12 to 26 %.
-    least_s : float
-        Change of the exposure, s, that justifies a warning. Fact: over 10 s it changes the rate by
-        a tenth of a poor clock.
     """
 
     usual: float = 0.02
     brighter: float = 0.1
-    least_s: float = 2e-4
 
 
 THRESHOLDS = ExposureThresholds()
@@ -123,7 +119,7 @@ def exposure_drift(
 
 def exposure_warnings(source: str, drift: ExposureDrift | None) -> tuple[str, ...]:
     """Warnings of a changed exposure."""
-    if drift is None or drift.probability < LIKELY or drift.change_s < THRESHOLDS.least_s:
+    if drift is None or drift.probability < LIKELY:
         return ()
     unless = "" if drift.brighter else ", unless it is locked already,"
     return (
@@ -152,8 +148,6 @@ def _change(shown: float, sd: float, most: float) -> tuple[float, float]:
 
 def _slope(time_s: FloatArray, values: FloatArray, angle_rad: FloatArray) -> tuple[float, float]:
     """Slope against time and its sd, beside the part that repeats with every turn."""
-    if not np.ptp(values):
-        return 0.0, 0.0
     x = np.column_stack([np.ones_like(time_s), time_s - time_s.mean(), waves_per_turn(angle_rad)])
     fit = least_squares(x, values)
     return float(fit.beta[1]), float(fit.sd[1])

@@ -193,7 +193,7 @@ def _measured(
     angle = dropped.angle
     fit, x, base = fit_rate(track, angle, dropped.stray, aliases.chosen_rad_s)
     mean = slow_rate(fit, x, angle.angle_rad, base, ends)
-    seen = Seen(track, dropped, rate_history(angle, dropped.stray), mean, fit.noise)
+    seen = Seen(track, rate_history(angle, dropped.stray), mean, fit.noise)
     refuse(seen)
     rate = mean.rate_rad_s
     angle = without_lag(angle, fit, base)
@@ -207,7 +207,7 @@ def _measured(
         track.leaning_frames * angle.frame_s / float(np.ptp(angle.time_s)) * rate,
         roll.rate_rad_s,
     )
-    checks = cross_check(angle, rate, returns, track.plate.symmetry)
+    checks = cross_check(angle, rate, returns)
     uncertainty = RateUncertainty(
         image_rad_s=float(np.linalg.norm(parts)),
         timebase_rad_s=abs(rate) * timebase.ppm * 1e-6,
@@ -231,7 +231,6 @@ def _measured(
             *aliases.warnings,
             *dropped.warnings(track.source),
             *warnings(seen),
-            *checks.warnings(track.source),
             *exposure_warnings(track.source, exposure),
             *roll.warnings(track.source, rate),
         ),

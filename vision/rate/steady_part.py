@@ -137,15 +137,12 @@ def steady_parts(history: RateHistory) -> list[SteadyPart]:
 
 
 def the_steady_part(history: RateHistory) -> SteadyPart | None:
-    """The steady part of a clip with another rate elsewhere; None with two of different rates."""
+    """The longest steady part of a clip; None without one, or with two of different rates."""
     parts = steady_parts(history)
     if not parts:
         return None
-    best = parts[0]
-    far, others = (
-        np.abs(np.asarray(rates) / best.rate_rad_s - 1) > THRESHOLDS.other
-        for rates in (history.rate_rad_s, [part.rate_rad_s for part in parts]))
-    return best if far.any() and not others.any() else None
+    others = np.array([part.rate_rad_s for part in parts]) / parts[0].rate_rad_s
+    return None if (np.abs(others - 1) > THRESHOLDS.other).any() else parts[0]
 
 
 def steady_advice(history: RateHistory) -> str:

@@ -91,17 +91,3 @@ def test_a_plate_of_many_parts_turns_once_per_return_of_its_label() -> None:
     assert "picture returns" in rate.aliases.reason
     told = measure_rate(track, timebase=CLOCK, nominal_rpm=round(rpm))
     assert told.rate_rad_s == pytest.approx(rate.rate_rad_s, rel=1e-9)
-
-
-def test_equal_parts_that_return_after_some_of_them_are_no_second_thing() -> None:
-    """Three parts at 30 frames per second: five of them take a whole number of frames, one not."""
-    rpm = 44.776  # 40.2 frames a turn, 67 in five thirds
-    time, angle = steady(rpm, fps=30, seconds=20.0)
-    grid = np.linspace(0, 2 * np.pi, 60, endpoint=False)
-    narrow = 60 + 120 * np.exp(-30 * (1 - np.cos(3 * (angle[:, None] - grid))))
-    track = phase_track(time, np.mod(angle, 2 * np.pi / 3), symmetry=3,
-                        mark_azimuth_rad=np.nan, thumbnail=np.rint(narrow).astype(np.uint8))
-    rate = measure_rate(track, timebase=CLOCK, nominal_rpm=45)
-    assert rate.rate_rad_s == pytest.approx(rpm * RPM, rel=1e-5)
-    assert rate.cross_checks.second is None
-    assert not any("two things" in text for text in rate.warnings)

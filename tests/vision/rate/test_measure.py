@@ -284,15 +284,14 @@ def test_frames_that_are_mismeasured_are_no_dropped_ones(
     assert abs(rate.rate_rad_s / (33.3 * RPM) - 1) < 5e-6
 
 
-def test_a_picture_that_returns_at_another_rate_is_reported() -> None:
+def test_a_return_that_is_none_of_the_plate_says_nothing() -> None:
+    """Of 2000 tracks of one plate 39 were said to show two; slipping labels are seen in frames."""
     time, angle = steady(33.3)
     other = phase_track(*steady(33.3 * 1.02))
     track = phase_track(time, angle, noise_rad=NOISE, thumbnail=other.thumbnail)
     rate = measure_rate(track, timebase=CLOCK)
-    assert any("two things turn" in text for text in rate.warnings)
     assert rate.cross_checks.lag is None
-    assert rate.cross_checks.second is not None
-    assert rate.cross_checks.second.rate_rad_s == pytest.approx(33.3 * 1.02 * RPM, rel=0.005)
+    assert rate.warnings == ()
 
 
 def test_a_term_that_does_not_exist_is_named() -> None:
