@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from pipeline.errors import UnreadableInput
@@ -74,6 +75,7 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
     above: list[tuple[int, list[str]]] = []  # lines of words, the last one last
     usual: Shape | None = None
     begin, rate_hz = _start_and_rate(lines)
+    second_half = (*lines[len(lines) // 2 : len(lines) // 2 + LONGEST_HEAD],)
     for i, line in enumerate(lines[begin:LONGEST_HEAD], begin):
         text = _stripped(line)
         comment = text.startswith(COMMENT_SIGNS)
@@ -90,7 +92,7 @@ def find_head(lines: Sequence[str], columns: ColumnNames | None = None) -> Head:
             if header and width_of_numbers(text) == 0:
                 above.append((i, cells))  # a line of units, or the title of the rows
                 continue
-            usual, shape = usual or _usual_shape(lines), _shape(dialect, row)
+            usual, shape = usual or _usual_shape(second_half), _shape(dialect, row)
             if usual not in (None, shape) and (header is None or shape[1] is False):
                 continue  # a setting, or the end of a truncated line
             if dialect.delimiter:  # words separated by blanks are not the header of such rows
@@ -136,14 +138,17 @@ def _stated_rate(above: Sequence[str]) -> float | None:
     return 1 / (step * our_name(f"time_{period[2] or 's'}")[1]) if period and step else None
 
 
-def _usual_shape(lines: Sequence[str]) -> Shape | None:
-    """The most frequent shape of rows in the second half of a text; None without rows."""
+@lru_cache(maxsize=2)  # several stages of one reading find the head of the same lines
+def _usual_shape(lines: tuple[str, ...]) -> Shape | None:
+    """The most frequent shape of the rows among ``lines``; None without rows."""
     shapes: Counter[Shape] = Counter()
-    for line in map(_stripped, lines[len(lines) // 2 :][:LONGEST_HEAD]):
+    for line in map(_stripped, lines):
         dialect = dialect_of(line)
         cells = dialect.cells(line)
         if sum(map(dialect.holds_number, cells)) >= FEWEST_NUMBERS:
-            shapes[_shape(dialect, cells)] += 1
+            shapes[shape := _shape(dialect, cells)] += 1
+            if 2 * shapes[shape] > len(lines):
+                return shape
     return shapes.most_common(1)[0][0] if shapes else None
 
 
