@@ -17,7 +17,7 @@ SENTENCES = {
     "frozen": r": froze: |: stands still: |frozen blocks?, in which| stands still at ",
     "clipped": r"is saturated: |the axis is clipped there",
     "moved": r": the sensor moved: |: the sensor was moved on|: the sensor was shaken",
-    "unsteady": r"the plate (sped up|slowed down) during",
+    "unsteady": r"the plate (sped up|slowed down) during|the plate did not turn steadily",
     "missing samples": r"lack samples for a quarter of a turn of the plate",
     "time stamps": r"time does not increase|clock makes no sense|do not count seconds|"
                    r": its time stamps are .* samples in a turn|s by its time stamps, less than "

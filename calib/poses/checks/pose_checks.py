@@ -57,6 +57,9 @@ MOST_WANDER = 5.0
 apart, half of the pose each, the mean is short by 8e-5 of itself."""
 
 
+CUT = "Start the log when the plate has reached its speed, or cut the log to the steady part."
+
+
 class SensorMoved(Undetermined):
     """A pose whose readings stray by more than noise, judged by the scatter within it alone."""
 
@@ -183,10 +186,10 @@ def _accepted(
 def check_attitude(
     label: str, triad: str, values: FloatArray, step: FloatArray, usual: FloatArray | float = 0.0
 ) -> None:
-    """Refuse a pose on the turning plate that changed its attitude; ``values`` (t, 3), SI.
+    """Refuse a pose on the turning plate that changed its attitude or, for a while, its rate.
 
-    Waves in step with the plate must be removed from them; ``step`` and ``usual`` as in
-    :func:`check_still`.
+    Waves in step with the plate must be removed from ``values`` (t, 3), SI; ``step`` and ``usual``
+    as in :func:`check_still`.
     """
     finer = FINER if len(values) >= 2 * FINER * PARTS else 1
     means = batch_means(values, PARTS)
@@ -195,6 +198,14 @@ def check_attitude(
     stray, limit = _stray(means), _accepted(noise, step, LARGEST_TURN * size, usual)
     axis = int(np.argmax(stray - limit))
     if stray[axis] > limit[axis]:
+        along = means.mean(axis=0) / size
+        rate = means @ along
+        of_rate = float(_stray(rate[:, None])[0])
+        if triad == "gyroscope" and of_rate > _stray(means - np.outer(rate, along)).max():
+            raise SensorMoved(
+                f"{label}: the plate did not turn steadily: the gyro's rate strays by "
+                f"{100 * of_rate / size:.2g} % within the pose, more than its direction does. {CUT}"
+            )
         raise SensorMoved(
             f"{label}: the sensor was moved on the turning plate: {triad} {AXES[axis]} strays by "
             f"{stray[axis]:.3g} {SI_UNIT[triad]} within the pose, once what comes back with every "
@@ -216,8 +227,7 @@ def check_steady(label: str, values: FloatArray) -> None:
         raise Undetermined(
             f"{label}: the plate {verb} during the pose: the gyro reads {start:.4g} rad/s in the "
             f"first half and {end:.4g} rad/s in the second ({100 * change / start:+.2f} %, at most "
-            f"{100 * limit / start:.1f} % expected). Start the log when the plate has reached its "
-            f"speed, or cut the log to the steady part."
+            f"{100 * limit / start:.1f} % expected). {CUT}"
         )
 
 

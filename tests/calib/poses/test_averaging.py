@@ -132,6 +132,13 @@ def test_gravity_that_goes_round_tells_the_rate_that_is_stated_wrongly(
     assert (told.scatter < largest * right.scatter).all()
 
 
+def test_a_plate_that_was_not_yet_at_its_speed_is_told_from_a_sensor_that_moved() -> None:
+    start = 1 - 0.3 * np.exp(-np.arange(2000) / RATE_HZ / 1.2)
+    logged = log(np.random.default_rng(6), 20.0, gyr=start[:, None] * [0.6 * OMEGA, 0, 0.8 * OMEGA])
+    with pytest.raises(Undetermined, match="the plate did not turn steadily"):
+        average_pose(logged, SPECS, OMEGA)
+
+
 @pytest.mark.parametrize("turns", [1, 2, 3, 8])
 def test_the_waves_that_few_turns_take_out_do_not_make_a_mean_look_certain(turns: int) -> None:
     """White noise on the turning plate: over one turn its batches showed a third of it."""
