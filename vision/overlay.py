@@ -68,7 +68,7 @@ def write_overlay(
     writer = cv2.VideoWriter()
     try:
         with ClipReader(clip, colours=True, full_size=True) as reader:
-            fps = reader.fps_stated or 1 / frame_time(track.time_s)
+            fps = reader.fps_stated or 1 / frame_time(track, track.time_s)
             for done, (_, image) in enumerate(_drawn(reader, track, rate), start=1):
                 h, w = image.shape[:2]
                 if not writer.isOpened() and not writer.open(

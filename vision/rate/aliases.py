@@ -15,7 +15,7 @@ from vision.geometry import FloatArray
 from vision.image_return import SAME_RETURN, ImageReturn
 from vision.numbers import FASTEST_USUAL, RPM, median
 from vision.phase_track import PhaseTrack
-from vision.rate.unwrap import frame_time, stamped_in_bursts, usable
+from vision.rate.unwrap import frame_time, stamped_in_pairs, usable
 
 REACH = 3  # least number of listed aliases on either side
 FRAME_RATES = (24, 25, 29.97, 60, 120, 240)  #: fact: of clips, per second
@@ -103,8 +103,8 @@ def list_aliases(
     """
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    frame_s = frame_time(time_s[good])
-    if stamped_in_bursts(time_s[good]):
+    frame_s = frame_time(track, time_s)
+    if stamped_in_pairs(track, time_s):
         step_s = np.full_like(step_s, frame_s)  # invalid stamps exclude no rate
     spacing = 2 * np.pi / (track.plate.symmetry * frame_s)
     wanted = (nominal_rpm or 0.0) * RPM

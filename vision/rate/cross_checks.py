@@ -55,7 +55,7 @@ class CrossChecks:
 def strongest_return(track: PhaseTrack, time_s: FloatArray) -> ImageReturn | None:
     """The return of the strongest variation; None without one, and if the times, (f,), are uneven.
     """
-    frame_s = frame_time(time_s)
+    frame_s = frame_time(track, time_s)
     if np.abs(np.diff(time_s) - frame_s).max() > EVEN * frame_s:
         return None
     return image_return(np.ascontiguousarray(track.thumbnail[:MOST_FRAMES, :, None]), frame_s, (1,))
@@ -113,4 +113,4 @@ def count_frames(angle: PlateAngle) -> FrameCount | None:
     aligned = np.where(nearer, after - 1, after)
     time = float(angle.time_s[aligned[-1]] - angle.time_s[aligned[0]])
     rate = float(2 * np.pi * (whole[-1] - whole[0])) / time
-    return FrameCount(rate, rate * END_SD * frame_time(angle.time_s) / time)
+    return FrameCount(rate, rate * END_SD * angle.frame_s / time)

@@ -127,7 +127,7 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     fresh = np.flatnonzero(~track.duplicate)
     if len(fresh) == len(stamp_s) or len(fresh) < FEWEST_FRAMES:
         return stamped
-    clip_s = frame_time(stamp_s)
+    clip_s = frame_time(track, stamp_s)
     once = replace(track, phase_rad=np.where(track.duplicate, np.nan, track.phase_rad))
     seen = replace(stamped, track=once)
     even, runs = _by_camera(track, stamp_s, fresh, clip_s)

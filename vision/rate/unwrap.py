@@ -9,7 +9,6 @@ from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PhaseTrack, PlateAngle, RateHistory
 
 LOCAL_STEPS = 31  # frames of a median, for a usual step
-BURST = 8.0  # least time of two steps in a burst, usual steps; otherwise it is two
 REGULAR = 0.1  # of the usual step, or turn: largest deviation of a regular one
 #: Frames over which a rate is the usual one; tuned: with one, frames shown twice are refused
 #: (tests.vision.tracking.test_rests_and_gaps), with six a mark that sticks for three is not.
@@ -51,20 +50,39 @@ def _unexplained(correlation: FloatArray | float) -> FloatArray:
     return np.asarray((1 - square) / np.maximum(square, 1e-12))
 
 
-def frame_time(time_s: FloatArray) -> float:
-    """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms."""
-    if stamped_in_bursts(time_s):
+def frame_time(track: PhaseTrack, time_s: FloatArray) -> float:
+    """Usual time from frame to frame, s, finer than the stamps: Matroska rounds them to 1 ms.
+
+    ``time_s`` (f,) are those of every frame of the track.
+    """
+    if stamped_in_pairs(track, time_s):
         return float(median(time_s[2:] - time_s[:-2])) / 2
     step = np.diff(time_s)
-    usual = _usual_step(step)
-    near = np.abs(step / usual - 1) < 0.5  # the sum of neighbours is free of what lies between
-    return float(step[near].mean())
+    return float(step[_near(step)].mean())  # the sum of neighbours is free of what lies between
 
 
-def stamped_in_bursts(time_s: FloatArray) -> bool:
-    """Whether frames come in pairs with long pauses: the stamps are not the times of the frames."""
-    pair = float(median(time_s[2:] - time_s[:-2]))
-    return pair > BURST * _usual_step(np.diff(time_s))
+def stamped_in_pairs(track: PhaseTrack, time_s: FloatArray) -> bool:
+    """Whether frames come in pairs and the plate turns on evenly: no stamp is a frame's time.
+
+    Lost frames leave fewer pairs of steps regular than steps, and the plate turns farther in them.
+    """
+    step, pair = np.diff(time_s), time_s[2:] - time_s[:-2]
+    short = _near(step)
+    usual_pair = float(median(pair))
+    if (np.abs(pair - usual_pair) <= REGULAR * usual_pair).mean() <= short.mean():
+        return False
+    seen = usable(track)
+    shown = seen[1:] & seen[:-1]
+    turns = np.exp(1j * track.plate.symmetry * np.diff(track.phase_rad))
+    in_short, in_long = turns[short & shown].sum(), turns[~short & shown].sum()
+    longer = float(step[~short].mean() / step[short].mean()) - 1
+    by_stamps = np.angle(np.exp(1j * longer * np.angle(in_short)))
+    return bool(abs(np.angle(in_long * np.conj(in_short))) < abs(by_stamps) / 2)
+
+
+def _near(step: FloatArray) -> BoolArray:
+    """Which steps (n,) are nearly the usual one."""
+    return np.asarray(np.abs(step / _usual_step(step) - 1) < 0.5)
 
 
 def _usual_step(step: FloatArray) -> float:
@@ -80,7 +98,7 @@ def rough_rate(track: PhaseTrack, time_s: FloatArray) -> float:
     """Usual rate in rad/s, signed, the smallest of its aliases."""
     good = np.flatnonzero(usable(track))
     step_s, step = np.diff(time_s[good]), np.diff(track.phase_rad[good])
-    usual = frame_time(time_s[good])
+    usual = frame_time(track, time_s)
     regular = np.abs(step_s - usual) <= REGULAR * usual
     regular |= not regular.any()
     step = step[regular] * track.plate.symmetry
@@ -117,7 +135,7 @@ def continuous_angle(track: PhaseTrack, time_s: FloatArray, rate_rad_s: float) -
         index=good,
         dropped=np.zeros(len(good)),
         stepped=np.zeros(len(good), bool),
-        frame_s=frame_time(time_s),
+        frame_s=frame_time(track, time_s),
     )
 
 

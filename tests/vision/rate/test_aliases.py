@@ -6,6 +6,7 @@ import pytest
 from tests.vision.phase_tracks import CLOCK, NOISE, RPM, phase_track, steady
 from vision.errors import RateRefused
 from vision.rate.measure import measure_rate
+from vision.rate.unwrap import stamped_in_pairs
 
 
 def test_the_alias_set_is_listed_and_the_nominal_rate_chooses() -> None:
@@ -30,15 +31,25 @@ def test_uneven_stamps_exclude_the_aliases() -> None:
     assert rate.rate_rad_s == pytest.approx(600 * RPM, rel=1e-4)
 
 
-def test_stamps_in_bursts_exclude_no_rate() -> None:
+@pytest.mark.parametrize(("rpm", "fps", "late_s"), [(-78.26, 15.0, 2e-3), (-47.7, 12.0, 0.02049),
+                                                    (26.6, 30.0, 0.01082), (25.0, 15.0, 0.02209)])
+def test_stamps_in_pairs_exclude_no_rate(rpm: float, fps: float, late_s: float) -> None:
     """Two frames at once: an alias fitted such stamps better, and the plate was at 2778 rpm."""
-    rpm = -78.26
-    time, angle = steady(rpm, fps=15, seconds=20.0)
-    burst = time.copy()
-    burst[1::2] = time[::2] + 2e-3
-    rate = measure_rate(phase_track(burst, angle, noise_rad=NOISE), timebase=CLOCK)
+    time, angle = steady(rpm, fps=fps, seconds=12.0)
+    pairs = time.copy()
+    pairs[1::2] = time[::2] + late_s
+    rate = measure_rate(phase_track(np.round(pairs, 3), angle, noise_rad=NOISE), timebase=CLOCK)
     assert abs(rate.rate_rad_s - abs(rpm) * RPM) < 3 * rate.sd_rad_s
     assert len(rate.aliases.rates_rad_s) > 1
+
+
+def test_frames_of_which_every_third_is_lost_are_not_stamped_in_pairs() -> None:
+    time, angle = steady(33.3, fps=30.0, seconds=20.0)
+    there = np.arange(len(time)) % 3 != 2
+    track = phase_track(time[there], angle[there], noise_rad=NOISE)
+    assert not stamped_in_pairs(track, time[there])
+    even = phase_track(time[: there.sum()], angle[: there.sum()], noise_rad=NOISE)
+    assert stamped_in_pairs(even, time[there])
 
 
 def test_a_plate_with_two_equal_marks_is_followed_over_whole_turns() -> None:
