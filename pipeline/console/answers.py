@@ -152,14 +152,20 @@ def rates_answer(verdicts: Sequence[RateVerdict], config: Path) -> Answer | None
 
 def _lacking_sentences(lacking: Sequence[RateVerdict]) -> Iterator[str]:
     """Terms that the rate models lack, a sentence for each."""
-    settings: dict[tuple[str, ...], list[str]] = {}
+    settings: dict[str, list[str]] = {}
     for verdict in lacking:
-        settings.setdefault(verdict.lacks, []).append(verdict.setting)
-    for terms, names in settings.items():
-        one = len(names) == 1
-        yield (f"The rate {'model' if one else 'models'} of {enumeration(names, 'and')} "
-               f"{'lacks' if one else 'lack'} "
-               f"{enumeration(terms, 'and') or 'a term that the clip does not determine'}.")
+        settings.setdefault(_lack_of(verdict), []).append(verdict.setting)
+    for lack, names in settings.items():
+        models = "model" if len(names) == 1 else "models"
+        yield (f"The rate {models} of {enumeration(names, 'and')} "
+               f"{'lacks' if len(names) == 1 else 'lack'} {lack}.")
+
+
+def _lack_of(verdict: RateVerdict) -> str:
+    """What one rate model lacks, in words."""
+    if verdict.one_of:
+        return f"{enumeration(verdict.one_of, 'or')}, which its clip does not tell apart"
+    return enumeration(verdict.lacks, "and") or "a term that the clip does not determine"
 
 
 # --- a triad -------------------------------------------------------------------------------------

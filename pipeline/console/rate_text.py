@@ -42,8 +42,8 @@ def rate_line(rate: SettingRate) -> str:
 class RateVerdict:
     """Terms that the rate model of one plate setting lacks, in its clip with the largest residual.
 
-    ``lacks`` are the missing terms, none where the clip determines none; ``targets`` are what to
-    add, as `pipeline add` names it.
+    ``lacks`` are the missing terms, none where the clip determines none; ``one_of`` those among
+    which it does not decide; ``targets`` are what to add, as `pipeline add` names it.
     ``in_the_rate`` is whether the rate is fitted with the term in any model; ``together`` is the
     reason why all clips of the session decide it, reported once.
     """
@@ -56,6 +56,7 @@ class RateVerdict:
     rms_deg: float = 0.0
     in_the_rate: bool = True
     together: str = ""
+    one_of: tuple[str, ...] = ()
 
 
 def rate_verdict(rate: SettingRate) -> RateVerdict:
@@ -74,7 +75,8 @@ def rate_verdict(rate: SettingRate) -> RateVerdict:
         rate.name, diagnosis.verdict == COMPLETE,
         " ".join(filter(None, (diagnosis.explanation, diagnosis.record_next))), lacks,
         tuple(f"rate.{rate.name}.{term}" for term in addable),
-        math.degrees(clip.fit.rms_rad), in_the_rate, diagnosis.together)
+        math.degrees(clip.fit.rms_rad), in_the_rate, diagnosis.together,
+        diagnosis.group if diagnosis.verdict == "ambiguous" else ())
 
 
 def worst_clip(rate: SettingRate) -> int:

@@ -219,7 +219,8 @@ GOOD = Answer("gyroscope", "good", "nothing is missing", "", "", "", "apply", ()
 def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete() -> None:
     rates = rates_answer([
         verdict_on("slow", False, "once_per_rev", "rate_drift"), verdict_on("fast", False),
-        verdict_on("back", False, "once_per_rev", "rate_drift"), verdict_on("stated", True)],
+        verdict_on("back", False, "once_per_rev", "rate_drift"), verdict_on("stated", True),
+        replace(verdict_on("old", False), one_of=("once_per_rev", "rolling_shutter"))],
         Path("c.yaml"))
     assert rates is not None
     top = headline([GOOD, rates])
@@ -230,6 +231,7 @@ def test_the_headline_names_every_rate_model_that_its_section_calls_incomplete()
         "pipeline add c.yaml rate.slow.once_per_rev rate.slow.rate_drift rate.back.once_per_rev "
         "rate.back.rate_drift",)
     assert "rate model of fast lacks a term" in top.text
+    assert "rate model of old lacks once_per_rev or rolling_shutter, which its" in top.text
     assert "stated" not in top.text
 
 
