@@ -285,7 +285,7 @@ def test_frames_that_are_mismeasured_are_no_dropped_ones(
 
 
 def test_a_return_that_is_none_of_the_plate_says_nothing() -> None:
-    """Of 2000 tracks of one plate 39 were said to show two; slipping labels are seen in frames."""
+    """The picture of one plate told two in 39 of 2000 tracks; frames show a label that slips."""
     time, angle = steady(33.3)
     other = phase_track(*steady(33.3 * 1.02))
     track = phase_track(time, angle, noise_rad=NOISE, thumbnail=other.thumbnail)
