@@ -121,7 +121,7 @@ def scatter_between_runs(fit: Fit) -> FloatArray:
         return nothing
     root = np.sqrt(fit.weight)
     q, r = np.linalg.qr(fit.weighted_jacobian)
-    common = q[:, : len(fit.eta)]
+    common = q[:, : len(fit.eta)]  # they come first
     of_runs = runs * root[:, None]
     shown = of_runs - q @ (q.T @ of_runs)
     u, singular, _ = np.linalg.svd(shown, full_matrices=False)
