@@ -186,7 +186,7 @@ def require_unclipped(logs: Sequence[ImuLog], triad: Triad, spec: TriadSpec) -> 
     for log in logs:
         if not log.has(triad):
             continue
-        for name, axis in zip(AXES, spec.signed(log.readings(triad)).T, strict=True):
+        for name, axis in zip(AXES, log.readings(triad).T, strict=True):
             for extreme in _limits(axis):
                 if not rails[0] < extreme < rails[1]:
                     continue
@@ -209,9 +209,7 @@ def _limits(axis: FloatArray) -> Iterator[float]:
             yield float(extreme)
 
 
-def levels_of_cut(
-    log: ImuLog, others: Sequence[ImuLog], triad: Triad, spec: TriadSpec
-) -> FloatArray:
+def levels_of_cut(log: ImuLog, others: Sequence[ImuLog], triad: Triad) -> FloatArray:
     """Levels at which the axes of a log are cut off, and beyond which no other log goes.
 
     Parameters
@@ -220,8 +218,6 @@ def levels_of_cut(
     others : sequence of ImuLog
         All other logs of the session.
     triad : str
-    spec : TriadSpec
-        The data sheet of the triad.
 
     Returns
     -------
@@ -229,7 +225,7 @@ def levels_of_cut(
         Signed counts; NaN for an axis that is not cut off, or merely stuck.
     """
     levels = np.full(3, np.nan)
-    values, *shown = (spec.signed(one.readings(triad)) for one in (log, *others) if one.has(triad))
+    values, *shown = (one.readings(triad) for one in (log, *others) if one.has(triad))
     if _stretches(triad, [0], [values], shown):
         return levels  # all axes at once: the sensor stopped
     for k, axis in enumerate(values.T):
@@ -261,7 +257,7 @@ def require_raw(logs: Sequence[ImuLog], spec: TriadSpec) -> None:
     for log in logs:
         if not log.has("accelerometer"):
             continue
-        counts = spec.signed(log.accelerometer)
+        counts = log.accelerometer
         values = spec.nominal(counts)
         axes = float(np.sqrt(values.var(axis=0).mean()))
         step = float((value_steps(counts) * spec.nominal_scale).min())

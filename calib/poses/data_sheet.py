@@ -5,12 +5,12 @@ Angrisano et al. eq. (12): a converter of n bits over [-y, +y] starts the calibr
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from calib.poses.imu_log import FloatArray
+from calib.poses.imu_log import TRIADS, FloatArray, ImuLog
 
 LARGEST_DRIFT = 0.02
 """Share of gravity by which a low-cost accelerometer drifts between its calibration and its use.
@@ -110,3 +110,21 @@ class TriadSpec:
 
 
 Specs = Mapping[str, TriadSpec]  #: data sheets by triad; a triad without one is ignored
+
+
+def signed_log(log: ImuLog, specs: Specs) -> ImuLog:
+    """A log whose readings are counts of the converter.
+
+    In a log of codes −1 stands 65,535 above 0, so that neither noise about zero nor a value between
+    two samples can be told before.
+
+    Parameters
+    ----------
+    log : ImuLog
+        As the log's encodings have it, or already with signs.
+    specs : mapping of str to TriadSpec
+    """
+    accelerometer, gyroscope = (
+        specs[triad].signed(log.readings(triad)) if triad in specs else log.readings(triad)
+        for triad in TRIADS)
+    return replace(log, accelerometer=accelerometer, gyroscope=gyroscope)

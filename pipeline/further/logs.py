@@ -17,7 +17,7 @@ from calib.fit.triad.calibration import TriadCalibration
 from calib.numbers import RPM
 from calib.poses.averaging.average_pose import average_pose
 from calib.poses.averaging.pose_mean import PoseMean
-from calib.poses.data_sheet import Specs
+from calib.poses.data_sheet import Specs, signed_log
 from calib.poses.imu_log import FloatArray, ImuLog, Triad
 from calib.poses.rests.static_intervals import find_still
 from calib.poses.runs.reference_runs import TURNING_RAD_S
@@ -121,6 +121,7 @@ def _further_log(
 ) -> FurtherLog:
     specs = sensor_specs(config.sensor)
     log, read_as = _read(config, path)
+    log = signed_log(log, specs)
     turns = _signed_rate(log, specs, known)
     log, _ = measured_samples(log, bool(turns), specs)
     rate, clip = STOPPED, None

@@ -108,9 +108,10 @@ def _logs(config: Config, poses: PosesSection, rate_rad_s: float) -> Iterator[Im
 @lru_cache(maxsize=100)  # the outlook after each recorded pose needs all earlier ones
 def _logs_of(poses: PosesSection, folder: Path, sensor: SensorSection, rate_rad_s: float,
              _written_ns: tuple[int, ...]) -> list[ImuLog]:
-    stops = [stop for log in long_logs(poses, folder) for stop in find_still(
-        log, sensor_specs(sensor), rate_rad_s, still_search(poses.still)).logs]
-    return [*stops, *read_logs(poses, poses.files, folder, clock_needed=rate_rad_s != 0)]
+    specs = sensor_specs(sensor)
+    stops = [stop for log in long_logs(poses, folder, specs) for stop in find_still(
+        log, specs, rate_rad_s, still_search(poses.still)).logs]
+    return [*stops, *read_logs(poses, poses.files, folder, specs, clock_needed=rate_rad_s != 0)]
 
 
 @lru_cache(maxsize=100)

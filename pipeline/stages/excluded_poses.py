@@ -62,8 +62,7 @@ class ExcludedMean:
         """
         if log is None:
             return cls(label, place, None)
-        levels = {triad: levels_of_cut(log, others, triad, spec)
-                  for triad, spec in specs.items() if log.has(triad)}
+        levels = {triad: levels_of_cut(log, others, triad) for triad in specs if log.has(triad)}
         cut = {triad: level for triad, level in levels.items() if np.isfinite(level).any()}
         try:
             return cls(label, place, average_pose(log, specs, rate_rad_s), cut)

@@ -6,7 +6,7 @@ from calib.consistency.repeats import require_no_copies
 from calib.fit.triad.calibration import TriadCalibration
 from calib.mounting.mounting import Mounting, MountingLogs, mounting_from_logs
 from calib.mounting.still_reading import require_at_rest
-from calib.poses.data_sheet import TriadSpec
+from calib.poses.data_sheet import Specs
 from calib.poses.imu_log import FloatArray, ImuLog
 from calib.poses.rests.static_intervals import find_still
 from pipeline.config.load import Config
@@ -49,17 +49,16 @@ def measure_mounting(
     # a site.
     assert accelerometer is not None
     assert gravity is not None
-    folder = config.source.path.parent
-    spec = accelerometer.spec
+    folder, specs = config.source.path.parent, sensor_specs(config.sensor)
     logs = MountingLogs(
-        still=_still_logs(section, section.log, folder, spec),
-        reverse=_still_logs(section, section.reverse_log, folder, spec),
-        drive=read_logs(section, section.drive_log, folder),
+        still=_still_logs(section, section.log, folder, specs),
+        reverse=_still_logs(section, section.reverse_log, folder, specs),
+        drive=read_logs(section, section.drive_log, folder, specs),
         first_push=section.drive_direction,
     )
     still = [*logs.still, *logs.reverse]
     require_no_copies(still, "accelerometer")
-    gyroscope = sensor_specs(config.sensor).get("gyroscope")
+    gyroscope = specs.get("gyroscope")
     if gyroscope is not None:
         require_at_rest(still, gyroscope, at_rest)
     return mounting_from_logs(logs, accelerometer, gravity.value_m_s2, gravity.sd_m_s2,
@@ -73,10 +72,10 @@ def reading_at_rest(config: Config, recordings: Recordings) -> FloatArray | None
 
 
 def _still_logs(
-    section: InstallationSection, paths: tuple[Path, ...], folder: Path, spec: TriadSpec
+    section: InstallationSection, paths: tuple[Path, ...], folder: Path, specs: Specs
 ) -> list[ImuLog]:
-    logs = read_logs(section, paths, folder)
+    logs = read_logs(section, paths, folder, specs)
     if section.find == "still":
-        specs, search = {"accelerometer": spec}, still_search(section.still)
-        return [part for log in logs for part in find_still(log, specs, search=search).logs]
+        force, search = {"accelerometer": specs["accelerometer"]}, still_search(section.still)
+        return [part for log in logs for part in find_still(log, force, search=search).logs]
     return logs

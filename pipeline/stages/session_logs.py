@@ -16,7 +16,7 @@ from calib.errors import CalibrationError, Contradiction
 from calib.poses.checks.frozen import without_frozen
 from calib.poses.checks.pose_checks import check_counts, check_range
 from calib.poses.checks.stray_samples import without_strays
-from calib.poses.data_sheet import Specs
+from calib.poses.data_sheet import Specs, signed_log
 from calib.poses.imu_log import TEMPERATURE, TRIADS, ImuLog, Triad
 from pipeline.config.load import Config
 from pipeline.config.schema import (
@@ -48,7 +48,7 @@ def measured_samples(log: ImuLog, turning: bool, specs: Specs) -> tuple[ImuLog, 
     for triad in TRIADS:
         spec = specs.get(triad)
         if spec is not None and log.has(triad):
-            counts = spec.signed(log.readings(triad))
+            counts = log.readings(triad)
             check_range(log.label, triad, counts, spec)
             low, high = spec.count_range
             # If all axes are at an end at once, a reading failed; if one axis is, it is saturated.
@@ -114,9 +114,10 @@ def sections_by_setting(config: Config) -> dict[Setting, RunSection]:
 
 
 def read_logs(
-    section: LogsSection, paths: Sequence[Path], folder: Path, *, clock_needed: bool = True
+    section: LogsSection, paths: Sequence[Path], folder: Path, specs: Specs, *,
+    clock_needed: bool = True,
 ) -> list[ImuLog]:
-    """Read files of a section with its columns and clock.
+    """Read files of a section with its columns and clock, in counts with their signs.
 
     Parameters
     ----------
@@ -126,6 +127,7 @@ def read_logs(
         One of the section's lists of files, whole and in its order.
     folder : Path
         The configuration's; logs are labelled by their path from it.
+    specs : mapping of str to TriadSpec
     clock_needed : bool
         False for poses at rest, one file each: their means need no times.
 
@@ -134,15 +136,17 @@ def read_logs(
     UnreadableInput
         A file is missing, or is not a log with these columns.
     """
-    return [_read_one(section, i, path, folder, clock_needed) for i, path in enumerate(paths)]
+    return [_read_one(section, i, path, folder, specs, clock_needed)
+            for i, path in enumerate(paths)]
 
 
 def _read_one(
-    section: LogsSection, i: int, path: Path, folder: Path, clock_needed: bool
+    section: LogsSection, i: int, path: Path, folder: Path, specs: Specs, clock_needed: bool
 ) -> ImuLog:
     require_uncorrected(path)
     clock = StatedClock(section.sample_rate_hz, section.time_unit, clock_needed)
-    return replace(read_log(path, section.columns_of(i), clock), label=_shown_name(path, folder))
+    log = signed_log(read_log(path, section.columns_of(i), clock), specs)
+    return replace(log, label=_shown_name(path, folder))
 
 
 def pose_labels(poses: PosesSection, config: Config) -> list[str]:
@@ -156,7 +160,7 @@ def _shown_name(path: Path, folder: Path) -> str:
     return os.fsencode(relative).decode(errors="backslashreplace").replace(os.sep, "/")
 
 
-def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
+def long_logs(poses: PosesSection, folder: Path, specs: Specs) -> list[ImuLog]:
     """The recordings of a section: the parts of each, and its triads, are joined in time.
 
     Raises
@@ -164,7 +168,7 @@ def long_logs(poses: PosesSection, folder: Path) -> list[ImuLog]:
     UnreadableInput
         A log cannot be read, or its triads do not overlap in time.
     """
-    logs = whole_logs(read_logs(poses, poses.log, folder))
+    logs = whole_logs(read_logs(poses, poses.log, folder, specs))
     return [join_logs(group) for group in group_logs(logs)]
 
 
@@ -227,11 +231,11 @@ def _read(setting: Setting, folder: Path, choice: Choice | None, specs: Specs) -
     if poses.means:
         return SettingLogs()
     if choice is None:
-        logs = long_logs(poses, folder)
+        logs = long_logs(poses, folder, specs)
         return SettingLogs(tuple(logs), _few(setting.rate, filter(None, map(_note, logs))))
 
     def measured(i: int) -> tuple[ImuLog, str]:
-        log = _read_one(poses, i, poses.files[i], folder, turning)
+        log = _read_one(poses, i, poses.files[i], folder, specs, turning)
         cleaned, note = measured_samples(log, turning, specs)
         return cleaned, " ".join(filter(None, [_note(log), note]))
 

@@ -81,14 +81,14 @@ def test_a_triad_that_was_not_logged_says_nothing() -> None:
 def test_the_level_of_a_cut_is_that_beyond_which_no_log_goes(limit: float) -> None:
     """In the middle of the noise, and far below it, where the axis stands still."""
     *others, cut = logs(limit=limit)
-    assert levels_of_cut(cut, others, "gyroscope", SPEC)[1] == limit
-    assert np.isnan(levels_of_cut(cut, others, "gyroscope", SPEC)[[0, 2]]).all()
-    assert np.isnan(levels_of_cut(others[2], [*others, cut], "gyroscope", SPEC)).all()
+    assert levels_of_cut(cut, others, "gyroscope")[1] == limit
+    assert np.isnan(levels_of_cut(cut, others, "gyroscope")[[0, 2]]).all()
+    assert np.isnan(levels_of_cut(others[2], [*others, cut], "gyroscope")).all()
     beyond = logs(seed=1)[-1]
-    assert np.isnan(levels_of_cut(cut, [*others, beyond], "gyroscope", SPEC)).all()
+    assert np.isnan(levels_of_cut(cut, [*others, beyond], "gyroscope")).all()
 
 
 def test_a_sensor_that_stopped_has_no_level_of_a_cut() -> None:
     *others, last = logs()
     last.gyroscope[:] = last.gyroscope[0]
-    assert np.isnan(levels_of_cut(last, others, "gyroscope", SPEC)).all()
+    assert np.isnan(levels_of_cut(last, others, "gyroscope")).all()

@@ -10,11 +10,10 @@ from pipeline.config.load import load_config
 from pipeline.stages.context import RunContext
 from pipeline.stages.plate_settings import measure_rates
 from pipeline.stages.run import run_stages
-from tests.pipeline.guess.hand_log import ACC_SCALE, HandLog, hand_log
+from tests.pipeline.guess.hand_log import ACC_SCALE, GYR_BIAS, HandLog, hand_log
 
 COUNTS_PER_G = 4096.0
 G = 9.80665
-HEAD = "time_s,acc_x,acc_y,acc_z"
 SESSION = """\
 sensor: {accelerometer: {%s}}
 site: {gravity_m_s2: 9.80665}
@@ -33,8 +32,7 @@ def counts(log: HandLog) -> np.ndarray:
 
 
 def session(folder: Path, log: HandLog, readings: np.ndarray, sheet: str) -> Path:
-    np.savetxt(folder / "log.csv", np.column_stack([log.time_s, readings]), delimiter=",",
-               fmt="%.9g", header=HEAD, comments="")
+    save(folder / "log.csv", log.time_s, readings, "acc")
     (folder / "config.yaml").write_text(SESSION % sheet)
     return folder / "config.yaml"
 
@@ -71,6 +69,39 @@ def test_a_log_of_unsigned_counts_is_corrected_as_it_was_calibrated(
     table = np.genfromtxt(corrected, delimiter=",", names=True)
     force = np.column_stack([table[f"acc_{axis}_m_s2"] for axis in "xyz"])[log.rest >= 0]
     assert np.median(np.linalg.norm(force, axis=1)) == pytest.approx(G, abs=0.003)
+
+
+@pytest.mark.parametrize("poses", ["'*.csv'", "{log: [rates.csv, forces.csv], find: still}"])
+def test_codes_about_zero_are_the_numbers_that_they_stand_for(
+    tmp_path: Path, log: HandLog, poses: str
+) -> None:
+    """Neither strays, nor the rests of a log, nor readings between two samples tell them apart."""
+    rates = np.rint((log.gyr - GYR_BIAS) * 3754)
+    fits = []
+    for modulus, encoding in ((None, "twos-complement"), (65536, "unsigned-twos-complement")):
+        readings = rates % modulus if modulus else rates
+        if "log" in poses:
+            save(tmp_path / "rates.csv", log.time_s + 0.003, readings, "gyr")
+            save(tmp_path / "forces.csv", log.time_s, log.acc, "acc")
+        else:
+            for rest in range(18):
+                here = log.rest == rest
+                save(tmp_path / f"{rest}.csv", log.time_s[here], readings[here], "gyr")
+        config = tmp_path / "config.yaml"
+        config.write_text(f"""\
+sensor:
+  accelerometer: {{unit: m_s2}}
+  gyroscope: {{full_scale_deg_s: 500, bits: 16, encoding: {encoding}}}
+gyroscope: {{runs: [{{poses: {poses}, rate: stopped}}], model: [bias]}}
+""")
+        triad = run_stages(load_config(config), RunContext()).triad("gyroscope")
+        fits.append([triad.calibration.fit.chi2, *triad.calibration.parameters.bias_counts])
+    np.testing.assert_array_equal(*fits)
+
+
+def save(path: Path, time_s: np.ndarray, readings: np.ndarray, triad: str) -> None:
+    np.savetxt(path, np.column_stack([time_s, readings]), "%.9g", ",", comments="",
+               header="time_s," + ",".join(f"{triad}_{axis}" for axis in "xyz"))
 
 
 @pytest.mark.parametrize(("stated", "logged", "says"), [
