@@ -18,9 +18,9 @@ CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:](\d+))?\s*([AaPp][Mm])?")
 DAYS = re.compile(r"(\d+) days? \+?(.+)")  #: before a time, in a difference of pandas
 WATCH = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")  #: minutes, seconds and a fraction
 MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
-NAMED_MONTH = re.compile(rf"(\d{{1,2}})[- ]({'|'.join(MONTHS)})[a-z]*[- ](\d{{4}})[ T](.+)",
+NAMED_MONTH = re.compile(rf"(\d{{1,2}})[-/. ]+({'|'.join(MONTHS)})[a-z]*[-/. ]+(\d{{4}})[ T](.+)",
                          re.IGNORECASE)
-"""Date in the format of MATLAB: ``21-Mar-2024 14:05:00.123``."""
+"""Date of MATLAB, ``21-Mar-2024 14:05:00.123``, with any sign beside the month."""
 LOCAL_DATE = re.compile(r"(\d{1,4}[./-]\d{1,2}(?:[./-]\d{1,4})?)[ /](.+)")
 
 

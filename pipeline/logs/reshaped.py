@@ -82,11 +82,11 @@ def _of_each_clock(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
     """The columns of each clock, its times first; empty if all of them go at one rate."""
     times = [i for i, name in enumerate(names) if read_name(name).quantity == "time"]
     comma = any("," in cell for row in rows[1 : 1 + MOST_NAMES] for cell in row)
+    whole = [[cell.replace(",", ".") if comma else cell for cell in row] for row in rows[1:SHOWN]
+             if len(row) == len(names)]
     clocks: dict[float, list[int]] = {}
     for begin, end in pairwise([*times, len(names)]):
-        ticks = [seconds for row in rows[1:SHOWN] if len(row) == len(names)
-                 and (seconds := _seconds(row[begin].replace(",", ".") if comma else row[begin]))
-                 is not None]
+        ticks = [seconds for row in whole if (seconds := _seconds(row[begin])) is not None]
         length = ticks[-1] - ticks[0] if len(ticks) > 1 else 0.0
         if length <= 0 or any(one >= other for one, other in pairwise(ticks)):
             return []  # a temperature called T, or a time in whole seconds
@@ -95,7 +95,9 @@ def _of_each_clock(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
             for unit, per in product(SECONDS_PER.values(), repeat=2))), length)
         clocks.setdefault(alike, [begin]).extend(range(begin + 1, end))
     tables = [*clocks.values()]
-    able = times[:1] == [0] and len(tables) > 1 and all(len(columns) > 1 for columns in tables)
+    able = times[:1] == [0] and len(tables) > 1 and all(any(
+        _seconds(whole[-1][i]) is not None for i in columns if i not in times)
+        for columns in tables)  # without a number it is a second clock, and no second sensor
     return tables if able and max(map(len, tables)) > FEWEST_NUMBERS else []
 
 

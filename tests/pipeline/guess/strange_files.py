@@ -143,6 +143,18 @@ def messages_with_numbers(folder: Path, log: HandLog) -> Foreign:
         "configsip: 0, SPIWP:0xee", *rows])], 1.0, 1 / DEG)
 
 
+def clocks_of_two_devices(folder: Path, log: HandLog) -> Foreign:
+    """ST's application: a date with slashes, its own clock, and before readings the board's clock
+    in ticks of 8 ms and the bytes as they came."""
+    rows = [f"{datetime.fromtimestamp(EPOCH_S + t, UTC):%d/%b/%Y %H:%M:%S.%f}"[:-3]
+            + f",{EPOCH_S * 1000 + round(t * 1e3)},board,{1200 + round(t * 125)},"
+            + f"{int(abs(acc[0]) * 7e4):08X}," + ",".join(f"{v:.4f}" for v in (*acc, *gyr))
+            for t, acc, gyr in zip(log.time_s, log.acc, log.gyr / DEG, strict=True)]
+    head = ("Date,HostTimestamp,NodeName,NodeTimestamp,RawData,"
+            "ax (m/s²),ay (m/s²),az (m/s²),gx (dps),gy (dps),gz (dps)")
+    return Foreign([write_lines(folder / "board.csv", [head, *rows])], 1.0, 1 / DEG)
+
+
 def _attitudes(log: HandLog) -> np.ndarray:
     """Unit quaternions (t, 4) that turn as the readings do."""
     four = np.column_stack([log.acc / G + 0.3, np.linalg.norm(log.acc, axis=1) / G])
@@ -154,7 +166,7 @@ STRANGE: dict[str, Callable[[Path, HandLog], Foreign]] = {
         stamped_labels, stamped_labels_commas, stamped_tag, tag_and_blank, sensor_logger_android,
         sensor_logger_ios, clock_set_back, matlab_mobile, german_excel_mg, microseconds_in_front,
         unnamed_quaternion, spanish, sensitivities_of_st, bars_between_groups,
-        messages_with_numbers)
+        messages_with_numbers, clocks_of_two_devices)
 }
 
 

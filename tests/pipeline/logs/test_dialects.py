@@ -78,7 +78,9 @@ def test_a_header_in_the_signs_of_windows_is_read(tmp_path: Path) -> None:
      "31.12.2024 11:00:00.03"],
     ["2024/12/31/11:00:00.00", "2024/12/31/11:00:00.01", "2024/12/31/11:00:00.02",
      "2024/12/31/11:00:00.03"],
-], ids=["date", "ISO 8601", "time of the day", "am and pm", "local date", "a slash"])
+    ["31/Dec/2024 23:59:59.98", "31/Dec/2024 23:59:59.99", "1. January 2025 00:00:00.00",
+     "1. January 2025 00:00:00.01"],
+], ids=["date", "ISO 8601", "time of the day", "am and pm", "local date", "a slash", "a month"])
 def test_dates_and_times_of_the_day_are_seconds(tmp_path: Path, times: list[str]) -> None:
     log = read_log(write(tmp_path, HEAD + rows(",", times=times)))
     np.testing.assert_allclose(log.time_s - log.time_s[0], TIME_S, atol=1e-6)
