@@ -47,6 +47,8 @@ class PooledTables:
         All columns but those of times, and others that only grow.
     table : array, shape (t,)
         Index of the table of each row, from 0, or of its part between gaps of the clock; no unit.
+    time_s : array, shape (t,)
+        Times by the clock of each table.
     step_s : float
         Mean time from one row to the next, s, without gaps.
     has_clock : bool
@@ -57,6 +59,7 @@ class PooledTables:
 
     columns: Mapping[str, FloatArray]
     table: IntArray
+    time_s: FloatArray
     step_s: float
     has_clock: bool
     hint: str
@@ -68,6 +71,13 @@ class PooledTables:
         whole = np.isfinite(values).all(axis=1)
         return values[whole], self.table[whole]
 
+    def steps(self, names: Sequence[str]) -> FloatArray:
+        """Time (t,) from each row that :meth:`readings` gives to the next of its table, s."""
+        whole = np.isfinite([self.columns[name] for name in names]).all(axis=0)
+        steps = np.diff(self.time_s[whole], append=0.0)
+        steps[np.diff(self.table[whole], append=-1) != 0] = self.step_s
+        return np.asarray(steps)
+
 
 def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) -> PooledTables:
     """The pool of tables with the same columns."""
@@ -77,9 +87,12 @@ def pooled(tables: Sequence[RawTable], clocks: Sequence[ClockGuess], hint: str) 
         counts and all(_only_grows(table.columns[name]) for table in tables))]
     columns = {name: np.concatenate([table.columns[name] for table in tables]) for name in names}
     steps = [usual_step(clock.time_s) for clock in clocks if len(clock.time_s) > 1]
-    begins = [_begins(table, clock) for table, clock in zip(tables, clocks, strict=True)]
+    begins = [begins_of(clock.time_s if clock.column is None else
+                        unwrapped_ticks(table.columns[clock.column]))
+              for table, clock in zip(tables, clocks, strict=True)]
     return PooledTables(
         columns, np.cumsum(np.concatenate(begins)) - 1,
+        np.concatenate([clock.time_s for clock in clocks]),
         float(np.median(steps)) if steps else 1 / ASSUMED_HZ,
         all(clock.is_known for clock in clocks), hint)
 
@@ -90,9 +103,9 @@ def _only_grows(values: FloatArray) -> bool:
     return bool(len(step) and (step >= 0).all() and np.median(step) > 0)
 
 
-def _begins(table: RawTable, clock: ClockGuess) -> BoolArray:
-    """Whether each row (t,) is first in a table, after a gap or a backward step of its clock."""
-    ticks = clock.time_s if clock.column is None else unwrapped_ticks(table.columns[clock.column])
+def begins_of(ticks: FloatArray) -> BoolArray:
+    """Whether each row is first in a table, after a gap or a backward step of its ``ticks`` (t,).
+    """
     begins = np.ones(len(ticks), bool)
     step = np.diff(ticks)
     if step.size:

@@ -74,7 +74,8 @@ def _turns(one: RawTable, its: ClockGuess, other: RawTable, clock: ClockGuess) -
     columns = {f"{number} {name}": np.interp(time_s, ticks.time_s, values)
                for number, table, ticks in ((1, one, its), (2, other, clock))
                for name, values in table.columns.items() if name != ticks.column}
-    pool = PooledTables(columns, np.zeros(len(time_s), np.int64), usual_step(time_s), True, "")
+    of_one = np.zeros(len(time_s), np.int64)
+    pool = PooledTables(columns, of_one, time_s, usual_step(time_s), True, "")
     chosen = chosen_triads(pool)
     force, rate = chosen.force, chosen.rate
     if force is None or rate is None or force.columns[0][0] == rate.columns[0][0]:

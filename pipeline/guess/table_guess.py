@@ -11,7 +11,7 @@ from pipeline.devices.line_pattern import WORD_0_C, WORDS_PER_K
 from pipeline.errors import UnreadableInput
 from pipeline.guess.clocks import ClockGuess, guess_clock, without_ends, without_repeats
 from pipeline.guess.magnitudes import MPU_PER_G
-from pipeline.guess.pool import REST_S, are_apart, pooled, usual_step
+from pipeline.guess.pool import REST_S, are_apart, begins_of, pooled, usual_step
 from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.sensor_files import names_of_sensors, sensors_of_files
 from pipeline.guess.triads import AXIS_COUNT, chosen_triads
@@ -140,8 +140,9 @@ class TableGuess:
         log = joined_log(beside, self) if beside else None
         if log is None or len(log.time_s) < 2:
             return None
-        return turn_of(log.gyroscope, log.accelerometer, np.zeros(len(log.time_s), np.int64),
-                       usual_step(log.time_s))
+        steps = np.diff(log.time_s, append=log.time_s[-1] + usual_step(log.time_s))
+        parts = np.cumsum(begins_of(log.time_s), dtype=np.int64)
+        return turn_of(log.gyroscope, log.accelerometer, parts, steps)
 
     def rate(self) -> FloatArray:
         """The readings (t, 3) of the gyroscope without its bias, rad/s."""

@@ -143,7 +143,8 @@ class PossibleTriad:
 
     def turns(self, force: "PossibleTriad") -> Turn | None:
         """Turns of ``force`` by them; None if it does not turn, or they are not a sensor."""
-        return turn_of(*self._beside(force), self.pool.step_s) if self.is_sensor else None
+        steps = self.pool.steps(self.columns + force.columns)
+        return turn_of(*self._beside(force), steps) if self.is_sensor else None
 
     def is_along(self, force: "PossibleTriad") -> bool:
         """Whether they are parallel to ``force`` on a turning plate."""
@@ -159,8 +160,8 @@ class PossibleTriad:
     def _beside(self, force: "PossibleTriad") -> tuple[FloatArray, FloatArray, IntArray]:
         """Signed readings (t, 3) of both in rows where both are complete, and the tables (t,)."""
         both, table = self.pool.readings([*self.columns, *force.columns])
-        return (signed(both[:, :AXIS_COUNT], self.encoding),
-                signed(both[:, AXIS_COUNT:], force.encoding), table)
+        one, other = np.hsplit(both, 2)
+        return signed(one, self.encoding), signed(other, force.encoding), table
 
 
 def _attitudes(pool: PooledTables) -> set[str]:
@@ -296,5 +297,4 @@ def _may_be_accelerometer(force: PossibleTriad) -> bool:
     name = _called_as(force, "acc")
     if force.pool.hint == "gyr" and name < 2:
         return False
-    return name > 0 or words.quantity != "gyr" or not (
-        words.unit or unit.unit == "counts")
+    return name > 0 or words.quantity != "gyr" or not (words.unit or unit.unit == "counts")

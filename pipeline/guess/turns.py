@@ -81,7 +81,9 @@ class Turn:
         return self.agreement >= AGREEMENT
 
 
-def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float) -> Turn | None:
+def turn_of(
+    rate: FloatArray, force: FloatArray, table: IntArray, step_s: float | FloatArray
+) -> Turn | None:
     """Comparison of a gyroscope with the turns of gravity; None if gravity does not turn.
 
     The axes are the accelerometer's own if these agree, else those that agree best.
@@ -94,10 +96,11 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
         Readings of the accelerometer in any unit.
     table : array, shape (t,)
         The table of each row.
-    step_s : float
-        Time from row to row, s.
+    step_s : float, or array (t,)
+        Time from each row to the next, s: rows are lost, and a logger changes its rate.
     """
-    rows, tables = block_rows(table, max(1, round(BLOCK_S / step_s)))
+    steps = np.broadcast_to(step_s, len(table))[:, None]
+    rows, tables = block_rows(table, max(1, round(BLOCK_S / float(np.median(steps)))))
     if len(rows) < FEWEST_TURNS:
         return None
     up = force / np.maximum(np.linalg.norm(force, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -112,7 +115,7 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     # Just before and after a move a plate stands too.
     rate = rate - np.median(rate[(rows[moves] if between_rests else rows).ravel()], axis=0)
     # The prediction of axes W is the integral of u × (W reading), linear in its nine elements.
-    products = step_s * up[:, :, None] * rate[:, None, :]
+    products = up[:, :, None] * (steps * rate)[:, None, :]
     integral = (np.cumsum(products, axis=0) - products / 2)[rows].mean(axis=1)
     cross = np.cross(np.eye(3)[:, None], np.eye(3))
     linear = np.einsum("bda,kbc->kadc", cross, integral[end] - integral[begin]).reshape(-1, 9)
@@ -130,7 +133,7 @@ def turn_of(rate: FloatArray, force: FloatArray, table: IntArray, step_s: float)
     shown = Turn(float(abs(common[best] / power[best])), float(abs(agreement[best])), axes)
     if not (shown.is_sure and between_rests):
         return shown
-    turned = rate @ WAYS[best].T * (hand * shown.si_per_unit * step_s)
+    turned = steps * rate @ WAYS[best].T * (hand * shown.si_per_unit)
     size, miss = _size_between_rests(turned, force, rows[moves])
     return shown if miss > LARGEST_MISS else replace(
         shown, si_per_unit=shown.si_per_unit * size, is_exact=True)

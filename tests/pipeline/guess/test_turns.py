@@ -71,3 +71,23 @@ def test_a_clock_in_ticks_tells_no_speed_but_the_rates_that_known_ranges_have(
     assert "1 table, at rest or turning, by what unit the gyroscope has" in "\n".join(
         guess_lines(guess))
     assert not [doubt for doubt in guess.doubts if "record player" in doubt]
+
+
+@pytest.mark.parametrize(("late_every", "lost", "unit"), [
+    (3, (3.0, 3.0), "32.768 per °/s"), (3, (0.0, 2.0), "32.768 per °/s"),
+    (1, (2.0, 2.5), "of a range that is open"),
+], ids=["rate", "rate_and_rests", "half_of_each_turn"])
+def test_a_logger_that_changes_its_rate_or_pauses_shows_no_wrong_range(
+    tmp_path: Path, late_every: int, lost: tuple[float, float], unit: str
+) -> None:
+    log = hand_log()
+    late = log.time_s > log.time_s[-1] / 2
+    here = log.time_s % (9 if lost[0] < 2 else 3)
+    kept = (late & (late_every > 1) | (np.arange(len(late)) % late_every == 0)
+            & ((here < lost[0]) | (here > lost[1])))
+    counts = np.column_stack([log.acc / GRAVITY_M_S2 * 8192, np.degrees(log.gyr) * 32.768])
+    np.savetxt(tmp_path / "log.csv", np.column_stack([1e3 * log.time_s, counts])[kept], "%.0f",
+               ",", header="ms,ax,ay,az,gx,gy,gz", comments="")
+    table, = guess_session(guess_files([tmp_path / "log.csv"], None)[0]).tables
+    assert table.gyroscope is not None
+    assert table.gyroscope.unit == f"counts, {unit}, twos-complement"
