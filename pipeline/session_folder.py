@@ -111,16 +111,10 @@ def require_place(config: Config, folder: Path, replaces: bool = False) -> None:
         The folder cannot be written, or, unless it ``replaces`` them, has files that `pipeline run`
         did not write.
     """
-    _require_own_files(folder, replaces)
-    if not replaces:
-        require_own_results(folder, config)
-
-
-def _require_own_files(folder: Path, force: bool) -> None:
     require_writable(folder)
     for name in OUTPUTS:
         require_no_link(folder / name)
-    if force:
+    if replaces:
         return
     for name, is_ours in ((RESULTS_NAME, _is_results), (REPORT_NAME, _is_report)):
         path = folder / name
@@ -129,6 +123,7 @@ def _require_own_files(folder: Path, force: bool) -> None:
                 f"{path}: was not written by `pipeline run` and would be replaced. Move it away, "
                 f"choose another folder with --output, or add --force to replace it."
             )
+    require_own_results(folder, config)
 
 
 def _is_results(path: Path) -> bool:

@@ -107,7 +107,7 @@ def command(
         raise UnwritableOutput(f"{path}: is one of the logs. Choose another name with --output.")
     with TemporaryDirectory() as cache, Progress(not (quiet or as_json)) as progress:
         context = RunContext(Path(cache), progress)
-        rates = measured_clips(dict(zip(clips, rates_of_clips(clips, context), strict=True)))
+        rates = measured_clips(rates_of_clips(clips, context))
         guess = guess_session(tables, rates, per_deg_of(gyroscope_scale))
         asks = sys.stdin.isatty() and not (as_json or quiet)
         if not (as_json or quiet):

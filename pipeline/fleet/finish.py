@@ -141,9 +141,9 @@ def write_lot(
         table = with_limits(table, limits)
     populations = populations_of(table, pooled)
     over_time = {one.triad: [*sensors_over_time(one, output)] for one in populations}
-    whole = {triad: section | (more or {}).get(triad, {}) | {
-        "over_time": {one.sensor: one.as_json for one in over_time[triad]}}
-        for triad, section in population_json(populations).items()}
+    whole = {each.triad: population_json(each) | (more or {}).get(each.triad, {}) | {
+        "over_time": {one.sensor: one.as_json for one in over_time[each.triad]}}
+        for each in populations}
     text = json.dumps(whole, indent=1, ensure_ascii=False, allow_nan=False)
     page = fleet_html(title, table, populations, over_time, reports, datetime.now().astimezone())
     write_table(table, output)

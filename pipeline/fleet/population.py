@@ -3,7 +3,7 @@
 They come as JSON for programs, and in words for the page and the terminal.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -120,12 +120,8 @@ def _distinct(rows: "DataFrame") -> "tuple[DataFrame, dict[str, str]]":
     return first, dict(zip(of_first["session"], of_first["session_first"], strict=True))
 
 
-def population_json(populations: Iterable[TriadPopulation]) -> Json:
+def population_json(population: TriadPopulation) -> Json:
     """The same data for programs: SI units and those of results.json; null for unknown values."""
-    return {one.triad: _triad_json(one) for one in populations}
-
-
-def _triad_json(population: TriadPopulation) -> Json:
     pooled = population.pool
     return {
         "sensors": len(population.sensors),

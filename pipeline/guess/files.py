@@ -144,7 +144,7 @@ def is_clip(path: Path) -> bool:
     return path.suffix.lower() in CLIPS
 
 
-def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRate]:
+def rates_of_clips(clips: Sequence[Path], context: RunContext) -> dict[Path, SettingRate]:
     """The rate of the plate in each clip; each clip is a separate setting.
 
     Raises
@@ -153,13 +153,13 @@ def rates_of_clips(clips: Sequence[Path], context: RunContext) -> list[SettingRa
         For the first clip, in their order, that shows no turning plate.
     """
     if not clips:
-        return []
+        return {}
     from vision.rate.timebase import CLOCK_PPM, Timebase  # OpenCV, where there is a clip
 
     tracks = follow_clips([ClipToFollow(path) for path in clips], context)
     timebase = Timebase("container", None, CLOCK_PPM["container"])
-    return [measure_setting(path.stem, [track], timebase)
-            for path, track in zip(clips, tracks, strict=True)]
+    return {path: measure_setting(path.stem, [track], timebase)
+            for path, track in zip(clips, tracks, strict=True)}
 
 
 def measured_clips(rates: Mapping[Path, SettingRate]) -> list[MeasuredClip]:

@@ -87,7 +87,7 @@ class Brought(Dropped):
         """The rate of the plate in each clip; each is measured once."""
         for clip in filter(is_clip, self.files):
             if clip not in self._rates:
-                self._rates[clip], = rates_of_clips([clip], RunContext())
+                self._rates |= rates_of_clips([clip], RunContext())
         return measured_clips(self._rates)
 
     def _guessed(self, per_deg: float | None) -> tuple[SessionGuess, Sequence[str]]:

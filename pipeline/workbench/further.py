@@ -40,8 +40,7 @@ class FurtherFiles(Dropped):
             raise ConfigError("no log is there yet: drop the logs of the new poses.")
         if files != self._seen[0]:
             films = [file for file in files if is_clip(file)]
-            rates = rates_of_clips(films, session.context)
-            clips = measured_clips(dict(zip(films, rates, strict=True)))
+            clips = measured_clips(rates_of_clips(films, session.context))
             state = session.as_run()
             fits = {triad: session.refitted(state, triad).calibration for triad in state.triads}
             known = Known.of(session.config, fits, session.rates, session.recordings)

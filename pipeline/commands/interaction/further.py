@@ -40,7 +40,7 @@ def bring_and_show(
                              (before.rates, before.recordings))
         fits = {each.triad: each.calibration for each in (before.triads if before else ())}
         films = [file for file in files if is_clip(file)]
-        clips = measured_clips(dict(zip(films, rates_of_clips(films, context), strict=True)))
+        clips = measured_clips(rates_of_clips(films, context))
         logs = further_logs(
             config, Known.of(config, fits, rates, recordings),
             [file for file in files if not is_clip(file)], clips)
