@@ -171,24 +171,14 @@ def sketch_line(n: int, micros: int, words: tuple[int, ...]) -> str:
     return f"{body}*{crc8(body.encode()):02X}"
 
 
-def is_sketch_line(line: str) -> bool:
-    """Whether the line is one of the sketch's samples, intact or damaged."""
-    return line.startswith("S,")
-
-
 def parse_sketch_line(line: str) -> Sample | None:
     """The sample of one line, None where it is damaged."""
     match = _LINE.fullmatch(line)
     if match is None or crc8(match[1].encode()) != int(match[11], 16):
         return None
-    ax, ay, az, gx, gy, gz, temperature = (int(word) for word in match.groups()[3:10])
+    ax, ay, az, gx, gy, gz, warmth = (int(word) for word in match.groups()[3:10])
     return Sample((ax, ay, az), (gx, gy, gz), int(match[3]),
-                  ((TEMPERATURE, mpu6050_temperature_c(temperature)),))
-
-
-def mpu6050_temperature_c(word: int) -> float:
-    """Temperature of an MPU-6050 in °C (its register map, section 4.18)."""
-    return round(word / WORDS_PER_K + WORD_0_C, 3)
+                  ((TEMPERATURE, round(warmth / WORDS_PER_K + WORD_0_C, 3)),))
 
 
 def mpu6050_temperature_word(temperature_c: float) -> int:

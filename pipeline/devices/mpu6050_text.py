@@ -16,7 +16,6 @@ from pipeline.devices.line_pattern import (
     LinePattern,
     LineReader,
     header_settings,
-    is_sketch_line,
     parse_sketch_line,
 )
 from pipeline.devices.sample import (
@@ -163,7 +162,7 @@ class Mpu6050TextParser(Parser):
         if line.startswith(HEADER):
             self.settings = header_settings(line)
             return None
-        if is_sketch_line(line):
+        if line.startswith("S,"):  # a sample of our sketch, intact or damaged
             sample = parse_sketch_line(line)
             if sample is None:
                 self._damaged += 1

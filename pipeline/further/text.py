@@ -11,7 +11,7 @@ from calib.poses.imu_log import Triad
 from pipeline.config.edit import add_entry, extend_list, set_excluded
 from pipeline.config.file_patterns import names_of, relative_name
 from pipeline.config.load import Config
-from pipeline.config.schema import PosesSection, RunSection
+from pipeline.config.schema import RunSection
 from pipeline.config.types import STOPPED
 from pipeline.config.yaml_syntax import yaml_word
 from pipeline.config.yaml_text import PathTo, YamlSource
@@ -40,14 +40,11 @@ def places_for(config: Config, logs: Sequence[FurtherLog]) -> list[Place]:
             if not np.isfinite(log.means[0].of(triad).mean).all():
                 continue
             able = [Place(triad, log.rate, keys) for keys, run in config.placed_runs()
-                    if keys[0] == triad and run.rate == log.rate and _takes(run.poses, log)]
+                    if keys[0] == triad and run.rate == log.rate
+                    and (run.poses.log if log.is_long else run.poses.files)]
             new = [Place(triad, log.rate)] if triad == "gyroscope" else []
             places |= dict.fromkeys((able or new)[:1])
     return [*places]
-
-
-def _takes(poses: PosesSection, log: FurtherLog) -> bool:
-    return bool(poses.log) if log.is_long else bool(poses.files)
 
 
 def with_further(

@@ -55,11 +55,6 @@ class TriadPoses:
         """All poses that the configuration does not exclude."""
         return self.poses_of([(one.means, one.places) for _, one in self.recorded])
 
-    @property
-    def has_stated_sds(self) -> bool:
-        """Whether some of the means, with their sds, come from a table."""
-        return any(mean.stated for _, one in self.recorded for mean in one.means)
-
     def excluded(self, fit: Fit) -> tuple[ExcludedPose, ...]:
         """The excluded poses, each with the prediction of a fit without them."""
         triad = fit.poses.triad

@@ -151,7 +151,7 @@ class TriadInput:
         assessed = assess(poses, model, candidates=tuple(usable.values()), **self.options)
         fitted = assessed.calibration.fit
         warnings = [*notes, *doubts_of(assessed.calibration)]
-        if self.recorded.has_stated_sds:
+        if any(mean.stated for _, one in self.recorded.recorded for mean in one.means):
             warnings += sds_too_large(fitted)
         frame = None
         if poses.triad == "gyroscope":

@@ -29,11 +29,11 @@ from vision.rate.slow_changes import MovingEnds, slow_rate
 from vision.rate.steady_part import FEWEST_FRAMES, WHOLE, ClipPart, the_steady_part
 from vision.rate.terms import (
     CONSTANT_RATE,
+    LAG,
     TERMS,
     StatedFit,
     fit_rate,
     fit_stated,
-    without_lag,
 )
 from vision.rate.timebase import Timebase
 from vision.rate.unwrap import continuous_angle, rate_history, rough_rate, usable
@@ -196,7 +196,7 @@ def _measured(
     seen = Seen(track, rate_history(angle, dropped.stray), mean, fit.noise)
     refuse(seen)
     rate = mean.rate_rad_s
-    angle = without_lag(angle, fit, base)
+    angle = replace(angle, angle_rad=angle.angle_rad - fit.beta[LAG] * base.forward)
     exposure = exposure_drift(track, angle, rate)
     roll = camera_roll(track)
     parts = (

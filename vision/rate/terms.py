@@ -170,11 +170,6 @@ def usual_sizes(base: Regressors, count: int) -> FloatArray:
     return np.array(sizes + (np.pi,) * (count - len(sizes)))
 
 
-def without_lag(angle: PlateAngle, fit: LeastSquares, base: Regressors) -> PlateAngle:
-    """The angle without the lag of forward-predicted frames."""
-    return replace(angle, angle_rad=angle.angle_rad - fit.beta[LAG] * base.forward)
-
-
 @dataclass(frozen=True, eq=False)
 class TermValue:
     """A fitted term of the stated model.

@@ -51,11 +51,6 @@ def at_one_speed(poses: PoseSet) -> bool:
     return bool(speed.all() and np.ptp(speed) < SAME_SPEED * speed.min())
 
 
-def shares_a_rate(poses: PoseSet) -> bool:
-    """Whether several poses share one measured rate of the plate."""
-    return bool(poses.reference.of_setting)
-
-
 def attitudes_again(fit: Fit) -> FloatArray:
     """Unit vectors (n, 3), no unit, up in the poses of the first run: 18 at most, in their order.
 

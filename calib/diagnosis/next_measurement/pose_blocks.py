@@ -15,7 +15,6 @@ from calib.diagnosis.next_measurement.kind import (
     at_one_speed,
     attitudes_again,
     in_a_chamber,
-    shares_a_rate,
 )
 from calib.fit.least_squares.result import Fit
 from calib.fit.rows.problem import Estimate
@@ -131,7 +130,7 @@ def menu(fit: Fit, full_scale: float = np.inf) -> list[Block]:
         lean = 0.0 if poses.ring is None else poses.ring.tilt_rad.max()
         if lean < TILTED.tilt_rad / 2 and np.isfinite(poses.force).all():
             blocks.append(TILTED)
-        blocks += [CLIPS] if shares_a_rate(poses) else []
+        blocks += [CLIPS] if poses.reference.of_setting else []
     if not at_one_speed(poses):
         blocks += reversed(attitudes)
     blocks += soaks if has_temperature else []

@@ -66,11 +66,6 @@ def minimise(problem: Problem, start: Estimate, precision: Precision = EXACT) ->
     return solution
 
 
-def _highest_cost(cost: FloatArray) -> FloatArray:
-    """Sums of squares (S,) up to which an increase from ``cost`` is rounding, no unit."""
-    return cost * (1 + 1e-10) + 1e-12
-
-
 def huber_weight(residual: FloatArray) -> FloatArray:
     """Weights of Huber's loss for residuals (..., r) in sds: beyond ``HUBER_SD`` 1/|residual|."""
     return np.asarray(np.minimum(1.0, HUBER_SD / np.maximum(np.abs(residual), NO_LENGTH)))
@@ -131,7 +126,7 @@ def _trial(problem: Problem, at: Estimate, step: FloatArray) -> tuple[Estimate, 
     Where one costs more, its shapes are kept and everything else is fitted to them: shapes can lie
     in a valley so curved that a straight step leaves it.
     """
-    most = _highest_cost(at.cost(problem.weight))
+    most = at.cost(problem.weight) * (1 + 1e-10) + 1e-12  # up to which it is rounding
     p = at.theta.shape[1] + at.eta.shape[1]
     shapes = {name: value * np.exp(change) for (name, value), change in
               zip(((name, at.shapes[name]) for name in problem.free), step[:, p:].T, strict=True)}

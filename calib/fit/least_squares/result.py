@@ -154,7 +154,7 @@ class Fit(Stacked):
         ``Σ ψ²`` over its expected value for noise, so that one bad pose that the robust loss has
         downweighted does not widen the sds of all.
         """
-        if not self.is_robust:
+        if (self.weight == 1).all():
             return float(self.chi2)
         data = slice(self.equations.data_count)
         bounded = self.weight * self.rows.residual
@@ -229,11 +229,6 @@ class Fit(Stacked):
             name: np.nan if name in at_bound else sd * self.shapes[name]
             for name, sd in self.log_shape_sd.items()
         }
-
-    @property
-    def is_robust(self) -> bool:
-        """Whether the robust loss downweighted a row."""
-        return bool((self.weight < 1).any())
 
     @property
     def residual_rms(self) -> float:
