@@ -75,25 +75,16 @@ def _leaning(setting: PlannedSetting) -> str:
 
 def _figures(plan: TriadPlan, outlooks: dict[str, Prospect]) -> list[list[str]]:
     unit, factor = DISPLAY[plan.triad]
-    rows = [["", *outlooks]]
-    rows += [
-        ["degrees of freedom", *(str(outlook.dof) for outlook in outlooks.values())],
-        ["condition",
-         *(f"{outlook.condition:.2f}" for outlook in outlooks.values())],
-        ["D-efficiency",
-         *(f"{outlook.d_efficiency:.2f}" for outlook in outlooks.values())],
-    ]
-    if plan.noise == "unknown":
-        return rows
-    rows += [
-        ["sd of misalignment x y z [rad]",
-         *("  ".join(f"{x:.2g}" for x in outlook.sd[0]) for outlook in outlooks.values())],
-        [f"sd of bias x y z [{unit}]",
-         *("  ".join(f"{x * factor:.2g}" for x in outlook.sd[1]) for outlook in outlooks.values())],
-        ["sd of scale x y z",
-         *("  ".join(relative(x) for x in outlook.sd[2]) for outlook in outlooks.values())],
-    ]
-    return rows
+    titles = ["", "degrees of freedom", "condition", "D-efficiency",
+              "sd of misalignment x y z [rad]", f"sd of bias x y z [{unit}]", "sd of scale x y z"]
+    columns = [titles, *(
+        [name, str(outlook.dof), f"{outlook.condition:.2f}", f"{outlook.d_efficiency:.2f}",
+         "  ".join(f"{x:.2g}" for x in outlook.sd[0]),
+         "  ".join(f"{x * factor:.2g}" for x in outlook.sd[1]),
+         "  ".join(relative(x) for x in outlook.sd[2])]
+        for name, outlook in outlooks.items())]
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    return rows[:4] if plan.noise == "unknown" else rows
 
 
 def _determined(

@@ -231,15 +231,13 @@ def pose_change_lines(before: Outcome, after: Outcome) -> Iterator[str]:
 
 def _error_lines(title: str, before: TriadResult, after: TriadResult) -> Iterator[str]:
     unit, factor = DISPLAY[before.triad]
-    rows = [[title, "before", "after"]]
-    rows.append([f"RMS [{unit}]", *(f"{r.comparison.residual_rms * factor:.4g}"
-                                    for r in (before, after))])
-    rows.append([f"leave-one-out [{unit}]", *(f"{r.comparison.loo_rms * factor:.4g}"
-                                              for r in (before, after))])
-    rows.append(["chi²/dof", *(f"{r.calibration.fit.chi2 / r.calibration.fit.dof:.3g}"
-                               for r in (before, after))])
-    rows.append(["verdict", *(r.diagnosis.verdict for r in (before, after))])
-    yield from table_lines(rows, indent="")
+    columns = [[title, f"RMS [{unit}]", f"leave-one-out [{unit}]", "chi²/dof", "verdict"]]
+    for name, one in (("before", before), ("after", after)):
+        fit = one.calibration.fit
+        columns.append([name, f"{one.comparison.residual_rms * factor:.4g}",
+                        f"{one.comparison.loo_rms * factor:.4g}", f"{fit.chi2 / fit.dof:.3g}",
+                        one.diagnosis.verdict])
+    yield from table_lines([list(row) for row in zip(*columns, strict=True)], indent="")
 
 
 def _rate_lines(setting: str, before: Outcome, after: Outcome) -> Iterator[str]:

@@ -267,11 +267,8 @@ def _require_numbers(sensors: Sequence[SensorRows], needed: Sequence[str], table
         whole = np.concatenate([rows.numbers[name] for rows in sensors])
         wrong = ~(np.isfinite(whole) & ((whole > 0) if is_sd else True))
         if wrong.any():
-            place = int(np.flatnonzero(wrong)[0])
-            for rows in sensors:
-                if place < len(rows.pose):
-                    break
-                place -= len(rows.pose)
+            rows, place = [(rows, place) for rows in sensors
+                           for place in range(len(rows.pose))][int(np.argmax(wrong))]
             raise UnreadableInput(
                 f"{table.name}: sensor {rows.sensor}, {rows.pose[place]}: column {name}: found "
                 f"{rows.numbers[name][place]:g}, {'a positive' if is_sd else 'a finite'} number is "

@@ -53,13 +53,13 @@ def _means(
 
 def _require_numbers(table: LogTable) -> None:
     for name, column in table.values.items():
-        reading = name in (*ACCELEROMETER, *GYROSCOPE)
         positive = is_stated(name)
-        wrong = (~np.isfinite(column) if reading else
-                 ~(np.isfinite(column) & (column > 0)) if positive else np.zeros(len(column), bool))
+        if not positive and name not in (*ACCELEROMETER, *GYROSCOPE):
+            continue
+        wrong = ~(np.isfinite(column) & ((column > 0) if positive else True))
         if wrong.any():
-            row = int(np.flatnonzero(wrong)[0])
-            wanted = "a finite number" if reading else "a positive number"
+            row = int(np.argmax(wrong))
+            wanted = "a positive number" if positive else "a finite number"
             raise UnreadableInput(f"{table.place(row)}: column {name}: found {column[row]:g}, "
                                   f"{wanted} is expected.")
 

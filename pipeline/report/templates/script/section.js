@@ -94,11 +94,7 @@ class Section {
         : "The noise of the poses does not explain the residuals yet.";
     this.output("sizes").replaceChildren(...(failed ? [] : refitted.sizes).map((size) => {
       const row = document.createElement("tr");
-      size.forEach((text) => {
-        const cell = document.createElement("td");
-        cell.textContent = text;
-        row.append(cell);
-      });
+      size.forEach((text) => { row.insertCell().textContent = text; });
       return row;
     }));
   }
