@@ -139,13 +139,13 @@ class Calibration:
         return display.correlation_frame(self.assessed)
 
     def _known(self, effect: str | Effect) -> Effect:
-        """The effect, if it acts on this triad and is not in the model."""
+        """The effect, if these poses can evaluate it and it is not in the model."""
         defined = {one.name: one for one in self.candidates}
         known = effect if isinstance(effect, Effect) else Model.of([effect], defined).effects[0]
         if known.name in self.assessed.calibration.fit.model.names:
             raise CalibrationError(f"{known.name} is in the model already; remove it first, as in "
                                    f"remove({known.name!r}).plot({known.name!r}).")
-        require_for_triad(known, self.triad)
+        require_usable(known, self.assessed.calibration.fit.poses)
         return known
 
     def __repr__(self) -> str:
@@ -170,13 +170,8 @@ def calibrated(
     require_effects(effects)
     defined = {one.name: one for one in (*candidates, *effects) if isinstance(one, Effect)}
     model = Model.of([display.name_of(one) for one in effects], defined)
-    at = poses.conditions(poses.reading)
     for effect in model.effects:
-        require_for_triad(effect, poses.triad)
-        if (reason := unavailable(effect, at)) is not None:
-            known = ", ".join(poses.columns) or "none"
-            raise Undetermined(f"{effect.name} cannot be evaluated in these poses: {reason}. Their "
-                               f"columns are: {known}.")
+        require_usable(effect, poses)
     assessed = assess(poses, model, candidates=tuple(defined.values()), **options)
     of_sheet = assessed.calibration.parameters, assessed.calibration.spec
     for doubt in gain_off_the_sheet(*of_sheet, poses.triad):
@@ -198,18 +193,22 @@ def require_effects(model: Any) -> None:
                                f"in model=['bias', 'scale', 'misalignment'].")
 
 
-def require_for_triad(effect: Effect, triad: Triad) -> None:
-    """Refuse an effect that does not act on ``triad``.
+def require_usable(effect: Effect, poses: PoseSet) -> None:
+    """Refuse an effect that does not act on the triad of ``poses``, or that they cannot evaluate.
 
     Raises
     ------
     CalibrationError
-        Naming the triad that it acts on.
+        Naming the triad that it acts on, or the columns that the poses have.
     """
-    if triad not in effect.triads:
+    if poses.triad not in effect.triads:
         others = " and the ".join(effect.triads)
         raise CalibrationError(f"{effect.name} is an effect of the {others}, and this is a "
-                               f"calibration of the {triad}.")
+                               f"calibration of the {poses.triad}.")
+    if (reason := unavailable(effect, poses.conditions(poses.reading))) is not None:
+        known = ", ".join(poses.columns) or "none"
+        raise Undetermined(f"{effect.name} cannot be evaluated in these poses: {reason}. Their "
+                           f"columns are: {known}.")
 
 
 def parameter_differences(one: Calibration, other: Calibration) -> "DataFrame":

@@ -14,8 +14,6 @@ import numpy as np
 from calib.assess import AssessedTriad
 from calib.diagnosis.hypotheses.signature import whole_columns
 from calib.effects.effect import Effect
-from calib.effects.needs import unavailable
-from calib.errors import Undetermined
 from calib.fit.linear import orthonormal_columns
 from calib.lot import CalibratedBlock
 from calib.poses.imu_log import AXES, SI_UNIT, FloatArray
@@ -166,23 +164,14 @@ def partial_residuals(assessed: AssessedTriad, effect: Effect) -> tuple[FloatArr
     assessed : AssessedTriad
         Of a model without the effect.
     effect : Effect
+        That the poses can evaluate.
 
     Returns
     -------
     explained, residual : array, shape (d,)
         In sds.
-
-    Raises
-    ------
-    Undetermined
-        The poses cannot evaluate the effect, or its columns are missing, with the names.
     """
     fit = assessed.calibration.fit
-    reason = unavailable(effect, fit.poses.conditions(fit.poses.reading))
-    if reason is not None:
-        known = ", ".join(fit.poses.columns) or "none"
-        raise Undetermined(f"{effect.name} cannot be evaluated in these poses: {reason}. Their "
-                           f"columns are: {known}.")
     d = fit.equations.data_count
     columns = whole_columns(fit, effect)
     whole = np.zeros((len(fit.rows.residual), columns.shape[-1]))
