@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from calib.earth import STANDARD_GRAVITY_M_S2
+from calib.numbers import RPM
 from calib.poses.triad_kind import TRIAD_KINDS
 from pipeline.guess.files import LIES_STILL, called_accelerometers, listed, why_no_log
 from pipeline.guess.magnitudes import (
@@ -24,7 +25,8 @@ from pipeline.guess.magnitudes import (
 )
 from pipeline.guess.pool import FEWEST_MEANS, REST_S, reads_alike, usual_step
 from pipeline.guess.session import SessionGuess
-from pipeline.guess.table_guess import TableGuess
+from pipeline.guess.speeds import speeds_of
+from pipeline.guess.table_guess import TURNING_RAD_S, TableGuess
 from pipeline.guess.units import FASTEST_RAD_S
 from pipeline.stages.run import Outcome
 
@@ -43,7 +45,7 @@ the bias of a cheap one that warms up moves by 20 times the noise."""
 def disagreements(guess: SessionGuess) -> Iterator[str]:
     """Contradictions to the guess of the files, one sentence for the first table of each test."""
     for law in (_other_unit, _no_gravity, _one_axis_twice, _two_accelerometers, _no_unit,
-                _other_turns, _too_short):
+                _several_rates, _other_turns, _too_short):
         yield from [fault for source in guess.sources for table in source.tables
                     if (fault := law(guess, table))][:1]
 
@@ -120,6 +122,19 @@ def _no_unit(guess: SessionGuess, table: TableGuess) -> str:
                  f"wide. In Hz the turns of gravity show {rates}.")
     return (f"{table.path}: {triad.doubt}: its clock or its unit is another. State it by "
             f"--rate-hz, --gyroscope-unit or --gyroscope-range.{right * bool(triad.encoding)}")
+
+
+def _several_rates(guess: SessionGuess, table: TableGuess) -> str:
+    """A table of means whose rows were taken at several rates of the plate."""
+    if not table.are_means or table.gyroscope is None or guess.scales or guess.dead:
+        return ""
+    length = np.linalg.norm(table.rate(), axis=1)
+    rpm = np.array(speeds_of([*np.where(length > TURNING_RAD_S, length, 0.0)])) / RPM
+    shares = [f"{(rpm == each).sum()} of its rows " + (
+        f"turn at {each:.3g} rpm" if each else "are at rest") for each in np.unique(rpm)]
+    return (f"{table.path}: {' and '.join(shares)}. A table of means is of one rate: write the "
+            f"rows of each into a file of their own, and import all of these.") if (
+                len(shares) > 1) else ""
 
 
 def _other_turns(guess: SessionGuess, table: TableGuess) -> str:

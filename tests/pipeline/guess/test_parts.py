@@ -3,6 +3,7 @@
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.pipeline.guess.evening import Evening
@@ -108,3 +109,18 @@ def test_a_pose_that_is_cut_into_files_counts_once(
     assert pipeline("import", *sorted(set(files) - {files[3]})) == 0
     assert "one pose that was cut; it counts once, by its longest part" in capsys.readouterr().out
     assert run_without_page(here / "config.yaml")["accelerometer"]["n_poses"] == 18
+
+
+def test_means_at_two_rates_of_the_plate_are_to_be_parted_and_then_read(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evening, head = Evening(seconds=2.0), "ax (g),ay (g),az (g),gx (deg/s),gy (deg/s),gz (deg/s)"
+    tables = {name: [np.loadtxt(path, delimiter=",", skiprows=1, usecols=(1, 2, 3, 5, 6, 7)).mean(
+        axis=0) / np.repeat([8192, 65.536], 3) for path in evening.write(here, name, rpm, 1)]
+        for name, rpm in (("rest", 0.0), ("turning", evening.rpm))}
+    for name, means in (*tables.items(), ("both", [*tables["rest"], *tables["turning"]])):
+        np.savetxt(here / f"{name}.csv", means, "%.5f", ",", header=head, comments="")
+    assert pipeline("import", "both.csv", "--output", "c.yaml") == 4
+    assert "18 of its rows are at rest and 18 of its rows turn at 33" in capsys.readouterr().err
+    assert pipeline("import", "rest.csv", "turning.csv", "--output", "c.yaml") == 0
+    assert "gyroscope       36 poses in 2 runs" in capsys.readouterr().out
