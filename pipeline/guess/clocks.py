@@ -134,9 +134,10 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
                   and _epoch_units(values[0]) and np.median(np.diff(values)) > 0]
     if named or since_1970:
         return [*named, *since_1970]
-    # Leading columns, except a row number, even one that begins again after 255.
+    # Leading columns that no name calls another quantity, except a row number, even one that begins
+    # again after 255.
     return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_NUMBERS
-            and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
+            and not read_name(name).quantity and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
                  ).min(initial=1) > 0 and not (step == 1).all()]
 
 

@@ -182,3 +182,13 @@ def test_numbers_in_the_properties_above_are_no_readings_and_state_the_rate(tmp_
     ((guess,), _) = guess_files(LATEST["properties_above"](tmp_path, log).files, None)
     assert guess.table.rows == len(log.time_s)
     assert (guess.clock.rate_hz, guess.clock.because) == (50.0, "the file's head")
+
+
+def test_a_rate_that_grows_by_chance_between_wraps_of_a_counter_is_no_clock() -> None:
+    """The means of eighteen poses, of which the first and the last were lost as well."""
+    rate = [2.131, -18.3426, 11.2402, -11.3931, 198.4797, -200.3373, 18.6335, -42.3976, -7.8599,
+            1.8846, 147.9787, -146.5154, 148.183, -132.5059, 139.9761, -135.5463, 147.0632]
+    columns = {name: np.array(values) for name, values in (
+        ("pose", range(1, 18)), ("wz [°/s]", rate), ("wy", rate[::-1]), ("wx", rate[5:] + rate[:5]),
+        ("ax", rate))}
+    assert guess_clock(columns, None, None).column is None
