@@ -149,10 +149,11 @@ def _bring(
 
 
 def _path_for(files: Sequence[Path]) -> Path:
-    """The configuration's name: the log's own for one recording, ``config.yaml`` for many."""
-    if len(files) > ONE_RECORDING:
-        return Path("config.yaml")
-    return Path(f"{Path(files[0].name.removesuffix('.gz')).stem}.yaml")
+    """The configuration's name: the log's own for one recording, ``config.yaml`` for many, and for
+    a log that has that name."""
+    of_log = Path(f"{Path(files[0].name.removesuffix('.gz')).stem}.yaml")
+    is_log = of_log.resolve() in [file.resolve() for file in files]
+    return Path("config.yaml") if is_log or len(files) > ONE_RECORDING else of_log
 
 
 def _ask_scale(choices: "Sequence[ScaleChoice]") -> float:

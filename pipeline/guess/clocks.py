@@ -137,7 +137,8 @@ def _candidates(columns: Mapping[str, FloatArray]) -> list[str]:
     # Leading columns that no name calls another quantity, except a row number, even one that begins
     # again after 255.
     return [name for name in islice(columns, FIRST) if len(columns) > FEWEST_NUMBERS
-            and not read_name(name).quantity and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
+            and not read_name(name).quantity
+            and (step := np.diff(continued_clock(unwrapped_ticks(columns[name]))[0])
                  ).min(initial=1) > 0 and not (step == 1).all()]
 
 

@@ -18,9 +18,9 @@ NUMBER = r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?"
 DATE = (r"(?:\d{4}-\d{1,2}-\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4}|\d{4}/\d{1,2}/\d{1,2}"
         r"|\d{2}-\d{2}(?= \d{2}:\d{2}:\d{2}))")
 CLOCK = r"\d{1,2}:\d{2}:\d{2}(?:[.:]\d++|,\d{3}(?![\d.,]))?(?: ?[AP]M\b|Z\b|[-+]\d{2}:?\d{2}\b)?"
-#: No number is a part of a word or of a clock, nor a fraction before a unit: ``1/16 °/s``.
+#: No number is a part of a word, a byte or a clock, nor a fraction before a unit: ``1/16 °/s``.
 SLOT = re.compile(
-    r"(?<![\w.^])(?<![A-Za-z]/)(?<![\s;,(]\d/)"
+    r"(?<![\w.^])(?<![A-Za-z]/)(?<![\s;,(]\d/)(?!0x)"
     r"(?!\d/\d++ ?[°A-Za-z])(?!(?<=\d:)(?<!\d\d\d\d:)\d\d(?!\d))"
     rf"(?:(?:{DATE}[ T])?{CLOCK}(?!\w|:\d)|{DATE}(?![\w.])|{NUMBER})")
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")  #: colour codes of a terminal

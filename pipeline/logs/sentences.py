@@ -40,7 +40,7 @@ sample with that of the next, which is 1 less the noise over gravity. A judgemen
 MOST_VALUES = 17  #: largest number of values of a sample with a line for each: four triads and more
 PADDING = re.compile(rf"(?<=[\[({{:=]) | (?=[\])}}])|(?<={MARK}) (?!{MARK})|(?<!{MARK}) (?={MARK})")
 """Blanks around numbers and inside brackets, which the width of a number changes."""
-LETTERS = re.compile(r"[^\W\d_]+")
+LETTERS = re.compile(r"0x[0-9A-Fa-f]+|[^\W\d_]+")  #: a byte is a word too, as a state or a number
 LIST = re.compile(r"(?<![\d.])-?[\d.]++(?:[|]-?[\d.]++){4,}")  #: samples of one channel in one cell
 COMMA = re.compile(r"(\d),(\d)")  #: a decimal comma
 NO_COMMA = re.compile(r"\d\.\d|\d,-?\d+,")  #: a decimal point, or commas between numbers

@@ -44,7 +44,7 @@ QUOTED_THOUSANDS = re.compile(r'"[-+]?\d{1,3}(?:,\d{3})+\.\d+"')
 """A number as spreadsheets group it; its point shows that the commas separate thousands."""
 IN_BRACKETS = re.compile(r"(?<=[,;\t])\((\d+\.?\d*)\)(?=[,;\t\r\n]|$)")
 """A negative number as accountants write it, alone in its cell."""
-MOST_ZEROS = 0.001  #: largest share of zero bytes in a text, as a port begins with
+MOST_ZEROS = 0.001  #: largest share of gaps of zero bytes in a text, as a port begins with one
 SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|DIV/0!|VALUE!|WERT!|NUM!|ZAHL!|REF!|NAME\?)")
 """Error values of a spreadsheet, whose ``#`` begins no comment."""
 UNIT_BEHIND = re.compile(r"[\[(].*")  #: a unit in brackets, which are the same in any code page
@@ -162,7 +162,8 @@ def text_lines(path: Path, data: bytes) -> list[str]:
         if damaged:
             raise _not_text(path, data, error.start) from error
     text = text.rstrip("\0\r\n") + "\n" if "\0" in text else text  # a card's empty blocks
-    if text.count("\0") > MOST_ZEROS * len(text):
+    text = re.sub("\0+", "\0", text)  # a block of them is one gap
+    if text.count("\0") > MOST_ZEROS * len(text) or _is_tar(data):
         raise _not_text(path, data, data.index(0))
     text = decimal_numbers(text.replace("\0", "")).replace("\r\n", "\n").replace("\r", "\n")
     return ["", *text.split("\n")]
@@ -251,8 +252,12 @@ def _float_in(digits: str) -> float | None:
     return number if number == 0 or FLOATS[0] < abs(number) < FLOATS[1] else None
 
 
+def _is_tar(data: bytes) -> bool:
+    return data[TAR_AT : TAR_AT + len(TAR_MAGIC)] == TAR_MAGIC
+
+
 def _not_text(path: Path, data: bytes, start: int) -> UnreadableInput:
-    if data[TAR_AT : TAR_AT + len(TAR_MAGIC)] == TAR_MAGIC:
+    if _is_tar(data):
         return UnreadableInput(f"{path}: is an archive of tar. Unpack it by `tar xf "
                                f"{word(path.name)}`, and name the files in it.")
     line = data.count(b"\n", 0, start) + 1

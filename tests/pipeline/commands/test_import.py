@@ -84,6 +84,15 @@ def test_a_configuration_is_replaced_with_force_only(
     assert "is one of the logs" in capsys.readouterr().err
 
 
+def test_a_log_that_has_the_name_of_its_configuration_is_read_beside_it(
+    here: Path, log: HandLog
+) -> None:
+    milli_g(here, log)
+    (here / "log.csv").rename(here / "log.yaml")
+    assert main(["import", str(here / "log.yaml")]) == 0
+    assert "log: log.yaml" in (here / "config.yaml").read_text()
+
+
 def test_what_is_not_sure_is_said_and_stands_in_the_file(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:

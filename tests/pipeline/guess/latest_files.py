@@ -55,6 +55,7 @@ def quoted_thousands(folder: Path, log: HandLog) -> Foreign:
 def zero_bytes(folder: Path, log: HandLog) -> Foreign:
     """What a port holds when it is opened, and a card after power was lost."""
     rows = [",".join(row) for row in si_rows(log)]
+    rows[700] = rows[700][:9] + "\0" * 512
     return Foreign([write_lines(folder / "card.csv", [
         "\0boot", "t,ax,ay,az,gx,gy,gz", *rows, "\0" * 512])])
 

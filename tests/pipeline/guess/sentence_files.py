@@ -32,6 +32,15 @@ def python_logging(folder: Path, log: HandLog) -> Foreign:
     return Foreign([write_lines(folder / "run.log", ["INFO main: started", *rows])])
 
 
+def a_byte_in_each_line(folder: Path, log: HandLog) -> Foreign:
+    """A number of the packet in hexadecimal, which no word and no form of line is."""
+    rows = [f"[21:{58 + int(t // 60):02d}:{t % 60:09.6f}] DATA2 id=0x{i % 256:02x} "
+            f"acc=({acc[0]:.5f} {acc[1]:.5f} {acc[2]:.5f}) "
+            f"gyr=({gyr[0]:.6f} {gyr[1]:.6f} {gyr[2]:.6f}) ok"
+            for i, (t, acc, gyr) in enumerate(zip(log.time_s, log.acc, log.gyr, strict=True))]
+    return Foreign([write_lines(folder / "mt.log", rows)])
+
+
 def vectors(folder: Path, log: HandLog) -> Foreign:
     """Cells that hold the three axes, as pandas writes arrays."""
     rows = [f'{t:.3f},"[{a[0]:.5f}, {a[1]:.5f}, {a[2]:.5f}]","[{w[0]:.6f}, {w[1]:.6f}, {w[2]:.6f}]"'
@@ -212,7 +221,7 @@ SENTENCES: dict[str, Callable[[Path, HandLog], Foreign]] = {
         idf_monitor, python_logging, wrapped_json, columns_of_json, japanese, vectors,
         units_in_cells, nmea_among_others, witmotion_chinese, browser, aerospace, slow_gyroscope,
         ros2_csv, parts, bno055, whole_seconds, numbered_axes, g_force, arrow, xml,
-        two_chips, two_boards, one_value_a_row)
+        two_chips, two_boards, one_value_a_row, a_byte_in_each_line)
 }
 SENTENCES_REFUSED = {
     "thousands": (thousands, "points separate the thousands"),
