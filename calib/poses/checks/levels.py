@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -39,6 +40,11 @@ BETWEEN, EQUAL = 1.5, 0.1
 """Least ratio of the step between levels that repeat to the finest one, and error of the ratio of
 two such steps. Derived: one level between two of them halves the step, and noise passes over one at
 most; the biases by which failed readings lie off two axes are so alike in one of five pairs."""
+
+TOGETHER = 0.5
+"""Least share of the samples at a repeated level of one of two axes that are at one of the other's
+too, if a reading failed. Derived: levels that hold two of three samples share half by chance, and
+failed readings are at one in all axes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,11 +158,20 @@ def cut_off(values: FloatArray) -> BoolArray:
 
 
 def are_resampled(axes: Sequence[Levels]) -> bool:
-    """Whether the levels that repeat stand in equal steps with others between: a coarse reading
-    that was interpolated at other times. Failed readings lie off each axis by its own bias."""
+    """Whether the levels that repeat are a coarse reading's that was interpolated at other times.
+
+    They stand in equal steps with others between, or lie in the noise and repeat on each axis in
+    other samples. Failed readings lie off each axis by its own bias, in the same samples.
+    """
     every = [np.ones(len(axis.place), dtype=bool) for axis in axes]
-    steps = np.concatenate([axis.noise * np.diff(axis.value[axis.more_than_beside(one)])
-                            for axis, one in zip(axes, every, strict=True)])
+    often = [axis.more_than_beside(one) for axis, one in zip(axes, every, strict=True)]
+    if all((np.abs(axis.value[one]) < AWAY).all() for axis, one in zip(axes, often, strict=True)):
+        there = [one[axis.place] for axis, one in zip(axes, often, strict=True) if one.any()]
+        if any((one & other).sum() < TOGETHER * (one | other).sum()
+               for one, other in combinations(there, 2)):
+            return True
+    steps = np.concatenate([axis.noise * np.diff(axis.value[one])
+                            for axis, one in zip(axes, often, strict=True)])
     finest = max(axis.noise * axis.step for axis in axes)
     if len(steps) < 2 or steps.min() < BETWEEN * finest:
         return False

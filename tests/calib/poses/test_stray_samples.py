@@ -148,3 +148,29 @@ def test_a_reading_interpolated_at_the_times_of_another_sensor_is_no_failed_one(
         stray.append(stray_samples(np.column_stack(
             [np.interp(time_s[1:] - offset_s, time_s, axis) for axis in readings.T])).any())
     assert not any(stray)
+
+
+@pytest.mark.parametrize("sd", [1.0, 1.5])
+def test_a_coarse_reading_between_stamps_that_agree_by_chance_is_no_failed_one(sd: float) -> None:
+    """Stamps of whole milliseconds: one value of each axis repeats in a fifth of such poses."""
+    stray = []
+    for seed in range(40):
+        counts = noise(170, sd, 0.0, NEAR_ZERO, seed)
+        at, of = (np.rint(20.0 * np.arange(len(counts)) + 3.0 * np.random.default_rng(
+            1000 + seed + order).uniform(size=len(counts))) for order in (0, 40))
+        stray.append(stray_samples(np.column_stack(
+            [np.interp(at[10:-10], of, axis) for axis in counts.T])).any())
+    assert np.mean(stray) <= 0.1
+
+
+def test_a_reading_that_fails_on_one_level_in_the_noise_of_all_axes_is_left_out() -> None:
+    """Its axes repeat zero in the same samples."""
+    errors = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        values = rng.normal(rng.normal(0.0, 5.0, 3), 5.0, (150, 3))
+        bad = rng.uniform(size=150) < 0.25
+        true = values[~bad].mean(axis=0)
+        values[bad] = 0.0
+        errors.append(np.abs(values[~stray_samples(values)].mean(axis=0) - true).max())
+    assert np.mean(np.array(errors) > 2 * 5.0 / np.sqrt(150)) <= 0.05
