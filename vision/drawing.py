@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry import FloatArray, PlateView
-from vision.phase_track import USUAL_MARK_RADIUS, PlateLayout
+from vision.phase_track import PlateLayout
 
 Image = NDArray[np.uint8]
 
@@ -19,13 +19,6 @@ KEPT_BITS = 5  #: bits of its channels that are kept; layout
 #: Level of its PNG: a third of the time of the library's own choice, for 4 per cent more space.
 FAST_PNG = (cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE,
             cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP)
-
-
-def mark_of(plate: PlateLayout) -> tuple[float, float]:
-    """Radius, and azimuth at plate angle zero, of the mark; of an arbitrary place without one."""
-    if np.isnan(plate.mark_radius):
-        return USUAL_MARK_RADIUS, 0.0
-    return plate.mark_radius, plate.mark_azimuth_rad
 
 
 def draw_plate(
@@ -59,7 +52,7 @@ def draw_plate(
                   cv2.LINE_AA)
     if not np.isfinite(angle_rad):
         return
-    radius, azimuth_rad = mark_of(plate)
+    radius, azimuth_rad = plate.mark
     centre, tip = (tuple(map(int, each)) for each in seen(
         np.array([0.0, radius]), np.full(2, azimuth_rad + angle_rad)))
     colour = HAND if used else UNUSED

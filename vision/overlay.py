@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.drawing import UNUSED, draw_plate, jpeg_of, mark_of
+from vision.drawing import UNUSED, draw_plate, jpeg_of
 from vision.errors import VisionError
 from vision.geometry import FloatArray
 from vision.numbers import RPM
@@ -159,7 +159,7 @@ class _Drawing:
             draw_plate(canvas, self._track.plate, angle, self._scale, self._track.motion[i],
                        bool(self._used[i]))
             if np.isfinite(angle):
-                where = f"{np.degrees(mark_of(self._track.plate)[1] + angle) % 360:5.1f} deg"
+                where = f"{np.degrees(self._track.plate.mark[1] + angle) % 360:5.1f} deg"
                 if not self._used[i]:
                     where += ", left out"
                 elif np.isfinite(self._so_far[i]):

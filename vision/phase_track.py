@@ -49,6 +49,13 @@ class PlateLayout:
     mark_radius: float = np.nan
     explained: float = np.nan
 
+    @property
+    def mark(self) -> tuple[float, float]:
+        """Radius, and azimuth at plate angle zero, of the mark; of an arbitrary place without one.
+        """
+        return (USUAL_MARK_RADIUS, 0.0) if np.isnan(self.mark_azimuth_rad) else (
+            self.mark_radius, self.mark_azimuth_rad)
+
     def mark_row_px(self, angle_rad: FloatArray) -> FloatArray:
         """Distance of the mark below the spindle at plate angles of shape (f,).
 
@@ -58,9 +65,7 @@ class PlateLayout:
         """
         if self.symmetry > 1:
             return np.zeros_like(angle_rad)
-        azimuth = 0.0 if np.isnan(self.mark_azimuth_rad) else self.mark_azimuth_rad
-        radius = USUAL_MARK_RADIUS if np.isnan(self.mark_radius) else self.mark_radius
-        view = PlateView(self.view)
+        (radius, azimuth), view = self.mark, PlateView(self.view)
         _, rows = view.pixels(np.full_like(angle_rad, radius), angle_rad + azimuth)
         return rows - view.centre_px[1]
 

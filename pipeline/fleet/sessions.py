@@ -75,10 +75,7 @@ def find_sessions(pattern: str) -> tuple[FleetSession, ...]:
             f"no file matches '{pattern}'. Expected a pattern of configurations, in quotes, as in "
             f"'sessions/*/config.yaml'; {root} {'exists' if root.is_dir() else 'does not exist'}."
         )
-    expression = re.compile(_expression(rest))
-    sessions = [_session(path.absolute(), path.relative_to(root).as_posix(), expression)
-                for path in paths]
-    return _with_own_names(sorted(sessions, key=lambda session: natural_key(session.name)))
+    return _sessions(paths, root, _expression(rest))
 
 
 def named_sessions(configs: Sequence[str]) -> tuple[FleetSession, ...]:
@@ -95,23 +92,25 @@ def named_sessions(configs: Sequence[str]) -> tuple[FleetSession, ...]:
                               f"configurations in quotes, as in 'sessions/*/config.yaml', or "
                               f"existing configurations.")
     root = Path(os.path.commonpath([Path(config).absolute().parent for config in configs]))
-    expression = re.compile("")
-    sessions = [_session(path, path.relative_to(root).as_posix(), expression)
-                for path in (Path(config).absolute() for config in configs)]
-    return _with_own_names(sorted(sessions, key=lambda session: natural_key(session.name)))
+    return _sessions([Path(config).absolute() for config in configs], root, "")
 
 
-def _session(path: Path, below: str, expression: re.Pattern[str]) -> FleetSession:
+def _session(path: Path, below: str, expression: str) -> FleetSession:
     name = below.removesuffix(Path(below).suffix)
     folder, _, stem = name.rpartition("/")
     if stem == USUAL_STEM and folder:
         name = folder
-    match = expression.fullmatch(below)
+    match = re.fullmatch(expression, below)
     sensor = match.groupdict().get("sensor") if match else None
     return FleetSession(path, name, sensor or name)
 
 
-def _with_own_names(sessions: list[FleetSession]) -> tuple[FleetSession, ...]:
+def _sessions(paths: Sequence[Path], root: Path, expression: str) -> tuple[FleetSession, ...]:
+    """The sessions of files below ``root``, in the order of their names, each with one of its own.
+    """
+    sessions = [_session(path.absolute(), path.relative_to(root).as_posix(), expression)
+                for path in paths]
+    sessions.sort(key=lambda session: natural_key(session.name))
     names: dict[str, FleetSession] = {}
     for session in sessions:
         if session.name in names:
