@@ -45,38 +45,23 @@ SAME_RETURN = 0.01  #: relative difference of periods; derived: five sds of one
 BIAS = 2e-3  #: fact: of the period, by which the peak leans where the picture changes in the clip
 
 
-@dataclass(frozen=True)
-class ReturnThresholds:
-    """Conditions for a return of the picture.
-
-    Attributes
-    ----------
-    clear : float
-        Mean correlation of the best blocks with themselves a period later. Tuned on the real clips
-        of tests.vision.test_real_clips and on ``tests.bench.clip_study``.
-    beyond_noise : float
-        Least mean square of an examined block over that of its noise. Derived: with less, a
-        correlation of ``clear`` is impossible.
-    shorter : float
-        Factor by which a longer period must score better to be the period: every multiple of the
-        period returns too.
-    gone : float
-        Largest share of the difference half way between two returns that remains at a return.
-        Derived: half.
-    same : float
-        Least share of the correlation after the period, and of the number of returns, that makes a
-        part of it the period. Tuned on ``tests.bench.clip_study``: a narrow mark returns best after
-        the three turns that take a whole number of frames.
-    """
-
-    clear: float = 0.6
-    beyond_noise: float = 1.3
-    shorter: float = 1.05
-    gone: float = 0.5
-    same: float = 0.75
-
-
-THRESHOLDS = ReturnThresholds()
+# Conditions for a return of the picture.
+CLEAR = 0.6
+"""Mean correlation of the best blocks with themselves a period later. Tuned on the real clips of
+tests.vision.test_real_clips and on ``tests.bench.clip_study``."""
+BEYOND_NOISE = 1.3
+"""Least mean square of an examined block over that of its noise. Derived: with less, a correlation
+of ``CLEAR`` is impossible."""
+SHORTER = 1.05
+"""Factor by which a longer period must score better to be the period: every multiple of the period
+returns too."""
+GONE = 0.5
+"""Largest share of the difference half way between two returns that remains at a return. Derived:
+half."""
+SAME = 0.75
+"""Least share of the correlation after the period, and of the number of returns, that makes a part
+of it the period. Tuned on ``tests.bench.clip_study``: a narrow mark returns best after the three
+turns that take a whole number of frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +118,7 @@ def _return_in_blocks(
 ) -> ImageReturn | None:
     f, rows, columns = len(quick), quick.shape[1] // block, quick.shape[2] // block
     blocks = _in_blocks(quick, block)
-    seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > THRESHOLDS.beyond_noise)
+    seen = np.flatnonzero((blocks**2).mean(axis=(1, 2)) > BEYOND_NOISE)
     if not seen.size:
         return None
     strength = (blocks[seen] ** 2).mean(axis=(1, 2))
@@ -147,13 +132,13 @@ def _return_in_blocks(
     lags, count, shown = returns_near(together, period)
     for parts in PARTS:  # the found period may be a multiple of a fractional one
         in_parts = returns_near(together, period / parts)
-        often = THRESHOLDS.same * int(LATEST * f * parts / period)
+        often = SAME * int(LATEST * f * parts / period)
         if len(in_parts[0]) > often and (  # of no returns there is no mean
-                in_parts[2].mean() * len(shown) > THRESHOLDS.same * shown.sum()):
+                in_parts[2].mean() * len(shown) > SAME * shown.sum()):
             lags, count, shown = in_parts
             break
     mean = float(shown.mean()) if shown.size else 0.0
-    if len(lags) < FEWEST_RETURNS or mean < THRESHOLDS.clear:
+    if len(lags) < FEWEST_RETURNS or mean < CLEAR:
         return None
     if len(lags) < SEVERAL_RETURNS and not _returns_whole(
             _in_blocks(varying, block)[seen], lags, float(lags[0] / count[0])):
@@ -189,7 +174,7 @@ def _returns_whole(blocks: NDArray[np.float32], lags: FloatArray, period: float)
         squares = [float(((blocks[:, lag:] - blocks[:, :-lag]) ** 2).mean())
                    for lag in np.round(after).astype(int)]
         return sum(squares) / len(squares) - 2
-    return difference(lags) < THRESHOLDS.gone * difference(lags - period / 2)
+    return difference(lags) < GONE * difference(lags - period / 2)
 
 
 def _without_slow(values: NDArray[np.float32], half: int) -> NDArray[np.float32]:
@@ -235,7 +220,7 @@ def _period(correlation: FloatArray, best: int) -> tuple[float, FloatArray]:
     clear = np.sort(score, axis=0)[-best:].mean(axis=0)
     chosen = 0
     for i, shown in enumerate(clear):
-        if shown > THRESHOLDS.shorter * clear[chosen] or clear[chosen] < 0:
+        if shown > SHORTER * clear[chosen] or clear[chosen] < 0:
             chosen = i
     return float(trials[chosen]), score[:, chosen]
 

@@ -1,9 +1,9 @@
 """What halving and doubling a threshold does on clips whose camera or whose fields move.
 
-    python -m tests.bench.moving_thresholds [--clips 2] [--first 1000] [--only RECORD[.FIELD]]
+    python -m tests.bench.moving_thresholds [--clips 2] [--first 1000] [--only MODULE[.NAME]]
                                             [--categories hand_held,bump] [--keep DIR]
 
-The records are those that the clips of ``threshold_sensitivity`` do not touch: registration,
+The modules are those that the clips of ``threshold_sensitivity`` do not touch: registration,
 fields, the motion of the camera, whether anything moves, the smallest area that does, two outlines
 of one rim, the inertia of a plate whose mark leaves the frame, frames that show no angle, the
 orders that look standing, plates of equal parts. The clips are those of ``clip_study``, by default
@@ -18,31 +18,19 @@ from pathlib import Path
 
 import numpy as np
 
-import vision.plate.evidence
-import vision.plate.fields
-import vision.plate.inertia
-import vision.plate.template
-import vision.tracking.registration
-import vision.tracking.tracker
 from tests.bench.clip_study import file_of
 from tests.bench.hard_clips.footage import Shot
 from tests.bench.hard_clips.shots import shot
-from tests.bench.threshold_sensitivity import Outcome, sensitivity, summary, table
+from tests.bench.threshold_sensitivity import Outcome, print_effects, summary
 from vision.errors import VisionError
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
 from vision.tracking.track import track_phase
 
 CATEGORIES = ("plain", "hand_held", "bump", "interlaced", "dark", "small")
-#: Each record with the field that is of interest here, all where None.
-RECORDS = (
-    (vision.tracking.registration.THRESHOLDS, None),
-    (vision.plate.fields.THRESHOLDS, None),
-    (vision.plate.evidence.THRESHOLDS, None),
-    (vision.plate.inertia.THRESHOLDS, None),
-    (vision.plate.template.THRESHOLDS, None),
-    (vision.tracking.tracker.THRESHOLDS, "shown"),
-)
+#: Modules of ``vision`` whose constants are of interest here, or one constant of them.
+HOMES = ("tracking.registration", "plate.fields", "plate.evidence", "plate.inertia",
+         "plate.template", "tracking.tracker.SHOWN")
 
 
 def outcome(clip: Shot, path: Path) -> Outcome:
@@ -79,15 +67,8 @@ def main() -> None:
              for seed in range(options.first, options.first + options.clips)]
     clips = [(clip, file_of(clip, name, folder)) for name, clip in shots]
     print(summary(outcomes(clips)), flush=True)
-    for record, field in RECORDS:
-        only = options.only or f"{type(record).__name__}{f'.{field}' if field else ''}"
-        effects = []
-        for effect in sensitivity([record], partial(outcomes, clips), only):
-            effects.append(effect)
-            print(f"{effect.record}.{effect.field} = {effect.value:g} x {effect.factor:g}: "
-                  f"{effect}", flush=True)
-        if effects:
-            print(f"\n{table(record, effects)}\n", flush=True)
+    for home in [options.only] if options.only else HOMES:
+        print_effects(home, partial(outcomes, clips))
 
 
 if __name__ == "__main__":

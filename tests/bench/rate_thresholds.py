@@ -1,23 +1,25 @@
 """What each threshold of ``vision.rate`` does: halved and doubled, over simulated phase tracks.
 
-    python -m tests.bench.rate_thresholds [--tracks 120] [--only DroppedFrames]
+    python -m tests.bench.rate_thresholds [--tracks 120] [--only rate.dropped_frames]
 
 The tracks need no image: plates that turn evenly, wobble, drift, stop, run up; frames dropped,
 repeated, mismeasured, noisy, left out, stamped late; labels that show little at one angle; cameras
 that roll. Of each track it is known whether it can be measured, its rate, how many frames were
-dropped and which term is missing. Printed for each field of each record of thresholds, at half and
-at twice its value: refusals without cause, rates that should have been refused, wrong counts of
-dropped frames, wrong diagnoses, wrong warnings, errors beyond four sds, their rms in sds and the
-median sd in ppm. The table stands in ``data/docs/thresholds.md``.
+dropped and which term is missing. Printed for each constant, at half and at twice its value:
+refusals without cause, rates that should have been refused, wrong counts of dropped frames, wrong
+diagnoses, wrong warnings, errors beyond four sds, their rms in sds and the median sd in ppm. The
+table stands in ``data/docs/thresholds.md``.
 """
 
 import argparse
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from tests.bench.simulated_tracks import Case, cases
-from tests.bench.threshold_records import FACTORS, records_of, replaced
+from tests.bench.threshold_records import FACTORS, changed, multiplied
+from tests.source_tree import begins
+from tests.thresholds import thresholds
 from vision.errors import RateRefused
 from vision.rate.measure import measure_rate
 from vision.rate.timebase import Timebase
@@ -93,24 +95,22 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--tracks", type=int, default=120)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--only", default="rate")
     options = parser.parse_args()
     every = list(cases(options.tracks))
     usual = str(judge(every, show=True))
     print(f"refused, not refused, count, diagnosis, warnings, beyond {FAR:g} sds, rms, sd in ppm")
     print(f"{'as they are':<50} {usual}", flush=True)
-    for record in records_of("vision.rate"):
-        for each in fields(record):
-            label = f"{type(record).__name__}.{each.name}"
-            if options.only not in label:
-                continue
-            value = getattr(record, each.name)
-            scores = []
-            for factor in FACTORS:
-                with replaced(record, replace(record, **{each.name: factor * value})):
-                    score = str(judge(every))
-                scores.append("no effect" if score == usual else score)
-            print(f"{label:<40} {value:7g} {scores[0]:>48} {scores[1]:>48}", flush=True)
+    for one in thresholds("vision.rate"):
+        if not begins(one.path, options.only):
+            continue
+        module, _, name = f"vision.{one.path}".rpartition(".")
+        scores = []
+        for factor in FACTORS:
+            with changed(module, name, multiplied(one.value, factor)):
+                score = str(judge(every))
+            scores.append("no effect" if score == usual else score)
+        print(f"{one.path:<40} {one.cells[1]:>7} {scores[0]:>48} {scores[1]:>48}", flush=True)
 
 
 if __name__ == "__main__":

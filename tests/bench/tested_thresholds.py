@@ -19,10 +19,9 @@ import pickle
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
@@ -30,9 +29,9 @@ from typing import Any
 import pytest
 from _pytest.runner import runtestprotocol
 
-from tests.bench.threshold_records import FACTORS
+from tests.bench.threshold_records import FACTORS, changed, forget, holders, multiplied
 from tests.paths import ROOT
-from tests.source_tree import FILES, begins, imports, tree_of
+from tests.source_tree import FILES, begins
 from tests.thresholds import Threshold, thresholds
 
 MANY = 1_000_000  #: in the place of infinity where a threshold is a count
@@ -120,11 +119,6 @@ def words(failed: Sequence[str], count: int) -> str:
     return f"{many} of {count} cases {'fails' if many in (1, 'none') else 'fail'}"
 
 
-def holders(path: str, name: str) -> list[str]:
-    """The modules that have a constant: its own, and those that import it."""
-    return [path, *(each for each in FILES if (path, name) in imports(tree_of(each)))]
-
-
 def readers(path: str, name: str) -> set[Place]:
     """The functions that read a constant."""
     places = set()
@@ -139,15 +133,6 @@ def readers(path: str, name: str) -> set[Place]:
     return places
 
 
-def multiplied(value: Any, factor: float) -> Any:
-    """A number, or each number of several, times ``factor``."""
-    if isinstance(value, dict):
-        return {key: multiplied(each, factor) for key, each in value.items()}
-    if isinstance(value, tuple):
-        return tuple(multiplied(each, factor) for each in value)
-    return type(value)(value * factor)
-
-
 def switched_off(value: Any, *, high: bool) -> Any:
     """A threshold that nothing exceeds, or that everything does."""
     if isinstance(value, dict):
@@ -156,31 +141,6 @@ def switched_off(value: Any, *, high: bool) -> Any:
         return tuple(switched_off(each, high=high) for each in value)
     largest = MANY if isinstance(value, int) else math.inf
     return largest if high else type(value)(0)
-
-
-@contextmanager
-def changed(path: str, name: str, new: Any) -> Iterator[None]:
-    """Another value of a constant, in every module that has it."""
-    modules = [import_module(each) for each in holders(path, name)]
-    value = getattr(modules[0], name)
-    try:
-        for each in modules:
-            setattr(each, name, new)
-        forget()
-        yield
-    finally:
-        for each in modules:
-            setattr(each, name, value)
-        forget()
-
-
-def forget() -> None:
-    """Empty all caches of the product, and of what the tests make with it."""
-    for path, module in list(sys.modules.items()):
-        if path.split(".")[0] in (*PACKAGES, "tests"):
-            for value in list(vars(module).values()):
-                if hasattr(value, "cache_clear"):
-                    value.cache_clear()
 
 
 def row(one: Threshold, path: str, study: Study, seconds: float, only_off: bool) -> str:

@@ -1,21 +1,18 @@
 """What halving and doubling each threshold changes.
 
     python -m tests.bench.threshold_sensitivity vision.plate|vision.tracking|vision.rate
-                                                [--only RECORD[.FIELD]] [--keep DIR]
+                                                [--only MODULE[.NAME]] [--keep DIR]
 
-A threshold is a field of a record: a module-level instance of a frozen dataclass whose name ends
-in ``Thresholds``. One field at a time is multiplied by a half and by two, and the clips below are
-measured again: for ``vision.rate`` from phase tracks that are made once, for the others from the
-frames. Printed per value: measurable clips that are refused, clips without a rate that get one,
-the error in ppm (median, largest) and in stated standard deviations (largest), and the clips of
-which anything changes, also the marks, the symmetry and the warnings. Another set of cases is
-another function for :func:`sensitivity`.
+One constant at a time (``--only plate.detect.SAME``) is multiplied by a half and by two, and the
+clips below are measured again: for ``vision.rate`` from phase tracks that are made once, for the
+others from the frames. Printed per value: measurable clips that are refused, clips without a rate
+that get one, the error in ppm (median, largest) and in stated standard deviations (largest), and
+the clips of which anything changes, also the marks, the symmetry and the warnings. Another set of
+cases is another function for :func:`sensitivity`.
 """
 
 import argparse
 import dataclasses
-import inspect
-import re
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -29,8 +26,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bench.threshold_records import FACTORS, records_of, replaced
+from tests.bench.threshold_records import FACTORS, changed, multiplied
 from tests.bench.vision_films import Shot
+from tests.source_tree import begins
+from tests.thresholds import Threshold, thresholds, written
 from tests.vision.edited_clips import again
 from tests.world.film import Recorder, Scene, film
 from tests.world.plate import PlateMotion
@@ -77,9 +76,8 @@ class Outcome:
 class Effect:
     """What one value of one threshold does."""
 
-    record: str
-    field: str
-    value: float
+    path: str
+    value: Any
     factor: float
     outcomes: tuple[Outcome, ...]
     changed: tuple[str, ...]
@@ -113,54 +111,48 @@ def summary(outcomes: Sequence[Outcome]) -> str:
             f"worst {error.max():.1f} ppm, {in_sd.max():.2f} sd")
 
 
-def described(record: Any) -> dict[str, str]:
-    """What the docstring of a record says of each field."""
-    text = inspect.getdoc(type(record)) or ""
-    fields = re.findall(r"^(\w+) : \w+\n((?:    .*\n?)+)", text, re.M)
-    return {name: " ".join(lines.split()) for name, lines in fields}
-
-
-def table(record: Any, effects: Sequence[Effect]) -> str:
-    """A table of a record's fields, in Markdown."""
-    lines = [f"`{type(record).__name__}`: {(inspect.getdoc(type(record)) or '').split(chr(10))[0]}",
-             "", "| threshold | value | unit, origin | × 0.5 | × 2 |", "|---|---|---|---|---|"]
-    for field, text in described(record).items():
-        by_factor = [each.in_short for each in effects if each.field == field]
-        if not by_factor:
-            continue
-        value = getattr(record, field)
-        lines.append(f"| {field} | {value:g} | {text} | {' | '.join(by_factor)} |")
+def table(constants: Sequence[Threshold], effects: Sequence[Effect]) -> str:
+    """A table of constants, in Markdown."""
+    lines = ["| threshold | value | unit, origin | × 0.5 | × 2 |", "|---|---|---|---|---|"]
+    for one in constants:
+        by_factor = [each.in_short for each in effects if each.path == one.path]
+        if by_factor:
+            lines.append(f"| {' | '.join((*one.cells, *by_factor))} |")
     return "\n".join(lines)
 
 
-def sensitivity(records: Sequence[Any], measure: Measure, only: str = "") -> Iterator[Effect]:
-    """The effect of each factor on each field, one field changed at a time.
+def sensitivity(constants: Sequence[Threshold], measure: Measure) -> Iterator[Effect]:
+    """The effect of each factor on each constant of ``vision``, one changed at a time.
 
     Parameters
     ----------
-    records : sequence of frozen dataclass instances
-        Every field a float.
+    constants : sequence of Threshold
     measure : callable
         Measures all cases with the thresholds as they stand.
-    only : str
-        A record, or ``Record.field``; all where empty.
     """
     usual = {each.name: each for each in measure()}
-    for record in records:
-        for each in dataclasses.fields(record):
-            kind = type(record).__name__
-            if not f"{kind}.{each.name}.".startswith(f"{only}." if only else ""):
-                continue
-            value = getattr(record, each.name)
-            for factor in FACTORS:
-                outcomes: tuple[Outcome, ...] = ()
-                with (
-                    replaced(record, dataclasses.replace(record, **{each.name: factor * value})),
-                    suppress(ValueError),  # a quantile of 1.5
-                ):
-                    outcomes = tuple(measure())
-                changed = tuple(o.name for o in outcomes if not o.same_as(usual[o.name]))
-                yield Effect(kind, each.name, value, factor, outcomes, changed)
+    for one in constants:
+        module, _, name = f"vision.{one.path}".rpartition(".")
+        for factor in FACTORS:
+            outcomes: tuple[Outcome, ...] = ()
+            with (
+                changed(module, name, multiplied(one.value, factor)),
+                suppress(ValueError),  # a quantile of 1.5
+            ):
+                outcomes = tuple(measure())
+            others = tuple(o.name for o in outcomes if not o.same_as(usual[o.name]))
+            yield Effect(one.path, one.value, factor, outcomes, others)
+
+
+def print_effects(home: str, measure: Measure) -> None:
+    """The effects of the constants of a module of ``vision``, or of one, as they are measured."""
+    constants = [one for one in thresholds("vision") if begins(one.path, home)]
+    effects = []
+    for effect in sensitivity(constants, measure):
+        effects.append(effect)
+        print(f"{effect.path} = {written(effect.value)} x {effect.factor:g}: {effect}", flush=True)
+    if effects:
+        print(f"\n{table(constants, effects)}\n", flush=True)
 
 
 def rolled(index: int, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -281,14 +273,7 @@ def main() -> None:
     for each in measure():
         print(f"{each.name:20s} {each.error_ppm:10.3f} ppm (sd {each.sd_ppm:8.3f})")
     print(f"{summary(measure())}, {(time.perf_counter() - start) / 2:.1f} s", flush=True)
-    for record in records_of(options.package):
-        effects = []
-        for effect in sensitivity([record], measure, options.only):
-            effects.append(effect)
-            name = f"{effect.record}.{effect.field}"
-            print(f"{name} = {effect.value:g} x {effect.factor:g}: {effect}", flush=True)
-        if effects:
-            print(f"\n{table(record, effects)}\n", flush=True)
+    print_effects(options.only or options.package.partition(".")[2], measure)
 
 
 if __name__ == "__main__":

@@ -24,8 +24,8 @@ from vision.geometry import VIEW_PARAMETERS, FloatArray, PlateView
 from vision.numbers import median
 from vision.plate.inertia import carried_on, turns_on
 from vision.plate.polar import Grid, Spectra, Strips, ring_spectra
-from vision.plate.template import THRESHOLDS as STANDS
 from vision.plate.template import (
+    STANDING,
     Alignment,
     RoughlyAligned,
     Template,
@@ -45,43 +45,21 @@ outside it."""
 MARGIN = (3, 5)  # rings and azimuths left out around a covered place, whose edges are mixed
 
 
-@dataclass(frozen=True)
-class AlignmentThresholds:
-    """Limits for the template. Tuned on tests.bench.vision_scenes unless stated otherwise.
-
-    Attributes
-    ----------
-    outlier : float
-        Misfit of an outlier (a hand, a flash) over the median misfit.
-    share_sd : float
-        Sd of the visible share above which a place is not judged covered. Derived: a share of one
-        half is six such sds below the whole.
-    passing : float
-        Share of the ring's mean expected energy; a place with less is not judged.
-    shown : float
-        Share of the expected change below which a place counts as covered.
-    hidden : float
-        Largest misfit of a frame with a covered mark over the turning energy. Tuned on the grazing
-        clip of tests.vision.test_real_clips.
-    separated : float
-        Share of the misfit's energy that still moves from the turning part to the background.
-    largest_step : float
-        Largest change of the view per iteration, as a share of the radius.
-    least_change : float
-        Least share of a background error in the misfit, if part of the plate is not visible.
-    """
-
-    outlier: float = 3.0
-    share_sd: float = 0.08
-    passing: float = 0.1
-    shown: float = 0.5
-    hidden: float = 1.5
-    separated: float = 0.1
-    largest_step: float = 0.05
-    least_change: float = 0.5
-
-
-THRESHOLDS = AlignmentThresholds()
+# Limits for the template. Tuned on tests.bench.vision_scenes unless stated otherwise.
+OUTLIER = 3.0  #: misfit of an outlier (a hand, a flash) over the median misfit
+SHARE_SD = 0.08
+"""Sd of the visible share above which a place is not judged covered. Derived: a share of one half
+is six such sds below the whole."""
+PASSING = 0.1  #: share of the ring's mean expected energy; a place with less is not judged
+SHOWN = 0.5  #: share of the expected change below which a place counts as covered
+HIDDEN = 1.5
+"""Largest misfit of a frame with a covered mark over the turning energy. Tuned on the grazing clip
+of tests.vision.test_real_clips."""
+SEPARATED = 0.1
+"""Share of the misfit's energy that still moves from the turning part to the background."""
+LARGEST_STEP = 0.05  #: largest change of the view per iteration, as a share of the radius
+LEAST_CHANGE = 0.5
+"""Least share of a background error in the misfit, if part of the plate is not visible."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +183,7 @@ class _Fit:
         plain = turning >= HALF * turning.max()
         share = float(median(self._misfit_energy[plain] / np.maximum(turning[plain], 1e-9)))
         usual = np.maximum(share * turning, median(self._misfit_energy))
-        self._used = self._misfit_energy <= THRESHOLDS.outlier * usual
+        self._used = self._misfit_energy <= OUTLIER * usual
 
     def refine_view(self, effort: Effort) -> bool:
         """Move the view to the least misfit; True if it stays within the last step."""
@@ -224,11 +202,11 @@ class _Fit:
                 VIEW_PARAMETERS if effort.find_readout else VIEW_PARAMETERS - 1,
             )
             still_moving = float(energy(self._stood[None], self._grid)[0])
-            separated = still_moving < THRESHOLDS.separated * usual
+            separated = still_moving < SEPARATED * usual
             if separated and float(np.abs(change).max()) < effort.smallest_step:
                 return True
             largest = max(float(np.abs(change[:4]).max()), 1e-12)
-            limit = min(1.0, THRESHOLDS.largest_step / largest)
+            limit = min(1.0, LARGEST_STEP / largest)
             self._move(self._grid.view.adjusted(limit * change))
         return False
 
@@ -244,7 +222,7 @@ class _Fit:
     def leave_out_covered(self) -> None:
         """Mark the places in the grid that something in front of the plate covers."""
         # A hidden mark adds its energy to the misfit once; a hand adds more.
-        fair = self._misfit_energy <= THRESHOLDS.hidden * energy(self._turned, self._grid)
+        fair = self._misfit_energy <= HIDDEN * energy(self._turned, self._grid)
         if fair.any():
             self._grid = _without_covered(self._grid, self._difference[fair], self._turned[fair])
 
@@ -268,9 +246,9 @@ def _background_change(misfit: Strips, standing: NDArray[np.float32], seen: Stri
     shows only (1 - |mean exp(ikθ)|²) δ. If part of the plate is not visible, it shows more of δ, up
     to the whole, and a step that is twice too long would oscillate forever.
     """
-    shown = np.where(standing > STANDS.standing, 1, 1 - standing)
+    shown = np.where(standing > STANDING, 1, 1 - standing)
     if not seen.all():
-        shown = np.maximum(shown, THRESHOLDS.least_change)
+        shown = np.maximum(shown, LEAST_CHANGE)
     spectrum = ring_spectra(misfit) / shown
     return np.fft.irfft(spectrum, misfit.shape[-1], axis=-1).astype(np.float32) * seen
 
@@ -286,10 +264,10 @@ def _without_covered(grid: Grid, seen: Strips, expected: Strips) -> Grid:
     passed = cv2.boxFilter((expected**2).sum(axis=0), -1, around, normalize=False)
     shown = cv2.boxFilter((seen * expected).sum(axis=0), -1, around, normalize=False)
     noise = float(((seen - expected) ** 2).mean())
-    clear = passed * THRESHOLDS.share_sd**2 > noise
+    clear = passed * SHARE_SD**2 > noise
     # If a plate keeps step with the frames, hardly anything passes between its places.
-    clear &= passed > THRESHOLDS.passing * passed.mean(axis=1, keepdims=True)
-    covered = (clear & (shown < THRESHOLDS.shown * passed)).astype(np.uint8)
+    clear &= passed > PASSING * passed.mean(axis=1, keepdims=True)
+    covered = (clear & (shown < SHOWN * passed)).astype(np.uint8)
     # A single sample is noise. The strip is periodic in azimuth.
     ends = MARGIN[1]
     covered = np.pad(covered, ((0, 0), (ends, ends)), mode="wrap")

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import cv2
@@ -28,32 +27,17 @@ MEDIAN_OF = 31  # frames; an obstacle in a third of them does not change the med
 GOLDEN = (np.sqrt(5) - 1) / 2  #: fraction of the golden ratio: its multiples spread evenly
 
 
-@dataclass(frozen=True)
-class RepeatThresholds:
-    """Limits for repeated frames.
-
-    Attributes
-    ----------
-    most : float
-        Share of the usual change from frame to frame; a larger change is not a repetition,
-        whatever gap lies above. Derived: half, with which a plate at half its rate shows.
-    gap : float
-        Least ratio of the two changes beside the widest gap that separates repeats. Tuned on
-        ``tests.bench.clip_study --only pulldown,recorder,plain``.
-    never : float
-        Share of the usual change; a smaller change is a repetition even without a gap.
-    usual : float
-        Quantile of the changes that counts as usual: a camera slower than its clip repeats every
-        other frame. Derived: above 0.5, below 1.
-    """
-
-    most: float = 0.5
-    gap: float = 1.6
-    never: float = 0.1
-    usual: float = 0.75
-
-
-THRESHOLDS = RepeatThresholds()
+# Limits for repeated frames.
+MOST = 0.5
+"""Share of the usual change from frame to frame; a larger change is not a repetition, whatever gap
+lies above. Derived: half, with which a plate at half its rate shows."""
+GAP = 1.6
+"""Least ratio of the two changes beside the widest gap that separates repeats. Tuned on
+``tests.bench.clip_study --only pulldown,recorder,plain``."""
+NEVER = 0.1  #: share of the usual change; a smaller change is a repetition even without a gap
+USUAL = 0.75
+"""Quantile of the changes that counts as usual: a camera slower than its clip repeats every other
+frame. Derived: above 0.5, below 1."""
 
 
 def spread_choice(available: int, wanted: int) -> NDArray[np.intp]:
@@ -74,15 +58,15 @@ def repeated(change: FloatArray) -> BoolArray:
     An encoder leaves a varying change in a repeated frame: the widest gap of the changes separates
     the repeats.
     """
-    usual = float(quantile(change, THRESHOLDS.usual))
-    limit = THRESHOLDS.never * usual
-    small = change < THRESHOLDS.most * usual
+    usual = float(quantile(change, USUAL))
+    limit = NEVER * usual
+    small = change < MOST * usual
     low = np.sort(change[small])
     above = np.append(low[1:], np.min(change, initial=np.inf, where=~small))
     if low.size:
         ratio = above / np.maximum(low, 1e-9)
         widest = int(ratio.argmax())
-        if ratio[widest] > THRESHOLDS.gap and low[widest] > limit:
+        if ratio[widest] > GAP and low[widest] > limit:
             limit = float(np.sqrt(low[widest] * above[widest]))
     return np.asarray(change < limit)
 

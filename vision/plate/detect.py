@@ -8,7 +8,6 @@ These are proposals. The motion itself decides which of them turns, and where ex
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from random import Random
 from typing import Any
 
@@ -37,36 +36,16 @@ MISSED = 1e-3  #: probability that no sample lies entirely on the best track; nu
 Ellipse = tuple[tuple[float, float], tuple[float, float], float]  # centre, full axes, degrees
 
 
-@dataclass(frozen=True)
-class DetectionThresholds:
-    """Limits for the proposed ellipses. All tuned on tests.bench.vision_scenes.
-
-    Attributes
-    ----------
-    smallest_area : float
-        Least area of an ellipse over that of the frame: a plate of 50 pixels in a frame of 640.
-        Tuned on tests.bench.clip_study small.
-    opening : float
-        Its size over the shorter side of the frame: cuts off tonearm and rod at the rim.
-    misfit : float
-        Largest rms distance of a contour from its ellipse, over the mean axis.
-    same : float
-        Difference in centre and axes, over the axes, below which two ellipses are the same.
-    track_misfit : float
-        Largest distance of a spot from its track, over the mean axis.
-    rim_over_track : float
-        Axes of the rim over those of the track: a mark is placed near the rim.
-    """
-
-    smallest_area: float = 0.004
-    opening: float = 0.02
-    misfit: float = 0.02
-    same: float = 0.06
-    track_misfit: float = 0.03
-    rim_over_track: float = 1.15
-
-
-THRESHOLDS = DetectionThresholds()
+# Limits for the proposed ellipses. All tuned on tests.bench.vision_scenes.
+SMALLEST_AREA = 0.004
+"""Least area of an ellipse over that of the frame: a plate of 50 pixels in a frame of 640. Tuned on
+tests.bench.clip_study small."""
+OPENING = 0.02
+"""Size of the opening over the shorter side of the frame: cuts off tonearm and rod at the rim."""
+MISFIT = 0.02  #: largest rms distance of a contour from its ellipse, over the mean axis
+SAME = 0.06  #: difference in centre and axes, over the axes, below which two ellipses are the same
+TRACK_MISFIT = 0.03  #: largest distance of a spot from its track, over the mean axis
+RIM_OVER_TRACK = 1.15  #: axes of the rim over those of the track: a mark is placed near the rim
 
 
 def proposals(background: Luma, images: Sequence[Luma]) -> list[PlateView]:
@@ -108,14 +87,14 @@ def _same(one: Ellipse, other: Ellipse) -> bool:
     size = sum(one[1]) / 2
     centre = np.hypot(one[0][0] - other[0][0], one[0][1] - other[0][1])
     axes = np.abs(np.sort(one[1]) - np.sort(other[1])).max()
-    return bool(centre < THRESHOLDS.same * size / 2 and axes < THRESHOLDS.same * size)
+    return bool(centre < SAME * size / 2 and axes < SAME * size)
 
 
 def _edges(background: Luma) -> list[Ellipse]:
     """Ellipses around connected areas brighter or darker than one of several levels."""
     smooth = cv2.GaussianBlur(background, (5, 5), 0)
     low, high = (quantile(smooth, share) for share in (0.02, 0.98))
-    size = 2 * round(THRESHOLDS.opening * min(background.shape) / 2) + 1
+    size = 2 * round(OPENING * min(background.shape) / 2) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     fits = []
     for level in np.linspace(low, high, LEVELS + 2)[1:-1]:
@@ -135,7 +114,7 @@ def _edges(background: Luma) -> list[Ellipse]:
 def _ellipse_around(contour: NDArray[Any], shape: tuple[int, int]) -> tuple[float, Ellipse] | None:
     """Relative misfit and ellipse of the part of a contour that is not the frame's border."""
     h, w = shape
-    if cv2.contourArea(contour) < THRESHOLDS.smallest_area * h * w:
+    if cv2.contourArea(contour) < SMALLEST_AREA * h * w:
         return None
     points = _resampled(cv2.convexHull(contour)[:, 0].astype(np.float64))
     inside = (points > BORDER) & (points < np.array([w, h]) - 1 - BORDER)
@@ -144,7 +123,7 @@ def _ellipse_around(contour: NDArray[Any], shape: tuple[int, int]) -> tuple[floa
         return None
     ellipse = _fitted(points)
     misfit = float(np.sqrt(np.mean(_distance(ellipse, points) ** 2)))
-    if misfit > THRESHOLDS.misfit or not _sound(ellipse, shape):
+    if misfit > MISFIT or not _sound(ellipse, shape):
         return None
     return misfit, ellipse
 
@@ -159,7 +138,7 @@ def _sound(ellipse: Ellipse, shape: tuple[int, ...]) -> bool:
     h, w = shape[:2]
     return bool(
         np.isfinite([x, y, *axes]).all()
-        and np.pi / 4 * axes[0] * axes[1] > THRESHOLDS.smallest_area * w * h
+        and np.pi / 4 * axes[0] * axes[1] > SMALLEST_AREA * w * h
         and 0 < x < w
         and 0 < y < h
     )
@@ -206,12 +185,12 @@ def _mark_tracks(background: Luma, images: Sequence[Luma]) -> list[Ellipse]:
         ellipse = _fitted(points[rng.sample(range(len(points)), SAMPLE)])
         if not _sound(ellipse, background.shape):
             continue
-        near = _distance(ellipse, points) < THRESHOLDS.track_misfit
+        near = _distance(ellipse, points) < TRACK_MISFIT
         while near.sum() >= max(best.sum() + 1, FEWEST_SPOTS):
             # The ellipse through all spots on a track includes more spots than that of a sample.
             best = near
-            near = _distance(_fitted(points[best]), points) < THRESHOLDS.track_misfit
+            near = _distance(_fitted(points[best]), points) < TRACK_MISFIT
     if not best.any():
         return []
     centre, (a, b), degrees = _fitted(points[best])
-    return [(centre, (a * THRESHOLDS.rim_over_track, b * THRESHOLDS.rim_over_track), degrees)]
+    return [(centre, (a * RIM_OVER_TRACK, b * RIM_OVER_TRACK), degrees)]

@@ -9,24 +9,12 @@ about 1 for a model fitted to noise (Fisher's variance ratio), whatever the shar
 is: in a dark one it is most of the variation.
 """
 
-from dataclasses import dataclass
 
 
-@dataclass(frozen=True)
-class EvidenceThresholds:
-    """Limits of the test.
-
-    Attributes
-    ----------
-    beyond_noise : float
-        Least F of an accepted model. Derived: ten. Noise in a window of frames is below 2, but an
-        object that moves to and fro, or appears and disappears, turns for part of it by chance.
-    """
-
-    beyond_noise: float = 10.0
-
-
-THRESHOLDS = EvidenceThresholds()
+# Limits of the test.
+BEYOND_NOISE = 10.0
+"""Least F of an accepted model. Derived: ten. Noise in a window of frames is below 2, but an object
+that moves to and fro, or appears and disappears, turns for part of it by chance."""
 
 
 def believed(share: float, frames: int, parameters: int = 1) -> bool:
@@ -36,4 +24,4 @@ def believed(share: float, frames: int, parameters: int = 1) -> bool:
     (True, False)
     """
     unexplained = max(1 - share, 1e-9) / max(frames - parameters, 1)
-    return share / parameters / unexplained > THRESHOLDS.beyond_noise
+    return share / parameters / unexplained > BEYOND_NOISE

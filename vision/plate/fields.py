@@ -28,28 +28,14 @@ COLUMN_STEP = 4  # every row, and some of the columns
 MOVES = 0.98  # quantile of the change beyond which a pixel belongs to what moves
 
 
-@dataclass(frozen=True)
-class FieldThresholds:
-    """Limits for interlaced frames.
-
-    Attributes
-    ----------
-    combed : float
-        Change from row to row over that from each row to the next but one, median of pairs of
-        frames. Derived: 1 in noise, less in any image of one moment, more if the fields differ in
-        time.
-    follows : float
-        Teeth of two frames over the change between them, median of the pairs. Derived: 1 in fields,
-        0 in whole frames, and compression takes the teeth first. Tuned on
-        ``tests.bench.clip_study`` from seed 310000 on: 0.22 at most in 280 films of whole frames,
-        0.33 at least in finely printed fields.
-    """
-
-    combed: float = 1.25
-    follows: float = 0.27
-
-
-THRESHOLDS = FieldThresholds()
+# Limits for interlaced frames.
+COMBED = 1.25
+"""Change from row to row over that from each row to the next but one, median of pairs of frames.
+Derived: 1 in noise, less in any image of one moment, more if the fields differ in time."""
+FOLLOWS = 0.27
+"""Teeth of two frames over the change between them, median of the pairs. Derived: 1 in fields, 0 in
+whole frames, and compression takes the teeth first. Tuned on ``tests.bench.clip_study`` from seed
+310000 on: 0.22 at most in 280 films of whole frames, 0.33 at least in finely printed fields."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +93,7 @@ def interlacing(frames: Sequence[Frame]) -> Interlacing | None:
         far = float(np.abs(double - after[row, column] - after[row + 4, column]).sum())
         combed.append(near / max(far, 1.0))
     beside = abs(abs(median(follows)) - 1)  # of a codec that holds frames, far above 1
-    if median(combed) <= THRESHOLDS.combed and beside >= 1 - THRESHOLDS.follows:
+    if median(combed) <= COMBED and beside >= 1 - FOLLOWS:
         return None
     # The later field is farther from the previous frame.
     odd_later, even_later = (

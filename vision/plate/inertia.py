@@ -8,7 +8,6 @@ to such a frame, which then shows the background alone.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,44 +15,28 @@ from vision.geometry import FloatArray
 from vision.numbers import median, quantile
 from vision.phase_track import BoolArray
 
-
-@dataclass(frozen=True)
-class InertiaThresholds:
-    """Limits of inertia. Tuned on tests.bench.vision_scenes unless stated otherwise.
-
-    Attributes
-    ----------
-    slipping : float
-        Slip over the rough rotation from which a stationary or slow object replaced the plate.
-        Derived: half way between turning and stationary.
-    far_rad : float
-        Difference beyond which an angle has lost the rough one, rad, at any rate of the plate.
-    near_rad : float
-        Difference within which none has. Derived: two samples of azimuth of the coarse template.
-    usual : float
-        Factor of the lower quartile of all differences from the rough rotation, which belongs to
-        the frames that show their angle best. Derived: 4 sds, of which 0.32 hold a quarter of
-        Gaussian values, of frames that show a label with a quarter of the mark's contrast.
-    apart_rad : float
-        Rotation at the rough rate, rad, over which frames are compared: twelve samples of azimuth
-        of the coarse template. Tuned on ``tests.bench.clip_study --only mark_leaves``.
-    """
-
-    slipping: float = 0.5
-    far_rad: float = math.pi / 6
-    near_rad: float = 0.05
-    usual: float = 50.0
-    apart_rad: float = 0.3
-
-
-THRESHOLDS = InertiaThresholds()
+# Limits of inertia. Tuned on tests.bench.vision_scenes unless stated otherwise.
+SLIPPING = 0.5
+"""Slip over the rough rotation from which a stationary or slow object replaced the plate. Derived:
+half way between turning and stationary."""
+FAR_RAD = math.pi / 6
+"""Difference beyond which an angle has lost the rough one, rad, at any rate of the plate."""
+NEAR_RAD = 0.05
+"""Difference within which none has. Derived: two samples of azimuth of the coarse template."""
+USUAL = 50.0
+"""Factor of the lower quartile of all differences from the rough rotation, which belongs to the
+frames that show their angle best. Derived: 4 sds, of which 0.32 hold a quarter of Gaussian values,
+of frames that show a label with a quarter of the mark's contrast."""
+APART_RAD = 0.3
+"""Rotation at the rough rate, rad, over which frames are compared: twelve samples of azimuth of the
+coarse template. Tuned on ``tests.bench.clip_study --only mark_leaves``."""
 
 
 def smooth(angle_rad: FloatArray, rough_rad: FloatArray) -> bool:
     """Whether refined angles advance with rough ones, both of shape (f,)."""
     step = float(median(np.abs(np.diff(rough_rad))))
     slip = abs(float(median(np.diff(angle_rad - rough_rad))))
-    return slip < THRESHOLDS.slipping * step
+    return slip < SLIPPING * step
 
 
 def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
@@ -69,15 +52,15 @@ def turns_on(angle_rad: FloatArray, rough_rad: FloatArray) -> BoolArray:
     array of bool, shape (f,)
     """
     step = float(median(np.abs(np.diff(rough_rad))))
-    lag = max(1, math.ceil(THRESHOLDS.apart_rad / max(step, 1e-9)))
+    lag = max(1, math.ceil(APART_RAD / max(step, 1e-9)))
     if len(angle_rad) <= 2 * lag:
         return np.ones(len(angle_rad), bool)
     advance = np.abs(rough_rad[lag:] - rough_rad[:-lag])
     beyond = np.angle(np.exp(1j * (angle_rad - rough_rad)))
     slip = np.abs(np.angle(np.exp(1j * (beyond[lag:] - beyond[:-lag]))))
-    most = min(THRESHOLDS.usual * float(quantile(slip, 0.25)), THRESHOLDS.far_rad)
+    most = min(USUAL * float(quantile(slip, 0.25)), FAR_RAD)
     # A plate at rest is not lost either.
-    limit = np.maximum(np.minimum(THRESHOLDS.slipping * advance, most), THRESHOLDS.near_rad)
+    limit = np.maximum(np.minimum(SLIPPING * advance, most), NEAR_RAD)
     goes = slip < limit
     nobody = np.zeros(lag, bool)
     return np.asarray(np.concatenate([nobody, goes]) | np.concatenate([goes, nobody]))

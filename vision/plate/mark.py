@@ -14,30 +14,13 @@ MOST_FOLD = 12  # largest symmetry of a plate with a mark
 NARROWEST = 3  # samples of azimuth, width of a mark
 
 
-@dataclass(frozen=True)
-class MarkThresholds:
-    """Limits for a mark. Tuned on tests.bench.vision_scenes.
-
-    Attributes
-    ----------
-    edge : float
-        Share of the highest contrast from which a place belongs to the mark.
-    widest_rad : float
-        Largest width of a mark, rad.
-    alike : float
-        Least correlation of a symmetric template with itself turned by a part of a turn.
-    turning : float
-        Share of what the equal parts lack that turns with the plate, from which it tells them
-        apart. Derived: half. Fans of equal blades show 0.01 to 0.33, a label 0.73 and more.
-    """
-
-    edge: float = 0.5
-    widest_rad: float = 0.7
-    alike: float = 0.9
-    turning: float = 0.5
-
-
-THRESHOLDS = MarkThresholds()
+# Limits for a mark. Tuned on tests.bench.vision_scenes.
+EDGE = 0.5  #: share of the highest contrast from which a place belongs to the mark
+WIDEST_RAD = 0.7  #: largest width of a mark, rad
+ALIKE = 0.9  #: least correlation of a symmetric template with itself turned by a part of a turn
+TURNING = 0.5
+"""Share of what the equal parts lack that turns with the plate, from which it tells them apart.
+Derived: half. Fans of equal blades show 0.01 to 0.33, a label 0.73 and more."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +38,13 @@ def find_mark(template: Template) -> PlateMark | None:
     best: tuple[float, PlateMark] | None = None
     for sign in (1, -1):
         contrast = np.maximum(cv2.blur(sign * np.hstack([turning, turning]), (3, 3)), 0)
-        spots = (contrast > THRESHOLDS.edge * contrast.max()).astype(np.uint8)
+        spots = (contrast > EDGE * contrast.max()).astype(np.uint8)
         count, labels, stats, _ = cv2.connectedComponentsWithStats(spots)
         for i in range(1, count):
             first, top, width, height, _ = stats[i]
             width_rad = width * 2 * np.pi / n
             in_the_middle = n // 4 <= first + width / 2 < n // 4 + n
-            if not in_the_middle or width < NARROWEST or width_rad > THRESHOLDS.widest_rad:
+            if not in_the_middle or width < NARROWEST or width_rad > WIDEST_RAD:
                 continue
             inside = np.where(labels == i, contrast, 0)[top : top + height, first : first + width]
             strength = float((inside**2 * radius[top : top + height, None]).sum())
@@ -82,13 +65,13 @@ def symmetry(template: Template, coarse: Alignment) -> int:
     alike = _likeness(template)
     half = len(alike) // 2 + 1
     beside = int(np.argmax(alike < APART))  # at smaller turns a mark overlaps itself
-    peak = beside + int(np.argmax(alike[beside:half] > THRESHOLDS.alike))
-    if beside == 0 or alike[peak] <= THRESHOLDS.alike:
+    peak = beside + int(np.argmax(alike[beside:half] > ALIKE))
+    if beside == 0 or alike[peak] <= ALIKE:
         return 1
     while peak < half and alike[peak + 1] > alike[peak]:
         peak += 1
     parts = round(len(alike) / peak)
-    return 1 if _turning_besides(coarse, parts) > THRESHOLDS.turning else parts
+    return 1 if _turning_besides(coarse, parts) > TURNING else parts
 
 
 def _turning_besides(coarse: Alignment, parts: int) -> float:

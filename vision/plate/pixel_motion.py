@@ -26,44 +26,27 @@ ALIKE = "(blades, spokes, equal marks)"
 RIM = 0.95  # quantile of the radii of turning pixels
 
 
-@dataclass(frozen=True)
-class TurningThresholds:
-    """Limits for a turning plate.
-
-    Attributes
-    ----------
-    backwards : float
-        Share of the energy that is the same played backwards. Tuned on rendered films: 0.93 and
-        more for motion to and fro, 0.03 and less for a plate, up to 0.49 in five real clips.
-    once : float
-        det A of a plate that looks the same once per turn. Derived: 1, and 1/4 for one that looks
-        the same twice; half way by ratio.
-    lowest : float
-        Least share of the waves once and twice per return. Tuned on rendered films: blades in step
-        with the frames have up to 0.02, four marks that pass far from their spindle 0.03, other
-        plates 0.25 and more.
-    explained : float
-        Least share of the change of the pixels that the motion explains: with less, its determinant
-        is not known to a third. Tuned on ``tests.bench.clip_study --only
-        cut,edge_on,from_the_side``.
-    passes : float
-        Share of the explained change that one common shift explains. Derived: nine tenths; for a
-        plate it is the rotation that explains, unless its spindle is far outside the frame.
-    mostly : float
-        Share of the change of the pixels that this shift, or a motion about no axis or by a part of
-        a turn explains; with less, a plate may be in the rest. Tuned: a lamp over part of a plate
-        at rest has 0.47, real and rendered plates that return beside other motion up to 0.24.
-    """
-
-    backwards: float = 0.7
-    once: float = 0.5
-    lowest: float = 0.025
-    explained: float = 0.1
-    passes: float = 0.9
-    mostly: float = 0.33
-
-
-THRESHOLDS = TurningThresholds()
+# Limits for a turning plate.
+BACKWARDS = 0.7
+"""Share of the energy that is the same played backwards. Tuned on rendered films: 0.93 and more for
+motion to and fro, 0.03 and less for a plate, up to 0.49 in five real clips."""
+ONCE = 0.5
+"""det A of a plate that looks the same once per turn. Derived: 1, and 1/4 for one that looks the
+same twice; half way by ratio."""
+LOWEST = 0.025
+"""Least share of the waves once and twice per return. Tuned on rendered films: blades in step with
+the frames have up to 0.02, four marks that pass far from their spindle 0.03, other plates 0.25 and
+more."""
+EXPLAINED = 0.1
+"""Least share of the change of the pixels that the motion explains: with less, its determinant is
+not known to a third. Tuned on ``tests.bench.clip_study --only cut,edge_on,from_the_side``."""
+PASSES = 0.9
+"""Share of the explained change that one common shift explains. Derived: nine tenths; for a plate
+it is the rotation that explains, unless its spindle is far outside the frame."""
+MOSTLY = 0.33
+"""Share of the change of the pixels that this shift, or a motion about no axis or by a part of a
+turn explains; with less, a plate may be in the rest. Tuned: a lamp over part of a plate at rest has
+0.47, real and rendered plates that return beside other motion up to 0.24."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +81,7 @@ def turning(waves: NDArray[np.float32], mask: NDArray[np.bool_]) -> Turning | No
         They move as no plate can, with any symmetry.
     """
     backwards = _same_backwards(waves)
-    if backwards > THRESHOLDS.backwards:
+    if backwards > BACKWARDS:
         raise NoPlate(f"it goes to and fro, or comes and goes ({backwards:.0%} of how it changes "
                       f"is the same played backwards)")
     y, x = np.nonzero(_with_neighbours(mask))
@@ -114,31 +97,31 @@ def turning(waves: NDArray[np.float32], mask: NDArray[np.bool_]) -> Turning | No
     by_change = np.sqrt((change**2).sum(axis=0))  # most pixels of a small plate are noise
     rows, change = (columns * by_change[:, None]).reshape(-1, 6), (change * by_change).ravel()
     beta, explained = _explained(rows, change)
-    if explained < THRESHOLDS.explained:
+    if explained < EXPLAINED:
         return None
     flow, at_middle = beta.reshape(2, 3)[:, :2] / scale, beta.reshape(2, 3)[:, 2]
     once = float(np.linalg.det(flow)) / explained**2
-    if once < THRESHOLDS.once:
+    if once < ONCE:
         _, by_shift = _explained(rows[:, [2, 5]], change)
-        if by_shift > max(THRESHOLDS.passes * explained, THRESHOLDS.mostly):
+        if by_shift > max(PASSES * explained, MOSTLY):
             raise OnlyShifts(f"it passes by in one direction (one shift explains {by_shift:.0%} of "
                              f"how it changes, turning {explained - by_shift:.0%} more)")
     by_order = (waves[1:] ** 2).sum(axis=1).reshape(2, -1).sum(axis=0)
     lowest = float(by_order[:2].sum() / by_order.sum())
-    if lowest < THRESHOLDS.lowest:
+    if lowest < LOWEST:
         raise EqualReturns(f"waves once and twice per return are {lowest:.0%} of how it changes, "
                            f"so it looks the same several times per turn {ALIKE}")
     # The points follow x' Q x = constant, with Q A antisymmetric.
     skew = (flow[0, 0] - flow[1, 1]) / 2
     form = np.array([[-flow[1, 0], skew], [skew, flow[0, 1]]]) * np.sign(flow[0, 1])
     squared, axes = np.linalg.eigh(form)
-    if explained > THRESHOLDS.mostly and squared[0] <= 0:
+    if explained > MOSTLY and squared[0] <= 0:
         raise OnlyShifts(f"it turns about no common axis, though one linear motion explains "
                          f"{explained:.0%} of how it changes (as of traffic both ways)")
-    if explained > THRESHOLDS.mostly and once < THRESHOLDS.once:
+    if explained > MOSTLY and once < ONCE:
         raise EqualReturns(f"it moves by about {np.sqrt(once):.2f} of a turn, so it looks the same "
                            f"several times per turn {ALIKE}")
-    if once < THRESHOLDS.once or squared[0] <= 0:
+    if once < ONCE or squared[0] <= 0:
         return None
     centre = middle - np.linalg.solve(flow, at_middle)
     away = np.array([x, y], float) - centre[:, None]

@@ -8,7 +8,6 @@ and the residual is searched for a rate like the frames themselves (``vision.pla
 Errors of the view leave single orders, each at a different rate.
 """
 
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,26 +16,13 @@ from vision.numbers import FASTEST_USUAL
 from vision.plate.low_orders import Orders
 from vision.plate.rotation import CoarseRotation
 
-
-@dataclass(frozen=True)
-class SecondRateThresholds:
-    """Limits for a rotation beside a plate, or in its residual.
-
-    Attributes
-    ----------
-    mostly : float
-        Share of the variation there that turns together. Derived: half. It is at most 0.45 in the
-        residual of 70 plates, and 0.77 and more in those with a second rotation about the spindle.
-    apart_turns : float
-        Difference between the two in the learning frames. Derived: from a quarter of a turn on
-        the waves of order four are distinct.
-    """
-
-    mostly: float = 0.5
-    apart_turns: float = 0.25
-
-
-THRESHOLDS = SecondRateThresholds()
+# Limits for a rotation beside a plate, or in its residual.
+MOSTLY = 0.5
+"""Share of the variation there that turns together. Derived: half. It is at most 0.45 in the
+residual of 70 plates, and 0.77 and more in those with a second rotation about the spindle."""
+APART_TURNS = 0.25
+"""Difference between the two in the learning frames. Derived: from a quarter of a turn on the waves
+of order four are distinct."""
 
 
 def left_by(spectra: Orders, angle_rad: FloatArray) -> Orders:
@@ -55,9 +41,9 @@ def turns_itself(
     """Whether a motion over some seconds turns one way, unlike the angles of a plate, (f,)."""
     turned = seen.angle_rad[-1]
     one_way = (np.diff(seen.angle_rad) * turned > 0).all()  # a hand turns back
-    if seen.coherence < THRESHOLDS.mostly or abs(turned) > FASTEST_USUAL * lasts_s or not one_way:
+    if seen.coherence < MOSTLY or abs(turned) > FASTEST_USUAL * lasts_s or not one_way:
         return False
     if plate_rad is None:
         return True
     apart = seen.angle_rad - plate_rad
-    return bool(abs(apart[-1] - apart[0]) > 2 * np.pi * THRESHOLDS.apart_turns)
+    return bool(abs(apart[-1] - apart[0]) > 2 * np.pi * APART_TURNS)

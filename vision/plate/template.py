@@ -28,26 +28,13 @@ OVERSAMPLED = 4  # correlations per sample of azimuth
 NEAR = 1 / 12  # of a turn, around the expected angle
 
 
-@dataclass(frozen=True)
-class StandingThresholds:
-    """Limits of |mean exp(ikθ)|² above which an order belongs to the background alone.
-
-    Attributes
-    ----------
-    standing : float
-        Above it, order k does not show whether it turns or is stationary.
-    strobed : float
-        The same for an order that turns by more than half a wave from frame to frame, if the mark
-        does not leave the frame. Tuned on ``tests.bench.clip_study --only edge_on``, seed 1001
-        (33.05 frames per turn), which errs by 1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075
-        chance removes one order in eight from 28 frames.
-    """
-
-    standing: float = 0.9
-    strobed: float = 0.15
-
-
-THRESHOLDS = StandingThresholds()
+# Limits of |mean exp(ikθ)|² above which an order belongs to the background alone.
+STANDING = 0.9  #: above it, order k does not show whether it turns or is stationary
+STROBED = 0.15
+"""The same for an order that turns by more than half a wave from frame to frame, if the mark does
+not leave the frame. Tuned on ``tests.bench.clip_study --only edge_on``, seed 1001 (33.05 frames per
+turn), which errs by 1.6 sds; at 0.3 by 3.9, at 0.9 by 5.2. At 0.075 chance removes one order in
+eight from 28 frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +127,7 @@ def standing_share(
     step = quantile(np.abs(np.diff(angle_rad)), SMALL_STEP)
     order = np.arange(orders)
     strobed = (order * step > np.pi) & (parts == 1) & (not leaves)
-    limit = np.where(strobed, THRESHOLDS.strobed, THRESHOLDS.standing)
+    limit = np.where(strobed, STROBED, STANDING)
     return np.asarray(np.where((share > limit) | (order % parts != 0), 1, share))
 
 
@@ -185,7 +172,7 @@ def mean_turning(
         share = ring_strips(seen, grid.azimuths).sum(axis=0)
         mean = back.sum(axis=0) / np.maximum(share, 1.0)
         turning = pattern_spectra(mean.astype(np.float32))
-    turning[:, standing > THRESHOLDS.standing] = 0
+    turning[:, standing > STANDING] = 0
     return turning
 
 

@@ -18,7 +18,6 @@ that are l steps apart is a covariance C_k(l), and one Fourier transform over l 
 for every trial rate.
 """
 
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,20 +33,8 @@ FINER = 4  #: slots per frame of the grid for stamps farther from it
 SLOTS = 16  #: the length of the grid is a multiple of it, for the transform
 
 
-@dataclass(frozen=True)
-class WindowThresholds:
-    """Limit for rotation in a window. Tuned on tests.bench.vision_scenes.
-
-    Attributes
-    ----------
-    least_shown : float
-        Least share of the energy that shows a direction, however slow the plate.
-    """
-
-    least_shown: float = 0.5
-
-
-THRESHOLDS = WindowThresholds()
+# Limit for rotation in a window. Tuned on tests.bench.vision_scenes.
+LEAST_SHOWN = 0.5  #: least share of the energy that shows a direction, however slow the plate
 
 
 class WindowRate:
@@ -94,7 +81,7 @@ class WindowRate:
             rate += 0.5 * float((low - high) / (low - 2 * at + high)) * step
         energy = (np.abs(varying) ** 2).sum(axis=(1, 2))
         turning = float(energy @ _share_of_rotation(rate, self._time_s))
-        if_all_turned = max(turning, THRESHOLDS.least_shown * float(energy.sum()), 1e-9)
+        if_all_turned = max(turning, LEAST_SHOWN * float(energy.sum()), 1e-9)
         return rate, float(power[best]) / len(self._time_s) / if_all_turned
 
     def _one_way_power(self, varying: Orders) -> FloatArray:

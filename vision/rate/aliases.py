@@ -21,32 +21,16 @@ REACH = 3  # least number of listed aliases on either side
 FRAME_RATES = (24, 25, 29.97, 60, 120, 240)  #: fact: of clips, per second
 
 
-@dataclass(frozen=True)
-class AliasThresholds:
-    """Limits for aliases, and for their distance from the nominal rate.
-
-    Attributes
-    ----------
-    worse : float
-        Relative excess over the smallest scatter of the steps that excludes an alias.
-    near_nominal : float
-        Relative difference beyond which a nominal rate does not choose. Fact: pitch controls
-        usually reach 8 %.
-    far_from_nominal : float
-        Relative difference that justifies a warning. Fact: a drive without a pitch control
-        keeps it.
-    retimed_within : float
-        Relative difference within which a ratio of frame rates is named. Derived: half the distance
-        of the nearest ratios, 24/30 and 25/30 (4 % apart), less one for the drive.
-    """
-
-    worse: float = 0.5
-    near_nominal: float = 0.15
-    far_from_nominal: float = 0.02
-    retimed_within: float = 0.01
-
-
-THRESHOLDS = AliasThresholds()
+# Limits for aliases, and for their distance from the nominal rate.
+WORSE = 0.5  #: relative excess over the smallest scatter of the steps that excludes an alias
+NEAR_NOMINAL = 0.15
+"""Relative difference beyond which a nominal rate does not choose. Fact: pitch controls usually
+reach 8 %."""
+FAR_FROM_NOMINAL = 0.02
+"""Relative difference that justifies a warning. Fact: a drive without a pitch control keeps it."""
+RETIMED_WITHIN = 0.01
+"""Relative difference within which a ratio of frame rates is named. Derived: half the distance of
+the nearest ratios, 24/30 and 25/30 (4 % apart), less one for the drive."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +103,7 @@ def list_aliases(
         surprise = step - rate * step_s
         surprise -= period * np.round(surprise / period)
         scatter.append(float(median(np.abs(surprise - median(surprise)))))
-    alike = rates[np.array(scatter) <= (1 + THRESHOLDS.worse) * min(scatter) + 1e-9]
+    alike = rates[np.array(scatter) <= (1 + WORSE) * min(scatter) + 1e-9]
     alike = alike[np.argsort(np.abs(alike))]
     nearest = float(alike[np.argmin(np.abs(np.abs(alike) - wanted))])
     warnings: tuple[str, ...] = ()
@@ -128,7 +112,7 @@ def list_aliases(
         told = int((np.abs(np.abs(alike) - wanted) < SAME_RETURN * wanted).sum()) == 1
         why = "the one is chosen after whose turns the picture returns"
     else:
-        told = abs(abs(nearest) / RPM / nominal_rpm - 1) < THRESHOLDS.near_nominal
+        told = abs(abs(nearest) / RPM / nominal_rpm - 1) < NEAR_NOMINAL
         why = f"the nearest to nominal_rpm {nominal_rpm:g} is chosen"
     if not told:
         _require_one_usual(track, np.asarray(alike))
@@ -167,14 +151,14 @@ def _require_one_usual(track: PhaseTrack, alike: FloatArray) -> None:
 
 def _against_nominal(source: str, rate_rad_s: float, nominal_rpm: float) -> tuple[str, ...]:
     ratio = abs(rate_rad_s) / RPM / nominal_rpm
-    if abs(ratio - 1) < THRESHOLDS.far_from_nominal:
+    if abs(ratio - 1) < FAR_FROM_NOMINAL:
         return ()
     text = (
         f"{source}: the plate turns at {abs(rate_rad_s) / RPM:.4g} rpm by the time stamps, "
         f"nominal_rpm is {nominal_rpm:g}"
     )
     for stamped, filmed in permutations(FRAME_RATES, 2):
-        if abs(ratio * filmed / stamped - 1) < THRESHOLDS.retimed_within:
+        if abs(ratio * filmed / stamped - 1) < RETIMED_WITHIN:
             return (
                 f"{text}. The ratio {ratio:.4g} is that of a clip filmed at {filmed} frames per "
                 f"second and stamped as {stamped}. If so, give the capture rate (--fps, or "

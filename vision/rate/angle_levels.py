@@ -26,32 +26,16 @@ SPREAD = 2  #: frames on either side of a jump that an encoder blends; a judgeme
 MOST_CELLS = 5e7  #: frames times levels; a limit of memory
 
 
-@dataclass(frozen=True)
-class AngleLevelThresholds:
-    """Prior probabilities, and a limit of what the angles can show.
-
-    Attributes
-    ----------
-    jumps : float
-        Probability of a jump before a frame. A judgement: one in a thousand.
-    wanders : float
-        Probability that the level moves an eighth of a frame time up or down. Derived: a frame time
-        in 80 frames, the error of a usual rate that is determined over some dozen frames.
-    stray : float
-        Probability that a frame is stray. A judgement.
-    blind : float
-        Frames from one that shows its angle to the next; over more of them the angle is continued
-        at the usual rate, which a view wrong by some degrees makes a few per cent too large or too
-        small along an arc. Derived: a quarter of a frame time at 4 %.
-    """
-
-    jumps: float = 1e-3
-    wanders: float = 0.05
-    stray: float = 0.01
-    blind: float = 6.0
-
-
-THRESHOLDS = AngleLevelThresholds()
+# Prior probabilities, and a limit of what the angles can show.
+JUMPS = 1e-3  #: probability of a jump before a frame. A judgement: one in a thousand
+WANDERS = 0.05
+"""Probability that the level moves an eighth of a frame time up or down. Derived: a frame time in
+80 frames, the error of a usual rate that is determined over some dozen frames."""
+STRAY = 0.01  #: probability that a frame is stray. A judgement
+BLIND = 6.0
+"""Frames from one that shows its angle to the next; over more of them the angle is continued at the
+usual rate, which a view wrong by some degrees makes a few per cent too large or too small along an
+arc. Derived: a quarter of a frame time at 4 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +61,7 @@ def angle_levels(angle: PlateAngle) -> AngleLevels:
     """Find the jumps of an angle on its times."""
     step, step_s = np.diff(angle.angle_rad), np.diff(angle.time_s)
     rate = running_median(step / step_s, LOCAL_STEPS)
-    blind = np.diff(angle.index) > THRESHOLDS.blind
+    blind = np.diff(angle.index) > BLIND
     per_frame = rate * angle.frame_s
     beyond = np.zeros_like(step)
     np.divide(step - rate * step_s, per_frame, out=beyond, where=~blind & (per_frame != 0))
@@ -114,11 +98,10 @@ def _most_probable(
     blind : array of bool, shape (n - 1,)
         Steps in which no jump can be seen.
     """
-    t = THRESHOLDS
     grid = np.arange(np.floor(LEVELS * above.min()), np.ceil(LEVELS * above.max()) + 1) / LEVELS
     n, g = len(above), len(grid)
-    wander, jump = np.log(t.wanders), np.where(blind, -np.inf, np.log(t.jumps / g))
-    stray = np.log(t.stray / max(np.ptp(grid), 1.0))
+    wander, jump = np.log(WANDERS), np.where(blind, -np.inf, np.log(JUMPS / g))
+    stray = np.log(STRAY / max(np.ptp(grid), 1.0))
     density = -np.log(np.sqrt(2 * np.pi) * noise)
     came, top = np.empty((n, g), np.int8), np.empty(n, np.intp)
     score = np.zeros(g)

@@ -14,46 +14,27 @@ from vision.errors import RateRefused
 from vision.geometry import FloatArray
 from vision.numbers import RPM, median
 from vision.phase_track import PhaseTrack, RateHistory
-from vision.rate.dropped_frames import THRESHOLDS as DROPPED
+from vision.rate.dropped_frames import HIDES
 from vision.rate.slow_changes import SlowRate
-from vision.rate.steady_part import THRESHOLDS as STEADY
-from vision.rate.steady_part import noise_of_turns, steady_advice
+from vision.rate.steady_part import OTHER_SPEED, TREND, noise_of_turns, steady_advice
 from vision.rate.unwrap import leaps, mean_rate, usual_rate
 
 FEWEST_STRETCHES = 3  #: least number of averages in a clip; derived: two have no middle one
 
 
-@dataclass(frozen=True)
-class CheckThresholds:
-    """Sizes from which something matters.
-
-    Attributes
-    ----------
-    turns : float
-        Least number of turns. Fact: fewer show no point of the plate twice.
-    stopped : float
-        Of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
-        Share of the path: a plate that turns back by as much goes to and fro. It chooses the words,
-        not the refusal.
-    wandering : float
-        Scatter that is not noise, over the noise of single frames.
-    mostly : float
-        Share of the variation in a plate that rotation explains; it chooses the words, not the
-        refusal. Fact: 26 of 27 plates of an independent renderer have 0.55 or more, a dark one
-        0.32.
-    scattered_rad : float
-        Scatter about an even rotation that justifies a warning, rad. Ten times that of a poor clip
-        (``tests.bench.vision_films``).
-    """
-
-    turns: float = 1.0
-    stopped: float = 0.5
-    wandering: float = 5.0
-    mostly: float = 0.5
-    scattered_rad: float = 0.0122
-
-
-THRESHOLDS = CheckThresholds()
+# Sizes from which something matters.
+LEAST_TURNS = 1.0  #: least number of turns. Fact: fewer show no point of the plate twice
+STOPPED = 0.5
+"""Share of the fastest rate: a clip that ends slower shows a stop, one that begins slower a run-up.
+Share of the path: a plate that turns back by as much goes to and fro. It chooses the words, not the
+refusal."""
+WANDERING = 5.0  #: scatter that is not noise, over the noise of single frames
+MOSTLY = 0.5
+"""Share of the variation in a plate that rotation explains; it chooses the words, not the refusal.
+Fact: 26 of 27 plates of an independent renderer have 0.55 or more, a dark one 0.32."""
+SCATTERED_RAD = 0.0122
+"""Scatter about an even rotation that justifies a warning, rad. Ten times that of a poor clip
+(``tests.bench.vision_films``)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +68,7 @@ class Seen:
             rate = median(np.lib.stride_tricks.sliding_window_view(rate, 3), axis=1)
         # The mean over n windows of a turn, half a turn apart, retains the noise of two frames at
         # either end, over n half turns.
-        span = min(int(np.ceil(noise / STEADY.other)), len(rate) // FEWEST_STRETCHES) or 1
+        span = min(int(np.ceil(noise / OTHER_SPEED)), len(rate) // FEWEST_STRETCHES) or 1
         rate = np.lib.stride_tricks.sliding_window_view(rate, span).mean(axis=1)
         return rate * (np.sign(median(rate)) or 1.0), noise / span
 
@@ -110,11 +91,11 @@ class Seen:
         """The object that resembles a plate most; a hand may turn about an axis as well as one."""
         share = self.track.plate.explained
         hardly = f", of whose change rotation explains {share:.0%} alone,"
-        return "what was taken for the plate" + hardly * (share < THRESHOLDS.mostly)
+        return "what was taken for the plate" + hardly * (share < MOSTLY)
 
     def advice(self, usual: str) -> str:
         """Advice: the usual one, or one for something that hardly turns like a plate."""
-        if not self.track.plate.explained < THRESHOLDS.mostly:  # it may be unknown
+        if not self.track.plate.explained < MOSTLY:  # it may be unknown
             return usual
         return ("A plate in good light shows 50 to 100 %. Keep everything else that moves out of "
                 "the frame, fix the camera, switch on a light, or state the rim (--rim, or plate: "
@@ -146,11 +127,11 @@ def warnings(seen: Seen) -> tuple[str, ...]:
 
 def _says_unsteady(seen: Seen) -> str:
     rate, history = seen.rates[0], seen.history
-    if rate.min() < -THRESHOLDS.stopped * rate.max():
+    if rate.min() < -STOPPED * rate.max():
         kind = "changes its direction"
-    elif rate[-1] < THRESHOLDS.stopped * rate.max():
+    elif rate[-1] < STOPPED * rate.max():
         kind = "slows down"
-    elif rate[0] < THRESHOLDS.stopped * rate.max():
+    elif rate[0] < STOPPED * rate.max():
         kind = "is still running up"
     else:
         kind = "does not turn steadily"
@@ -160,7 +141,7 @@ def _says_unsteady(seen: Seen) -> str:
         f"{seen.subject} {kind}: from {history.time_s[0]:.1f} s to {history.time_s[-1]:.1f} s it "
         f"goes from {listed[0]:.2f} to {listed[-1]:.2f} rpm (slowest {listed.min():.2f}, fastest "
         f"{listed.max():.2f}) in {turns:.2f} turns. A constant rate may change by at most "
-        f"{STEADY.other:.0%}. {seen.advice(steady_advice(history))}"
+        f"{OTHER_SPEED:.0%}. {seen.advice(steady_advice(history))}"
     )
 
 
@@ -168,7 +149,7 @@ def _says_less_than_a_turn(seen: Seen) -> str:
     angle = seen.history.angle.angle_rad
     forth = np.max(angle - np.minimum.accumulate(angle))
     back = np.max(np.maximum.accumulate(angle) - angle)
-    if min(forth, back) > THRESHOLDS.stopped * max(forth, back):
+    if min(forth, back) > STOPPED * max(forth, back):
         return (
             f"{seen.subject} goes to and fro within {np.ptp(angle) / (2 * np.pi):.2f} of a turn, "
             f"and a rate is that of a plate that turns one way. "
@@ -217,22 +198,21 @@ def _says_scattered(seen: Seen) -> str:
 
 
 def _hides_drops(seen: Seen) -> float:
-    return seen.scatter_rad / (DROPPED.hides * seen.step_rad)
+    return seen.scatter_rad / (HIDES * seen.step_rad)
 
 
 def _wanders(seen: Seen) -> float:
-    noise = max(DROPPED.hides * seen.step_rad,
-                THRESHOLDS.wandering * seen.history.phase_noise_rad)
+    noise = max(HIDES * seen.step_rad, WANDERING * seen.history.phase_noise_rad)
     return max(seen.scatter_rad / noise, leaps(seen.history.angle))
 
 
 REFUSALS: tuple[Check, ...] = (
-    (lambda seen: seen.change / STEADY.other, _says_unsteady),
-    (lambda seen: THRESHOLDS.turns > seen.history.revolutions, _says_less_than_a_turn),
+    (lambda seen: seen.change / OTHER_SPEED, _says_unsteady),
+    (lambda seen: seen.history.revolutions < LEAST_TURNS, _says_less_than_a_turn),
     (_wanders, _says_wandering),
 )
 WARNINGS: tuple[Check, ...] = (  # in the order in which they are printed
-    (lambda seen: seen.change / STEADY.trend, _says_uneven),
-    (lambda seen: max(seen.scatter_rad / THRESHOLDS.scattered_rad, _hides_drops(seen)),
+    (lambda seen: seen.change / TREND, _says_uneven),
+    (lambda seen: max(seen.scatter_rad / SCATTERED_RAD, _hides_drops(seen)),
      _says_scattered),
 )

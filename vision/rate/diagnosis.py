@@ -29,33 +29,15 @@ ANGLE_ORDERS = range(3, 9)  #: per turn, beyond the two that have names
 TIME_WAVES = range(1, 9)  #: half cosines over the clip
 
 
-@dataclass(frozen=True)
-class PhaseDiagnosisThresholds:
-    """Limits for naming a term.
-
-    Attributes
-    ----------
-    blind_share : float
-        Least share of a visible signature that the stated model does not absorb. As in
-        ``calib.diagnosis``.
-    alias_correlation : float
-        Canonical correlation above which two terms are one group. As in ``calib.diagnosis``.
-    clearly_less : float
-        Residual of an alias over the leader's from which the alias is ruled out.
-    smallest_share : float
-        Least share of the residual's variance that a named term explains.
-    shape_share : float
-        Least share of the residual's variance that an unlisted shape explains.
-    """
-
-    blind_share: float = 0.02
-    alias_correlation: float = 0.99
-    clearly_less: float = 1.25
-    smallest_share: float = 0.02
-    shape_share: float = 0.2
-
-
-THRESHOLDS = PhaseDiagnosisThresholds()
+# Limits for naming a term.
+BLIND_SHARE = 0.02
+"""Least share of a visible signature that the stated model does not absorb. As in
+``calib.diagnosis``."""
+ALIAS_CORRELATION = 0.99
+"""Canonical correlation above which two terms are one group. As in ``calib.diagnosis``."""
+CLEARLY_LESS = 1.25  #: residual of an alias over the leader's from which the alias is ruled out
+SMALLEST_SHARE = 0.02  #: least share of the residual's variance that a named term explains
+SHAPE_SHARE = 0.2  #: least share of the residual's variance that an unlisted shape explains
 SEPARATE = {
     frozenset({"once_per_rev", "rolling_shutter"}): "Film the plate in the other direction or at "
     "a second speed, or with the camera turned by 90°: readout delay grows with the rate and "
@@ -196,13 +178,13 @@ def _evaluate(
     visible = spans[term]
     rms = np.sqrt((x**2).mean(axis=0))
     share = float(np.sqrt((visible**2).mean(axis=0)).max() / max(float(rms.max()), 1e-30))
-    blind = share < THRESHOLDS.blind_share
+    blind = share < BLIND_SHARE
     aliases = tuple(
         other
         for other, span in spans.items()
         if other != term
         and not blind
-        and _canonical(visible, span) > THRESHOLDS.alias_correlation
+        and _canonical(visible, span) > ALIAS_CORRELATION
     )
     evidence, drop = (-np.inf, 0.0) if blind else _evidence(visible / rms, r)
     scaled = visible / unit
@@ -254,8 +236,8 @@ def _decide(
     ranking: list[TermCandidate], unlisted: list[TermCandidate], r: FloatArray, unit: float
 ) -> PhaseDiagnosis:
     chi2 = float((r**2).sum())
-    seen = [c for c in ranking if not c.blind and c.chi2_drop > THRESHOLDS.smallest_share * chi2]
-    odd = [c for c in unlisted if c.chi2_drop > THRESHOLDS.shape_share * chi2]
+    seen = [c for c in ranking if not c.blind and c.chi2_drop > SMALLEST_SHARE * chi2]
+    odd = [c for c in unlisted if c.chi2_drop > SHAPE_SHARE * chi2]
     logs = [np.log(PRIOR_NONE)]
     logs += [np.log(PRIOR_LISTED / max(len(ranking), 1)) + c.log_evidence for c in seen]
     logs += [np.log(PRIOR_UNKNOWN / 2) + c.log_evidence for c in odd]
@@ -296,5 +278,5 @@ def _much_better(leader: TermCandidate, ranking: list[TermCandidate]) -> bool:
     The test is the size of the residual, not evidence: long clips would separate two nearly equal
     waves by view errors far smaller than either.
     """
-    limit = THRESHOLDS.clearly_less * leader.rms_after_rad
+    limit = CLEARLY_LESS * leader.rms_after_rad
     return all(c.rms_after_rad > limit for c in ranking if c.name in leader.aliases)

@@ -26,40 +26,24 @@ from numpy.typing import NDArray
 from vision.geometry import FloatArray
 from vision.numbers import SD_PER_MAD, median
 from vision.phase_track import BoolArray, PlateAngle
-from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
-from vision.rate.angle_levels import THRESHOLDS as LEVELS
-from vision.rate.least_squares import THRESHOLDS as FIT
-from vision.rate.least_squares import correlation_time
-from vision.rate.steady_part import FEWEST_FRAMES
-from vision.rate.steady_part import THRESHOLDS as STEADY
+from vision.rate.angle_levels import JUMPS, SPREAD, AngleLevels, angle_levels
+from vision.rate.least_squares import OUTLIER, correlation_time
+from vision.rate.steady_part import FEWEST_FRAMES, TREND
 from vision.rate.unwrap import waves_per_turn
 
 NEITHER, NEITHER_SD = 0.5, 0.5  #: share before the data, and its sd; 1 and 0 are as likely
 
 
-@dataclass(frozen=True)
-class DroppedFrameThresholds:
-    """Limits and prior probabilities of the causes of a jump.
-
-    Attributes
-    ----------
-    steps : float
-        Probability that the clock steps before a frame, per frame time of the size. A judgement.
-    hides : float
-        Scatter that hides a dropped frame, over the angle from frame to frame. Derived: half a step
-        is rounded to a whole one.
-    amiss : float
-        Sd of a share: with dropped frames one jump in ten may be false, with errors of the angle
-        they do not repeat exactly. Measured: 0.87 to 1.00, and -0.03 to 0.19 (300 tracks each of
-        ``tests.bench.simulated_tracks``).
-    """
-
-    steps: float = 1e-5
-    hides: float = 0.5
-    amiss: float = 0.1
-
-
-THRESHOLDS = DroppedFrameThresholds()
+# Limits and prior probabilities of the causes of a jump.
+STEPS = 1e-5
+"""Probability that the clock steps before a frame, per frame time of the size. A judgement."""
+HIDES = 0.5
+"""Scatter that hides a dropped frame, over the angle from frame to frame. Derived: half a step is
+rounded to a whole one."""
+AMISS = 0.1
+"""Sd of a share: with dropped frames one jump in ten may be false, with errors of the angle they do
+not repeat exactly. Measured: 0.87 to 1.00, and -0.03 to 0.19 (300 tracks each of
+``tests.bench.simulated_tracks``)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +89,7 @@ class DroppedFrames:
             return ()
         jumps = (f"{source}: the angle jumps by {np.abs(self.size).sum():.3g} frame time(s) in "
                  f"all, at about {np.degrees(self.at_rad) % 360:.0f}° of plate angle")
-        if self.sd_of_rate > STEADY.trend:
+        if self.sd_of_rate > TREND:
             odds = np.average(self.probability, weights=np.abs(self.size))
             return (f"{jumps}. This clip cannot determine whether frames were dropped or the angle "
                     f"is mismeasured there (the odds of dropped frames are {odds:.0%}); the sd "
@@ -166,7 +150,6 @@ def _sizes(
 
     None for a plate that does not turn evenly.
     """
-    t = THRESHOLDS
     time, at = angle.time_s - angle.time_s.mean(), levels.jumps
     shown = ~levels.stray & ~_beside(np.arange(len(time)), at, np.full(len(at), SPREAD))
     if 2 * shown.sum() < len(shown):  # what is usual is no level
@@ -184,7 +167,7 @@ def _sizes(
         beta = np.linalg.lstsq(x, y)[0]
         rest = y - x @ beta
         variance = rest @ rest / max(len(y) - len(beta), 1)
-        if variance >= (t.hides * per_frame) ** 2:
+        if variance >= (HIDES * per_frame) ** 2:
             return None
         variance *= correlation_time(rest)
         variance *= np.diag(np.linalg.pinv(x.T @ x))
@@ -192,8 +175,8 @@ def _sizes(
         sd = np.sqrt(np.maximum(variance[: len(at)], np.finfo(float).tiny)) / abs(per_frame)
         whole = np.maximum(np.round(size), 1.0)
         # Of dropped frames, k at once have the probability 1/(k (k + 1)).
-        drop = np.log(LEVELS.jumps / (whole * (whole + 1))) - 0.5 * ((size - whole) / sd) ** 2
-        step = np.log(t.steps * np.sqrt(2 * np.pi) * sd)
+        drop = np.log(JUMPS / (whole * (whole + 1))) - 0.5 * ((size - whole) / sd) ** 2
+        step = np.log(STEPS * np.sqrt(2 * np.pi) * sd)
         evident = np.maximum(drop, step) + 0.5 * (size / sd) ** 2
         if (evident > 0).all():
             return at, np.where(step > drop, size, whole), step > drop
@@ -246,9 +229,9 @@ def confirmed_shares(
     x, took = (each - even @ (even.T @ each) for each in (x, took))
     rest = took - x @ np.linalg.lstsq(x, took)[0]
     noise = max(SD_PER_MAD * float(median(np.abs(rest))), 1e-3)
-    used = np.abs(rest) <= FIT.outlier * noise
+    used = np.abs(rest) <= OUTLIER * noise
     noise *= np.sqrt(correlation_time(rest[used]))
     x, rest = x[used] / noise, (took - x @ before[0])[used] / noise
-    scatter = THRESHOLDS.amiss**2 * x.T @ x + np.eye(len(at))
+    scatter = AMISS**2 * x.T @ x + np.eye(len(at))
     cov = np.linalg.inv(np.linalg.solve(scatter, x.T @ x) + np.linalg.inv(before[1]))
     return before[0] + cov @ np.linalg.solve(scatter, x.T @ rest), cov

@@ -35,26 +35,14 @@ FEWEST = 40  # least number of frames with a measured blur
 REACH, POINTS = 6.0, 401  # sds on both sides, and points, of the integral; numerical
 
 
-@dataclass(frozen=True)
-class ExposureThresholds:
-    """Limits for a changed exposure.
-
-    Attributes
-    ----------
-    usual : float
-        Prior odds that a camera changed its exposure while filming, if the light in the frames is
-        constant. An estimate for cameras that are not locked; tuned so that it does not widen
-        sound films, tests.bench.clip_study from seed 310000 on.
-    brighter : float
-        Relative change of the light in the frames. Fact: an auto-exposure corrects in steps of a
-        third or a sixth of a stop, 12 to 26 %.
-    """
-
-    usual: float = 0.02
-    brighter: float = 0.1
-
-
-THRESHOLDS = ExposureThresholds()
+# Limits for a changed exposure.
+USUAL = 0.02
+"""Prior odds that a camera changed its exposure while filming, if the light in the frames is
+constant. An estimate for cameras that are not locked; tuned so that it does not widen sound films,
+tests.bench.clip_study from seed 310000 on."""
+BRIGHTER = 0.1
+"""Relative change of the light in the frames. Fact: an auto-exposure corrects in steps of a third
+or a sixth of a stop, 12 to 26 %."""
 
 
 @dataclass(frozen=True)
@@ -105,8 +93,8 @@ def exposure_drift(
     brighter, _ = _slope(time, light, angle.angle_rad[seen])
     ratio = float(np.exp(abs(brighter) * span))
     # If the light changed, another exposure is as probable as the same one.
-    shine = ratio > 1 + THRESHOLDS.brighter
-    before = 1.0 if shine else THRESHOLDS.usual
+    shine = ratio > 1 + BRIGHTER
+    before = 1.0 if shine else USUAL
     odds, change = _change(smear * span, smear_sd * span, angle.frame_s**2)
     share = before * odds / (1 + before * odds)
     change_s = float(np.sqrt(change))

@@ -36,29 +36,16 @@ MOST_FOLD = 6
 Numerical."""
 
 
-@dataclass(frozen=True)
-class FilmedScreenThresholds:
-    """Range of the search, and limits of the result.
-
-    Attributes
-    ----------
-    leak : float
-        Largest error of a straight line, refreshes over the length of the film. Derived: that of a
-        step in its middle.
-    unlike : float
-        Share of the saw-tooth by which its form may differ from the model: a read-out line by
-        line, a screen that is written line by line, slow liquid crystals. A judgement.
-    turns : float
-        Least number of turns of the hand. Derived: waves of the view leak 12 / (2π 8)² of
-        themselves into the rate.
-    """
-
-    leak: float = 1.5
-    unlike: float = 0.1
-    turns: float = 8.0
-
-
-THRESHOLDS = FilmedScreenThresholds()
+# Range of the search, and limits of the result.
+LEAK = 1.5
+"""Largest error of a straight line, refreshes over the length of the film. Derived: that of a step
+in its middle."""
+UNLIKE = 0.1
+"""Share of the saw-tooth by which its form may differ from the model: a read-out line by line, a
+screen that is written line by line, slow liquid crystals. A judgement."""
+LEAST_TURNS = 8.0
+"""Least number of turns of the hand. Derived: waves of the view leak 12 / (2π 8)² of themselves
+into the rate."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +97,10 @@ def clock_by_screen(
         Too few turns, or frames that were lost behind the stamps.
     """
     angle = rate.history.angle
-    if rate.revolutions < THRESHOLDS.turns:
+    if rate.revolutions < LEAST_TURNS:
         raise RateRefused(
             f"{source}: the hand makes {rate.revolutions:.1f} turns, at least "
-            f"{THRESHOLDS.turns:g} are needed. Film it for some minutes."
+            f"{LEAST_TURNS:g} are needed. Film it for some minutes."
         )
     if rate.frames.dropped:
         raise RateRefused(
@@ -129,7 +116,7 @@ def clock_by_screen(
     return FilmedScreen(
         fast=1 / slope - 1,
         frames_sd=sd,
-        refresh_sd=THRESHOLDS.unlike * leak / refresh_hz / hold.length_s,
+        refresh_sd=UNLIKE * leak / refresh_hz / hold.length_s,
         noise_s=noise_s,
         beats=beats,
         seconds=hold.length_s,
@@ -163,7 +150,7 @@ class _Hold:
 
     def slope(self, line: float) -> tuple[float, float, float]:
         """Seconds drawn per second stamped, its sd, and the noise in s, near a line's slope."""
-        reach = THRESHOLDS.leak * self.hold_s / self.length_s
+        reach = LEAK * self.hold_s / self.length_s
         step = self.hold_s / self.length_s / (2 * PHASES)
         slopes = line + np.arange(-reach, reach + step, step)
         teeth = self._teeth()

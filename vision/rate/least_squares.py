@@ -14,20 +14,8 @@ LEAST = 1e-12  #: variance of a row over that of all rows; numerical
 RANK_TOLERANCE = 1e-9  # relative singular value of the scaled columns
 
 
-@dataclass(frozen=True)
-class FitThresholds:
-    """Limit for outliers.
-
-    Attributes
-    ----------
-    outlier : float
-        Robust sds. Derived: of 10⁵ Gaussian rows less than one lies beyond 4.5.
-    """
-
-    outlier: float = 5.0
-
-
-THRESHOLDS = FitThresholds()
+# Limit for outliers.
+OUTLIER = 5.0  #: robust sds. Derived: of 10⁵ Gaussian rows less than one lies beyond 4.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +90,7 @@ def least_squares(
             time = correlation_time(residual[used])
             prior = known * max(noise * np.sqrt(time), np.sqrt(LEAST * float(y.var())))
         spread = SD_PER_MAD * float(median(np.abs(residual[used])))
-        keep = possible & (np.abs(residual) <= THRESHOLDS.outlier * max(spread, 1e-12))
+        keep = possible & (np.abs(residual) <= OUTLIER * max(spread, 1e-12))
         if np.array_equal(keep, used):
             break
         used = keep

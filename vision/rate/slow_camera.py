@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from vision.geometry import FloatArray
 from vision.phase_track import PhaseTrack, PlateAngle
-from vision.rate.angle_levels import SPREAD, AngleLevels, angle_levels
-from vision.rate.angle_levels import THRESHOLDS as PRIOR
+from vision.rate.angle_levels import JUMPS, SPREAD, AngleLevels, angle_levels
 from vision.rate.steady_part import FEWEST_FRAMES, ClipPart
 from vision.rate.unwrap import (
     continuous_angle,
@@ -133,7 +132,7 @@ def frame_times(track: PhaseTrack, stamp_s: FloatArray) -> FrameTimes:
     even, runs = _by_camera(track, stamp_s, fresh, clip_s)
     if even is None:
         return stamped
-    ours = even.levels.log_probability + runs * np.log(PRIOR.jumps)
+    ours = even.levels.log_probability + runs * np.log(JUMPS)
     return even if ours > seen.levels.log_probability else seen
 
 

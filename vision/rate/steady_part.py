@@ -18,37 +18,22 @@ from vision.rate.slow_changes import LONGEST, MovingEnds
 FEWEST_FRAMES = 12  #: frames of a part; two per parameter of the phase's model
 
 
-@dataclass(frozen=True)
-class SteadyPartThresholds:
-    """Limits for a steady part.
-
-    Attributes
-    ----------
-    within : float
-        Relative range of the rate from turn to turn. Fact: belt drives wow by up to 0.2 %.
-    turns : float
-        Least number of turns. Derived: errors that repeat with every turn are separated from a
-        trend over three.
-    trend : float
-        Largest relative change of the rate from its beginning to its end, beyond four sds of it,
-        and in a clip without a warning; a larger one of most of the clip is a drift. Fact: ten
-        times a poor clock (100 ppm).
-    other : float
-        Relative difference from which another steady part has another speed, and change in a clip
-        that is refused. Fact: the scale of a sensor calibrated against a mean rate errs by as much.
-    peak_to_peak : float
-        Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
-        independent values (Tippett), and a margin for the heavy tails of late stamps.
-    """
-
-    within: float = 0.002
-    turns: float = 3.0
-    trend: float = 0.001
-    other: float = 0.01
-    peak_to_peak: float = 8.0
-
-
-THRESHOLDS = SteadyPartThresholds()
+# Limits for a steady part.
+WITHIN = 0.002
+"""Relative range of the rate from turn to turn. Fact: belt drives wow by up to 0.2 %."""
+LEAST_TURNS = 3.0
+"""Least number of turns. Derived: errors that repeat with every turn are separated from a trend
+over three."""
+TREND = 0.001
+"""Largest relative change of the rate from its beginning to its end, beyond four sds of it, and in
+a clip without a warning; a larger one of most of the clip is a drift. Fact: ten times a poor clock
+(100 ppm)."""
+OTHER_SPEED = 0.01
+"""Relative difference from which another steady part has another speed, and change in a clip that
+is refused. Fact: the scale of a sensor calibrated against a mean rate errs by as much."""
+PEAK_TO_PEAK = 8.0
+"""Sds between the extremes of a hundred overlapping turns of white noise. Derived: 5 for
+independent values (Tippett), and a margin for the heavy tails of late stamps."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +81,7 @@ class SteadyPart:
 
     def moving_ends(self, history: RateHistory) -> MovingEnds:
         """Whether the first and the last turn of the clip have another rate: a start, a stop."""
-        other = np.abs(history.rate_rad_s[[0, -1]] / self.rate_rad_s - 1) > THRESHOLDS.other
+        other = np.abs(history.rate_rad_s[[0, -1]] / self.rate_rad_s - 1) > OTHER_SPEED
         return bool(other[0]), bool(other[1]), self.drifts
 
     def warning(self, source: str, clip_s: float) -> str:
@@ -110,14 +95,14 @@ class SteadyPart:
 
 def noise_of_turns(history: RateHistory) -> float:
     """Relative range of the rate from turn to turn due to the noise of the angles alone."""
-    return float(THRESHOLDS.peak_to_peak * 2 * history.phase_noise_rad / (2 * np.pi))
+    return float(PEAK_TO_PEAK * 2 * history.phase_noise_rad / (2 * np.pi))
 
 
 def steady_parts(history: RateHistory) -> list[SteadyPart]:
     """Parts that are steady for some turns, the longest first; they do not overlap."""
-    within = max(THRESHOLDS.within, noise_of_turns(history))
+    within = max(WITHIN, noise_of_turns(history))
     # The rates are means over a turn, half a turn apart.
-    fewest = round(2 * THRESHOLDS.turns) - 1
+    fewest = round(2 * LEAST_TURNS) - 1
     free = np.ones(len(history.rate_rad_s), bool)
     even = _without_drift(history.rate_rad_s)
     parts = []
@@ -142,7 +127,7 @@ def the_steady_part(history: RateHistory) -> SteadyPart | None:
     if not parts:
         return None
     others = np.array([part.rate_rad_s for part in parts]) / parts[0].rate_rad_s
-    return None if (np.abs(others - 1) > THRESHOLDS.other).any() else parts[0]
+    return None if (np.abs(others - 1) > OTHER_SPEED).any() else parts[0]
 
 
 def steady_advice(history: RateHistory) -> str:
@@ -160,12 +145,12 @@ def steady_advice(history: RateHistory) -> str:
 def _without_drift(rate: FloatArray) -> FloatArray:
     """Rates without an even drift of most of the clip, as far as it is no wow and no start."""
     later, usual = max(len(rate) // 4, 1), abs(float(median(rate)))
-    near = np.abs(np.abs(rate) - usual) < THRESHOLDS.other * usual
+    near = np.abs(np.abs(rate) - usual) < OTHER_SPEED * usual
     change = (rate[later:] - rate[:-later])[near[later:] & near[:-later]]
     if near.mean() < 1 - LONGEST or not len(change):
         return rate
     trend = float(median(change)) / later * (np.arange(len(rate)) - len(rate) / 2)
-    is_drift = THRESHOLDS.trend < np.ptp(trend) / usual < THRESHOLDS.other
+    is_drift = TREND < np.ptp(trend) / usual < OTHER_SPEED
     return rate - trend if is_drift else rate
 
 
@@ -191,4 +176,4 @@ def _has_trend(rate: FloatArray) -> bool:
     slope = float(x @ rate / (x @ x))
     rest = rate - rate.mean() - slope * x
     sd = float(np.sqrt(2 * (rest @ rest) / max(len(rate) - 2, 1) / (x @ x)))  # turns overlap
-    return abs(slope) > max(THRESHOLDS.trend * abs(float(rate.mean())), 4 * sd)
+    return abs(slope) > max(TREND * abs(float(rate.mean())), 4 * sd)

@@ -6,7 +6,7 @@ same size at every rate and in both directions.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,25 +15,13 @@ from vision.rate.diagnosis import PhaseDiagnosis, TermCandidate
 DELAY, WAVE = "rolling_shutter", "once_per_rev"
 
 
-@dataclass(frozen=True)
-class TogetherThresholds:
-    """Limits of the joint decision.
-
-    Attributes
-    ----------
-    least_spread : float
-        Least relative spread of the size that changes from clip to clip. Derived: a delay read as a
-        wave spreads by 15 % between 33 and 45 rpm, the nearest two speeds of a record player.
-    clearly_steadier : float
-        Ratio of the two relative spreads below which the steadier is named. Derived: at 33 and
-        45 rpm sizes with an error of 7 % still stay below it.
-    """
-
-    least_spread: float = 0.1
-    clearly_steadier: float = 0.5
-
-
-THRESHOLDS = TogetherThresholds()
+# Limits of the joint decision.
+LEAST_SPREAD = 0.1
+"""Least relative spread of the size that changes from clip to clip. Derived: a delay read as a wave
+spreads by 15 % between 33 and 45 rpm, the nearest two speeds of a record player."""
+CLEARLY_STEADIER = 0.5
+"""Ratio of the two relative spreads below which the steadier is named. Derived: at 33 and 45 rpm
+sizes with an error of 7 % still stay below it."""
 
 
 def judge_together(
@@ -65,8 +53,8 @@ def judge_together(
     wave = np.array([size for _, _, size, _ in sizes]) * np.sign(delay) * np.sign(rate)
     spreads = {DELAY: _spread(delay), WAVE: _spread(wave)}
     steady, other = sorted(spreads, key=lambda term: spreads[term])
-    is_clear = spreads[steady] < THRESHOLDS.clearly_steadier * spreads[other]
-    if not is_clear or spreads[other] < THRESHOLDS.least_spread:
+    is_clear = spreads[steady] < CLEARLY_STEADIER * spreads[other]
+    if not is_clear or spreads[other] < LEAST_SPREAD:
         return {}
     shown = {DELAY: f"{_listed(delay * 1e6)} µs per row", WAVE: f"{_listed(np.degrees(wave))}°"}
     because = (f"The clips {', '.join(name for name, *_ in sizes)} together decide: the size of "

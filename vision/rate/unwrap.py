@@ -1,6 +1,5 @@
 """The plate's angle against time: usable frames, whole turns, rate from turn to turn."""
 
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,28 +17,17 @@ SHOWN = 3
 LEAPS = 0.35
 
 
-@dataclass(frozen=True)
-class FrameThresholds:
-    """Limit for usable frames.
-
-    Attributes
-    ----------
-    unexplained : float
-        Largest ratio of the unexplained to the explained power of a frame, over the usual ratio;
-        with more, something is in the way.
-    """
-
-    unexplained: float = 3.0
-
-
-THRESHOLDS = FrameThresholds()
+# Limit for usable frames.
+UNEXPLAINED = 3.0
+"""Largest ratio of the unexplained to the explained power of a frame, over the usual ratio; with
+more, something is in the way."""
 
 
 def usable(track: PhaseTrack) -> BoolArray:
     """Frames in which the plate was seen well, shape (f,)."""
     seen = np.isfinite(track.phase_rad) & np.isfinite(track.quality)
     usual = float(median(track.quality[seen])) if seen.any() else 0.0
-    limit = THRESHOLDS.unexplained * _unexplained(usual)
+    limit = UNEXPLAINED * _unexplained(usual)
     clear = (track.quality > 0) & (_unexplained(track.quality) <= limit)
     return seen & clear
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, TypeGuard
 
 from vision.errors import EqualReturns, NoPlate, OnlyShifts, RateRefused, more_telling
 from vision.numbers import FASTEST_USUAL
-from vision.rate.checks import THRESHOLDS as CHECKS
+from vision.rate.checks import LEAST_TURNS, MOSTLY, SCATTERED_RAD
 from vision.rate.slow_camera import frame_times
 
 if TYPE_CHECKING:
@@ -69,12 +69,12 @@ def has_turns(result: "PhaseTrack | RateRefused") -> "TypeGuard[PhaseTrack]":
     """Whether a tracked plate turns far enough for a rate."""
     if isinstance(result, RateRefused):
         return False
-    return result.apparent_turns * result.plate.symmetry >= CHECKS.turns
+    return result.apparent_turns * result.plate.symmetry >= LEAST_TURNS
 
 
 def is_explained(result: "PhaseTrack | RateRefused") -> bool:
     """Whether rotation explains most of what varies in a tracked plate, at whatever rate."""
-    return not isinstance(result, RateRefused) and result.plate.explained > CHECKS.mostly
+    return not isinstance(result, RateRefused) and result.plate.explained > MOSTLY
 
 
 def is_good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]":
@@ -82,7 +82,7 @@ def is_good(result: "PhaseTrack | RateRefused | None") -> "TypeGuard[PhaseTrack]
     if result is None or not has_turns(result):
         return False
     times = frame_times(result, result.time_s)
-    return not times.leaps and times.scatter_rad < CHECKS.scattered_rad
+    return not times.leaps and times.scatter_rad < SCATTERED_RAD
 
 
 def _scatter_rad(track: "PhaseTrack") -> float:

@@ -9,7 +9,7 @@ which lies near it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -37,32 +37,17 @@ LASTING = 3  # examined frames: a hand or a flash does not last as long
 FEWEST_QUARTERS, PER_QUARTER = 3, 3  # of the frame, with so many stationary corners
 
 
-@dataclass(frozen=True)
-class RegistrationThresholds:
-    """Limits for stationary corners and a stationary camera.
-
-    Attributes
-    ----------
-    agree_px : float
-        Distance from the common motion within which a corner follows it.
-    stands : float
-        Share of the frames in which a corner must do so. Derived: half, and a margin for frames in
-        which the mark of the plate passes.
-    moved_px : float
-        Root mean square motion of the surroundings, pixels of the analysed frame, from which the
-        frames are registered. Tuned on tests.bench.clip_study hand_held.
-    remains : float
-        Largest share of the differences from the reference that remains without the motion of a
-        camera. Derived: half; cameras that move leave 0.01 to 0.11, flickering lamps 1.4 and more.
-    """
-
-    agree_px: float = 1.5
-    stands: float = 0.6
-    moved_px: float = 0.6
-    remains: float = 0.5
-
-
-THRESHOLDS = RegistrationThresholds()
+# Limits for stationary corners and a stationary camera.
+AGREE_PX = 1.5  #: distance from the common motion within which a corner follows it
+STANDS = 0.6
+"""Share of the frames in which a corner must do so. Derived: half, and a margin for frames in which
+the mark of the plate passes."""
+MOVED_PX = 0.6
+"""Root mean square motion of the surroundings, pixels of the analysed frame, from which the frames
+are registered. Tuned on tests.bench.clip_study hand_held."""
+REMAINS = 0.5
+"""Largest share of the differences from the reference that remains without the motion of a camera.
+Derived: half; cameras that move leave 0.01 to 0.11, flickering lamps 1.4 and more."""
 
 
 class Registration:
@@ -96,7 +81,7 @@ class Registration:
             if seen.sum() < FEWEST:
                 continue
             motion, agree = _common_motion(self.corners[seen], onto[seen])
-            share = fewest if levels == LEVELS else THRESHOLDS.stands
+            share = fewest if levels == LEVELS else STANDS
             if motion is not None and agree.sum() >= max(FEWEST, share * len(agree)):
                 self._motion = motion
                 return motion
@@ -104,7 +89,7 @@ class Registration:
 
     def look(self, luma: Luma) -> None:
         """Measure in a frame the displacement of the surroundings."""
-        motion = self.motion(luma, fewest=THRESHOLDS.stands)
+        motion = self.motion(luma, fewest=STANDS)
         if motion is not None:
             away = _moved(self.corners, motion) - self.corners
             # By shift and roll alone: with few corners in a dark film the rest is noise.
@@ -127,7 +112,7 @@ class Registration:
                 before += float(((_patches(luma, places) - wanted) ** 2).sum())
                 after += float(((_patches(luma, _moved(places, motion)) - wanted) ** 2).sum())
         self._motion = np.eye(3)
-        return after < THRESHOLDS.remains * before
+        return after < REMAINS * before
 
     @property
     def moved(self) -> bool:
@@ -135,7 +120,7 @@ class Registration:
         if len(self._away_px) < LASTING:
             return False
         lasting = np.lib.stride_tricks.sliding_window_view(self._away_px, LASTING).min(axis=1)
-        return bool(lasting.max() > 2 * THRESHOLDS.moved_px)  # a peak, not a root mean square
+        return bool(lasting.max() > 2 * MOVED_PX)  # a peak, not a root mean square
 
     def note(self, source: str, reduction: int) -> str:
         """A note on the removed motion for the user; ``reduction`` is the factor of the frames."""
@@ -185,20 +170,20 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
         return None, np.nan
     looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
     followed, agreements, still = [], np.zeros(len(corners)), np.zeros(len(corners))
-    enough = THRESHOLDS.stands * len(looked_at)
+    enough = STANDS * len(looked_at)
     for number, luma in enumerate(looked_at, 1):
         onto, seen = _followed(reference, luma, corners, np.eye(3), levels=0)
         away = np.where(seen, np.linalg.norm(onto - corners, axis=1), np.inf)
-        agree = away < THRESHOLDS.agree_px
+        agree = away < AGREE_PX
         # Unmoved corners show a fixed camera; otherwise search the motion that most corners share.
-        if not _all_around(corners[away < THRESHOLDS.moved_px], reference.shape):
+        if not _all_around(corners[away < MOVED_PX], reference.shape):
             onto, seen = _followed(reference, luma, corners, np.eye(3))
             agree = np.zeros(len(corners), bool)
             if seen.sum() >= FEWEST:
                 agree[seen] = _common_motion(corners[seen], onto[seen])[1]
         followed.append((onto, seen))
         agreements += agree
-        still += away < THRESHOLDS.moved_px
+        still += away < MOVED_PX
         possible = agreements + len(looked_at) - number >= enough
         if not _all_around(corners[possible], reference.shape):
             return None, np.nan  # however many agree in the remaining frames
@@ -212,7 +197,7 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     away = np.array(shifts) - median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
     camera = Registration(reference, corners[stands])
-    if moved_px > THRESHOLDS.moved_px and not camera.explains(looked_at):
+    if moved_px > MOVED_PX and not camera.explains(looked_at):
         moved_px = 0.0
     return camera, moved_px
 
@@ -251,7 +236,7 @@ def _common_motion(
     corners: NDArray[np.float32], onto: NDArray[np.float32]
 ) -> tuple[FloatArray | None, NDArray[np.bool_]]:
     """The motion that most corners share, shape (3, 3), and the mask of these corners."""
-    limit = THRESHOLDS.agree_px
+    limit = AGREE_PX
     nobody = np.zeros(len(corners), bool)
     if len(corners) >= ENOUGH:
         whole, agree = cv2.findHomography(corners, onto, cv2.RANSAC, limit, maxIters=TRIALS)

@@ -114,7 +114,7 @@ class SmallClip:
         from vision.plate.background import spread_choice
         from vision.plate.lamp import Lamp, changing_light
         from vision.plate.periodic import informative
-        from vision.tracking.registration import THRESHOLDS, registration
+        from vision.tracking.registration import MOVED_PX, registration
         from vision.tracking.what_changes import what_changes
 
         time, whole = np.array(self.time_s), self._whole
@@ -127,7 +127,7 @@ class SmallClip:
             whole = [replace(small, luma=self.lamp.evened(small.luma)) for small in whole]
         self._whole, seen = [], whole
         camera, moved_px = registration(whole)
-        if camera is not None and moved_px > THRESHOLDS.moved_px:
+        if camera is not None and moved_px > MOVED_PX:
             back = [camera.back(small) for small in whole]
             if camera.largest_px < min(whole[0].luma.shape) / 2:  # otherwise another view
                 self.camera, whole = camera, back

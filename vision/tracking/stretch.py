@@ -14,24 +14,11 @@ LEARN_FROM = (150, 300)  # frames, at least and at most
 LEARN_BYTES = 96_000_000  #: bytes of the frames for learning the plate; a limit of memory
 
 
-@dataclass(frozen=True)
-class StretchThresholds:
-    """Limits for the frames to learn from.
-
-    Attributes
-    ----------
-    learn_for_s : float
-        Seconds to learn the plate from. Derived: two turns at 16 2/3 rpm.
-    fast_s : float
-        Duration of the frames to learn from below which the camera is fast. Tuned on the 240 fps
-        clip of tests.vision.test_clips.
-    """
-
-    learn_for_s: float = 7.2
-    fast_s: float = 2.0
-
-
-THRESHOLDS = StretchThresholds()
+# Limits for the frames to learn from.
+LEARN_FOR_S = 7.2  #: seconds to learn the plate from. Derived: two turns at 16 2/3 rpm
+FAST_S = 2.0
+"""Duration of the frames to learn from below which the camera is fast. Tuned on the 240 fps clip of
+tests.vision.test_clips."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +48,10 @@ class Stretch:
 
     def steadied(self, *, camera_moves: bool) -> "Stretch":
         """Without the motion of the camera, if it moves or is known to move."""
-        from vision.tracking.registration import THRESHOLDS as REGISTRATION
-        from vision.tracking.registration import registration
+        from vision.tracking.registration import MOVED_PX, registration
 
         camera, moved_px = registration(self.frames)
-        if camera is None or not (camera_moves or moved_px > REGISTRATION.moved_px):
+        if camera is None or not (camera_moves or moved_px > MOVED_PX):
             return replace(self, around=camera)
         return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
 
@@ -98,10 +84,10 @@ def next_stretch(
         frames += batch[-read % stride :: stride]
         read += len(batch)
         span_s = frames[-1].time_s - frames[0].time_s
-        if len(frames) >= fewest and span_s >= THRESHOLDS.learn_for_s:
+        if len(frames) >= fewest and span_s >= LEARN_FOR_S:
             break
         if len(frames) >= most or len(frames) * frames[0].nbytes > LEARN_BYTES:
-            if span_s >= THRESHOLDS.fast_s:
+            if span_s >= FAST_S:
                 break
             frames, stride = frames[::2], 2 * stride
     return Stretch(frames, stride, read, skipped)

@@ -35,30 +35,14 @@ STEPS = 4  # of Newton's method
 SOFT_PX = 3.0  # at the rim: the blur is measured on longer waves
 
 
-@dataclass(frozen=True)
-class TrackerThresholds:
-    """Limits of the tracker's expectation. Tuned on tests.bench.vision_films.
-
-    Attributes
-    ----------
-    good_match : float
-        Share of the usual correlation below which the whole turn is searched.
-    hidden_match : float
-        Share of the usual correlation below which something is in the way; the expectation is kept.
-    shown : float
-        Share of the largest information on the angle, Σ w (∂T/∂φ)² over the visible part, below
-        which a frame shows no angle. Derived: from a quarter on its sd is at most twice the least.
-    memory : float
-        Weight of the newest frame in the running rate and the usual correlation.
-    """
-
-    good_match: float = 0.75
-    hidden_match: float = 0.5
-    shown: float = 0.25
-    memory: float = 0.05
-
-
-THRESHOLDS = TrackerThresholds()
+# Limits of the tracker's expectation. Tuned on tests.bench.vision_films.
+GOOD_MATCH = 0.75  #: share of the usual correlation below which the whole turn is searched
+HIDDEN_MATCH = 0.5
+"""Share of the usual correlation below which something is in the way; the expectation is kept."""
+SHOWN = 0.25
+"""Share of the largest information on the angle, Σ w (∂T/∂φ)² over the visible part, below which a
+frame shows no angle. Derived: from a quarter on its sd is at most twice the least."""
+MEMORY = 0.05  #: weight of the newest frame in the running rate and the usual correlation
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +108,7 @@ class PlateTracker:
         self._search = (weight * np.conj(spectrum)).astype(np.complex64)
         # For rings partly hidden or outside the frame: sums over the template itself, by angle.
         self._information = _by_angle(weight * slope**2, self._seen)
-        self._shows = self._information >= THRESHOLDS.shown * self._information.max()
+        self._shows = self._information >= SHOWN * self._information.max()
         self._offset = _by_angle(weight * slope * image, self._seen)
         self._energy = _by_angle(weight * image**2, self._seen)
         # The blur is fitted at whole samples, parts of one hardly change it; and on waves above the
@@ -174,7 +158,7 @@ class PlateTracker:
         energy = np.vecdot(difference, difference) @ self._weight
         size = float(np.sqrt(energy))
         angle, match, settled = self._refine(difference, expected, size)
-        if self._time is None or not settled or match < THRESHOLDS.good_match * self._usual:
+        if self._time is None or not settled or match < GOOD_MATCH * self._usual:
             start = self._whole_turn(difference, expected)
             other_angle, other_match, _ = self._refine(difference, start, size)
             if other_match > match:
@@ -190,16 +174,16 @@ class PlateTracker:
         if self._time is None:
             self._time, self._angle, self._usual = time_s, angle, match
             return
-        if match < THRESHOLDS.hidden_match * self._usual:
+        if match < HIDDEN_MATCH * self._usual:
             # Something is in the way: keep the expectation.
-            self._usual += THRESHOLDS.memory * (match - self._usual)
+            self._usual += MEMORY * (match - self._usual)
             return
         elapsed = time_s - self._time
         surprise = angle - self._angle - self._rate * elapsed
         if elapsed > 0:
-            self._rate += 2 * THRESHOLDS.memory * surprise / elapsed
+            self._rate += 2 * MEMORY * surprise / elapsed
         self._time, self._angle = time_s, angle
-        self._usual += THRESHOLDS.memory * (match - self._usual)
+        self._usual += MEMORY * (match - self._usual)
 
     def _refine(
         self, difference: NDArray[np.float32], start_rad: float, size: float

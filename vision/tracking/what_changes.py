@@ -34,41 +34,24 @@ CALM = 0.1  # quantile of the change from frame to frame that counts as noise
 CLEAR = 3.0  # sds of noise, least change of a place by the motion of a camera
 
 
-@dataclass(frozen=True)
-class ChangeThresholds:
-    """Limits for naming the cause of a change.
-
-    Attributes
-    ----------
-    mostly : float
-        Share of the change that one cause explains. Derived: half.
-    goes_with : float
-        Share of the places with edges that follow a moving camera. Tuned on kinds of film without
-        a rate: 0.78 and more for a camera, 0.28 and less for an object that passes in front of it.
-    much : float
-        Least share of the picture that varies beyond noise by a motion without repetition. As much
-        as the blocks of ``vision.image_return``.
-    straight : float
-        Net displacement over path length of a passing object. Derived: a mark on a plate that makes
-        a quarter of a turn.
-    across : float
-        Its path over the longer side of the view. Derived: no mark of a plate in the view moves as
-        far in a quarter of a turn.
-    steps : float
-        Share of the frames with half of all change, and of that change the share that goes on in
-        the frames before and after, if the picture is still in between. Derived: a tenth; an even
-        motion changes half in half of them, and a hand as much in the frames beside.
-    """
-
-    mostly: float = 0.5
-    goes_with: float = 0.7
-    much: float = 0.03
-    straight: float = 0.9
-    across: float = 0.5
-    steps: float = 0.1
-
-
-THRESHOLDS = ChangeThresholds()
+# Limits for naming the cause of a change.
+MOSTLY = 0.5  #: share of the change that one cause explains. Derived: half
+GOES_WITH = 0.7
+"""Share of the places with edges that follow a moving camera. Tuned on kinds of film without a
+rate: 0.78 and more for a camera, 0.28 and less for an object that passes in front of it."""
+MUCH = 0.03
+"""Least share of the picture that varies beyond noise by a motion without repetition. As much as
+the blocks of ``vision.image_return``."""
+STRAIGHT = 0.9
+"""Net displacement over path length of a passing object. Derived: a mark on a plate that makes a
+quarter of a turn."""
+ACROSS = 0.5
+"""Its path over the longer side of the view. Derived: no mark of a plate in the view moves as far
+in a quarter of a turn."""
+STEPS = 0.1
+"""Share of the frames with half of all change, and of that change the share that goes on in the
+frames before and after, if the picture is still in between. Derived: a tenth; an even motion
+changes half in half of them, and a hand as much in the frames beside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,20 +95,20 @@ def what_changes(
     best = max(motions, key=lambda motion: motion.together)
     per_s = len(time_s) / lasts_s
     much = small.std(axis=0) > CLEAR * median(noise)
-    if much.mean() < THRESHOLDS.much:
+    if much.mean() < MUCH:
         return RateRefused(f"nothing in the picture repeats within its {lasts_s:.1f} s")
     energy = (change**2).sum(axis=(1, 2))
     # Both exceed the noise of a pair: this one where everything moves, that one where a part does.
     energy = np.maximum(energy - min(2 * (noise**2).sum(), quantile(energy, CALM)), 0)
     by_size = np.argsort(-energy)
-    half = np.searchsorted(np.cumsum(energy[by_size]), THRESHOLDS.mostly * energy.sum()) + 1
+    half = np.searchsorted(np.cumsum(energy[by_size]), MOSTLY * energy.sum()) + 1
     steps, around = by_size[:half], np.minimum(np.roll(energy, 1), np.roll(energy, -1))
-    if (half < THRESHOLDS.steps * len(energy)
-            and around[steps].sum() < THRESHOLDS.steps * energy[steps].sum()):
+    if (half < STEPS * len(energy)
+            and around[steps].sum() < STEPS * energy[steps].sum()):
         return NoPlate(f"the picture changes in steps and stands still between them: half of all "
                        f"change is in {half} of {len(energy)} frames; a plate turns on evenly")
-    moves = [motion for motion in motions if motion.together > THRESHOLDS.mostly]
-    if moves and min(motion.goes_with for motion in moves) > THRESHOLDS.goes_with:
+    moves = [motion for motion in motions if motion.together > MOSTLY]
+    if moves and min(motion.goes_with for motion in moves) > GOES_WITH:
         which = int(np.abs(best.camera_px).argmax())
         at_edge = float(abs(best.camera_px[which])) * per_s
         how = (f"shifts by {at_edge * factor * pixel:.0f} px",
@@ -135,8 +118,8 @@ def what_changes(
                           f"per second, and nothing in the frame turns about a fixed axis")
     passing = max(motions, key=lambda motion: motion.passes)
     way = passing.way_px * len(time_s)
-    if (passing.passes > THRESHOLDS.mostly and passing.straight > THRESHOLDS.straight
-            and way > THRESHOLDS.across * max(small.shape[1:])):
+    if (passing.passes > MOSTLY and passing.straight > STRAIGHT
+            and way > ACROSS * max(small.shape[1:])):
         speed = passing.way_px * per_s * factor * pixel
         return OnlyShifts(f"what moves in the picture passes by in one direction, at about "
                           f"{speed:.0f} px per second, and nothing in the frame turns about a "

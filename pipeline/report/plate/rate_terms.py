@@ -16,7 +16,7 @@ from pipeline.drawings.charts import nice_limit
 from pipeline.report.page_templates import rounded
 from pipeline.results.json_values import Json
 from pipeline.stages.rate import SettingRate
-from vision.rate.diagnosis import THRESHOLDS
+from vision.rate.diagnosis import SMALLEST_SHARE
 from vision.rate.terms import CONSTANT_RATE, MEANING, StatedFit
 
 DIGITS_SHOWN = 3  #: digits of the dots that the page draws
@@ -57,7 +57,7 @@ def rate_terms_json(rate: SettingRate, number: int) -> Json:
     return {
         "setting": rate.name,
         "limit": limit,
-        "smallest_share": THRESHOLDS.smallest_share,
+        "smallest_share": SMALLEST_SHARE,
         "terms": [
             {"name": name, "meaning": MEANING[name], "in_model": name in fit.model,
              "columns": column.shape[1]}
