@@ -8,7 +8,6 @@ from importlib import import_module
 import pytest
 
 from calib.diagnosis.constants import CONSTANTS
-from calib.noise.stillness import STILLNESS
 from tests.paths import DATA
 from tests.thresholds import ORIGIN, thresholds, written
 
@@ -51,17 +50,10 @@ def test_what_the_page_lists_is_in_the_code_and_has_its_value() -> None:
     assert listed == {name: in_code.get(name) for name in listed}
 
 
-@pytest.mark.parametrize(("title", "record"), [
-    ("Diagnosis", CONSTANTS),
-    ("Stillness of a log for `pipeline noise`", STILLNESS),
-])
-def test_a_record_of_thresholds_stands_on_the_page_with_its_values(
-    title: str, record: object
-) -> None:
-    text = section(title)
-    listed = {cells[0].strip("`"): cells[1] for cells in rows(text)}
-    for field in dataclasses.fields(record):  # type: ignore[arg-type]
-        assert listed[field.name] == written(getattr(record, field.name))
+def test_the_constants_of_the_diagnosis_stand_on_the_page_with_their_values() -> None:
+    listed = {cells[0].strip("`"): cells[1] for cells in rows(section("Diagnosis"))}
+    for field in dataclasses.fields(CONSTANTS):
+        assert listed[field.name] == written(getattr(CONSTANTS, field.name))
 
 
 def test_values_of_the_rate_are_those_of_its_modules() -> None:

@@ -1,49 +1,26 @@
 """Test whether a log is fit for an Allan deviation: evenly sampled, without gaps, and still."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from calib.errors import Undetermined
 from calib.numbers import MEDIAN_OF_NORMAL
 from calib.poses.imu_log import AXES, FloatArray, ImuLog, Triad
 
-
-@dataclass(frozen=True)
-class StillnessThresholds:
-    """Limits for refusing a log; half and double of each: ``tests.bench.stillness_thresholds``.
-
-    Attributes
-    ----------
-    gap_s, gap_steps : float
-        An interval longer than both, s and usual steps, is a gap. Tuned: shorter ones are how a
-        serial port delivers samples in bursts.
-    window_s : float
-        Of the means and variances that show a movement, s: as long as a touch.
-    fewest_in_window : int
-        Samples; derived: the sd of a variance is a third of it.
-    jump : float
-        Of the difference of neighbouring windows' means, robust sds. Derived: Gaussian noise has 6
-        in a billion windows; what wanders has more.
-    louder : float
-        Variance of a window over the median one. Derived: as ``jump``.
-    turning_rad_s : float
-        Fact: more is no bias of a low-cost gyroscope at rest (MPU-6050: 0.35 rad/s).
-    fewest : int
-        Samples. Derived: the noise density to 5 % and better.
-    """
-
-    gap_s: float = 0.25
-    gap_steps: float = 5.0
-    window_s: float = 1.0
-    fewest_in_window: int = 20
-    jump: float = 10.0
-    louder: float = 10.0
-    turning_rad_s: float = 0.5
-    fewest: int = 1000
-
-
-STILLNESS = StillnessThresholds()
+# Limits for refusing a log; half and double of each: ``tests.bench.stillness_thresholds``.
+GAP_S = 0.25
+"""An interval longer than this, s, and than ``GAP_STEPS`` is a gap. Tuned: shorter ones are how a
+serial port delivers samples in bursts."""
+GAP_STEPS = 5.0  #: usual steps, as ``GAP_S``. Tuned
+WINDOW_S = 1.0
+"""Length of the means and variances that show a movement, s. A judgement: as long as a touch."""
+FEWEST_IN_WINDOW = 20  #: samples; derived: the sd of a variance is a third of it
+JUMP = 10.0
+"""Difference of neighbouring windows' means, robust sds. Derived: Gaussian noise has 6 in a billion
+windows; what wanders has more."""
+LOUDER = 10.0  #: variance of a window over the median one. Derived: as ``JUMP``
+LARGEST_RATE_RAD_S = 0.5
+"""Fact: more is no bias of a low-cost gyroscope at rest (MPU-6050: 0.35 rad/s)."""
+FEWEST = 1000  #: samples. Derived: the noise density to 5 % and better
 
 
 def sample_step_s(log: ImuLog) -> float:
@@ -59,16 +36,16 @@ def sample_step_s(log: ImuLog) -> float:
     Undetermined
         There are too few samples, or a gap between two of them.
     """
-    if len(log.time_s) < STILLNESS.fewest:
+    if len(log.time_s) < FEWEST:
         raise Undetermined(
-            f"{log.label}: {len(log.time_s)} samples; at least {STILLNESS.fewest} are expected for "
+            f"{log.label}: {len(log.time_s)} samples; at least {FEWEST} are expected for "
             f"a noise density. Record the sensor at rest: some minutes for the noise density, "
             f"hours for bias instability and random walk."
         )
     steps = np.diff(log.time_s)
     usual = float(np.median(steps))
     mean = float(steps.mean())
-    limit = max(STILLNESS.gap_s, STILLNESS.gap_steps * max(usual, mean))
+    limit = max(GAP_S, GAP_STEPS * max(usual, mean))
     gaps = np.flatnonzero(steps > limit)
     if gaps.size:
         edges = np.concatenate([[0], gaps + 1, [len(log.time_s)]])
@@ -102,12 +79,12 @@ def require_still(log: ImuLog, triad: Triad, readings: FloatArray, step_s: float
     Undetermined
         It turned, was touched or tilted, or an axis is stuck.
     """
-    length = max(STILLNESS.fewest_in_window, round(STILLNESS.window_s / step_s))
+    length = max(FEWEST_IN_WINDOW, round(WINDOW_S / step_s))
     count = len(readings) // length
     windows = readings[: count * length].reshape(count, length, 3)
     means, variances = windows.mean(axis=1), windows.var(axis=1)
     if triad == "gyroscope" and np.median(
-            np.linalg.norm(means, axis=1)) > STILLNESS.turning_rad_s:
+            np.linalg.norm(means, axis=1)) > LARGEST_RATE_RAD_S:
         raise Undetermined(f"{log.label}: the gyroscope turns at "
                           f"{np.rad2deg(np.median(np.linalg.norm(means, axis=1))):.3g} °/s. Record "
                           f"the sensor at rest.")
@@ -128,9 +105,9 @@ def require_still(log: ImuLog, triad: Triad, readings: FloatArray, step_s: float
 def _moved(means: FloatArray, variances: FloatArray) -> int | None:
     """The first window with a movement; None without one."""
     usual = float(np.median(variances))
-    loud = variances > STILLNESS.louder * usual if usual > 0 else np.zeros(len(means), bool)
+    loud = variances > LOUDER * usual if usual > 0 else np.zeros(len(means), bool)
     steps = np.abs(np.diff(means))
     robust = float(np.median(steps)) / MEDIAN_OF_NORMAL
-    jumps = np.concatenate([[False], steps > STILLNESS.jump * robust]) if robust > 0 else loud
+    jumps = np.concatenate([[False], steps > JUMP * robust]) if robust > 0 else loud
     wrong = np.flatnonzero(loud | jumps)
     return int(wrong[0]) if wrong.size else None

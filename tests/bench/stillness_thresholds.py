@@ -8,15 +8,15 @@ near by, a plate). Printed per value: logs at rest that are refused, and others 
 """
 
 import argparse
-import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from calib.errors import CalibrationError
-from calib.noise.stillness import STILLNESS, require_still, sample_step_s
+from calib.noise.stillness import require_still, sample_step_s
 from calib.poses.imu_log import FloatArray, ImuLog
-from tests.bench.threshold_records import FACTORS, replaced
+from tests.bench.threshold_records import FACTORS, changed, multiplied
+from tests.thresholds import thresholds
 
 RATE_HZ, LENGTH_S = 100.0, 120.0
 WHITE = 2e-3  #: rad/s of a sample, as of an MPU-6050
@@ -119,18 +119,19 @@ def main() -> None:
     usual = counts(seeds)
     print(f"{seeds} logs of each kind; judged wrongly as it is: "
           f"{', '.join(f'{name} {n}' for name, n in usual.items() if n) or 'none'}\n")
-    print("| threshold | value | × 0.5 | × 2 |\n|---|---|---|---|")
-    for field in dataclasses.fields(STILLNESS):
-        value = getattr(STILLNESS, field.name)
+    print("| threshold | value | unit, origin | × 0.5 | × 2 |\n|---|---|---|---|---|")
+    for one in thresholds("calib.noise"):
+        module, _, name = f"calib.{one.path}".rpartition(".")
+        if module != require_still.__module__:
+            continue
         cells = []
         for factor in FACTORS:
-            new = dataclasses.replace(STILLNESS, **{field.name: type(value)(factor * value)})
-            with replaced(STILLNESS, new):
+            with changed(module, name, multiplied(one.value, factor)):
                 now = counts(seeds)
-            changed = {name: n for name, n in now.items() if n != usual[name]}
-            cells.append(", ".join(f"{name} {usual[name]} → {n}" for name, n in changed.items())
+            differ = {kind: n for kind, n in now.items() if n != usual[kind]}
+            cells.append(", ".join(f"{kind} {usual[kind]} → {n}" for kind, n in differ.items())
                          or "no effect")
-        print(f"| {field.name} | {value:g} | {' | '.join(cells)} |", flush=True)
+        print(f"| {' | '.join((*one.cells, *cells))} |", flush=True)
 
 
 if __name__ == "__main__":
