@@ -14,29 +14,20 @@ AT_ONCE = 500
 
 
 @dataclass(frozen=True, eq=False)
-class LotEvidence:
+class LotEvidence(Evidence):
     """S sessions and K parameters of all trials.
 
     Parameters
     ----------
     sensors : tuple of str, length S
         Which sensor each session is of.
-    trials : tuple of Trial
-    score, information : array, shapes (S, K) and (S, K, K)
-        What the poses of a session do not show or cannot evaluate is zero.
     whole : array, shape (S, K)
-        Diagonal of the information beside the fitted models alone.
-    chi2, dof, noise_dof : array, shape (S,)
+        Diagonal of the information beside the fitted models alone. There as in the others, what the
+        poses of a session do not show or cannot evaluate is zero.
     """
 
     sensors: tuple[str, ...]
-    trials: tuple[Trial, ...]
-    score: FloatArray
-    information: FloatArray
     whole: FloatArray
-    chi2: FloatArray
-    dof: FloatArray
-    noise_dof: FloatArray
 
     def __len__(self) -> int:
         return len(self.sensors)
@@ -69,15 +60,13 @@ class LotEvidence:
             score[i, index] = evidence.score
             information[i][np.ix_(index, index)] = evidence.information
             scalars[:, i] = evidence.chi2, evidence.dof, evidence.noise_dof
-        whole = np.einsum("skk->sk", information).copy()
-        return cls(sensors, tuple(places), score, information, whole, *scalars)
+        return cls.from_stack(sensors, Evidence(tuple(places), score, information, *scalars))
 
     @classmethod
     def from_stack(cls, sensors: Sequence[str], evidence: Evidence) -> "LotEvidence":
         """The lot of the sessions of one stack, ``sensors`` (S) their names."""
         whole = np.einsum("skk->sk", evidence.information).copy()
-        return cls(tuple(sensors), evidence.trials, evidence.score, evidence.information, whole,
-                   evidence.chi2, evidence.dof, evidence.noise_dof)
+        return cls(**vars(evidence), sensors=tuple(sensors), whole=whole)
 
     def selected(self, trials: Sequence[Trial]) -> "LotEvidence":
         """The evidence of these trials alone."""
