@@ -65,6 +65,7 @@ class Registration:
         self._motion = np.eye(3)
         self._away_px: list[float] = []
         self.largest_px = self.largest_roll_rad = 0.0
+        self.moves = False  #: whether the camera moves in the frames that were registered first
 
     def motion(self, luma: Luma, *, fewest: float = 0.0) -> FloatArray | None:
         """Homography from the reference to a frame, px to px, (3, 3); None if it is not visible.
@@ -149,25 +150,18 @@ class Registration:
         return replace(frame, luma=brought_back(frame.luma, motion), chroma=chroma, motion=motion)
 
 
-def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
-    """Registration of the frames, None if too little is stationary, and motion of the camera.
+def registration(frames: list[Frame]) -> Registration | None:
+    """Registration of the frames to that in the middle; None if too little is stationary.
 
     Parameters
     ----------
     frames : list of Frame
         Some seconds of the clip.
-
-    Returns
-    -------
-    Registration or None
-        To the frame in the middle.
-    moved_px : float
-        Root mean square of the motion of the surroundings, NaN if it is not visible.
     """
     reference = frames[len(frames) // 2].luma
     corners = _corners(reference)
     if not _all_around(corners, reference.shape):
-        return None, np.nan
+        return None
     looked_at = [frames[i].luma for i in spread_choice(len(frames), LOOKED_AT)]
     followed, agreements, still = [], np.zeros(len(corners)), np.zeros(len(corners))
     enough = STANDS * len(looked_at)
@@ -186,7 +180,7 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
         still += away < MOVED_PX
         possible = agreements + len(looked_at) - number >= enough
         if not _all_around(corners[possible], reference.shape):
-            return None, np.nan  # however many agree in the remaining frames
+            return None  # however many agree in the remaining frames
     stands = agreements >= enough
     # A moving camera moves everything. Ribs of a mat, from each to the next, also move as a rolling
     # camera would move them, and may be most of the corners; but others are stationary.
@@ -197,9 +191,8 @@ def registration(frames: list[Frame]) -> tuple[Registration | None, float]:
     away = np.array(shifts) - median(shifts, axis=0)
     moved_px = float(np.sqrt((away**2).sum(axis=1).mean()))
     camera = Registration(reference, corners[stands])
-    if moved_px > MOVED_PX and not camera.explains(looked_at):
-        moved_px = 0.0
-    return camera, moved_px
+    camera.moves = moved_px > MOVED_PX and camera.explains(looked_at)
+    return camera
 
 
 def _corners(reference: Luma) -> NDArray[np.float32]:

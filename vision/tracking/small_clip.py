@@ -114,7 +114,7 @@ class SmallClip:
         from vision.plate.background import spread_choice
         from vision.plate.lamp import Lamp, changing_light
         from vision.plate.periodic import informative
-        from vision.tracking.registration import MOVED_PX, registration
+        from vision.tracking.registration import registration
         from vision.tracking.what_changes import what_changes
 
         time, whole = np.array(self.time_s), self._whole
@@ -126,8 +126,8 @@ class SmallClip:
             self.lamp = Lamp(np.mean(lumas, axis=0, dtype=np.float32), lines)
             whole = [replace(small, luma=self.lamp.evened(small.luma)) for small in whole]
         self._whole, seen = [], whole
-        camera, moved_px = registration(whole)
-        if camera is not None and moved_px > MOVED_PX:
+        camera = registration(whole)
+        if camera is not None and camera.moves:
             back = [camera.back(small) for small in whole]
             if camera.largest_px < min(whole[0].luma.shape) / 2:  # otherwise another view
                 self.camera, whole = camera, back

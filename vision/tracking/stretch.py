@@ -48,10 +48,10 @@ class Stretch:
 
     def steadied(self, *, camera_moves: bool) -> "Stretch":
         """Without the motion of the camera, if it moves or is known to move."""
-        from vision.tracking.registration import MOVED_PX, registration
+        from vision.tracking.registration import registration
 
-        camera, moved_px = registration(self.frames)
-        if camera is None or not (camera_moves or moved_px > MOVED_PX):
+        camera = registration(self.frames)
+        if camera is None or not (camera_moves or camera.moves):
             return replace(self, around=camera)
         return replace(self, frames=[camera.back(frame) for frame in self.frames], camera=camera)
 

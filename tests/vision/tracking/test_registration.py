@@ -106,9 +106,9 @@ def test_frames_are_brought_back_to_a_tenth_of_a_pixel() -> None:
     rough = cv2.GaussianBlur(rng.standard_normal((360, 480)), (0, 0), 3)
     table = np.clip(128 + 60 * rough / rough.std(), 0, 255).astype(np.uint8)
     clip = frames([np.asarray(moved(table, *sway(i)), np.uint8) for i in range(40)])
-    camera, moved_px = registration(clip)
+    camera = registration(clip)
     assert camera is not None
-    assert moved_px > 3
+    assert camera.moves
     shown = [camera.back(frame).luma[60:-60, 60:-60].astype(float) for frame in clip]
     slope = np.abs(np.gradient(shown[20])[1]).mean()
     assert max(np.abs(luma - shown[20]).mean() for luma in shown) < 0.1 * slope + 1.5
@@ -127,7 +127,7 @@ def test_what_stands_on_one_side_only_is_no_surroundings() -> None:
         y = 40 + round(4 * np.sin(0.4 * i))
         image[y : y + 112, 340:436] = arm
         images.append(image)
-    assert registration(frames(images))[0] is None
+    assert registration(frames(images)) is None
 
 
 def test_bands_of_a_flickering_lamp_are_no_motion_of_the_camera() -> None:
@@ -141,9 +141,11 @@ def test_bands_of_a_flickering_lamp_are_no_motion_of_the_camera() -> None:
             scene * (1 + 0.2 * np.sin(row / 40 + 2.3 * i)) + rng.normal(0, 1.5, scene.shape),
             0, 255).astype(np.uint8), NO_CHROMA)
         for i in range(30)]
-    camera, moved_px = registration(frames)
+    camera = registration(frames)
     assert camera is not None
-    assert moved_px == 0
+    assert not camera.moves
     swayed = [Frame(frame.time_s, moved(scene, *sway(8 * i)).astype(np.uint8), NO_CHROMA)
               for i, frame in enumerate(frames)]
-    assert registration(swayed)[1] > 2
+    camera = registration(swayed)
+    assert camera is not None
+    assert camera.moves
