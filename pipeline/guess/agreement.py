@@ -85,13 +85,13 @@ def _no_gravity(guess: SessionGuess, table: TableGuess) -> str:
 
 
 def _one_axis_twice(guess: SessionGuess, table: TableGuess) -> str:
-    """Two axes of a triad that hold the same numbers."""
-    for triad in (table.accelerometer, table.gyroscope):
-        for one, other in combinations(triad.columns if triad else (), 2):
-            first, second = table.table.columns[one], table.table.columns[other]
-            if np.array_equal(first, second) and first.any():
-                return (f"{table.path}: '{one}' and '{other}' hold the same numbers: one axis is "
-                        f"written twice and another is missing. Correct what writes the log.")
+    """Two axes, of one triad or of both, that hold the same numbers."""
+    triads = [triad for triad in (table.accelerometer, table.gyroscope) if triad]
+    for one, other in combinations([name for triad in triads for name in triad.columns], 2):
+        first, second = table.table.columns[one], table.table.columns[other]
+        if np.array_equal(first, second) and first.any():
+            return (f"{table.path}: '{one}' and '{other}' hold the same numbers: one axis is "
+                    f"written twice and another is missing. Correct what writes the log.")
     return ""
 
 

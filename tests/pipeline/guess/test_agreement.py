@@ -276,10 +276,14 @@ def test_increments_from_sample_to_sample_have_their_exact_unit(
     assert not [*disagreements(found)]
 
 
-def test_one_axis_that_is_written_twice_is_refused(tmp_path: Path, log: HandLog) -> None:
-    acc = log.acc[:, [0, 0, 2]]
-    found = guess(tmp_path / "a.csv", NAMES, log.time_s, acc, log.gyr)
-    assert "'ax' and 'ay' hold the same numbers" in next(disagreements(found))
+@pytest.mark.parametrize(("columns", "says"), [
+    ([0, 0, 2, 3, 4, 5], "'ax' and 'ay'"), ([0, 1, 2, 2, 4, 5], "'az' and 'gx'")])
+def test_one_axis_that_is_written_twice_is_refused(
+    tmp_path: Path, log: HandLog, columns: list[int], says: str
+) -> None:
+    both = np.hstack([log.acc, log.gyr])[:, columns]
+    found = guess(tmp_path / "a.csv", NAMES, log.time_s, both[:, :3], both[:, 3:])
+    assert f"{says} hold the same numbers" in next(disagreements(found))
 
 
 def test_a_gyroscope_of_zeros_is_none(tmp_path: Path, log: HandLog) -> None:
