@@ -53,7 +53,7 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
     ],
     "calib.poses.averaging": [
         ("pose_mean",), ("sway",), ("average_pose",),
-        ("correlation",), ("drift_within", "mean_noise"),
+        ("correlation", "common_course"), ("drift_within", "mean_noise"),
     ],
     "calib.poses.rests": [
         ("still_search",), ("rest_candidates", "attitude_fit"), ("static_intervals",),
@@ -72,7 +72,8 @@ FLOORS: Mapping[str, list[tuple[str, ...]]] = {
         ("unknown_sd",),
     ],
     "calib.fit.triad": [
-        ("correction", "determined"), ("calibration", "frame_alignment", "leaning"),
+        ("correction", "determined"), ("within_poses",),
+        ("calibration", "frame_alignment", "leaning"),
         ("other_poses",),
     ],
     "calib.fit.validation": [

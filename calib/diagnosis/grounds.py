@@ -1,4 +1,4 @@
-"""What a verdict rests on: the noise of its poses, what these cannot see, the turning plate.
+"""What a verdict rests on: noise, what the poses have in common, cannot see, the turning plate.
 
 Gravity turns in the axes of a sensor on a leaning plate, and so does everything fixed in the room:
 the magnet of a motor makes the waves of a g-sensitivity in every pose. If the player leans the
@@ -27,6 +27,7 @@ from calib.effects.effect import EFFECTS, Effect
 from calib.effects.units import display_unit
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.unknown_sd import tests_the_model
+from calib.fit.triad.within_poses import courses_within
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import Triad
 
@@ -70,6 +71,7 @@ def on_its_grounds(
             and len({poses.run[place] for place in poses.ring.place}) == 1
             and not poses.reference.is_null.any()):
         diagnosis = diagnosis.saying(OR_A_FIELD)
+    diagnosis = _as_far_as_it_settled(diagnosis, fit)
     if tests_the_model(poses):
         if (diagnosis.verdict == Code.NOTHING_MISSING and prediction is not None
                 and prediction.by_open > prediction.by_poses and formulas_of_readings(fit)):
@@ -81,6 +83,24 @@ def on_its_grounds(
         diagnosis, verdict=Code.REFUSED, name=None, names=(), group=(), inclusion=(), advice=None,
         explanation=Explanation("open", "its model cannot be tested", UNTESTED, "record",
                                 "State the sds of the means, or record every pose twice"))
+
+
+def _as_far_as_it_settled(diagnosis: Diagnosis, fit: Fit) -> Diagnosis:
+    """``diagnosis`` with the courses that all poses have in common.
+
+    They are told where a parameter may be off by more than by all else; then the session is not
+    complete.
+    """
+    for course in courses_within(fit):
+        if (2 * np.diag(course.cov) <= np.diag(fit.cov)).all():
+            continue
+        diagnosis = diagnosis.saying(f" {course.text}")
+        said = diagnosis.explanation
+        if said.standing == "good":
+            diagnosis = replace(diagnosis, explanation=Explanation(
+                "open", "its readings change alike within every pose",
+                f"{said.text} {course.remedy}.", "record", course.remedy))
+    return diagnosis
 
 
 def _among_what_is_seen(

@@ -6,8 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+from calib.poses.averaging.common_course import CommonCourse
 from calib.poses.averaging.mean_noise import (
     NOISE_DOF_PER_POSE,
+    common_courses,
     pose_mean_sd,
     sd_dof,
     too_short,
@@ -63,6 +65,8 @@ class PoseSet(Rows):
         Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     ring : Ring or None
         What poses on a leaning plate read all round one turn; None where none does.
+    courses : tuple of CommonCourse
+        What the poses of each length have in common within them.
     stated : PoseSet or None
         The poses with their sds as they were stated, where these contain what is drawn
         (:mod:`calib.fit.least_squares.widened`).
@@ -87,6 +91,7 @@ class PoseSet(Rows):
     up_sd_rad: FloatArray | None = None
     sd_dof: float | None = None
     ring: Ring | None = None
+    courses: tuple[CommonCourse, ...] = ()
     stated: "PoseSet | None" = None
 
     def __len__(self) -> int:
@@ -245,6 +250,7 @@ def pose_set(
         up=up, up_sd_rad=up_sd_rad,
         sd_dof=sd_dof([run.means for run in runs if not run.is_stated], triad),
         ring=rings_of([(run.ring, len(run.means)) for run in runs]),
+        courses=common_courses([run.means for run in runs if not run.is_stated], triad),
     )
     if correct_force is None or not np.isfinite(poses.force).all():
         return poses

@@ -18,6 +18,7 @@ from calib.fit.least_squares.unknown_sd import noise_of
 from calib.fit.parameters import TriadParameters, triad_parameters
 from calib.fit.triad.correction import Correction
 from calib.fit.triad.determined import LARGEST_SHARE, scatter_between_runs, undetermined
+from calib.fit.triad.within_poses import courses_within
 from calib.numbers import NO_LENGTH
 from calib.poses.conditions import Conditions
 from calib.poses.data_sheet import TriadSpec
@@ -47,8 +48,9 @@ class TriadCalibration:
         By how much the sds exceed those of the stated noise: the root of the variance to expect
         (:meth:`calib.fit.noise_size.Noise.expected_variance`), and of a calibration
         :meth:`averaged` the root mean square ratio of all parameters.
-    between_runs : array, shape (p, p)
-        What the scatter of the plate's rate between runs adds to ``fit.cov``.
+    unaveraged : mapping of cause to array, shape (p, p)
+        What adds to ``fit.cov`` and does not average down over poses: the scatter of the plate's
+        rate between runs, and courses that all poses have in common.
     """
 
     triad: Triad
@@ -56,7 +58,7 @@ class TriadCalibration:
     fit: Fit
     parameters: TriadParameters
     widening: float
-    between_runs: FloatArray
+    unaveraged: Mapping[str, FloatArray]
 
     def averaged(self, factor: float, held: FloatArray) -> "TriadCalibration":
         """The same calibration with sds averaged over effects that may be missing.
@@ -86,7 +88,7 @@ class TriadCalibration:
     def noise_cov(self) -> FloatArray:
         """Covariance (p, p) of the errors that poses do not share: noise, widened by the misfit."""
         common = self.fit.common_shift
-        return np.asarray(self.fit.cov - common @ common.T - self.between_runs)
+        return np.asarray(self.fit.cov - common @ common.T - sum(self.unaveraged.values()))
 
     def effect_values(self) -> dict[str, tuple[FloatArray, FloatArray]]:
         """Value and sd of each added effect's parameters, by its name.
@@ -161,14 +163,21 @@ def noise_widening(fit: Fit) -> float:
 
 
 def covariance_with_misfit(fit: Fit) -> FloatArray:
-    """Covariance (p, p) of the parameters, SI: ``C + w² (cov - C)`` and the scatter between runs.
+    """Covariance (p, p) of the parameters, SI: ``C + w² (cov - C)`` and what is not averaged.
 
     Noise has the variance w² to expect of it, and C, the errors that the references have in common,
     are left as they were stated.
     """
     common = fit.common_shift @ fit.common_shift.T
-    return np.asarray(
-        common + noise_widening(fit)**2 * (fit.cov - common) + scatter_between_runs(fit))
+    noise = noise_widening(fit)**2 * (fit.cov - common)
+    return np.asarray(common + noise + sum(unaveraged(fit).values()))
+
+
+def unaveraged(fit: Fit) -> Mapping[str, FloatArray]:
+    """Covariances (p, p) by what all poses, or all of a run, have in common, SI, by cause."""
+    between = scatter_between_runs(fit)
+    return {**({BETWEEN_RUNS: between} if between.any() else {}),
+            **{course.cause: course.cov for course in courses_within(fit)}}
 
 
 def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
@@ -199,7 +208,7 @@ def calibrate_triad(fit: Fit, spec: TriadSpec) -> TriadCalibration:
         fit=replace(fit, cov=cov),
         parameters=triad_parameters(fit.model, fit.theta, cov, spec),
         widening=noise_widening(fit),
-        between_runs=scatter_between_runs(fit),
+        unaveraged=unaveraged(fit),
     )
 
 
@@ -235,7 +244,7 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
     -------
     mapping of cause to array, shape (3, 3)
         Rows are misalignment, bias and scale, columns x, y, z; NaN for what was not fitted. The
-        causes are ``NOISE``, the common errors of the reference, and ``BETWEEN_RUNS``.
+        causes are ``NOISE``, the common errors of the reference, and what is not averaged.
     """
     fit = calibration.fit
     reference = fit.poses.reference
@@ -246,8 +255,7 @@ def uncertainty_budget(calibration: TriadCalibration) -> Mapping[str, FloatArray
         )
         if stated.any()  # not an error that was stated as zero
     }
-    if calibration.between_runs.any():
-        parts[BETWEEN_RUNS] = calibration.between_runs
+    parts |= calibration.unaveraged
     rest = fit.cov - sum(parts.values(), start=np.zeros_like(fit.cov))
     return {name: parameter_sds(calibration, cov) for name, cov in {NOISE: rest, **parts}.items()}
 

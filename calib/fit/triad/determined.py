@@ -117,10 +117,10 @@ def scatter_between_runs(fit: Fit) -> FloatArray:
     p = fit.model.size
     nothing = np.zeros((p, p))
     runs = _runs(fit)
-    if runs.shape[1] < 2:
+    if fit.poses.triad != "gyroscope" or runs.shape[1] < 2:
         return nothing
     root = np.sqrt(fit.weight)
-    q, r = np.linalg.qr(fit.weighted_jacobian)
+    q, _ = np.linalg.qr(fit.weighted_jacobian)
     common = q[:, : len(fit.eta)]  # they come first
     of_runs = runs * root[:, None]
     shown = of_runs - q @ (q.T @ of_runs)
@@ -134,15 +134,20 @@ def scatter_between_runs(fit: Fit) -> FloatArray:
     if k == 0 or fdtrc(k, min(rest, fit.noise_dof), between / k / within) >= MISFIT_P_VALUE:
         return nothing
     variance = (between - k * within) / float((singular**2).sum())
-    shift = fit.directions[:p] @ np.linalg.solve(r, q.T @ of_runs)  # (p, runs)
+    shift = shift_by_rates(fit)
     return np.asarray(variance * float(stdtrit(k, ONE_SD)) ** 2 * shift @ shift.T)
 
 
+def shift_by_rates(fit: Fit) -> FloatArray:
+    """Shift of the parameters by a relative error of each run's magnitude, SI, (p, runs)."""
+    of_runs = _runs(fit) * np.sqrt(fit.weight)[:, None]
+    q, r = np.linalg.qr(fit.weighted_jacobian)
+    return np.asarray(fit.directions[: fit.model.size] @ np.linalg.solve(r, q.T @ of_runs))
+
+
 def _runs(fit: Fit) -> FloatArray:
-    """Whitened magnitude rows by a relative error of the rate of each run, (r, runs)."""
+    """Whitened magnitude rows by a relative error of the magnitude of each run, (r, runs)."""
     poses, turning = fit.poses, fit.equations.magnitude
-    if poses.triad != "gyroscope":
-        return np.zeros((len(fit.rows.residual), 0))
     run = np.array(poses.run)[turning]
     rate = poses.reference.magnitude[turning] / fit.equations.magnitude_sd
     columns = np.zeros((len(fit.rows.residual), len(set(run))))

@@ -152,7 +152,7 @@ def average_pose(
     largest_shift : mapping of triad to float
         By how much the halves of a still pose may differ, SI.
     drift : mapping of triad to array, shape (t, 3), optional
-        What is known to drift in a pose at rest, about its mean, SI; it does not move the mean.
+        What is known to drift in a pose at rest, about its mean, SI: it is no motion.
     usual : mapping of triad to array, shape (3,), optional
         By how much the run's other poses stray, SI: what they all do is noise and no motion.
 
@@ -194,12 +194,12 @@ def average_pose(
         step = value_steps(counts) * spec.nominal_scale
         known = np.where(np.isfinite(step), step, 0.0)
         if rate_rad_s == 0:
-            rest = values if drift is None else values - drift[triad]
-            check_still(log.label, triad, rest, known, largest_shift[triad], strays[triad])
+            rest, still = values, values if drift is None else values - drift[triad]
+            check_still(log.label, triad, still, known, largest_shift[triad], strays[triad])
             if triad == "accelerometer":
-                creep_rad_s = creep_rate(batch_means(rest, BATCHES), duration_s)
+                creep_rad_s = creep_rate(batch_means(still, BATCHES), duration_s)
             else:
-                sway = sway_square(rest, duration_s)
+                sway = sway_square(still, duration_s)
         else:
             rest = _without(values, harmonics)
             if triad == "gyroscope":

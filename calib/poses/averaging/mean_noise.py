@@ -10,10 +10,12 @@ samples as long as the spectrum is flat below the k-th harmonic, white or not ab
 """
 
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 
 from calib.numbers import NO_LENGTH
+from calib.poses.averaging.common_course import CommonCourse, common_course, without_course
 from calib.poses.averaging.correlation import correlation_of
 from calib.poses.averaging.pose_mean import PoseMean, TriadMean
 from calib.poses.averaging.sway import shortfall
@@ -47,7 +49,7 @@ correlation. Derived."""
 
 SHORTEST_S, LONG_ENOUGH_S = 2.0, 8.0
 """With noise correlated over half a second, as low-cost sensors have it, alone or below three times
-as much white noise, 90 to 94 % at 1.5 s, 95 to 96 % at 3 s and 95 % at 8 s are within 1.96 sds.
+as much white noise, 90 to 94 % at 1.5 s, 94 to 95 % at 3 s and 95 % at 8 s are within 1.96 sds.
 Tuned on ``tests/calib/poses/pose_mean_coverage.py``, 25 sessions each."""
 
 LOWEST_HARMONICS = 4
@@ -156,6 +158,14 @@ def _together(runs: Sequence[Sequence[PoseMean]], group: Sequence[int]) -> list[
     return [mean for i in group for mean in runs[i]]
 
 
+def common_courses(
+    runs: Sequence[Sequence[PoseMean]], triad: Triad
+) -> tuple[CommonCourse, ...]:
+    """The course that the poses of each length have in common, where they show one."""
+    courses = (common_course(_together(runs, group), triad) for group in by_length(runs))
+    return tuple(course for course in courses if course is not None)
+
+
 def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
     """Degrees of freedom of the sds of all runs; None where there are none.
 
@@ -163,7 +173,7 @@ def sd_dof(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> float | None:
     """
     scatter, total = 0.0, 0
     for group in by_length(runs):
-        means = _together(runs, group)
+        means = without_course(_together(runs, group), triad)
         total += len(means)
         by_number = NOISE_DOF_PER_POSE * len(means)
         scatter += len(means) ** 2 * (1 / correlation_of(means, triad).dof + 1 / by_number)
@@ -178,7 +188,7 @@ def too_short(means: Sequence[PoseMean], triad: Triad, run: str) -> str | None:
     lengths = np.sort([mean.duration_s for mean in means])
     total = np.cumsum(lengths)  # half of the recorded time is in poses no longer than:
     seconds = float(lengths[np.searchsorted(total, total[-1] / 2)])
-    wanders = correlation_of(means, triad).factor > LARGEST_FACTOR
+    wanders = correlation_of(without_course(means, triad), triad).factor > LARGEST_FACTOR
     if not wanders and seconds >= SHORTEST_S:
         return None
     seen = (
@@ -203,9 +213,11 @@ def noise_sd(runs: Sequence[Sequence[PoseMean]], triad: Triad) -> FloatArray:
     """
     parts = [np.zeros((0, 3))] * len(runs)
     for group in by_length(runs):
-        widening = correlation_of(_together(runs, group), triad).widening
+        bare = without_course(_together(runs, group), triad)
+        widening, of_group = correlation_of(bare, triad).widening, iter(bare)
         for i in group:
-            parts[i] = pooled_sd(runs[i], triad) * np.sqrt(widening)
+            run = list(islice(of_group, len(runs[i])))
+            parts[i] = pooled_sd(run, triad) * np.sqrt(widening)
     return np.concatenate(parts)
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -83,6 +83,14 @@ class PoseMean:
     def of(self, triad: Triad) -> TriadMean:
         """The mean of a triad; NaN where it was not logged."""
         return getattr(self, triad) if triad in TRIADS else self.further.get(triad, NOT_LOGGED)
+
+    def with_triad(self, triad: Triad, mean: TriadMean) -> "PoseMean":
+        """The same pose with another mean of a triad."""
+        if triad == "accelerometer":
+            return replace(self, accelerometer=mean)
+        if triad == "gyroscope":
+            return replace(self, gyroscope=mean)
+        return replace(self, further={**self.further, triad: mean})
 
 
 _NOTHING = np.full(3, np.nan)

@@ -132,7 +132,7 @@ def test_kinds_of_noise_are_one_verdict_that_says_what_else_it_may_be() -> None:
     assert several.verdict == "noise"
     assert several.inclusion[0].name == "bias_wander"
     assert several.text.index("It is 'extra_noise'") < several.text.index(
-        "'pose_scatter', 'bias_wander' and 'rate_scatter' look the same")
+        "'pose_scatter' and 'bias_wander' look the same")
     assert "It may be " not in several.text
     assert "more noise" not in several.text  # nothing else than the name says already
     course = found(98)

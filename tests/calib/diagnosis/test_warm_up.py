@@ -40,11 +40,11 @@ def added_until_nothing_is_missing(seed: int, taus_s: Sequence[float]) -> tuple[
 
 
 def test_one_time_constant_is_one_name_and_two_are_two() -> None:
-    assert added_until_nothing_is_missing(0, [])[0] == []
-    names, one = added_until_nothing_is_missing(0, [1500.0])
+    assert added_until_nothing_is_missing(1, [])[0] == []
+    names, one = added_until_nothing_is_missing(1, [1500.0])
     assert names == ["warm_up"]
     assert one.shapes["warm_up"] == pytest.approx(1500, rel=0.05)
-    names, two = added_until_nothing_is_missing(0, [120.0, 1500.0])
+    names, two = added_until_nothing_is_missing(1, [120.0, 1500.0])
     assert names == ["warm_up", "warm_up_2"]
     assert sorted(two.shapes.values()) == pytest.approx([120, 1500], rel=0.1)
 

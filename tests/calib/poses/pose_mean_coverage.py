@@ -6,6 +6,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from calib.poses.averaging.average_pose import average_pose
+from calib.poses.averaging.common_course import without_course
 from calib.poses.averaging.correlation import correlation_of
 from calib.poses.averaging.mean_noise import pose_mean_sd, too_short
 from calib.poses.data_sheet import TriadSpec
@@ -62,7 +63,8 @@ def coverage(
         sd = pose_mean_sd([means], "accelerometer")
         error = np.array([mean.accelerometer.mean for mean in means]) - truth[:, 0]
         scores.append(error / sd)
-        factors.append(correlation_of(means, "accelerometer").factor)
+        bare = without_course(means, "accelerometer")
+        factors.append(correlation_of(bare, "accelerometer").factor)
         noted += too_short(means, "accelerometer", "run") is not None
     z = np.array(scores)
     return Held(float(np.mean(np.abs(z) < 1.96)), float(z.std()), float(np.mean(factors)),

@@ -71,7 +71,7 @@ def test_the_scale_holds_the_truth_where_the_rates_of_the_runs_scatter(
 def test_runs_that_agree_add_nothing() -> None:
     _, poses, spec = evening(3)
     found = calibrate_triad(fit(poses, Model.of(BASE)), spec)
-    assert not found.between_runs.any()
+    assert not found.unaveraged
 
 
 def with_one_wrong_rate(poses: PoseSet, run: str) -> PoseSet:
