@@ -206,8 +206,9 @@ def guess_tables(tables: Sequence[RawTable], rate_hz: float | None) -> list[Tabl
     rate_hz : float or None
         The sample rate, stated by the user.
     """
-    tables = [replace(table, columns=without_repeats(without_ends(table.columns)))
-              for table in tables]
+    tables = [replace(table, columns=without_repeats(without_ends(
+                  {name: values for name, values in table.columns.items()
+                   if np.isfinite(values).any()}))) for table in tables]
     clocks = [guess_clock(table.columns, rate_hz, table.rate_hz) for table in tables]
     hints = sensors_of_files(tables, clocks)
     groups: dict[tuple[object, str, str], list[int]] = {}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 from scipy.ndimage import uniform_filter1d
 
 from pipeline.console.import_text import guess_lines
@@ -16,6 +17,7 @@ from pipeline.guess.session import SessionGuess, guess_session
 from tests.pipeline.guess.hand_log import GRAVITY_M_S2, hand_log
 from tests.pipeline.guess.text_rows import si_rows, write_lines
 from tests.sessions import pipeline, typed
+from tests.world.write import COUNT_COLUMNS
 
 HEADER = "seconds_elapsed,z,y,x"
 OF_NO_READINGS = {"Annotation.csv": f"{HEADER}\n", "Metadata.csv": "device,rate\nphone,100\n",
@@ -191,3 +193,21 @@ def test_a_session_is_called_by_its_only_file_or_the_folder_of_all(tmp_path: Pat
         part = [rows[0], *rows[1 + 540 * pose : 541 + 540 * pose]]
         every.append(write_lines(tmp_path / "shelf" / f"pose{pose}" / "log.csv", part))
     assert titled(every) == "title: shelf"
+
+
+def test_a_file_in_which_an_axis_has_no_number_is_told_by_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = hand_log()
+    for i in range(log.rest.max() + 1):
+        rows = log.rest == i
+        gyr = log.gyr[rows] * [1.0, 1.0, np.nan if i == 4 else 1.0]
+        axes = np.column_stack([log.acc[rows], gyr]).T
+        savemat(tmp_path / f"pose{i:02d}.mat", {
+            "time_s": log.time_s[rows], **dict(zip(COUNT_COLUMNS, axes, strict=True)),
+            "temp": np.full(rows.sum(), np.nan)})
+    config = tmp_path / "config.yaml"
+    pipeline("import", *sorted(tmp_path.glob("*.mat")), "--output", config)
+    out = " ".join("".join(capsys.readouterr()).split())
+    assert "our bug" not in out
+    assert "pose04.mat, row 1: column gyr_z: found nan" in out
