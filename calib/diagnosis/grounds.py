@@ -88,15 +88,15 @@ def on_its_grounds(
 def _as_far_as_it_settled(diagnosis: Diagnosis, fit: Fit) -> Diagnosis:
     """``diagnosis`` with the courses that all poses have in common.
 
-    They are told where a parameter may be off by more than by all else; then the session is not
-    complete.
+    They are told where a parameter may be off by more than by all else. Then the session is not
+    complete, and a misfit without a name may be theirs: poses of two lengths settle differently.
     """
     for course in courses_within(fit):
         if (2 * np.diag(course.cov) <= np.diag(fit.cov)).all():
             continue
         diagnosis = diagnosis.saying(f" {course.text}")
         said = diagnosis.explanation
-        if said.standing == "good":
+        if said.standing == "good" or diagnosis.verdict in (Code.UNKNOWN, Code.AMBIGUOUS):
             diagnosis = replace(diagnosis, explanation=Explanation(
                 "open", "its readings change alike within every pose",
                 f"{said.text} {course.remedy}.", "record", course.remedy))

@@ -14,7 +14,7 @@ from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
 from calib.fit.triad.within_poses import courses_within
 from tests.fitting import pose_sets
-from tests.world.designs import paper_design
+from tests.world.designs import paper_design, rich_design
 from tests.world.imu import FloatArray
 from tests.world.session import RunLog, Session, simulate
 
@@ -41,12 +41,13 @@ def evening(seed: int) -> Session:
     return simulate(DESIGN, seed)
 
 
-def settling(seed: int, tau_s: float) -> Session:
+def settling(seed: int, tau_s: float, session: Session | None = None) -> Session:
     """A sensor that is switched on for each pose."""
-    rng = np.random.default_rng([seed, 5])
-    counts = {triad: size * rng.standard_normal(3) * getattr(DESIGN.sensor, triad).gain
+    rng, session = np.random.default_rng([seed, 5]), session or evening(seed)
+    sensor = session.design.sensor
+    counts = {triad: size * rng.standard_normal(3) * getattr(sensor, triad).gain
               for triad, size in (("accelerometer", ACCELEROMETER), ("gyroscope", GYROSCOPE))}
-    return with_course(evening(seed), lambda since, _, triad: (
+    return with_course(session, lambda since, _, triad: (
         np.exp(-since / tau_s)[..., None] * counts[triad]))
 
 
@@ -124,6 +125,15 @@ def test_the_verdict_says_that_the_readings_had_not_settled() -> None:
     assert found.standing == "open"
     assert "the sensor settles after each start" in found.text
     assert found.following.startswith("Leave sensor and logger running")
+
+
+def test_a_misfit_of_poses_of_two_lengths_asks_for_a_sensor_that_has_settled() -> None:
+    """At rest it has settled less than on the plate, whose poses are longer."""
+    session = simulate(rich_design().scaled(sample_rate=0.5), 3)
+    _, poses, specs = pose_sets(settling(3, 5.0, session))
+    found = assess(poses, Model.of(BASE), specs[1]).diagnosis
+    assert found.p_value < 1e-6
+    assert found.explanation.following.startswith("Leave sensor and logger running")
 
 
 def test_noise_of_the_poses_is_told_apart_from_their_course() -> None:
