@@ -21,6 +21,7 @@ from calib.fit.least_squares.solver import fit
 from calib.fit.least_squares.unknown_sd import has_sds, tests_the_model, with_estimated_sds
 from calib.fit.model import Model
 from calib.fit.triad.calibration import TriadCalibration, calibrate_triad
+from calib.fit.triad.within_poses import at_one_length
 from calib.fit.validation.leave_one_out import Comparison, compare
 from calib.fit.validation.prediction import Prediction, predict, with_sds_of
 from calib.fit.validation.untold import untold_errors
@@ -135,6 +136,7 @@ def calibrate(
     if not has_sds(poses):
         means = Model(tuple(effect for effect in model.effects if not effect.drawn))
         poses = with_estimated_sds(poses, means)
+    poses = at_one_length(poses, model)
     if drawn and not tests_the_model(poses):
         raise Undetermined(
             f"{poses.triad}: '{drawn[0].name}' cannot be told from the noise: the sds of the poses "

@@ -65,6 +65,8 @@ class PoseSet(Rows):
         Degrees of freedom behind ``sd`` where it does not come from the poses' own samples.
     ring : Ring or None
         What poses on a leaning plate read all round one turn; None where none does.
+    duration_s : array, shape (n,), or None
+        How long each pose was logged; 0 for means of a table, None for ideal poses.
     courses : tuple of CommonCourse
         What the poses of each length have in common within them.
     stated : PoseSet or None
@@ -91,6 +93,7 @@ class PoseSet(Rows):
     up_sd_rad: FloatArray | None = None
     sd_dof: float | None = None
     ring: Ring | None = None
+    duration_s: FloatArray | None = None
     courses: tuple[CommonCourse, ...] = ()
     stated: "PoseSet | None" = None
 
@@ -250,6 +253,7 @@ def pose_set(
         up=up, up_sd_rad=up_sd_rad,
         sd_dof=sd_dof([run.means for run in runs if not run.is_stated], triad),
         ring=rings_of([(run.ring, len(run.means)) for run in runs]),
+        duration_s=np.array([mean.duration_s for mean in means]),
         courses=common_courses([run.means for run in runs if not run.is_stated], triad),
     )
     if correct_force is None or not np.isfinite(poses.force).all():

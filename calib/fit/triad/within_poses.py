@@ -16,17 +16,19 @@ but the typical size.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri, stdtr
 
 from calib.effects.effect import EFFECTS
 from calib.fit.least_squares.result import Fit
+from calib.fit.model import Model
 from calib.fit.triad.correction import linear_form
 from calib.fit.triad.determined import shift_by_rates
 from calib.poses.averaging.common_course import CONTRASTS, CommonCourse, polynomials
-from calib.poses.imu_log import AXES, FloatArray
+from calib.poses.imu_log import AXES, FloatArray, Triad
+from calib.poses.pose_set import PoseSet
 from calib.poses.samples.batches import PARTS
 from calib.poses.triad_kind import TRIAD_KINDS
 from calib.rounding import two_digits
@@ -42,9 +44,9 @@ distribution reaches a hundred times as far."""
 LEAST_SHARE = 0.1
 """Share of a sd. Derived: what moves a parameter by less adds half a per cent to it."""
 
-TAUS = np.geomspace(1.0, 1000.0, 25)
-"""Time constants over the length of a part, from what is over within it to eighty poses.
-Numerical."""
+TAUS = np.geomspace(0.3, 600.0, 27)
+"""Time constants, s: a third of one of electronics, ten minutes as of a usual warm-up. Numerical:
+with an hour six of 600 sound triads are told to settle by a line that says little of it."""
 
 SIZES = np.tan(np.pi / 2 * np.linspace(0.05, 0.95, 10))
 """Quantiles of a half-Cauchy distribution in units of the typical size. Numerical."""
@@ -81,23 +83,34 @@ def courses_within(fit: Fit) -> Iterator[CourseWithin]:
 
     A bias or gain whose model follows the clock or a logged column has a course of its own.
     """
-    courses, names = fit.poses.courses, fit.model.names
-    if not courses or any("time" in each.needs or each.logged for each in fit.model.effects):
-        return
-    typical = _typical(fit)
-    if "bias" in names and typical is not None:
-        yield from _of_bias(fit, courses, typical)
-    if "scale" in names:
-        yield from _of_gain(fit, courses)
+    if _typical(fit.poses.triad) and _may_have_one(fit.poses, fit.model, "bias"):
+        yield from _of_bias(fit, fit.poses.courses)
+    if _may_have_one(fit.poses, fit.model, "scale"):
+        yield from _of_gain(fit, fit.poses.courses)
 
 
-def _of_bias(
-    fit: Fit, courses: Sequence[CommonCourse], typical: float
-) -> Iterator[CourseWithin]:
-    value, sd = (np.vstack([getattr(each, name) for each in courses])
-                 for name in ("bias", "bias_sd"))
-    poses = np.repeat([each.poses for each in courses], len(CONTRASTS))
-    square = _square_off(value, _normal_sd(value, sd, poses), *_settling(courses), typical)
+def at_one_length(poses: PoseSet, model: Model) -> PoseSet:
+    """The poses as if all had one length, since a bias that settles is another in longer ones.
+
+    By the mean of the amplitudes that the course shows; without one the readings stay.
+    """
+    length = poses.duration_s
+    if length is None or not (_typical(poses.triad) and _may_have_one(poses, model, "bias")):
+        return poses
+    mean = _settling_means(length)
+    longer = mean - mean.mean(axis=1, keepdims=True)
+    return replace(poses, reading=poses.reading - longer.T @ _of_settling(poses).mean_size)
+
+
+def _may_have_one(poses: PoseSet, model: Model, base: str) -> bool:
+    """Whether a course of bias or scale is not that of an effect of the model."""
+    return bool(poses.courses) and base in model.names and not any(
+        "time" in each.needs or each.logged for each in model.effects)
+
+
+def _of_bias(fit: Fit, courses: Sequence[CommonCourse]) -> Iterator[CourseWithin]:
+    length = np.repeat([each.duration_s for each in courses], [each.poses for each in courses])
+    square = _of_settling(fit.poses).square_off(_settling_means(length).mean(axis=1))
     where = fit.model.slices()["bias"]
     if (square <= LEAST_SHARE**2 * np.diag(fit.cov)[where]).all():
         return
@@ -120,8 +133,8 @@ def _of_gain(fit: Fit, courses: Sequence[CommonCourse]) -> Iterator[CourseWithin
     value, sd = (np.array([getattr(each, name)[0] for each in courses]) * FROM_END_TO_END
                  for name in ("gain", "gain_sd"))
     sd = _normal_sd(value, sd, np.array([each.poses for each in courses]))
-    (square,) = _square_off(value[:, None], sd[:, None], np.ones((1, len(courses))),
-                            np.array([0.5]), TYPICAL_CHANGE)
+    sizes = _Sizes.of(value[:, None], sd[:, None], np.ones((1, len(courses))), TYPICAL_CHANGE)
+    (square,) = sizes.square_off(np.array([0.5]))
     shift = shift_by_rates(fit).sum(axis=1)
     if (square * shift**2 <= LEAST_SHARE**2 * np.diag(fit.cov)).all():
         return
@@ -139,12 +152,6 @@ SETTLE = ("Leave sensor and logger running for 20 minutes before the first pose 
 LOOSEN = "Lay the cable loose, let plate and sensor run warm, and record these poses again"
 
 
-def _typical(fit: Fit) -> float | None:
-    """How large a warm-up of the bias of a low-cost sensor is, SI; None where nothing is quoted."""
-    sizes = (each.si_for(fit.poses.triad) for each in EFFECTS["warm_up"].page.typical.values())
-    return next((size for size in sizes if size is not None), None)
-
-
 def _normal_sd(value: FloatArray, sd: FloatArray, poses: FloatArray) -> FloatArray:
     """The sds (c, ...) by which values are as unlikely in a normal as in Student's distribution."""
     ratio = np.maximum(np.abs(value) / sd, LEAST_RATIO)
@@ -152,39 +159,67 @@ def _normal_sd(value: FloatArray, sd: FloatArray, poses: FloatArray) -> FloatArr
     return np.asarray(sd * ratio / -ndtri(np.maximum(stdtr(dof, -ratio), np.finfo(float).tiny)))
 
 
-def _settling(courses: Sequence[CommonCourse]) -> tuple[FloatArray, FloatArray]:
-    """Contrasts (g, c) of ``exp(-t/τ)`` in the poses of all lengths, and its mean m (g,)."""
-    length = np.array([each.duration_s for each in courses])
-    share = TAUS[:, None] * np.median(length) / PARTS / length  # (g, lengths)
-    fall = np.exp(-np.linspace(0.0, 1.0, PARTS + 1) / share[..., None])
-    parts = PARTS * share[..., None] * -np.diff(fall)
-    mean = np.average(parts.mean(axis=2), axis=1, weights=[each.poses for each in courses])
-    return polynomials(parts).reshape(len(TAUS), -1), mean
+def _of_settling(poses: PoseSet) -> "_Sizes":
+    """How large ``exp(-t/τ)`` is in the readings."""
+    courses = poses.courses
+    value, sd = (np.vstack([getattr(each, name) for each in courses])
+                 for name in ("bias", "bias_sd"))
+    number = np.repeat([each.poses for each in courses], len(CONTRASTS))
+    share = TAUS[:, None] / [each.duration_s for each in courses]
+    parts = PARTS * share[..., None] * -np.diff(
+        np.exp(-np.linspace(0.0, 1.0, PARTS + 1) / share[..., None]))
+    shape = polynomials(parts).reshape(len(TAUS), -1)
+    return _Sizes.of(value, _normal_sd(value, sd, number), shape, _typical(poses.triad))
 
 
-def _square_off(
-    value: FloatArray, sd: FloatArray, shape: FloatArray, m: FloatArray, typical: float
-) -> FloatArray:
-    """Squares of how far parameters may be off, (k,).
+def _typical(triad: Triad) -> float:
+    """How far the bias of a low-cost sensor warms up, SI; 0 where nothing is quoted."""
+    sizes = (each.si_for(triad) for each in EFFECTS["warm_up"].page.typical.values())
+    return next((size for size in sizes if size is not None), 0.0)
 
-    Parameters
-    ----------
-    value, sd : array, shape (c, k)
-        Contrasts.
-    shape : array, shape (g, c)
-        Of each possible course, per unit of its size.
-    m : array, shape (g,)
-        By how much it moves the mean, per unit of its size.
-    typical : float
-        Size.
+
+def _settling_means(length_s: FloatArray) -> FloatArray:
+    """Means (g, n) of ``exp(-t/τ)`` over n poses."""
+    share = TAUS[:, None] / length_s
+    return np.asarray(share * -np.expm1(-1 / share))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sizes:
+    """What the poses tell of the size of a course, for s typical sizes and g shapes.
+
+    ``weight`` (s, g, 1) is the probability of each, ``size`` and ``variance`` (s, g, k) are those
+    of its amplitudes, SI, and ``beforehand`` (s, 1, 1) the typical square of these with the
+    probability that they would have if the poses told nothing.
     """
-    prior = (SIZES * typical)[:, None, None] ** 2  # (s, 1, 1)
-    info = np.einsum("gc,ck->gk", shape**2, sd**-2.0)
-    precision = info + 1 / prior
-    size = np.einsum("gc,ck->gk", shape, value / sd**2) / precision
-    factor = 0.5 * (size**2 * precision - np.log(precision * prior)).sum(axis=2, keepdims=True)
-    most = max(0.0, float(factor.max()))
-    factor, nothing = np.exp(factor - most), np.exp(-most)
-    beyond = m[:, None] ** 2 * (factor * (size**2 + 1 / precision) - nothing * prior)
-    odds = (1 - IN_A_SESSION) * nothing + IN_A_SESSION * factor.mean()
-    return np.asarray(np.maximum(IN_A_SESSION * beyond.mean(axis=(0, 1)) / odds, 0.0))
+
+    weight: FloatArray
+    size: FloatArray
+    variance: FloatArray
+    beforehand: FloatArray
+
+    @classmethod
+    def of(
+        cls, value: FloatArray, sd: FloatArray, shape: FloatArray, typical: float
+    ) -> "_Sizes":
+        """Sizes by contrasts ``value`` (c, k) and ``shape`` (g, c), those per unit of size."""
+        prior = (SIZES * typical)[:, None, None] ** 2
+        precision = np.einsum("gc,ck->gk", shape**2, sd**-2.0) + 1 / prior
+        size = np.einsum("gc,ck->gk", shape, value / sd**2) / precision
+        factor = 0.5 * (size**2 * precision - np.log(precision * prior)).sum(axis=2, keepdims=True)
+        most = max(0.0, float(factor.max()))
+        factor, nothing = np.exp(factor - most), np.exp(-most)
+        each = IN_A_SESSION / factor.size
+        odds = (1 - IN_A_SESSION) * nothing + each * factor.sum()
+        return cls(each * factor / odds, size, 1 / precision, each * nothing / odds * prior)
+
+    @property
+    def mean_size(self) -> FloatArray:
+        """Mean amplitude (g, k) with each shape, times its probability."""
+        return np.asarray((self.weight * self.size).sum(axis=0))
+
+    def square_off(self, m: FloatArray) -> FloatArray:
+        """Squares (k,) of how far parameters may be off, which a course of unit size moves by
+        ``m`` (g,)."""
+        beyond = self.weight * (self.size**2 + self.variance) - self.beforehand
+        return np.asarray(np.maximum(np.einsum("sgk,g->k", beyond, m**2), 0.0))
