@@ -120,9 +120,9 @@ CONFIGURATIONS = (
          edit(MODEL, "model: [cubic]\n\ngyroscope")),
     Case("an effect that one speed does not show", "check CONFIG", 4, "cannot see 'g_sensitivity'",
          edit(GYRO_MODEL, f"{GYRO_MODEL[:-1]}, g_sensitivity]")),
-    Case("more parameters than poses", "check CONFIG", 4, "18 equations for 18 parameters",
-         edit(MODEL, "model: [bias, scale, misalignment, cubic, temperature_bias, "
-                     "temperature_scale]\n\ngyroscope")),
+    Case("more parameters than poses", "check CONFIG", 4, "18 equations for 19 parameters",
+         edit(MODEL, "model: [bias, scale, misalignment, cubic, hysteresis, "
+                     "temperature_bias]\n\ngyroscope")),
     Case("an effect of the accelerometer, which is not logged", "check CONFIG", 4,
          "the accelerometer was not logged", both(
              edit(GYRO_MODEL, f"{GYRO_MODEL[:-1]}, g_sensitivity]"),

@@ -235,8 +235,8 @@ def test_the_history_begins_with_the_model_before_the_first_change(copied: Path)
 
 
 def test_a_guess_and_a_step_that_noise_alone_suggests_are_refused(tmp_path: Path) -> None:
-    """The fit chooses the moment, so that the error of poses that were left out falls by 3.6 %."""
-    config = load_config(write_session(tmp_path, simulate(PAPER, 505), film=False).config)
+    """The fit chooses the moment, so that the error of poses that were left out falls by chance."""
+    config = load_config(write_session(tmp_path, simulate(PAPER, 513), film=False).config)
     found = run(config)
     with pytest.raises(Undetermined, match=r"looks the same as .*'asymmetry'.* --anyway"):
         change_model(config, read_target(config, "gyroscope.quadratic"), never_run, before=found)

@@ -39,9 +39,9 @@ class Runs:
 def test_a_noise_goes_where_an_effect_explains_what_it_stood_for(
     tmp_path: Path, name: str, size: float, model: tuple[str, ...], goes: bool
 ) -> None:
-    hidden = drawn(name, "gyroscope", size, RICH, 3)
+    hidden = drawn(name, "gyroscope", size, RICH, 4)
     assert hidden is not None
-    path = write_session(tmp_path, simulate(RICH, 3, (hidden,)), film=False).config
+    path = write_session(tmp_path, simulate(RICH, 4, (hidden,)), film=False).config
     config, run = load_config(path), Runs()
     for each in model:
         target = read_target(config, f"gyroscope.{each}")
