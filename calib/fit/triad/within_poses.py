@@ -34,8 +34,8 @@ from calib.poses.triad_kind import TRIAD_KINDS
 from calib.rounding import two_digits
 
 IN_A_SESSION = 1e-3
-"""Probability that the poses of a session have such a course. A judgement: with ten times as much
-two sound triads of 600 are told to settle, and courses are contained hardly more often."""
+"""Probability that the poses of a session have such a course. A judgement: half and twice as much
+contain as many."""
 
 TYPICAL_CHANGE = 1e-3
 """Relative change of a plate's rate or a gain through a pose, where there is one. A judgement; the
@@ -92,14 +92,18 @@ def courses_within(fit: Fit) -> Iterator[CourseWithin]:
 def at_one_length(poses: PoseSet, model: Model) -> PoseSet:
     """The poses as if all had one length, since a bias that settles is another in longer ones.
 
-    By the mean of the amplitudes that the course shows; without one the readings stay.
+    By the mean of the amplitudes that the course shows; without one the readings stay, and so do
+    those of a table, whose poses have no length.
     """
     length = poses.duration_s
     if length is None or not (_typical(poses.triad) and _may_have_one(poses, model, "bias")):
         return poses
-    mean = _settling_means(length)
+    logged = length > 0
+    mean = _settling_means(length[logged])
     longer = mean - mean.mean(axis=1, keepdims=True)
-    return replace(poses, reading=poses.reading - longer.T @ _of_settling(poses).mean_size)
+    reading = poses.reading.copy()
+    reading[logged] -= longer.T @ _of_settling(poses).mean_size
+    return replace(poses, reading=reading)
 
 
 def _may_have_one(poses: PoseSet, model: Model, base: str) -> bool:

@@ -137,6 +137,10 @@ def test_poses_of_two_lengths_settle_differently_and_nothing_else_is_named() -> 
     assert found.calibration.fit.chi2 < misfit / 5
     assert found.diagnosis.verdict == Code.NOTHING_MISSING
     assert found.diagnosis.explanation.following.startswith("Leave sensor and logger running")
+    length = poses.duration_s
+    assert length is not None
+    tabled = replace(poses, duration_s=np.where(np.arange(len(poses)) < 5, 0.0, length))
+    assert (at_one_length(tabled, Model.of(BASE)).reading[:5] == poses.reading[:5]).all()
     sound = pose_sets(session)[1]
     as_it_was = at_one_length(sound, Model.of(BASE)).reading
     assert as_it_was == pytest.approx(sound.reading, abs=0.02 * float(sound.sd.min()))
