@@ -98,8 +98,8 @@ def _as_far_as_it_settled(diagnosis: Diagnosis, fit: Fit) -> Diagnosis:
         said = diagnosis.explanation
         if said.standing == "good" or diagnosis.verdict in (Code.UNKNOWN, Code.AMBIGUOUS):
             diagnosis = replace(diagnosis, explanation=Explanation(
-                "open", "its readings change alike within every pose",
-                f"{said.text} {course.remedy}.", "record", course.remedy))
+                "open", "its readings change alike within every pose", said.text, "record",
+                course.remedy))
     return diagnosis
 
 
