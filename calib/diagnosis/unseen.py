@@ -26,14 +26,11 @@ from calib.effects.effect import EFFECTS, Effect
 from calib.fit.least_squares.result import Fit
 from calib.fit.least_squares.widened import WANDERS
 from calib.fit.triad.calibration import TriadCalibration, parameter_sds
+from calib.fit.triad.within_poses import LEAST_SHARE
 from calib.fit.validation.elsewhere import error_by_missing
 from calib.fit.validation.prediction import Prediction
 from calib.poses.imu_log import FloatArray, Triad
 from calib.poses.runs.reference_runs import TIME_BASE
-
-LEAST_SHARE = 0.1
-"""Share of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is
-not listed."""
 
 HARDLY_SEEN = 0.25
 """Share of the variance of a typical size that the poses leave. Derived: they know it no better

@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from calib.diagnosis.next_measurement.advice import pose_in_words
-from calib.diagnosis.unseen import LEAST_SHARE, together
+from calib.diagnosis.unseen import together
 from calib.diagnosis.verdict.decision import Code
 from calib.effects.catalogue import EFFECTS, UnknownEffect, find_effect
 from calib.effects.typical import largest_for
 from calib.effects.units import display_unit
+from calib.fit.triad.within_poses import LEAST_SHARE
 from calib.mounting.mounting import Mounting
 from calib.rounding import in_digits, two_digits
 from pipeline.console.parameter_text import effect_rows, mounting_text, shown_effects

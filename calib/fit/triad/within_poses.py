@@ -42,7 +42,8 @@ TYPICAL_CHANGE = 1e-3
 distribution reaches a hundred times as far."""
 
 LEAST_SHARE = 0.1
-"""Share of a sd. Derived: what moves a parameter by less adds half a per cent to it."""
+"""Share of a stated sd. Derived: what moves a parameter by less adds half a per cent to it, and is
+not listed."""
 
 TAUS = np.geomspace(0.3, 600.0, 27)
 """Time constants, s: a third of one of electronics, ten minutes as of a usual warm-up. Numerical:
