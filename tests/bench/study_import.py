@@ -26,16 +26,9 @@ from pipeline.guess.raw_tables import RawTable, raw_tables
 from pipeline.guess.session import guess_session
 from pipeline.guess.table_guess import guess_tables
 from tests.paths import REAL
-from tests.pipeline.guess.container_files import CONTAINERS
+from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.evening import Evening
-from tests.pipeline.guess.foreign_files import TOOLS
 from tests.pipeline.guess.hand_log import hand_log
-from tests.pipeline.guess.late_files import LATE
-from tests.pipeline.guess.mixed_files import MIXED
-from tests.pipeline.guess.odd_files import ODD
-from tests.pipeline.guess.sentence_files import SENTENCES
-from tests.pipeline.guess.strange_files import STRANGE
-from tests.pipeline.guess.unseen_files import UNSEEN
 from tests.thresholds import Threshold, thresholds
 
 PUBLIC = (
@@ -48,8 +41,7 @@ PUBLIC = (
     "czech_tu_static/measured_accelerations.mat", "magneto_michaelwro/acceldata-example.txt",
 )
 
-EVERY = {**TOOLS, **ODD, **MIXED, **STRANGE, **LATE}
-BY_NUMBERS = {tool: {**EVERY, **SENTENCES, **UNSEEN, **CONTAINERS}[tool] for tool in (
+BY_NUMBERS = {tool: READ[tool] for tool in (
     "unsigned", "offset_binary", "no_header_no_time", "gyroscope_first", "one_file_per_pose",
     "means", "unnamed_quaternion", "g_force", "in_turn", "magnetometer_first", "thingspeak",
     "increments", "micro_g", "nine_unnamed")}
@@ -62,7 +54,7 @@ Guess = Callable[[], object]
 def guesses(folder: Path) -> Iterator[Guess]:
     """A guess of every set of files, to be made anew."""
     log = hand_log(rate_hz=50.0)
-    chosen = BY_NUMBERS if sys.argv[1:] else EVERY
+    chosen = BY_NUMBERS if sys.argv[1:] else READ
     for name, write in chosen.items():
         place = folder / name
         place.mkdir()
@@ -77,7 +69,7 @@ def guesses(folder: Path) -> Iterator[Guess]:
         place.mkdir()
         files = [*evening.write(place, "rest", 0.0, 1), *evening.write(place, "turn", 100 / 3, 2)]
         yield lambda files=files: essence(files, None)  # type: ignore[misc]
-    for name in PUBLIC if REAL.exists() and chosen is EVERY else ():
+    for name in PUBLIC if REAL.exists() and chosen is READ else ():
         yield lambda files=[REAL / name]: essence(files, None)  # type: ignore[misc]
 
 

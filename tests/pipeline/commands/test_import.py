@@ -13,7 +13,7 @@ from pipeline.cli import main
 from pipeline.commands.interaction.arguments import LATITUDE_DEG
 from pipeline.config.load import load_config
 from tests.paths import DATA
-from tests.pipeline.guess.foreign_files import milli_g, no_header_no_time, one_file_per_pose
+from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.hand_log import HandLog, hand_log
 
 
@@ -31,7 +31,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_log_becomes_a_configuration_that_runs(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (path,) = milli_g(here, log).files
+    (path,) = READ["milli_g"](here, log).files
     before = path.read_bytes()
     assert main(["import", path.name]) == 0
     shown = capsys.readouterr().out
@@ -74,7 +74,7 @@ def test_it_runs_is_said_only_of_a_model_that_explains_the_poses(
 def test_a_configuration_is_replaced_with_force_only(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    milli_g(here, log)
+    READ["milli_g"](here, log)
     (here / "log.yaml").write_text("mine")
     assert main(["import", "log.csv"]) == 2
     assert "exists and is left as it is" in capsys.readouterr().err
@@ -87,7 +87,7 @@ def test_a_configuration_is_replaced_with_force_only(
 def test_a_log_that_has_the_name_of_its_configuration_is_read_beside_it(
     here: Path, log: HandLog
 ) -> None:
-    milli_g(here, log)
+    READ["milli_g"](here, log)
     (here / "log.csv").rename(here / "log.yaml")
     assert main(["import", str(here / "log.yaml")]) == 0
     assert "log: log.yaml" in (here / "config.yaml").read_text()
@@ -96,7 +96,7 @@ def test_a_log_that_has_the_name_of_its_configuration_is_read_beside_it(
 def test_what_is_not_sure_is_said_and_stands_in_the_file(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    no_header_no_time(here, log)
+    READ["no_header_no_time"](here, log)
     assert main(["import", "imu.log", "--latitude", "59.9", "--height", "20"]) == 0
     shown = capsys.readouterr().out
     assert "the file holds no times" in shown.partition("not sure:")[2]
@@ -121,7 +121,7 @@ def test_what_is_no_latitude_is_refused_with_an_example(typed: str) -> None:
 def test_programs_get_the_guess_as_json(
     here: Path, log: HandLog, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    files = [path.name for path in one_file_per_pose(here, log).files]
+    files = [path.name for path in READ["one_file_per_pose"](here, log).files]
     assert main(["import", *files, "--json"]) == 0
     guess = json.loads(capsys.readouterr().out)
     assert guess["runs"] is True

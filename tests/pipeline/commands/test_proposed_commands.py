@@ -13,7 +13,7 @@ import pytest
 
 from pipeline.config.load import load_config
 from pipeline.model_change import edited_config, read_target
-from tests.pipeline.guess.foreign_files import milli_g
+from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.hand_log import hand_log
 from tests.sessions import pipeline, quick_session, rewrite_rows
 from tests.world.bench import wedge_directions
@@ -145,7 +145,7 @@ def test_the_configuration_of_an_import_runs_as_proposed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (path,) = milli_g(tmp_path, hand_log(seed=1)).files
+    (path,) = READ["milli_g"](tmp_path, hand_log(seed=1)).files
     strange = path.rename(tmp_path / "-2026-03-04 14-05 Müller's [1].csv")
     assert pipeline("import", "--", strange.name) == 0
     (words,) = proposed(capsys.readouterr().out)

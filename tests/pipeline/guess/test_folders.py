@@ -14,8 +14,8 @@ from pipeline.guess.agreement import disagreements
 from pipeline.guess.config_text import Choices, config_text
 from pipeline.guess.files import guess_files
 from pipeline.guess.session import SessionGuess, guess_session
+from tests.pipeline.guess.foreign import samples, write_lines
 from tests.pipeline.guess.hand_log import GRAVITY_M_S2, hand_log
-from tests.pipeline.guess.text_rows import si_rows, write_lines
 from tests.sessions import pipeline, typed
 from tests.world.write import COUNT_COLUMNS
 
@@ -183,7 +183,7 @@ def titled(files: list[Path]) -> str:
 
 def test_a_session_is_called_by_its_only_file_or_the_folder_of_all(tmp_path: Path) -> None:
     rows = ["time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z",
-            *map(",".join, si_rows(hand_log(rate_hz=20.0)))]
+            *(each.s for each in samples(hand_log(rate_hz=20.0)))]
     for file, title in (("board 7.csv", '"board 7"'), ("on.csv", '"on"'),
                         ("a\nb: {c}.csv", '"a?b: {c}"')):
         assert titled([write_lines(tmp_path / file, rows)]) == f"title: {title}"

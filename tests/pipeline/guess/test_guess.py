@@ -16,25 +16,12 @@ from pipeline.guess.session import guess_session
 from pipeline.stages.context import RunContext
 from pipeline.stages.run import run_stages
 from pipeline.stages.session_logs import Setting, read_session
-from tests.pipeline.guess.container_files import CONTAINERS, CONTAINERS_REFUSED
-from tests.pipeline.guess.foreign_files import TOOLS, Foreign
+from tests.pipeline.guess.corpus import READ
+from tests.pipeline.guess.foreign import Foreign
 from tests.pipeline.guess.hand_log import ACC_BIAS, ACC_SCALE, GRAVITY_M_S2, HandLog, hand_log
-from tests.pipeline.guess.lab_files import LAB, LAB_REFUSED
-from tests.pipeline.guess.late_files import LATE, LATE_REFUSED
-from tests.pipeline.guess.latest_files import LATEST, LATEST_REFUSED
-from tests.pipeline.guess.mixed_files import MIXED
-from tests.pipeline.guess.odd_files import ODD
-from tests.pipeline.guess.sentence_files import SENTENCES, SENTENCES_REFUSED
-from tests.pipeline.guess.strange_files import REFUSED, STRANGE
-from tests.pipeline.guess.unseen_files import UNSEEN, UNSEEN_REFUSED
+from tests.pipeline.guess.refused_files import REFUSED
 from tests.sessions import pipeline
 
-READ = (TOOLS, ODD, MIXED, STRANGE, LATE, SENTENCES, UNSEEN, CONTAINERS, LAB, LATEST)
-EVERY = {name: tool for tools in READ for name, tool in tools.items()}
-NOT_READ = (REFUSED, SENTENCES_REFUSED, UNSEEN_REFUSED, CONTAINERS_REFUSED, LAB_REFUSED,
-            LATE_REFUSED, LATEST_REFUSED)
-EVERY_REFUSED = {name: tool for tools in NOT_READ for name, tool in tools.items()}
-assert len(EVERY) + len(EVERY_REFUSED) == sum(map(len, (*READ, *NOT_READ)))  # no name comes twice
 SITE = "{gravity_m_s2: 9.80665}"
 CALIBRATED = (
     "phyphox", "one_file_per_pose", "offset_binary", "no_header_no_time", "nine_unnamed",
@@ -70,12 +57,12 @@ def resting(readings: np.ndarray) -> np.ndarray:
                      for part in np.array_split(readings, 18)])
 
 
-@pytest.mark.parametrize("tool", [tool for tool in EVERY if tool not in CALIBRATED])
+@pytest.mark.parametrize("tool", [tool for tool in READ if tool not in CALIBRATED])
 def test_a_session_reads_in_a_foreign_file_what_was_recorded(
     tmp_path: Path, log: HandLog, slow_log: HandLog, tool: str
 ) -> None:
     log = log if tool in SPARSE else slow_log
-    foreign = EVERY[tool](tmp_path, log)
+    foreign = READ[tool](tmp_path, log)
     guess = guess_session(guess_files(foreign.files, foreign.rate_hz)[0])
     assert [*disagreements(guess)] == []
     config = parse_config(tmp_path / "session.yaml", config_text(guess, tmp_path, Choices(SITE)))
@@ -101,7 +88,7 @@ def test_a_session_reads_in_a_foreign_file_what_was_recorded(
 def test_the_calibration_of_a_foreign_file_is_that_of_the_recording(
     tmp_path: Path, log: HandLog, tool: str
 ) -> None:
-    foreign = EVERY[tool](tmp_path, log)
+    foreign = READ[tool](tmp_path, log)
     checked = imported(foreign, tmp_path)
     assert checked.fault is None
     assert checked.outcome is not None
@@ -147,11 +134,11 @@ def test_columns_called_counts_that_are_no_gravity_in_any_unit_are_refused(tmp_p
         guess_files([path], 100.0)
 
 
-@pytest.mark.parametrize("tool", EVERY_REFUSED)
+@pytest.mark.parametrize("tool", REFUSED)
 def test_files_without_readings_are_refused_with_what_to_record(
     tmp_path: Path, log: HandLog, tool: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write, says = EVERY_REFUSED[tool]
+    write, says = REFUSED[tool]
     code = pipeline("import", *write(tmp_path, log).files, "--output", tmp_path / "c.yaml")
     assert code in (0, 3, 4)  # a gyroscope beside it may show its bias
     with pytest.raises(AssertionError, match=f"(?s){says}"):
@@ -161,12 +148,12 @@ def test_files_without_readings_are_refused_with_what_to_record(
 def test_sensors_that_are_mounted_differently_are_told_by_their_axes(
     tmp_path: Path, log: HandLog
 ) -> None:
-    assert "accelerometer's -y, +x, +z" in imported(SENTENCES["two_chips"](tmp_path, log),
+    assert "accelerometer's -y, +x, +z" in imported(READ["two_chips"](tmp_path, log),
                                                     tmp_path).text
 
 
 def test_columns_that_count_rows_are_no_causes(tmp_path: Path, log: HandLog) -> None:
-    checked = imported(STRANGE["german_excel_mg"](tmp_path, log), tmp_path)
+    checked = imported(READ["german_excel_mg"](tmp_path, log), tmp_path)
     assert "covariates: [temperature_c]" in checked.text
     assert "unit: mg" in checked.text
 
@@ -174,7 +161,7 @@ def test_columns_that_count_rows_are_no_causes(tmp_path: Path, log: HandLog) -> 
 def test_a_temperature_in_fahrenheit_is_no_temperature_in_celsius(
     tmp_path: Path, log: HandLog
 ) -> None:
-    assert "temperature_c" not in imported(LAB["fahrenheit"](tmp_path, log), tmp_path).text
+    assert "temperature_c" not in imported(READ["fahrenheit"](tmp_path, log), tmp_path).text
 
 
 def test_a_coarse_reading_that_others_follow_from_names_no_sensor(
@@ -192,13 +179,13 @@ def test_a_coarse_reading_that_others_follow_from_names_no_sensor(
 
 
 def test_rows_of_lost_samples_are_left_out_and_counted(tmp_path: Path, log: HandLog) -> None:
-    outcome = imported(LAB["lost_samples"](tmp_path, log), tmp_path).outcome
+    outcome = imported(READ["lost_samples"](tmp_path, log), tmp_path).outcome
     assert outcome is not None
     assert "rows that lack a reading and are left out: 59 of 2531" in " ".join(outcome.warnings)
 
 
 def test_names_and_units_in_a_drawn_table_are_read(tmp_path: Path, log: HandLog) -> None:
-    text = imported(MIXED["box_drawn"](tmp_path, log), tmp_path).text
+    text = imported(READ["box_drawn"](tmp_path, log), tmp_path).text
     assert "accelerometer: {unit: cm_s2}" in text
     assert "acc_x" not in text  # the names are ours, and nothing renames them
 
@@ -217,6 +204,6 @@ def test_two_sensors_of_one_time_are_no_two_recordings(tmp_path: Path, log: Hand
 
 
 def test_whole_mg_are_no_counts_of_a_bno055(tmp_path: Path, log: HandLog) -> None:
-    text = imported(LAB["whole_mg"](tmp_path, log), tmp_path).text
+    text = imported(READ["whole_mg"](tmp_path, log), tmp_path).text
     assert "accelerometer: {unit: mg}" in text
     assert "may be mg, or counts of which 980.665 or 1024 are 1 g" in text

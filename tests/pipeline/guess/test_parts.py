@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.pipeline.guess.evening import Evening
+from tests.pipeline.guess.foreign import samples, write_lines
 from tests.pipeline.guess.hand_log import hand_log
-from tests.pipeline.guess.text_rows import si_rows, write_lines
 from tests.sessions import pipeline, run_without_page
 
 HEAD = "time_s,ax_m_s2,ay_m_s2,az_m_s2,gx_rad_s,gy_rad_s,gz_rad_s"
@@ -23,7 +23,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture(scope="module")
 def rows() -> list[str]:
     """A log of 18 rests with turns between them, as lines."""
-    return [",".join(row) for row in si_rows(hand_log(rate_hz=50.0))]
+    return [each.s for each in samples(hand_log(rate_hz=50.0))]
 
 
 @pytest.mark.parametrize(("cuts", "says"), [

@@ -12,8 +12,8 @@ from pipeline.guess.raw_tables import RawTable
 from pipeline.guess.session import guess_session
 from pipeline.guess.table_guess import TableGuess
 from pipeline.logs.read import read_log
+from tests.pipeline.guess.corpus import READ
 from tests.pipeline.guess.hand_log import hand_log
-from tests.pipeline.guess.latest_files import LATEST
 
 NAMES = ("ax", "ay", "az", "gx", "gy", "gz")
 
@@ -179,7 +179,7 @@ def test_a_pause_in_a_long_log_is_told_with_its_place(tmp_path: Path) -> None:
 
 def test_numbers_in_the_properties_above_are_no_readings_and_state_the_rate(tmp_path: Path) -> None:
     log = hand_log(rate_hz=50.0)
-    ((guess,), _) = guess_files(LATEST["properties_above"](tmp_path, log).files, None)
+    ((guess,), _) = guess_files(READ["properties_above"](tmp_path, log).files, None)
     assert guess.table.rows == len(log.time_s)
     assert (guess.clock.rate_hz, guess.clock.because) == (50.0, "the file's head")
 

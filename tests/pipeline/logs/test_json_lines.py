@@ -10,8 +10,8 @@ import pytest
 
 from pipeline.guess.files import guess_files
 from pipeline.logs.formats.json_lines import tables
+from tests.pipeline.guess.foreign import write_lines
 from tests.pipeline.guess.hand_log import hand_log
-from tests.pipeline.guess.text_rows import write_lines
 
 SAMPLES = [{"ts": 0.01 * i, "imu": {"acc": [0.1 * i, 0.2, 9.8], "gyro": [1.0, 2.0, 3.0]}}
            for i in range(60)]
